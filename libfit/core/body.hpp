@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfit/core/surface.hpp"
+#include "libfit/core/tet_mesh.hpp"
+
+namespace palpate {
+
+/// Where experiments are made, and how they triangulate the reachable surface.
+/// position P x 3 [m] on the fine surface, normal P x 3 inward unit, name P.
+/// triangles: rows index the points; empty when a rig's scattered points await `refine`.
+struct TestPoints {
+  Points position;
+  Points normal;
+  std::vector<std::string> name;
+  Triangles triangles;
+};
+
+/// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume.
+struct Body {
+  Surface surface;                ///< fine, mended, outward; closed unless made --surface-only
+  std::vector<char> is_reachable;  ///< per surface vertex: a tool can touch it
+  TestPoints test_points;
+  TetMesh volume;                 ///< base mesh, coarse; empty when made --surface-only
+  std::vector<char> is_held;      ///< per volume node: held fixed
+  std::vector<std::string> mended;  ///< what was changed in the input, a sentence each
+  std::string scene;              ///< the scene file it was made from, verbatim
+};
+
+}  // namespace palpate

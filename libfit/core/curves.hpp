@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/curve_basis.hpp"
+#include "libfit/core/geometry.hpp"
+#include "libfit/core/surface.hpp"
+
+namespace palpate {
+
+/// The three curves of a contact point (docs/method.md, sections 2 to 4), all in N over m:
+/// normal f^z(dz), lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
+enum class CurveKind : int { normal = 0, lateral = 1, limit = 2 };
+inline constexpr int kCurveKinds = 3;
+inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal", "lateral",
+                                                                       "limit"};
+
+/// # x size() control values [N] of one curve kind, a row per point. Every value is one that a
+/// float32 holds exactly, so what was fitted and scored is what an asset stores.
+using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Curves of many points on bases shared by the body.
+struct CurveSet {
+  std::array<CurveBasis, kCurveKinds> basis;
+  std::array<Controls, kCurveKinds> control;
+
+  Eigen::Index points() const { return control[0].rows(); }
+};
+
+/// How the fit of one test point went.
+enum class FitStatus : std::int8_t {
+  good = 0,
+  underdetermined = 1,  ///< too few usable rows; curves filled as the message says
+  poor = 2,             ///< fitted, residual above the tolerance
+  failed = 3,           ///< no curve; the point is left out of refinement
+};
+
+/// Curves at the test points: curves.h5 in memory. P points.
+struct FittedCurves {
+  Points position;                ///< P x 3 [m]
+  Points normal;                  ///< P x 3, inward unit
+  std::vector<std::string> name;  ///< P
+  CurveSet curves;
+  std::vector<FitStatus> status;     ///< P
+  std::vector<std::string> message;  ///< P, empty when good
+  Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
+  Eigen::VectorXd max_residual_N;    ///< P
+  Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
+};
+
+/// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.
+struct Model {
+  Surface surface;
+  Points inward_normal;          ///< V x 3 unit, u_l
+  CurveSet curves;               ///< V rows; zero where not covered
+  std::vector<char> is_covered;  ///< V: a test-point triangle answers for the vertex
+  /// V x 3 test points that the vertex blends and their weights (sum 1; 0 where not covered).
+  Triangles blend_point;
+  Points blend_weight;
+  double probe_radius_m = 0;  ///< of the experiments' probe; 0 for a point or unknown
+};
+
+}  // namespace palpate

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/geometry.hpp"
+
+namespace palpate {
+
+enum class ExperimentKind : std::int8_t { press = 0, drag = 1, path = 2 };
+
+/// Whether a row can be believed. Recorded, never dropped: only `good` rows are fitted.
+enum class RowStatus : std::int8_t {
+  good = 0,
+  not_converged = 1,   ///< the equations were not solved to tolerance
+  inverted = 2,        ///< an element turned inside out and the step could not be cut further
+  rejected = 3,        ///< solved, but failed a sanity check (force sign, slope, penetration, area)
+  no_contact = 4,      ///< the probe touches nothing although the deflection is into the body
+  not_reached = 5,     ///< an earlier step of the experiment failed
+};
+
+struct RowStatusName {
+  RowStatus status;
+  std::string_view name;
+};
+inline constexpr std::array<RowStatusName, 6> kRowStatusNames{{
+    {RowStatus::good, "good"},
+    {RowStatus::not_converged, "not_converged"},
+    {RowStatus::inverted, "inverted"},
+    {RowStatus::rejected, "rejected"},
+    {RowStatus::no_contact, "no_contact"},
+    {RowStatus::not_reached, "not_reached"},
+}};
+
+/// Experiments at test points, simulated or measured: samples.h5 in memory (docs/formats.md).
+/// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
+/// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
+struct Samples {
+  Points point_position;                 ///< P x 3 [m]
+  Points point_normal;                   ///< P x 3, inward unit
+  std::vector<std::string> point_name;   ///< P
+  /// P x 9 or 0 x 9 [1/m]: row-major du/dc of the inward unit normal field u along the surface at
+  /// each point (symmetric; its null space contains the normal). On a sphere of radius R, -1/R on
+  /// tangents. Lets the fit replay drags on the curved surface; absent means flat.
+  Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> point_normal_gradient;
+
+  std::vector<std::int32_t> point;       ///< N, index of the test point
+  std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
+  std::vector<ExperimentKind> kind;      ///< N
+  std::vector<std::int32_t> step;        ///< N
+  Points deflection;                     ///< N x 3 [m]
+  Points force;                          ///< N x 3 [N]
+  Points torque;                         ///< N x 3 [N m]
+  Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
+  std::vector<RowStatus> status;         ///< N
+
+  Eigen::Index rows() const { return deflection.rows(); }
+  Eigen::Index points() const { return point_position.rows(); }
+};
+
+}  // namespace palpate

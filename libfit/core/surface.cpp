@@ -1,0 +1,60 @@
+#include "libfit/core/surface.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+Points vertex_normals(const Surface& surface) {
+  Points normals = Points::Zero(surface.vertices.rows(), 3);
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const auto triangle = surface.triangles.row(f);
+    Vec3 corner[3];
+    for (int k = 0; k < 3; ++k) corner[k] = surface.vertices.row(triangle[k]);
+    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    const double length = normal.norm();
+    if (!(length > 0)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 e1 = corner[(k + 1) % 3] - corner[k], e2 = corner[(k + 2) % 3] - corner[k];
+      const double angle = std::atan2(length, e1.dot(e2));
+      normals.row(triangle[k]) += (angle / length) * normal.transpose();
+    }
+  }
+  for (Eigen::Index v = 0; v < normals.rows(); ++v) {
+    const double length = normals.row(v).norm();
+    if (length > 0) normals.row(v) /= length;
+  }
+  return normals;
+}
+
+double area_m2(const Surface& surface) {
+  double sum = 0;
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const Vec3 a = surface.vertices.row(surface.triangles(f, 0));
+    const Vec3 b = surface.vertices.row(surface.triangles(f, 1));
+    const Vec3 c = surface.vertices.row(surface.triangles(f, 2));
+    sum += 0.5 * (b - a).cross(c - a).norm();
+  }
+  return sum;
+}
+
+double volume_m3(const Surface& surface) {
+  if (surface.vertices.rows() == 0) return 0;
+  const Vec3 origin = surface.vertices.row(0);
+  double sum = 0;
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
+    const Vec3 a = surface.vertices.row(surface.triangles(f, 0)).transpose() - origin;
+    const Vec3 b = surface.vertices.row(surface.triangles(f, 1)).transpose() - origin;
+    const Vec3 c = surface.vertices.row(surface.triangles(f, 2)).transpose() - origin;
+    sum += a.dot(b.cross(c));
+  }
+  return sum / 6;
+}
+
+Vec3 extent_m(const Points& points) {
+  if (points.rows() == 0) return Vec3::Zero();
+  return (points.colwise().maxCoeff() - points.colwise().minCoeff()).transpose();
+}
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// Monotone response curves on a shared spline basis: the same template is the fitter's model
+// (scalars are Ceres Jets there) and the engine's (scalars are doubles). Build with
+// -ffp-contract=off: a compiler that fuses a*b+c rounds the two differently.
+
+#ifdef __FAST_MATH__
+#error "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
+#endif
+
+namespace palpate {
+namespace runtime {
+
+constexpr int kMaxDegree = 4;  // local arrays are sized by it; more buys nothing on measured curves
+
+/// A shared basis as the asset stores it: intervals of polynomials, see SplineTables in
+/// libfit/core/curve_basis.hpp for the layout. Views, never owns. knots: pieces + 1 [m].
+struct SplineView {
+  int degree = 0;
+  int pieces = 0;
+  const double* knots = nullptr;
+  const double* weights = nullptr;
+  const double* integrals = nullptr;
+
+  int size() const noexcept { return pieces + degree; }  ///< control values a curve owns
+};
+
+/// Where an abscissa falls and what the degree+1 control values alive there weigh.
+/// value, slope and integral of any curve b are sums over k of b[first + k] times these.
+template <class T>
+struct SplineWeights {
+  int first = 0;              ///< index of the first live control value
+  int piece = 0;              ///< interval, `pieces` past the last knot
+  T value[kMaxDegree + 1];    ///< [1]
+  T slope[kMaxDegree + 1];    ///< [1/m]
+};
+
+/// Interval of x [m]: 0 below the first knot, `pieces` at and beyond the last. At most 8 steps for
+/// 256 pieces.
+inline int find_piece(const SplineView& spline, double x) noexcept {
+  int lo = 0, hi = spline.pieces;
+  if (!(x < spline.knots[hi])) return hi;
+  while (hi - lo > 1) {
+    const int middle = (lo + hi) / 2;
+    if (x < spline.knots[middle]) hi = middle; else lo = middle;
+  }
+  return lo;
+}
+
+/// Weights at x >= 0 on a known interval (`scalar` of a Jet decides the interval, so derivatives
+/// are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
+template <class T>
+SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x) noexcept {
+  SplineWeights<T> out;
+  const int order = spline.degree + 1;
+  out.piece = piece;
+  out.first = piece < spline.pieces ? piece : spline.pieces - 1;
+  const T t = x - spline.knots[piece];
+  for (int k = 0; k < order; ++k) {
+    const double* c = spline.weights + (piece * order + k) * order;
+    T value = T(c[order - 1]);
+    T slope = T((order - 1) * c[order - 1]);
+    for (int m = order - 2; m >= 0; --m) value = value * t + c[m];
+    for (int m = order - 2; m >= 1; --m) slope = slope * t + m * c[m];
+    out.value[k] = value;
+    out.slope[k] = slope;
+  }
+  return out;
+}
+
+/// sum_k b[first + k] * weight[k]; control may be float, double or Jet.
+template <class T, class C>
+T dot(const SplineView& spline, const T* weight, const C* control, int first) noexcept {
+  T sum = T(control[first]) * weight[0];
+  for (int k = 1; k <= spline.degree; ++k) sum = sum + T(control[first + k]) * weight[k];
+  return sum;
+}
+
+/// Force of one curve at x [m] -> [N]; exactly 0 for x <= 0.
+template <class C>
+double curve_value(const SplineView& spline, const C* control, double x) noexcept {
+  if (!(x > 0)) return 0;
+  const auto weights = spline_weights(spline, find_piece(spline, x), x);
+  return dot(spline, weights.value, control, weights.first);
+}
+
+/// Slope of one curve at x [m] -> [N/m]; 0 for x < 0, the right-hand slope at 0.
+template <class C>
+double curve_slope(const SplineView& spline, const C* control, double x) noexcept {
+  if (!(x >= 0)) return 0;
+  const auto weights = spline_weights(spline, find_piece(spline, x), x);
+  return dot(spline, weights.slope, control, weights.first);
+}
+
+/// Stored energy of one curve, the integral of its force from 0 to x [m] -> [J]; 0 for x <= 0.
+template <class C>
+double curve_energy(const SplineView& spline, const C* control, double x) noexcept {
+  if (!(x > 0)) return 0;
+  const int piece = find_piece(spline, x);
+  const int order = spline.degree + 1, size = spline.size();
+  const int first = piece < spline.pieces ? piece : spline.pieces - 1;
+  const double t = x - spline.knots[piece];
+  double sum = 0;
+  for (int j = 0; j < first + order && j < size; ++j)
+    sum = sum + double(control[j]) * spline.integrals[piece * size + j];
+  for (int k = 0; k < order; ++k) {
+    const double* c = spline.weights + (piece * order + k) * order;
+    double part = c[order - 1] / order;
+    for (int m = order - 2; m >= 0; --m) part = part * t + c[m] / (m + 1);
+    sum = sum + double(control[first + k]) * (part * t);
+  }
+  return sum;
+}
+
+}  // namespace runtime
+}  // namespace palpate
