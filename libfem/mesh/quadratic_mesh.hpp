@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/geometry.hpp"
+
+namespace palpate::fem {
+
+/// Ten-node tetrahedra at rest, what the solver works on.
+/// nodes #N x 3 [m]. tets #T x 10: corners 0-3 as in `Tets`, then mid-edge nodes of
+/// (0,1) (1,2) (2,0) (0,3) (1,3) (2,3). faces #F x 6: boundary triangles, corners 0-2 outward
+/// counter-clockwise, then mid-edge nodes of (0,1) (1,2) (2,0). Mid-edge nodes need not be halfway:
+/// where the boundary is curved they lie on it (isoparametric).
+/// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
+/// and the surface it should lie on, where it could not be moved there without spoiling an element.
+struct QuadraticMesh {
+  Points nodes;
+  Eigen::Matrix<std::int32_t, Eigen::Dynamic, 10, Eigen::RowMajor> tets;
+  Eigen::Matrix<std::int32_t, Eigen::Dynamic, 6, Eigen::RowMajor> faces;
+  std::vector<char> is_held;
+  double deviation_m = 0;
+};
+
+}  // namespace palpate::fem
