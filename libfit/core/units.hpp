@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+/// What a quantity measures; inside the program everything is in the SI unit beside it.
+enum class Dimension {
+  length,    ///< m
+  pressure,  ///< Pa
+  force,     ///< N
+  time,      ///< s
+};
+
+inline constexpr double from_millimetres(double x) { return x * 1e-3; }
+inline constexpr double to_millimetres(double x_m) { return x_m * 1e3; }
+
+/// SI value of one unit ("mm" of a length is 1e-3); nothing when the name is not a unit of it.
+std::optional<double> unit_factor(std::string_view name, Dimension dimension);
+
+/// SI value of a number with its unit, such as "12 mm" or "5e3 Pa"; nothing when it is not a finite
+/// number followed by a unit of the dimension. A bare number is refused: the caller decides
+/// whether plain SI numbers are welcome.
+std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
+
+/// "length", "pressure", ...
+std::string_view dimension_name(Dimension dimension);
+
+/// Names of the dimension's units for an error's remedy: "m, cm, mm, um, nm".
+std::string known_units(Dimension dimension);
+
+}  // namespace palpate
