@@ -1,0 +1,100 @@
+#include "tools/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include "libfit/core/error.hpp"
+
+namespace palpate::tools {
+namespace {
+
+const std::string kSmallest = R"([body]
+surface = "liver.obj"
+length_unit = "mm"
+fixed = [ { below = { axis = "z", at = "2 mm" } } ]
+[material]
+young = "5 kPa"
+)";
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_scene(text, "scenes/liver.toml");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(scene, fills_in_defaults_and_turns_everything_into_si) {
+  const Scene scene = parse_scene(kSmallest, "/scenes/liver.toml");
+  EXPECT_EQ(scene.body.surface->string(), "/scenes/liver.obj");
+  EXPECT_DOUBLE_EQ(scene.body.length_unit_m, 1e-3);
+  EXPECT_DOUBLE_EQ(scene.material->young_Pa, 5000);
+  EXPECT_EQ(scene.probe.shape, "sphere");
+  ASSERT_EQ(scene.body.fixed.size(), 1u);
+  EXPECT_TRUE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0019)));
+  EXPECT_FALSE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0021)));
+}
+
+TEST(scene, a_misspelt_key_is_refused_with_its_place_and_the_nearest_known_one) {
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nraduis = \"5 mm\"\n"),
+            "scenes/liver.toml:8:1: [probe] has no key \"raduis\"\n"
+            "  Did you mean \"radius\"? Known: friction, radius, shape.");
+  EXPECT_EQ(error_of(kSmallest + "[experimets]\ndepth = 1\n"),
+            "scenes/liver.toml:7:2: the scene has no key \"experimets\"\n"
+            "  Did you mean \"experiments\"? Known: body, experiments, export, fit, inclusion, material, probe, validate.");
+}
+
+TEST(scene, a_wrong_unit_is_refused_with_the_right_ones) {
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nradius = \"5 kPa\"\n"),
+            "scenes/liver.toml:8:10: radius of [probe] is \"5 kPa\", which is not a length\n"
+            "  Write a number and a unit, such as \"12 mm\". Units: m, dm, cm, mm, um, nm, in.");
+}
+
+TEST(scene, impossible_materials_are_refused) {
+  const auto with = [](const std::string& line) {
+    return error_of("[body]\nsurface = \"a.obj\"\nlength_unit = \"mm\"\n[material]\n" + line);
+  };
+  EXPECT_NE(with("young = \"-5 kPa\"\n").find("5:9: young of [material] is -5000 in SI units"), std::string::npos);
+  EXPECT_NE(with("young = \"5 kPa\"\npoisson = 0.5\n").find("poisson of [material] is 0.5"), std::string::npos);
+  EXPECT_NE(with("young = \"5 kPa\"\npoisson = 0.7\n").find("poisson of [material] is 0.7"), std::string::npos);
+  EXPECT_NE(with("poisson = 0.4\n").find("[material] has no young"), std::string::npos);
+}
+
+TEST(scene, the_mesh_unit_must_be_said) {
+  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\n").find("[body] has no length_unit"), std::string::npos);
+  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\nlength_unit = \"kg\"\n").find("which is no length unit"),
+            std::string::npos);
+  EXPECT_DOUBLE_EQ(parse_scene("[body]\nsurface = \"a.obj\"\nlength_unit = \"110 mm\"\n", "a.toml").body.length_unit_m,
+                   0.110);
+}
+
+TEST(scene, exactly_one_mesh) {
+  EXPECT_NE(error_of("[body]\nlength_unit = \"mm\"\n").find("neither surface nor tetmesh"), std::string::npos);
+  EXPECT_NE(error_of("[body]\nsurface=\"a.obj\"\ntetmesh=\"a.msh\"\nlength_unit = \"mm\"\n").find("both surface and tetmesh"),
+            std::string::npos);
+}
+
+TEST(scene, drags_cannot_start_deeper_than_the_press) {
+  EXPECT_NE(error_of(kSmallest + "[experiments]\ndepth = \"5 mm\"\ndrag_depths = [\"6 mm\"]\n").find("deeper than depth"),
+            std::string::npos);
+}
+
+TEST(scene, broken_toml_names_line_and_column) {
+  EXPECT_EQ(error_of("[body\n").substr(0, 20), "scenes/liver.toml:1:");
+}
+
+TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
+  const Scene a = parse_scene(kSmallest + "[fit]\ntolerance = 0.02\n", "/s/a.toml");
+  const Scene b = parse_scene("# a comment\n" + kSmallest + "[experiments]\ndepth = \"1 cm\"\n[fit]\n", "/s/a.toml");
+  EXPECT_EQ(canonical_fit(a), canonical_fit(b));
+  EXPECT_EQ(canonical_experiments(a), canonical_experiments(b));
+  EXPECT_EQ(canonical_body(a), canonical_body(b));
+  const Scene c = parse_scene(kSmallest + "[fit]\ntolerance = 0.03\n", "/s/a.toml");
+  EXPECT_NE(canonical_fit(a), canonical_fit(c));
+  EXPECT_EQ(canonical_experiments(a), canonical_experiments(c));
+  const Scene d = parse_scene(kSmallest + "[probe]\nfriction = 0.2\n", "/s/a.toml");
+  EXPECT_NE(canonical_experiments(a), canonical_experiments(d));
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate::tools {
+
+/// Exit statuses, a contract (docs/formats.md).
+enum ExitStatus : int {
+  kDone = 0,
+  kBadInput = 1,
+  kWrongUsage = 2,
+  kSomeFailed = 3,
+  kInterrupted = 130,
+};
+
+/// What a command accepts, declared without the parsing library: main.cpp alone knows that.
+/// Targets must outlive parsing and hold the defaults, which --help shows.
+class Arguments {
+ public:
+  virtual ~Arguments() = default;
+  virtual void positional(const std::string& name, std::string& target, const std::string& help) = 0;
+  virtual void option(const std::string& flags, std::string& target, const std::string& help,
+                      bool is_required = false) = 0;
+  virtual void option(const std::string& flags, int& target, const std::string& help) = 0;
+  virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
+};
+
+/// A parsed command, ready to run.
+class Command {
+ public:
+  virtual ~Command() = default;
+  virtual int run() = 0;
+};
+
+/// A row of the table of commands in main.cpp.
+struct CommandRow {
+  std::string_view name;
+  std::string_view summary;
+  std::unique_ptr<Command> (*declare)(Arguments&);
+};
+
+std::unique_ptr<Command> declare_run(Arguments& arguments);
+std::unique_ptr<Command> declare_prepare(Arguments& arguments);
+std::unique_ptr<Command> declare_simulate(Arguments& arguments);
+std::unique_ptr<Command> declare_fit(Arguments& arguments);
+std::unique_ptr<Command> declare_refine(Arguments& arguments);
+std::unique_ptr<Command> declare_export(Arguments& arguments);
+std::unique_ptr<Command> declare_replay(Arguments& arguments);
+std::unique_ptr<Command> declare_validate(Arguments& arguments);
+std::unique_ptr<Command> declare_inspect(Arguments& arguments);
+std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
+
+}  // namespace palpate::tools

@@ -1,0 +1,105 @@
+#include "tools/console.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <mutex>
+#include <thread>
+
+namespace palpate::tools {
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+void on_signal(int) { interrupted.store(true); }
+
+constexpr double kTerminalInterval_s = 0.2;
+constexpr double kPlainInterval_s = 10;
+constexpr int kBarWidth = 28;
+
+}  // namespace
+
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second signal ends the program
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool is_interrupted() { return interrupted.load(); }
+
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string in_words(double seconds) {
+  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
+  if (seconds < 60) return fmt::format("{:.0f} s", seconds);
+  const long whole = std::lround(seconds);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+int job_count(int jobs) {
+  return jobs > 0 ? jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+struct ConsoleProgress::State {
+  std::string what;
+  std::mutex mutex;
+  bool is_terminal = isatty(STDERR_FILENO) != 0;
+  double started_s = wall_seconds();
+  double shown_s = 0;
+  bool is_first = true;
+  std::size_t done_at_start = 0;
+  bool has_bar = false;
+};
+
+ConsoleProgress::ConsoleProgress(std::string what) : state_(std::make_unique<State>()) { state_->what = std::move(what); }
+
+ConsoleProgress::~ConsoleProgress() {
+  if (state_->has_bar) fmt::print(stderr, "\n");
+}
+
+Progress ConsoleProgress::progress() {
+  Progress progress;
+  progress.step = [this](std::size_t done, std::size_t total, const std::string& latest) {
+    show(done, total, latest);
+  };
+  progress.is_stopped = [] { return is_interrupted(); };
+  return progress;
+}
+
+void ConsoleProgress::show(std::size_t done, std::size_t total, const std::string& latest) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  const double now = wall_seconds();
+  if (state_->is_first) {
+    state_->done_at_start = done > 0 ? done - 1 : 0;
+    state_->is_first = false;
+  }
+  const bool is_last = done == total;
+  if (!is_last && now - state_->shown_s < (state_->is_terminal ? kTerminalInterval_s : kPlainInterval_s))
+    return;
+  state_->shown_s = now;
+  const double elapsed = now - state_->started_s;
+  const auto fresh = static_cast<double>(done - std::min(done, state_->done_at_start));
+  const double left = fresh > 0 ? elapsed / fresh * static_cast<double>(total - done) : 0;
+  const std::string time = is_last ? in_words(elapsed) : fresh > 0 ? "about " + in_words(left) + " left" : "";
+  if (state_->is_terminal) {
+    const int filled = total ? static_cast<int>(kBarWidth * done / total) : 0;
+    fmt::print(stderr, "\r\033[K{} [{}{}] {}/{} {} {}", state_->what, std::string(static_cast<std::size_t>(filled), '#'),
+               std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time, latest);
+    state_->has_bar = true;
+  } else {
+    fmt::print(stderr, "{} {}/{} {} {}\n", state_->what, done, total, time, latest);
+  }
+  std::fflush(stderr);
+}
+
+}  // namespace palpate::tools

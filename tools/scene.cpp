@@ -1,0 +1,286 @@
+#include "tools/scene.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <sstream>
+
+#include "tools/scene_table.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr double kAnyLength = 1e6;                       // m; beyond it the unit is wrong
+constexpr double kSmallestLength = 1e-9;                 // m
+constexpr double kHighestYoung = 1e13;                   // Pa; ten diamonds
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
+  const std::filesystem::path path(name);
+  return std::filesystem::absolute(path.is_absolute() ? path : scene.parent_path() / path)
+      .lexically_normal();
+}
+
+HalfSpace read_half_space(SceneTable table, bool is_below) {
+  static const std::vector<std::string_view> kAxes{"x", "y", "z"};
+  HalfSpace half;
+  half.is_below = is_below;
+  half.axis = table.choice("axis", "z", kAxes)[0] - 'x';
+  half.at_m = table.required_quantity("at", Dimension::length, -kAnyLength, kAnyLength);
+  table.finish();
+  return half;
+}
+
+Ball read_ball(SceneTable table) {
+  Ball ball;
+  ball.center_m = table.point("center");
+  ball.radius_m = table.required_quantity("radius", Dimension::length, kSmallestLength, kAnyLength);
+  table.finish();
+  return ball;
+}
+
+Box read_box(SceneTable& table) {
+  const auto [low, high] = table.corners("box");
+  if (!(low.array() < high.array()).all())
+    throw Error(table.where("box"), "box of " + table.name() + " is empty",
+                "Give the lower corner first: every coordinate of the second must be larger.");
+  return {low, high};
+}
+
+// The one region a table names; nothing when it names none.
+std::optional<Region> find_region(SceneTable& table) {
+  std::optional<Region> region;
+  int named = 0;
+  if (table.has("below")) ++named, region = read_half_space(table.table("below", "below"), true);
+  if (table.has("above")) ++named, region = read_half_space(table.table("above", "above"), false);
+  if (table.has("sphere")) ++named, region = read_ball(table.table("sphere", "sphere"));
+  if (table.has("box")) ++named, region = read_box(table);
+  if (named > 1)
+    throw Error(table.where_table(), table.name() + " names more than one region",
+                "Keep one of below, above, box, sphere.");
+  return region;
+}
+
+Region read_region(SceneTable table) {
+  const auto region = find_region(table);
+  if (!region)
+    throw Error(table.where_table(), table.name() + " names no region",
+                "Give one of below, above, box, sphere.");
+  table.finish();
+  return *region;
+}
+
+MaterialSection read_material(SceneTable table) {
+  MaterialSection material;
+  material.law = table.text("law", material.law);  // checked against the table of laws by its users
+  material.young_Pa = table.required_quantity("young", Dimension::pressure, 1e-6, kHighestYoung);
+  material.poisson = table.number("poisson", material.poisson, -1, 0.5);
+  if (material.poisson >= 0.5 || material.poisson <= -1)
+    throw Error(table.where("poisson"), fmt::format("poisson of {} is {}", table.name(), material.poisson),
+                "It must lie above -1 and below 0.5; nearly incompressible tissue is 0.45 to 0.4999.");
+  table.finish();
+  return material;
+}
+
+BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
+  static const std::vector<std::string_view> kElements{"auto", "tet10"};
+  BodySection body;
+  if (table.has("surface")) body.surface = beside(scene, table.text("surface", ""));
+  if (table.has("tetmesh")) body.tetmesh = beside(scene, table.text("tetmesh", ""));
+  if (body.surface.has_value() == body.tetmesh.has_value())
+    throw Error(table.where_table(),
+                body.surface ? "[body] has both surface and tetmesh" : "[body] has neither surface nor tetmesh",
+                "Give exactly one: surface = \"liver.obj\" or tetmesh = \"liver.msh\".");
+  if (!table.has("length_unit"))
+    throw Error(table.where_table(), "[body] has no length_unit",
+                "Mesh files carry no unit. Add length_unit = \"mm\" (or " + known_units(Dimension::length) + ").");
+  const std::string unit = table.text("length_unit", "");
+  const auto factor = unit_factor(unit, Dimension::length);
+  const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
+  if (!scaled || !(*scaled > 0))
+    throw Error(table.where("length_unit"), "length_unit of [body] is \"" + unit + "\", which is no length unit",
+                "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\" for one mesh unit.");
+  body.length_unit_m = *scaled;
+  body.element = table.choice("element", body.element, kElements);
+  for (SceneTable& region : table.tables("fixed", "fixed of [body]"))
+    body.fixed.push_back(read_region(std::move(region)));
+  if (table.has("mesh_size"))
+    body.mesh_size_m = table.required_quantity("mesh_size", Dimension::length, kSmallestLength, kAnyLength);
+  if (table.has("wrap"))
+    body.wrap_m = table.required_quantity("wrap", Dimension::length, kSmallestLength, kAnyLength);
+  table.finish();
+  return body;
+}
+
+std::vector<InclusionSection> read_inclusions(SceneTable& root) {
+  std::vector<InclusionSection> inclusions;
+  for (SceneTable& table : root.tables("inclusion", "[[inclusion]]")) {
+    InclusionSection inclusion;
+    const auto region = find_region(table);
+    if (!region)
+      throw Error(table.where_table(), "[[inclusion]] names no region",
+                  "Give it one of sphere, box, below, above.");
+    inclusion.region = *region;
+    inclusion.material = read_material(table.table("material", "material of [[inclusion]]"));
+    table.finish();
+    inclusions.push_back(inclusion);
+  }
+  return inclusions;
+}
+
+ProbeSection read_probe(SceneTable table) {
+  ProbeSection probe;
+  probe.shape = table.text("shape", probe.shape);  // checked against the table of probes by its users
+  probe.radius_m = table.quantity("radius", Dimension::length, probe.radius_m, kSmallestLength, kAnyLength);
+  probe.friction = table.number("friction", probe.friction, 0, 100);
+  table.finish();
+  return probe;
+}
+
+void read_test_points(SceneTable& table, const std::filesystem::path& scene, ExperimentsSection& out) {
+  const toml::node* value = table.node("test_points");
+  if (!value) return;
+  if (value->is_integer()) {
+    out.test_points = static_cast<int>(table.integer("test_points", 0, 4, 1000000));
+    return;
+  }
+  const std::string text = table.text("test_points", "");
+  out.test_points.reset();
+  if (text == "vertices") return;
+  if (text == "auto")
+    throw Error(table.where("test_points"), "test_points = \"auto\" is not available in this version",
+                "Give a number of test points, \"vertices\" or a CSV file.");
+  out.points_file = beside(scene, text);
+}
+
+ExperimentsSection read_experiments(SceneTable table, const std::filesystem::path& scene) {
+  ExperimentsSection out;
+  read_test_points(table, scene, out);
+  if (table.has("region")) out.region = read_region(table.table("region", "region of [experiments]"));
+  out.depth_m = table.quantity("depth", Dimension::length, out.depth_m, kSmallestLength, kAnyLength);
+  out.press_steps = static_cast<int>(table.integer("press_steps", out.press_steps, 1, 1000));
+  out.drag_depths_m = table.has("drag_depths")
+                          ? table.quantities("drag_depths", Dimension::length, kSmallestLength, kAnyLength)
+                          : std::vector<double>{0.4 * out.depth_m, 0.8 * out.depth_m};
+  for (const double depth : out.drag_depths_m)
+    if (depth > out.depth_m)
+      throw Error(table.where("drag_depths"),
+                  fmt::format("drag_depths of [experiments] holds {} m, deeper than depth ({} m)", depth, out.depth_m),
+                  "Drags start from a press: make depth at least the deepest drag.");
+  out.drag_distance_m =
+      table.quantity("drag_distance", Dimension::length, out.drag_distance_m, kSmallestLength, kAnyLength);
+  out.drag_directions = static_cast<int>(table.integer("drag_directions", out.drag_directions, 0, 360));
+  out.drag_steps = static_cast<int>(table.integer("drag_steps", out.drag_steps, 1, 1000));
+  table.finish();
+  return out;
+}
+
+FitSection read_fit(SceneTable table) {
+  static const std::vector<std::string_view> kFamilies{"auto", "separable"};
+  FitSection fit;
+  fit.family = table.choice("family", fit.family, kFamilies);
+  fit.degree = static_cast<int>(table.integer("degree", fit.degree, 1, 4));
+  fit.pieces = static_cast<int>(table.integer("pieces", fit.pieces, 0, 256));
+  fit.tolerance = table.number("tolerance", fit.tolerance, 1e-6, 1);
+  table.finish();
+  return fit;
+}
+
+ExportSection read_export(SceneTable table) {
+  static const std::vector<std::string_view> kPrecisions{"float32"}, kRepairs{"none"};
+  ExportSection out;
+  out.precision = table.choice("precision", out.precision, kPrecisions);
+  out.guard = table.boolean("guard", out.guard);
+  out.repair = table.choice("repair", out.repair, kRepairs);
+  table.finish();
+  return out;
+}
+
+ValidateSection read_validate(SceneTable table) {
+  ValidateSection out;
+  out.points = static_cast<int>(table.integer("points", out.points, 1, 100000));
+  out.seed = static_cast<int>(table.integer("seed", out.seed, 0, 1 << 30));
+  table.finish();
+  return out;
+}
+
+std::string canonical(const MaterialSection& m) {
+  return fmt::format("{} {} {}\n", m.law, m.young_Pa, m.poisson);
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
+  toml::table parsed;
+  try {
+    parsed = toml::parse(text, path.string());
+  } catch (const toml::parse_error& e) {
+    throw Error(fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
+                std::string(e.description()), "Mend the TOML at this place.");
+  }
+  Scene scene;
+  scene.path = path;
+  scene.text = text;
+  SceneTable root(parsed, "the scene", path.string());
+  if (!root.has("body"))
+    throw Error(path.string(), "the scene has no [body]", "Add [body] with surface and length_unit.");
+  scene.body = read_body(root.table("body", "[body]"), path);
+  if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
+  scene.inclusions = read_inclusions(root);
+  scene.probe = read_probe(root.table("probe", "[probe]"));
+  scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
+  scene.fit = read_fit(root.table("fit", "[fit]"));
+  scene.export_ = read_export(root.table("export", "[export]"));
+  scene.validate = read_validate(root.table("validate", "[validate]"));
+  root.finish();
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw Error(path.string(), "the scene cannot be read", "Check the name and the permissions.");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return parse_scene(text, path);
+}
+
+std::string canonical_body(const Scene& scene) {
+  std::string out = fmt::format("unit {} mesh_size {} wrap {} element {}\n", scene.body.length_unit_m,
+                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone),
+                                scene.body.element);
+  for (const Region& region : scene.body.fixed) out += "fixed " + canonical(region) + "\n";
+  const auto& e = scene.experiments;
+  out += fmt::format("test_points {} {}\n", e.test_points.value_or(-1),
+                     e.points_file ? e.points_file->string() : "-");
+  if (e.region) out += "region " + canonical(*e.region) + "\n";
+  return out + fmt::format("probe {}\n", scene.probe.radius_m);
+}
+
+std::string canonical_experiments(const Scene& scene) {
+  std::string out;
+  if (scene.material) out += "material " + canonical(*scene.material);
+  for (const auto& inclusion : scene.inclusions)
+    out += "inclusion " + canonical(inclusion.region) + " " + canonical(inclusion.material);
+  const auto& e = scene.experiments;
+  return out + fmt::format("probe {} {} {}\npress {} {}\ndrag {} {} {} {}\n", scene.probe.shape,
+                           scene.probe.radius_m, scene.probe.friction, e.depth_m, e.press_steps,
+                           fmt::join(e.drag_depths_m, " "), e.drag_distance_m, e.drag_directions, e.drag_steps);
+}
+
+std::string canonical_fit(const Scene& scene) {
+  return fmt::format("{} {} {} {}\n", scene.fit.family, scene.fit.degree, scene.fit.pieces,
+                     scene.fit.tolerance);
+}
+
+std::string canonical_export(const Scene& scene) {
+  return fmt::format("{} {} {}\n", scene.export_.precision, scene.export_.guard, scene.export_.repair);
+}
+
+std::string canonical_validate(const Scene& scene) {
+  return fmt::format("{} {}\n", scene.validate.points, scene.validate.seed);
+}
+
+}  // namespace palpate::tools

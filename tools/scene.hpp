@@ -1,0 +1,98 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/region.hpp"
+
+namespace palpate::tools {
+
+/// A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
+struct MaterialSection {
+  std::string law = "neo-hookean";
+  double young_Pa = 0;
+  double poisson = 0.45;
+};
+
+struct InclusionSection {
+  Region region;
+  MaterialSection material;
+};
+
+struct BodySection {
+  std::optional<std::filesystem::path> surface;  ///< exactly one of the two, absolute
+  std::optional<std::filesystem::path> tetmesh;
+  double length_unit_m = 0;
+  std::string element = "auto";
+  std::vector<Region> fixed;
+  std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
+  std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
+};
+
+struct ProbeSection {
+  std::string shape = "sphere";
+  double radius_m = 0.005;
+  double friction = 0.3;
+};
+
+struct ExperimentsSection {
+  std::optional<int> test_points = 40;  ///< absent: every vertex, or the file below
+  std::optional<std::filesystem::path> points_file;
+  std::optional<Region> region;
+  double depth_m = 0.010;
+  int press_steps = 10;
+  std::vector<double> drag_depths_m;
+  double drag_distance_m = 0.008;
+  int drag_directions = 2;
+  int drag_steps = 8;
+};
+
+struct FitSection {
+  std::string family = "auto";
+  int degree = 3;
+  int pieces = 0;  ///< 0: by evidence
+  double tolerance = 0.02;
+};
+
+struct ExportSection {
+  std::string precision = "float32";
+  bool guard = true;
+  std::string repair = "none";
+};
+
+struct ValidateSection {
+  int points = 12;
+  int seed = 1;
+};
+
+struct Scene {
+  std::filesystem::path path;  ///< of the file
+  std::string text;            ///< the file, verbatim
+  BodySection body;
+  std::optional<MaterialSection> material;  ///< absent only for surfaces of measured data
+  std::vector<InclusionSection> inclusions;
+  ProbeSection probe;
+  ExperimentsSection experiments;
+  FitSection fit;
+  ExportSection export_;
+  ValidateSection validate;
+};
+
+/// Throws Error with file:line:column for unreadable TOML, unknown keys (naming the nearest known
+/// one), wrong types and units, and values out of their range.
+Scene read_scene(const std::filesystem::path& path);
+
+/// The same from text; `path` names it in errors and anchors relative file names.
+Scene parse_scene(const std::string& text, const std::filesystem::path& path);
+
+/// Canonical texts of what each stage reads from the scene. Two scenes with equal text give equal
+/// results; comments, key order and spelling of units do not count.
+std::string canonical_body(const Scene& scene);
+std::string canonical_experiments(const Scene& scene);
+std::string canonical_fit(const Scene& scene);
+std::string canonical_export(const Scene& scene);
+std::string canonical_validate(const Scene& scene);
+
+}  // namespace palpate::tools

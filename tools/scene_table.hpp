@@ -1,0 +1,62 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/error.hpp"
+#include "libfit/core/geometry.hpp"
+#include "libfit/core/units.hpp"
+
+namespace palpate::tools {
+
+/// One table of a scene file, read key by key. Every getter remembers its key; `finish` then
+/// refuses keys that nobody asked for, naming the nearest one that was. Errors carry
+/// file:line:column of the value.
+class SceneTable {
+ public:
+  /// name: as users write it, "[probe]" or "material of [[inclusion]]".
+  SceneTable(const toml::table& table, std::string name, std::string file);
+
+  bool has(std::string_view key);
+  std::string text(std::string_view key, std::string fallback);
+  /// A text that must be one of `choices`.
+  std::string choice(std::string_view key, std::string fallback,
+                     const std::vector<std::string_view>& choices);
+  bool boolean(std::string_view key, bool fallback);
+  long integer(std::string_view key, long fallback, long low, long high);
+  double number(std::string_view key, double fallback, double low, double high);
+  /// "12 mm" or a plain SI number; in [low, high] SI.
+  double quantity(std::string_view key, Dimension dimension, double fallback, double low, double high);
+  double required_quantity(std::string_view key, Dimension dimension, double low, double high);
+  std::vector<double> quantities(std::string_view key, Dimension dimension, double low, double high);
+  Vec3 point(std::string_view key);
+  /// Pair of corners [[x,y,z],[x,y,z]].
+  std::pair<Vec3, Vec3> corners(std::string_view key);
+  SceneTable table(std::string_view key, std::string name);
+  /// Tables of an array (inline or [[...]]); empty when absent.
+  std::vector<SceneTable> tables(std::string_view key, std::string name);
+  /// The node itself, for keys of several types; nullptr when absent.
+  const toml::node* node(std::string_view key);
+
+  void finish() const;
+  std::string where(std::string_view key) const;
+  std::string where_table() const;
+  const std::string& name() const { return name_; }
+
+ private:
+  double quantity_of(const toml::node& value, std::string_view key, Dimension dimension, double low,
+                     double high) const;
+  Vec3 point_of(const toml::node& value, std::string_view key) const;
+  [[noreturn]] void fail(const toml::node& value, std::string_view key, const std::string& what,
+                         const std::string& remedy) const;
+
+  const toml::table* table_;
+  std::string name_, file_;
+  std::set<std::string, std::less<>> asked_;
+};
+
+}  // namespace palpate::tools
