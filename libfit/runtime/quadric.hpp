@@ -1,0 +1,140 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The fitter's view of the body around a test point: a quadric surface on which the stick/slip law
+// of slide.hpp replays a whole experiment, with derivatives when the scalar carries them.
+// All positions are relative to the test point.
+
+#include "libfit/runtime/slide.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// The surface c(p) = p - (p . G p)/2 u0 over the tangent plane (p . u0 = 0), to second order.
+/// u0: inward unit normal at the test point. gradient: row-major 3x3 G = du/dc [1/m], symmetric
+/// with G u0 = 0 (Samples::point_normal_gradient); -1/R on a sphere's tangents, zeros where flat.
+/// The inward normal is normalize(u0 + G p), exactly that of the quadric.
+struct Quadric {
+  Vec3d u0;
+  double gradient[9];
+};
+
+template <class T>
+Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
+  const double* g = quadric.gradient;
+  return {p.x * g[0] + p.y * g[1] + p.z * g[2], p.x * g[3] + p.y * g[4] + p.z * g[5],
+          p.x * g[6] + p.y * g[7] + p.z * g[8]};
+}
+
+/// Control values of the three curves at the test point [N]; size() of each view's basis.
+template <class C>
+struct ControlPointers {
+  const C* curve[kCurves];
+};
+
+/// Signed depth [m] of a point under the quadric, along u0: > 0 inside the body.
+inline double depth_below(const Quadric& quadric, const Vec3d& x) noexcept {
+  const double height = dot(x, quadric.u0);
+  const Vec3d p = x - quadric.u0 * height;
+  return height + 0.5 * dot(p, gradient_times(quadric, p));
+}
+
+/// A spot of the quadric; curves do not vary over it. C: the controls' scalar.
+template <class S, class C>
+struct QuadricSpot {
+  Vec3<S> point, normal;
+  ControlPointers<C> controls;
+  S control(int curve, int j) const noexcept { return to_scalar(controls.curve[curve][j], S(0)); }
+
+ private:
+  static S to_scalar(const S& c, const S&) noexcept { return c; }
+  template <class J>
+  static S to_scalar(const J& c, const S&) noexcept { return S(value_of(c)); }
+};
+
+/// A way over the quadric whose shadow on the tangent plane is straight. P: scalar of the place.
+template <class P, class C>
+struct QuadricPath {
+  const Quadric* quadric;
+  Vec3<P> start, direction;  ///< p and dp/ds in the tangent plane
+  ControlPointers<C> controls;
+
+  double end() const noexcept { return 1e300; }
+
+  template <class S>
+  QuadricSpot<S, C> at(const S& s) const noexcept {
+    const Vec3<S> p{start.x + direction.x * s, start.y + direction.y * s,
+                    start.z + direction.z * s};
+    const Vec3<S> u0 = widened<S>(quadric->u0), bend = gradient_times(*quadric, p);
+    return {p - u0 * (0.5 * dot(p, bend)), normalized(u0 + bend), controls};
+  }
+  QuadricPath<double, C> plain() const noexcept {
+    return {quadric, values_of(start), values_of(direction), controls};
+  }
+};
+
+/// The contact point on a quadric, for slide().
+template <class T>
+struct QuadricSurface {
+  const Quadric* quadric;
+  ControlPointers<T> controls;
+  Vec3<T> p;  ///< shadow of the contact point on the tangent plane [m]
+
+  QuadricSpot<T, T> standing() const noexcept { return aim({T(0), T(0), T(0)}).at(T(0)); }
+  /// The direction is tangent to the quadric (its normal is the field's), so only its shadow counts.
+  QuadricPath<T, T> aim(const Vec3<T>& direction) const noexcept {
+    const Vec3<T> u0 = widened<T>(quadric->u0);
+    return {quadric, p, direction - u0 * dot(direction, u0), controls};
+  }
+  Move move(const QuadricPath<T, T>& path, const T& s, const Vec3<T>&) noexcept {
+    p = path.start + path.direction * s;
+    return Move::whole;
+  }
+};
+
+/// Where the straight way from `outside` to `inside` enters the body, as a shadow on the tangent
+/// plane. 50 bisections of depth_below.
+inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) noexcept {
+  for (int i = 0; i < 50; ++i) {
+    const Vec3d middle = (outside + inside) * 0.5;
+    if (depth_below(quadric, middle) > 0) inside = middle; else outside = middle;
+  }
+  return inside - quadric.u0 * dot(inside, quadric.u0);
+}
+
+/// Forces of the tool on the body along one press, drag or path: the law predicting a record.
+/// deflection_m: rows x 3 [m], tool position relative to the test point, in order; the first touch
+/// is at the test point, later ones (after a lift) where the way enters the body. force_N: rows
+/// results. The contact point is carried from row to row; each row is one tick of the engine, so
+/// steps should not be much longer than the lateral deflection at which the tool slips.
+/// Returns how many rows slipped. Derivatives flow through every slip's root.
+template <class T>
+int replay_drag(const CurveViews& views, const ControlPointers<T>& controls,
+                const Quadric& quadric, const double* deflection_m, int rows,
+                Vec3<T>* force_N) noexcept {
+  const Vec3<T> nothing{T(0), T(0), T(0)};
+  QuadricSurface<T> surface{&quadric, controls, nothing};
+  bool in_contact = true;
+  int slipped = 0;
+  Vec3d before{0, 0, 0};
+  for (int row = 0; row < rows; ++row) {
+    const Vec3d tip = make_vec3<double>(deflection_m + 3 * row);
+    force_N[row] = nothing;
+    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
+      surface.p = widened<T>(entry_shadow(quadric, before, tip));
+      in_contact = true;
+    }
+    before = tip;
+    if (!in_contact) continue;
+    const Vec3<T> x = widened<T>(tip);
+    if (slide(views, x, surface) != SlideEnd::stick) ++slipped;
+    const auto spot = surface.standing();
+    const Deflection<T> d = split(x - spot.point, spot.normal);
+    force_N[row] = response(views, spot, d);
+    in_contact = value_of(d.normal_m) > 0 || row == 0;
+  }
+  return slipped;
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,106 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What the response law computes with: 3-vectors of any scalar, a value with one derivative, and
+// the way to look at the plain number inside a scalar.
+
+#include <cmath>
+
+#ifdef __FAST_MATH__
+#error "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
+#endif
+
+namespace palpate {
+namespace runtime {
+
+/// The plain number that decides branches. Scalars with a member `a` (Dual below, ceres::Jet) are
+/// served here; any other gets an overload in its own namespace.
+inline double value_of(double x) noexcept { return x; }
+template <class J>
+auto value_of(const J& x) noexcept -> decltype(double(x.a)) {
+  return x.a;
+}
+
+/// A number and its derivative along one parameter: exact slopes for the engine's Newton steps.
+/// The value part rounds exactly as the same expression in double does.
+struct Dual {
+  double a;  ///< value
+  double v;  ///< derivative
+  Dual() noexcept : a(0), v(0) {}
+  explicit Dual(double value, double derivative = 0) noexcept : a(value), v(derivative) {}
+};
+inline Dual operator-(const Dual& x) noexcept { return Dual(-x.a, -x.v); }
+inline Dual operator+(const Dual& x, const Dual& y) noexcept { return Dual(x.a + y.a, x.v + y.v); }
+inline Dual operator-(const Dual& x, const Dual& y) noexcept { return Dual(x.a - y.a, x.v - y.v); }
+inline Dual operator*(const Dual& x, const Dual& y) noexcept {
+  return Dual(x.a * y.a, x.v * y.a + x.a * y.v);
+}
+inline Dual operator/(const Dual& x, const Dual& y) noexcept {
+  const double q = x.a / y.a;
+  return Dual(q, (x.v - q * y.v) / y.a);
+}
+inline Dual operator+(const Dual& x, double y) noexcept { return Dual(x.a + y, x.v); }
+inline Dual operator-(const Dual& x, double y) noexcept { return Dual(x.a - y, x.v); }
+inline Dual operator*(const Dual& x, double y) noexcept { return Dual(x.a * y, x.v * y); }
+inline Dual operator/(const Dual& x, double y) noexcept { return Dual(x.a / y, x.v / y); }
+inline Dual operator+(double x, const Dual& y) noexcept { return Dual(x + y.a, y.v); }
+inline Dual operator-(double x, const Dual& y) noexcept { return Dual(x - y.a, -y.v); }
+inline Dual operator*(double x, const Dual& y) noexcept { return Dual(x * y.a, x * y.v); }
+inline Dual operator/(double x, const Dual& y) noexcept { return Dual(x) / y; }
+/// The argument is > 0.
+inline Dual sqrt(const Dual& x) noexcept {
+  const double root = std::sqrt(x.a);
+  return Dual(root, x.v / (2 * root));
+}
+
+/// A point, vector or force; units belong to the name it is given.
+template <class T>
+struct Vec3 {
+  T x, y, z;
+};
+using Vec3d = Vec3<double>;
+
+template <class T>
+Vec3<T> make_vec3(const double* xyz) noexcept {
+  return {T(xyz[0]), T(xyz[1]), T(xyz[2])};
+}
+template <class T>
+Vec3<T> operator+(const Vec3<T>& p, const Vec3<T>& q) noexcept {
+  return {p.x + q.x, p.y + q.y, p.z + q.z};
+}
+template <class T>
+Vec3<T> operator-(const Vec3<T>& p, const Vec3<T>& q) noexcept {
+  return {p.x - q.x, p.y - q.y, p.z - q.z};
+}
+template <class T, class S>
+auto operator*(const Vec3<T>& p, const S& s) noexcept -> Vec3<decltype(p.x * s)> {
+  return {p.x * s, p.y * s, p.z * s};
+}
+template <class T, class S>
+auto dot(const Vec3<T>& p, const Vec3<S>& q) noexcept -> decltype(p.x * q.x) {
+  return p.x * q.x + p.y * q.y + p.z * q.z;
+}
+template <class T>
+Vec3<T> cross(const Vec3<T>& p, const Vec3<T>& q) noexcept {
+  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
+}
+/// Unit vector along p. The length of p is > 0: callers have checked their data.
+template <class T>
+Vec3<T> normalized(const Vec3<T>& p) noexcept {
+  using std::sqrt;
+  return p * (1.0 / sqrt(dot(p, p)));
+}
+template <class T>
+Vec3d values_of(const Vec3<T>& p) noexcept {
+  return {value_of(p.x), value_of(p.y), value_of(p.z)};
+}
+template <class T>
+Vec3<T> widened(const Vec3d& p) noexcept {
+  return {T(p.x), T(p.y), T(p.z)};
+}
+inline bool is_finite(const Vec3d& p) noexcept {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+}  // namespace runtime
+}  // namespace palpate

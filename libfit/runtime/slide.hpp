@@ -1,0 +1,183 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The stick/slip law (docs/method.md, sections 1 to 4), one template for the engine (scalar double,
+// the surface is a mesh) and the fitter (scalar double or ceres::Jet, the surface is the quadric of
+// quadric.hpp, which also has replay_drag). Forces here are those of the tool ON the body.
+//
+// A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
+//   path.at(s)   -> Spot: .point [m], .normal (inward unit), .control(curve, j) [N]
+//   path.end()   -> where the path leaves its triangle, may be infinite
+// A Surface holds the contact point:
+//   surface.standing()      -> Spot at the contact point
+//   surface.aim(direction)  -> Path from there along the lateral unit vector, projected obliquely
+//                              along the spot's normal so that the lateral deflection shrinks by s
+//   surface.move(path, s, x) -> Move: the contact point goes to path(s)
+
+#include "libfit/runtime/scalar.hpp"
+#include "libfit/runtime/spline.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
+constexpr int kCurves = 3;
+
+constexpr int kMaxRootSteps = 12;   ///< Newton needs 3 or 4; 12 bisections leave 1/4096 of a slip
+constexpr int kMaxSegments = 16;    ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
+constexpr double kLateralZero_m = 1e-12;   ///< below a picometre the lateral direction is noise
+constexpr double kSlipTolerance = 1e-10;   ///< of f^r: keeps a solved slip from slipping again
+constexpr double kRootTolerance = 1e-13;   ///< of f^r: where Newton stops
+
+/// The bases of the three curves, shared by the body.
+struct CurveViews {
+  SplineView view[kCurves];
+};
+
+/// A tool's deflection in the frame of its contact point.
+template <class T>
+struct Deflection {
+  T normal_m;        ///< dz, > 0 in contact
+  T lateral_m;       ///< dr >= 0; exactly 0 below kLateralZero_m
+  Vec3<T> lateral;   ///< u^r; zero vector where dr is 0
+};
+
+/// delta = x - c [m], normal the inward unit vector at c.
+template <class T>
+Deflection<T> split(const Vec3<T>& delta, const Vec3<T>& normal) noexcept {
+  using std::sqrt;
+  Deflection<T> out{dot(delta, normal), T(0), {T(0), T(0), T(0)}};
+  const Vec3<T> lateral = delta - normal * out.normal_m;
+  const T squared = dot(lateral, lateral);
+  if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
+  out.lateral_m = sqrt(squared);
+  out.lateral = lateral * (1.0 / out.lateral_m);
+  return out;
+}
+
+/// Force of one curve of a spot at x [m] -> [N]; exactly 0 for x <= 0.
+template <class T, class Spot>
+T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
+  if (!(value_of(x) > 0)) return T(0);
+  const SplineView& view = views.view[curve];
+  const SplineWeights<T> weights = spline_weights(view, find_piece(view, value_of(x)), x);
+  T sum = spot.control(curve, weights.first) * weights.value[0];
+  for (int k = 1; k <= view.degree; ++k)
+    sum = sum + spot.control(curve, weights.first + k) * weights.value[k];
+  return sum;
+}
+
+/// f^z(dz) u + f^r(dr) u^r, force of the tool on the body [N]; zero where dz <= 0.
+template <class T, class Spot>
+Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+  if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
+  return spot.normal * curve_at(views, spot, kNormal, d.normal_m) +
+         d.lateral * curve_at(views, spot, kLateral, d.lateral_m);
+}
+
+/// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless.
+template <class Spot>
+bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
+  return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
+}
+
+/// What a slip brings to zero: f^r(dr) - L(dz) [N]; without lateral stiffness, dr itself (as N).
+template <class T, class Spot>
+T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
+              bool frictionless) noexcept {
+  if (frictionless) return d.lateral_m;
+  return curve_at(views, spot, kLateral, d.lateral_m) - curve_at(views, spot, kLimit, d.normal_m);
+}
+
+template <class T, class Path>
+T slip_excess_along(const CurveViews& views, const Path& path, const Vec3<T>& x, const T& s,
+                    bool frictionless) noexcept {
+  const auto spot = path.at(s);
+  return slip_excess(views, spot, split(x - spot.point, spot.normal), frictionless);
+}
+
+/// Whether the contact point cannot hold: f^r(dr) > L(dz).
+template <class T, class Spot>
+bool is_slipping(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+  if (!(value_of(d.lateral_m) > 0)) return false;
+  if (is_frictionless(views, spot)) return true;
+  const double lateral_N = value_of(curve_at(views, spot, kLateral, d.lateral_m));
+  const double limit_N = value_of(curve_at(views, spot, kLimit, d.normal_m));
+  return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
+}
+
+/// Root of the excess on [0, end] and its slope there.
+struct SlipRoot {
+  double s;        ///< [m]
+  double slope;    ///< d excess / d s at s [N/m], < 0 where it can be trusted
+};
+
+/// Safeguarded Newton with exact slopes inside a bisection bracket: excess(0) > 0 >= excess(end).
+/// At most kMaxRootSteps evaluations; unfinished, it returns the side that holds.
+template <class Path>
+SlipRoot slip_root(const CurveViews& views, const Path& path, const Vec3d& x, double end,
+                   bool frictionless) noexcept {
+  const Vec3<Dual> tip = widened<Dual>(x);
+  double lo = 0, hi = end, s = 0, slope = 0, scale = 0;
+  for (int i = 0; i < kMaxRootSteps; ++i) {
+    const Dual excess = slip_excess_along(views, path, tip, Dual(s, 1), frictionless);
+    slope = excess.v;
+    if (i == 0) scale = excess.a;
+    if (std::fabs(excess.a) <= kRootTolerance * scale) return {s, slope};
+    if (excess.a > 0) lo = s; else hi = s;
+    const double newton = s - excess.a / excess.v;
+    s = newton > lo && newton < hi ? newton : 0.5 * (lo + hi);
+  }
+  return {hi, slope};
+}
+
+/// The root as the law's scalar: one Newton step in T gives the implicit derivatives, since the
+/// value is converged. path is in T, root from the same path in double.
+template <class T, class Path>
+T differentiable_root(const CurveViews& views, const Path& path, const Vec3<T>& x,
+                      const SlipRoot& root, bool frictionless) noexcept {
+  if (!(root.slope < 0)) return T(root.s);
+  return T(root.s) - slip_excess_along(views, path, x, T(root.s), frictionless) / root.slope;
+}
+template <class Path>
+double differentiable_root(const CurveViews&, const Path&, const Vec3d&, const SlipRoot& root,
+                           bool) noexcept {
+  return root.s;
+}
+
+/// What a surface did with a requested move.
+enum class Move { whole, stopped };  ///< stopped: at a border, or the energy guard held it back
+
+/// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
+enum class SlideEnd { stick, slid, stopped, unfinished };
+
+/// Lets the contact point slide until f^r(dr) <= L(dz) for the tool at x [m].
+/// A slip is made of straight segments: a new one begins where the path crosses into another
+/// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
+/// most kMaxRootSteps + 2 evaluations of the curves. Derivatives are those of the branches taken.
+template <class T, class Surface>
+SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
+  for (int segment = 0; segment < kMaxSegments; ++segment) {
+    const auto spot = surface.standing();
+    const Deflection<T> d = split(x - spot.point, spot.normal);
+    if (!is_slipping(views, spot, d)) return segment == 0 ? SlideEnd::stick : SlideEnd::slid;
+    const bool frictionless = is_frictionless(views, spot);
+    const auto path = surface.aim(d.lateral);
+    const double lateral_m = value_of(d.lateral_m);
+    const double end = path.end() < lateral_m ? path.end() : lateral_m;
+    const auto plain = path.plain();
+    const bool holds_within =
+        slip_excess_along(views, plain, values_of(x), end, frictionless) < 0;
+    T s = path.end() < lateral_m ? T(path.end()) : d.lateral_m;
+    if (holds_within)
+      s = differentiable_root(views, path, x,
+                              slip_root(views, plain, values_of(x), end, frictionless),
+                              frictionless);
+    if (surface.move(path, s, x) == Move::stopped) return SlideEnd::stopped;
+    if (holds_within) return SlideEnd::slid;
+  }
+  return SlideEnd::unfinished;
+}
+
+}  // namespace runtime
+}  // namespace palpate
