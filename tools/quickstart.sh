@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# From a fresh Debian 12 to out/liver/asset.palp: installs, builds, runs the shipped liver scene.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+started=$SECONDS
+step() { printf '\n== %s (%d s so far)\n' "$1" $((SECONDS - started)); }
+
+step "installing packages"
+bash tools/install_packages.sh
+step "building (a few minutes the first time)"
+cmake --preset native
+cmake --build --preset native --target palpate
+step "liver phantom to runtime asset"
+build/native/tools/palpate run data/scenes/liver.toml -o out/liver
+step "done: out/liver/asset.palp, its engine in out/liver/engine, its statement in out/liver/statement.json"
