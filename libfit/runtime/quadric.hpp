@@ -5,7 +5,7 @@
 // of slide.hpp replays a whole experiment, with derivatives when the scalar carries them.
 // All positions are relative to the test point.
 
-#include "libfit/runtime/slide.hpp"
+#include "slide.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -60,6 +60,7 @@ struct QuadricPath {
   ControlPointers<C> controls;
 
   double end() const noexcept { return 1e300; }
+  bool is_blocked() const noexcept { return false; }
 
   template <class S>
   QuadricSpot<S, C> at(const S& s) const noexcept {

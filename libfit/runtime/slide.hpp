@@ -8,14 +8,15 @@
 // A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
 //   path.at(s)   -> Spot: .point [m], .normal (inward unit), .control(curve, j) [N]
 //   path.end()   -> where the path leaves its triangle, may be infinite
+//   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go
 // A Surface holds the contact point:
 //   surface.standing()      -> Spot at the contact point
 //   surface.aim(direction)  -> Path from there along the lateral unit vector, projected obliquely
 //                              along the spot's normal so that the lateral deflection shrinks by s
 //   surface.move(path, s, x) -> Move: the contact point goes to path(s)
 
-#include "libfit/runtime/scalar.hpp"
-#include "libfit/runtime/spline.hpp"
+#include "scalar.hpp"
+#include "spline.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -145,8 +146,16 @@ double differentiable_root(const CurveViews&, const Path&, const Vec3d&, const S
   return root.s;
 }
 
+/// Whether going to the path's end would lengthen the lateral deflection.
+template <class Path>
+bool flees(const Path& path, const Vec3d& x, double lateral_m, double end) noexcept {
+  if (!(end > 0)) return false;
+  const auto spot = path.at(end);
+  return split(x - spot.point, spot.normal).lateral_m > lateral_m;
+}
+
 /// What a surface did with a requested move.
-enum class Move { whole, stopped };  ///< stopped: at a border, or the energy guard held it back
+enum class Move { whole, stopped };  ///< stopped: the energy guard held part of it back
 
 /// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
@@ -154,7 +163,9 @@ enum class SlideEnd { stick, slid, stopped, unfinished };
 /// Lets the contact point slide until f^r(dr) <= L(dz) for the tool at x [m].
 /// A slip is made of straight segments: a new one begins where the path crosses into another
 /// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
-/// most kMaxRootSteps + 2 evaluations of the curves. Derivatives are those of the branches taken.
+/// most kMaxRootSteps + 4 evaluations of the curves. Derivatives are those of the branches taken.
+/// Stops where sliding would not shorten dr: deeper than the centre of a convex body's curvature
+/// the contact point would flee (the elements' max_depth_m keeps well below).
 template <class T, class Surface>
 SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
   for (int segment = 0; segment < kMaxSegments; ++segment) {
@@ -166,6 +177,7 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noex
     const double lateral_m = value_of(d.lateral_m);
     const double end = path.end() < lateral_m ? path.end() : lateral_m;
     const auto plain = path.plain();
+    if (path.is_blocked() || flees(plain, values_of(x), lateral_m, end)) return SlideEnd::stopped;
     const bool holds_within =
         slip_excess_along(views, plain, values_of(x), end, frictionless) < 0;
     T s = path.end() < lateral_m ? T(path.end()) : d.lateral_m;

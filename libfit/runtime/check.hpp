@@ -1,0 +1,209 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What is checked before the engine trusts an asset's bytes. Safe on any bytes: every index is
+// tested before it is used, and all work is bounded by the counts.
+
+#include "status.hpp"
+#include "view.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr double kMaxCoordinate_m = 1e3;   ///< of vertices about the origin: floats keep 0.1 mm
+constexpr double kMaxNumber = 1e15;        ///< of curve data: products of a few stay finite
+constexpr double kUnitTolerance = 1e-4;    ///< of a normal's squared length; float rounding is 2e-7
+constexpr double kMinFacing = 0.01;        ///< least cosine of a corner's normal to its triangle's
+
+inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= bound; }
+
+/// Header, size, alignment, layout and checksum. Fills `header` when ok.
+inline Status check_envelope(const void* bytes, std::size_t size, Header& header) noexcept {
+  if (bytes == nullptr || size < sizeof(Header)) return Status::bytes_missing;
+  if (reinterpret_cast<std::uintptr_t>(bytes) % kAlignment != 0) return Status::bytes_misaligned;
+  std::memcpy(&header, bytes, sizeof(Header));
+  if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
+  if (header.endian_mark != kEndianMark) return Status::other_endianness;
+  if (header.version != kVersion) return Status::other_version;
+  if (header.file_bytes != size) return Status::size_wrong;
+  if (!has_possible_counts(header)) return Status::layout_wrong;
+  std::uint64_t offset[kSections];
+  if (lay_out(header, offset) != header.file_bytes) return Status::layout_wrong;
+  for (int section = 0; section < kSections; ++section)
+    if (offset[section] != header.offset[section]) return Status::layout_wrong;
+  if (header.checksum != asset_checksum(bytes, size)) return Status::checksum_wrong;
+  return Status::ok;
+}
+
+inline Status check_numbers(const AssetView& view) noexcept {
+  for (double x : view.origin_m)
+    if (!is_within(x, 1e6)) return Status::numbers_wrong;
+  if (!(view.max_step_m > 0 && view.max_step_m <= 1e4)) return Status::numbers_wrong;
+  if (!(view.probe_radius_m >= 0 && view.probe_radius_m <= 1e3)) return Status::numbers_wrong;
+  return Status::ok;
+}
+
+/// Increasing knots from 0, finite tables, and basis functions that sum to one on every interval.
+inline Status check_spline(const SplineView& spline) noexcept {
+  const int order = spline.degree + 1;
+  if (spline.knots[0] != 0) return Status::curves_wrong;
+  for (int i = 0; i < spline.pieces; ++i)
+    if (!(spline.knots[i + 1] > spline.knots[i] && spline.knots[i + 1] <= kMaxCoordinate_m))
+      return Status::curves_wrong;
+  for (int i = 0; i < (spline.pieces + 1) * spline.size(); ++i)
+    if (!is_within(spline.integrals[i], kMaxNumber)) return Status::curves_wrong;
+  for (int i = 0; i <= spline.pieces; ++i) {
+    const int width_of = i < spline.pieces ? i : i - 1;
+    double power = 1;
+    for (int m = 0; m < order; ++m) {
+      double sum = 0, size = 0;
+      for (int k = 0; k < order; ++k) {
+        const double w = spline.weights[(i * order + k) * order + m];
+        if (!std::isfinite(w)) return Status::curves_wrong;
+        sum += w;
+        size += std::fabs(w);
+      }
+      if (!(std::fabs(sum - (m == 0)) * power <= 1e-6 * (1 + size * power)))
+        return Status::curves_wrong;
+      power *= spline.knots[width_of + 1] - spline.knots[width_of];
+    }
+  }
+  return Status::ok;
+}
+
+/// Finite, zero at zero, increasing; all zero where not covered.
+inline Status check_controls(const AssetView& view) noexcept {
+  for (int v = 0; v < view.vertices; ++v) {
+    const float* control =
+        view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
+    if (view.covered[v] > 1) return Status::controls_wrong;
+    for (int curve = 0; curve < kCurves; ++curve) {
+      const float* b = control + view.control_offset[curve];
+      const int size = view.curves.view[curve].size();
+      if (b[0] != 0) return Status::controls_wrong;
+      for (int j = 1; j < size; ++j)
+        if (!(b[j] >= b[j - 1] && is_within(double(b[j]), kMaxNumber)))
+          return Status::controls_wrong;
+      if (!view.covered[v] && b[size - 1] != 0) return Status::controls_wrong;
+    }
+  }
+  return Status::ok;
+}
+
+inline Status check_vertices(const AssetView& view) noexcept {
+  for (int i = 0; i < 3 * view.vertices; ++i)
+    if (!is_within(double(view.vertex[i]), kMaxCoordinate_m)) return Status::vertices_wrong;
+  return Status::ok;
+}
+
+/// Indices in range and distinct; neighbours share the reversed edge, each way.
+inline Status check_triangles(const AssetView& view) noexcept {
+  for (int t = 0; t < view.triangles; ++t) {
+    const int a = view.corner(t, 0), b = view.corner(t, 1), c = view.corner(t, 2);
+    for (int k = 0; k < 3; ++k)
+      if (view.corner(t, k) < 0 || view.corner(t, k) >= view.vertices)
+        return Status::triangles_wrong;
+    if (a == b || b == c || c == a) return Status::triangles_wrong;
+    if (!(view.max_depth_m[t] >= 0 && view.max_depth_m[t] <= float(kMaxCoordinate_m)))
+      return Status::triangles_wrong;
+  }
+  for (int t = 0; t < view.triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int other = view.neighbour[3 * t + k];
+      if (other == -1) continue;
+      if (other < 0 || other >= view.triangles || other == t) return Status::neighbours_wrong;
+      bool is_matched = false;
+      for (int j = 0; j < 3; ++j)
+        is_matched = is_matched || (view.corner(other, j) == view.corner(t, (k + 1) % 3) &&
+                                    view.corner(other, (j + 1) % 3) == view.corner(t, k) &&
+                                    view.neighbour[3 * other + j] == t);
+      if (!is_matched) return Status::neighbours_wrong;
+    }
+  return Status::ok;
+}
+
+/// At the corners of solid triangles: unit length, and clearly on the inner side. So no blend of
+/// them is zero and every slide direction can be projected.
+inline Status check_normals(const AssetView& view) noexcept {
+  for (int t = 0; t < view.triangles; ++t) {
+    if (!view.is_solid(t)) continue;
+    const Vec3d area = view.area_vector(t);
+    const double length = std::sqrt(dot(area, area));
+    if (!(length > 0)) return Status::triangles_wrong;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d u = view.normal_at(view.corner(t, k));
+      if (!is_within(dot(u, u) - 1, kUnitTolerance)) return Status::normals_wrong;
+      if (!(-dot(u, area) >= kMinFacing * length)) return Status::normals_wrong;
+    }
+  }
+  return Status::ok;
+}
+
+inline bool is_inside(const TreeNode& inner, const TreeNode& outer) noexcept {
+  for (int k = 0; k < 3; ++k)
+    if (!(outer.lo[k] <= inner.lo[k] && inner.lo[k] <= inner.hi[k] && inner.hi[k] <= outer.hi[k]))
+      return false;
+  return true;
+}
+
+inline bool holds_triangle(const TreeNode& node, const AssetView& view, int t) noexcept {
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < 3; ++k) {
+      const float x = view.vertex[3 * view.corner(t, j) + k];
+      if (!(node.lo[k] <= x && x <= node.hi[k])) return false;
+    }
+  return true;
+}
+
+/// Leaves name solid triangles that lie inside their boxes, items in order, each used once.
+inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items, int& next_item) noexcept {
+  if (node.items > kMaxLeafTriangles || node.at != next_item || node.items > items - next_item)
+    return false;
+  for (int i = 0; i < node.items; ++i) {
+    const int t = view.tree_item[next_item + i];
+    if (t < 0 || t >= view.triangles || !view.is_solid(t)) return false;
+    if (!holds_triangle(node, view, t)) return false;
+  }
+  next_item += node.items;
+  return true;
+}
+
+/// A preorder binary tree no deeper than kMaxTreeDepth, boxes within their parents' boxes, all
+/// nodes and all items used exactly once.
+inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
+  struct Range { int begin, end, parent, depth; };  // a subtree fills nodes begin to end
+  Range stack[kMaxTreeDepth + 2];
+  int size = 0, next_item = 0;
+  stack[size++] = {0, nodes, 0, 0};
+  while (size > 0) {
+    const Range range = stack[--size];
+    const TreeNode& node = view.tree[range.begin];
+    if (!is_inside(node, view.tree[range.parent])) return Status::tree_wrong;
+    if (node.items != 0) {
+      if (node.items < 0 || range.end != range.begin + 1) return Status::tree_wrong;
+      if (!is_good_leaf(view, node, items, next_item)) return Status::tree_wrong;
+      continue;
+    }
+    if (range.depth >= kMaxTreeDepth) return Status::tree_wrong;
+    if (node.at <= range.begin + 1 || node.at >= range.end) return Status::tree_wrong;
+    stack[size++] = {node.at, range.end, range.begin, range.depth + 1};
+    stack[size++] = {range.begin + 1, node.at, range.begin, range.depth + 1};
+  }
+  return next_item == items ? Status::ok : Status::tree_wrong;
+}
+
+/// Everything about the sections of an asset whose envelope is good.
+inline Status check_sections(const AssetView& view, const Header& header) noexcept {
+  Status status = check_numbers(view);
+  for (int curve = 0; curve < kCurves && status == Status::ok; ++curve)
+    status = check_spline(view.curves.view[curve]);
+  if (status == Status::ok) status = check_controls(view);
+  if (status == Status::ok) status = check_vertices(view);
+  if (status == Status::ok) status = check_triangles(view);
+  if (status == Status::ok) status = check_normals(view);
+  if (status == Status::ok) status = check_tree(view, header.tree_nodes, header.tree_items);
+  return status;
+}
+
+}  // namespace runtime
+}  // namespace palpate

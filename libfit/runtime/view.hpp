@@ -1,0 +1,100 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// An opened asset: typed pointers into the caller's bytes, which must outlive it unchanged.
+
+#include <cstdint>
+
+#include "format.hpp"
+#include "slide.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
+/// Made by Asset::open, which has checked every index and number.
+struct AssetView {
+  int vertices = 0, triangles = 0;
+  int controls_per_vertex = 0;
+  int control_offset[kCurves] = {0, 0, 0};  ///< where each curve begins in a vertex's controls
+  const float* vertex = nullptr;
+  const float* normal = nullptr;
+  const std::uint8_t* covered = nullptr;
+  const float* control = nullptr;
+  const std::int32_t* triangle = nullptr;
+  const std::int32_t* neighbour = nullptr;
+  const float* max_depth_m = nullptr;
+  const TreeNode* tree = nullptr;
+  const std::int32_t* tree_item = nullptr;
+  CurveViews curves;
+  const CheckTick* check = nullptr;
+  int check_ticks = 0, check_path_ticks = 1;
+  const char* meta = nullptr;  ///< JSON, not terminated
+  std::uint64_t meta_bytes = 0;
+  std::uint64_t file_bytes = 0;
+  double origin_m[3] = {0, 0, 0};
+  double max_step_m = 0;
+  double probe_radius_m = 0;
+  double skin_m = 0;  ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
+  bool has_guard = true;
+
+  Vec3d vertex_at(int v) const noexcept {
+    return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
+  }
+  Vec3d normal_at(int v) const noexcept {
+    return {double(normal[3 * v]), double(normal[3 * v + 1]), double(normal[3 * v + 2])};
+  }
+  /// Corner k (any of 0, 1, 2) of triangle t.
+  int corner(int t, int k) const noexcept { return triangle[3 * t + k]; }
+  /// A triangle that can be touched and slid over: the others are air.
+  bool is_solid(int t) const noexcept { return max_depth_m[t] > 0; }
+  /// Twice the area times the OUTWARD normal of triangle t.
+  Vec3d area_vector(int t) const noexcept {
+    const Vec3d a = vertex_at(corner(t, 0));
+    return cross(vertex_at(corner(t, 1)) - a, vertex_at(corner(t, 2)) - a);
+  }
+};
+
+/// Points the view at the sections of bytes whose header has the one possible layout.
+inline AssetView view_of(const void* bytes, const Header& h) noexcept {
+  const auto* base = static_cast<const unsigned char*>(bytes);
+  const auto at = [&](int section) { return base + h.offset[section]; };
+  AssetView view;
+  view.vertices = h.vertices;
+  view.triangles = h.triangles;
+  view.controls_per_vertex = controls_per_vertex(h);
+  view.vertex = reinterpret_cast<const float*>(at(kVertices));
+  view.normal = reinterpret_cast<const float*>(at(kNormals));
+  view.covered = at(kCovered);
+  view.control = reinterpret_cast<const float*>(at(kControls));
+  view.triangle = reinterpret_cast<const std::int32_t*>(at(kTriangles));
+  view.neighbour = reinterpret_cast<const std::int32_t*>(at(kNeighbours));
+  view.max_depth_m = reinterpret_cast<const float*>(at(kMaxDepth));
+  view.tree = reinterpret_cast<const TreeNode*>(at(kTreeNodes));
+  view.tree_item = reinterpret_cast<const std::int32_t*>(at(kTreeItems));
+  for (int curve = 0, offset = 0; curve < kCurves; ++curve) {
+    SplineView& spline = view.curves.view[curve];
+    const int rows = h.pieces[curve] + 1, order = h.degree[curve] + 1;
+    spline.degree = h.degree[curve];
+    spline.pieces = h.pieces[curve];
+    spline.knots = reinterpret_cast<const double*>(at(kNormalTable + curve));
+    spline.weights = spline.knots + rows;
+    spline.integrals = spline.weights + rows * order * order;
+    view.control_offset[curve] = offset;
+    offset += spline.size();
+  }
+  view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
+  view.check_ticks = h.check_ticks;
+  view.check_path_ticks = h.check_path_ticks;
+  view.meta = reinterpret_cast<const char*>(at(kMeta));
+  view.meta_bytes = h.meta_bytes;
+  view.file_bytes = h.file_bytes;
+  for (int k = 0; k < 3; ++k) view.origin_m[k] = h.origin_m[k];
+  view.max_step_m = h.max_step_m;
+  view.probe_radius_m = h.probe_radius_m;
+  view.has_guard = (h.flags & kFlagGuard) != 0;
+  return view;
+}
+
+}  // namespace runtime
+}  // namespace palpate
