@@ -1,0 +1,293 @@
+#include "libfit/fit/choose_basis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate::fit {
+namespace {
+
+constexpr int kFolds = 5;
+constexpr int kFewestGroups = 4;        // a point with fewer abscissae holds nothing out
+constexpr std::size_t kMostPoints = 64;  // enough for a 95th percentile
+constexpr int kGrid = 64;               // where curvature is looked at
+constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
+constexpr double kRelativeFloor = 0.1;  // of the largest force: below it errors count absolutely
+
+struct PointEvidence {
+  std::vector<CurveRow> rows;      // unit weights
+  double largest = 0;              // force
+  double friction = 0;             // limit kind only: L / f^z overall
+  Eigen::VectorXd normal;          // limit kind only: increments of f^z
+};
+
+// The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
+Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
+  if (point.normal.size() == 0) return faint_smoothness(basis, kFaint);
+  return faint_pull(transfer(normal, point.normal, basis, point.friction), kFaint);
+}
+
+// Relative errors of every row, predicted by a fit that left its fold out; deepest group apart.
+std::vector<double> heldout_errors(const PointEvidence& point, const CurveBasis& normal,
+                                   const CurveBasis& basis, FitLoss loss) {
+  const SplineTables tables = tabulate(basis);
+  const auto spline = view(tables);
+  const Faint faint = faint_for(point, normal, basis);
+  const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
+  const int last = point.rows.back().group;
+  std::vector<double> errors;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    std::vector<CurveRow> seen, unseen;
+    for (const CurveRow& row : point.rows)
+      (row.group % kFolds == fold && row.group != last ? unseen : seen).push_back(row);
+    if (unseen.empty()) continue;
+    const Eigen::VectorXd increments = fit_increments(spline, seen, lower, faint, loss);
+    for (const CurveRow& row : unseen)
+      errors.push_back((increment_weights(spline, row.x).dot(increments) - row.f) /
+                       std::max(std::abs(row.f), kRelativeFloor * point.largest));
+  }
+  return errors;
+}
+
+struct Candidate {
+  BasisEvidence evidence;
+  CurveBasis basis;
+  std::vector<double> squared;  // of every held-out row of every point, outliers clipped
+};
+
+Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                const CurveBasis& basis, bool by_curvature, FitLoss loss) {
+  Candidate candidate{{basis.pieces(), by_curvature, 0}, basis, {}};
+  std::vector<double> point_errors;
+  for (const PointEvidence& point : points) {
+    auto errors = heldout_errors(point, normal, basis, loss);
+    for (double& e : errors) e = std::abs(e);
+    const double clip = loss == FitLoss::squared ? std::numeric_limits<double>::infinity()
+                                                 : 4 * robust_deviation(errors);
+    double sum = 0;
+    for (const double e : errors) {
+      const double squared = e > clip && clip > 0 ? clip * clip : e * e;
+      candidate.squared.push_back(squared);
+      sum += squared;
+    }
+    point_errors.push_back(std::sqrt(sum / static_cast<double>(errors.size())));
+  }
+  candidate.evidence.heldout_error = quantile(point_errors, 0.95);
+  return candidate;
+}
+
+// Whether a candidate's held-out errors are, row by row, within their scatter of the best one's.
+bool is_as_good(const Candidate& candidate, const Candidate& best) {
+  const auto n = static_cast<double>(best.squared.size());
+  double mean = 0, square = 0;
+  for (std::size_t i = 0; i < best.squared.size(); ++i) {
+    const double d = candidate.squared[i] - best.squared[i];
+    mean += d / n;
+    square += d * d / n;
+  }
+  const double deviation = std::sqrt(std::max(0.0, square - mean * mean));
+  return mean <= deviation / std::sqrt(n);
+}
+
+CurveBasis even_basis(int degree, int pieces, double range) {
+  CurveBasis basis{degree, {}};
+  for (int i = 0; i < pieces; ++i) basis.knots_m.push_back(range * i / pieces);
+  basis.knots_m.push_back(range);
+  return basis;
+}
+
+// Mean sqrt of |f''| over points on the grid: what a piecewise curve must follow there.
+std::vector<double> bend_density(const std::vector<PointEvidence>& points,
+                                 const CurveBasis& reference, FitLoss loss) {
+  const SplineTables tables = tabulate(reference);
+  const auto spline = view(tables);
+  const double range = reference.knots_m.back(), h = range / kGrid;
+  const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
+  std::vector<double> density(kGrid, 0.0);
+  for (const PointEvidence& point : points) {
+    const Eigen::VectorXd b = controls_of(fit_increments(
+        spline, point.rows, lower, faint_smoothness(reference, 0.03), loss));
+    for (int i = 0; i < kGrid; ++i) {
+      const double bend = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
+                          runtime::curve_slope(spline, b.data(), i * h);
+      density[static_cast<std::size_t>(i)] += std::sqrt(std::abs(bend) * range / point.largest);
+    }
+  }
+  return density;
+}
+
+// Knots at equal shares of the density, mixed with an even one.
+CurveBasis curvature_basis(int degree, int pieces, double range,
+                           const std::vector<double>& density) {
+  double total = 0;
+  for (const double d : density) total += d;
+  std::vector<double> share(kGrid + 1, 0.0);
+  for (int i = 0; i < kGrid; ++i) {
+    const double bend = total > 0 ? density[static_cast<std::size_t>(i)] / total : 1.0 / kGrid;
+    share[static_cast<std::size_t>(i) + 1] =
+        share[static_cast<std::size_t>(i)] + kCurvatureShare * bend + (1 - kCurvatureShare) / kGrid;
+  }
+  CurveBasis basis{degree, {0.0}};
+  int cell = 0;
+  for (int k = 1; k < pieces; ++k) {
+    const double wanted = share.back() * k / pieces;
+    while (share[static_cast<std::size_t>(cell) + 1] < wanted) ++cell;
+    const double lo = share[static_cast<std::size_t>(cell)];
+    const double hi = share[static_cast<std::size_t>(cell) + 1];
+    basis.knots_m.push_back(range * (cell + (wanted - lo) / (hi - lo)) / kGrid);
+  }
+  basis.knots_m.push_back(range);
+  return basis;
+}
+
+std::string percent(double share) {
+  const double tenths = std::round(share * 1000) / 10;
+  std::string text = std::to_string(tenths);
+  return text.substr(0, text.find('.') + 2) + " %";
+}
+
+// The basis of one kind from its rows at the points that can hold some out.
+BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
+                   double range, const FitOptions& options) {
+  BasisReport report;
+  report.points = static_cast<int>(points.size());
+  std::vector<double> groups;
+  for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
+  const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
+  const int most = std::clamp(parameters - options.degree + 1, 1, options.most_pieces);
+  const auto density =
+      bend_density(points, even_basis(options.degree, std::min(most, 8), range), options.loss);
+
+  std::vector<Candidate> candidates;  // the better placement for each number of pieces
+  std::size_t best = 0;
+  for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
+       pieces += pieces < 6 ? 1 : 2) {
+    Candidate candidate = judge(points, normal, even_basis(options.degree, pieces, range), false,
+                                options.loss);
+    report.evidence.push_back(candidate.evidence);
+    if (pieces > 1) {
+      Candidate other = judge(points, normal,
+                              curvature_basis(options.degree, pieces, range, density), true,
+                              options.loss);
+      report.evidence.push_back(other.evidence);
+      if (other.evidence.heldout_error < candidate.evidence.heldout_error)
+        candidate = std::move(other);
+    }
+    candidates.push_back(std::move(candidate));
+    if (candidates.back().evidence.heldout_error < candidates[best].evidence.heldout_error)
+      best = candidates.size() - 1;
+    if (wanted > 0 || candidates[best].evidence.heldout_error <= options.tolerance) break;
+    if (candidates.size() > best + 4) break;  // four in a row that do not help
+  }
+
+  std::size_t chosen = best;
+  if (candidates[best].evidence.heldout_error > options.tolerance)
+    for (std::size_t i = best + 1; i-- > 0;)
+      if (is_as_good(candidates[i], candidates[best])) chosen = i;
+  const BasisEvidence& evidence = candidates[chosen].evidence;
+  report.basis = candidates[chosen].basis;
+  report.reason =
+      wanted > 0 ? "pieces as asked, the better placement of two"
+      : evidence.heldout_error <= options.tolerance
+          ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
+                " meets the tolerance"
+          : "held-out error of " + percent(evidence.heldout_error) +
+                " is above the tolerance, and more pieces do not lower it";
+  return report;
+}
+
+std::vector<std::size_t> evenly(const std::vector<std::size_t>& all) {
+  if (all.size() <= kMostPoints) return all;
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < kMostPoints; ++i) some.push_back(all[i * all.size() / kMostPoints]);
+  return some;
+}
+
+std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, double range,
+                                        const CurveBasis& normal, FitLoss loss) {
+  std::vector<std::size_t> able;
+  for (std::size_t p = 0; p < rows.size(); ++p)
+    if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range) >= kFewestGroups)
+      able.push_back(p);
+  std::vector<PointEvidence> out;
+  for (const std::size_t p : evenly(able)) {
+    PointEvidence point{unit_weights(rows[p].curve[static_cast<std::size_t>(kind)]), 0, 0, {}};
+    for (const CurveRow& row : point.rows) point.largest = std::max(point.largest, row.f);
+    if (!(point.largest > 0)) continue;
+    if (kind == static_cast<int>(CurveKind::limit)) {
+      const SplineTables tables = tabulate(normal);
+      point.normal = fit_increments(view(tables), unit_weights(rows[p].curve[0]),
+                                    Eigen::VectorXd::Zero(normal.size() - 1),
+                                    faint_smoothness(normal, kFaint), loss);
+      std::vector<double> ratios;
+      for (const CurveRow& row : point.rows) {
+        const double f = increment_weights(view(tables), row.x).dot(point.normal);
+        if (f > 0) ratios.push_back(row.f / f);
+      }
+      point.friction = median(ratios);
+    }
+    out.push_back(std::move(point));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows) {
+  double sum = 0;
+  for (const CurveRow& row : rows) sum += row.weight * row.weight;
+  const double scale = sum > 0 ? std::sqrt(static_cast<double>(rows.size()) / sum) : 1;
+  for (CurveRow& row : rows) row.weight *= scale;
+  return rows;
+}
+
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor) {
+  if (from.degree == to.degree && from.knots_m == to.knots_m) return factor * increments;
+  const SplineTables source = tabulate(from), target = tabulate(to);
+  std::vector<CurveRow> rows;
+  const int count = 6 * to.size();
+  for (int i = 1; i <= count; ++i) {
+    const double x = to.knots_m.back() * i / count;
+    rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
+  }
+  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1),
+                        faint_smoothness(to, 1e-9), FitLoss::squared);
+}
+
+std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
+                                                  std::vector<PointRows>& rows,
+                                                  const FitOptions& options) {
+  double reach = 0;
+  for (const PointRows& point : rows) reach = std::max(reach, point.lateral_reach);
+  const std::array<double, kCurveKinds> range{1.0, reach > 0 ? reach : 1.0, 1.0};
+
+  std::array<BasisReport, kCurveKinds> reports;
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    const auto k = static_cast<std::size_t>(kind);
+    BasisReport& report = reports[k];
+    const int wanted = options.pieces[k];
+    if (!options.knots_m[k].empty()) {
+      report.basis = {options.degree, options.knots_m[k]};
+      for (double& knot : report.basis.knots_m) knot /= body.length_m;
+      report.reason = "knots as given";
+      for (PointRows& point : rows) group_by_abscissa(point.curve[k], range[k]);
+      continue;
+    }
+    const CurveBasis& normal = reports[0].basis;
+    const auto points = evidence_for(kind, rows, range[k], normal, options.loss);
+    if (!points.empty()) {
+      report = search(points, normal, wanted, range[k], options);
+    } else if (kind == static_cast<int>(CurveKind::limit) && wanted == 0) {
+      report.basis = normal;
+      report.reason = "too few depths with slip to hold any out: knots of the normal curve";
+    } else {
+      report.basis = even_basis(options.degree, wanted > 0 ? wanted : 1, range[k]);
+      report.reason = wanted > 0 ? "pieces as asked, even for want of rows to hold out"
+                                 : "too few rows to hold any out: one piece";
+    }
+  }
+  return reports;
+}
+
+}  // namespace palpate::fit

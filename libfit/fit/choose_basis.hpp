@@ -1,0 +1,26 @@
+#pragma once
+
+#include "libfit/fit/curve_rows.hpp"
+
+namespace palpate::fit {
+
+/// The three bases of the body in units of its `length_m`, and why. The caller scales knots.
+/// A user's knots and pieces are taken; otherwise the fewest pieces are sought whose curves
+/// predict held-out rows within the tolerance or, where noise forbids that, as well as the best.
+/// Work: at most 64 points, evenly taken.
+std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
+                                                  std::vector<PointRows>& rows,
+                                                  const FitOptions& options);
+
+/// Increments of `factor` times a curve on another basis, by least squares on its range.
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor);
+
+/// Strength of faint knowledge relative to a row of unit weight: recovers exact curves to 1e-7 and
+/// still decides what no row says.
+inline constexpr double kFaint = 1e-6;
+
+/// Rows with weights scaled to a mean square of 1.
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
+
+}  // namespace palpate::fit

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+
+#include "libfit/fit/experiments.hpp"
+#include "libfit/fit/monotone_least_squares.hpp"
+
+namespace palpate::fit {
+
+/// What a point's rows say about each curve when stick and slip are told apart by eye: start
+/// values and evidence for a basis. The final fit does not use this division.
+struct PointRows {
+  std::array<std::vector<CurveRow>, kCurveKinds> curve;
+  double lateral_reach = 0;     ///< largest lateral deflection before gross slip
+  double largest_friction = 0;  ///< lateral over normal force of rows that stick
+  int drags = 0;                ///< experiments with a lateral deflection
+  int slipping_drags = 0;       ///< of them, those that reach a plateau
+};
+
+/// Normal rows come from presses and drags, lateral rows from drags before their plateau, limit
+/// rows from the plateau, each turned into the frame of the contact point it has then.
+PointRows curve_rows(const PointData& point);
+
+/// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
+int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share = 1e-3);
+
+}  // namespace palpate::fit

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfit/fit/fit_curves.hpp"
+
+namespace palpate::fit {
+
+/// One press, drag or path of a test point as the fit sees it: usable rows in step order, lengths
+/// over the body's `length_m`, forces over the point's `force_N`, so that every number is of
+/// order 1 whatever the body's size and stiffness.
+struct Experiment {
+  std::int32_t id = 0;
+  ExperimentKind kind = ExperimentKind::press;
+  /// A press that never leaves the normal is f^z alone; everything else is replayed as a path.
+  bool is_replayed = false;
+  std::vector<Vec3> deflection;
+  std::vector<Vec3> force;
+  std::vector<double> weight;      ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
+  std::vector<Eigen::Index> row;   ///< in the samples
+};
+
+struct PointData {
+  Vec3 inward = Vec3::Zero();
+  Mat3 normal_gradient = Mat3::Zero();  ///< du/dc times length_m
+  double force_N = 1;                   ///< typical force, the unit of force
+  double depth = 0;                     ///< deepest usable row, over length_m
+  std::vector<Experiment> experiments;
+  std::string problem;  ///< why nothing can be fitted; empty when something can
+};
+
+struct BodyData {
+  double length_m = 1;  ///< deepest usable row of the body, the unit of length
+  std::vector<PointData> points;
+  std::size_t rows_used = 0, rows_not_good = 0, rows_not_finite = 0, rows_cut = 0;
+};
+
+/// Rows that can be fitted, by point and experiment.
+/// Only `good` and finite rows; a drag or path ends at its first row that is not. A row without
+/// force error gets the median of its point's, else of the body's, else the scatter of the
+/// point's own forces about smoothness.
+/// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
+/// unit vector or an experiment mixes points or kinds.
+BodyData gather_experiments(const Samples& samples, double weight_floor);
+
+/// Depth and lateral deflection of a row about the rest normal.
+inline double depth_of(const PointData& point, const Vec3& deflection) {
+  return deflection.dot(point.inward);
+}
+inline Vec3 lateral_of(const PointData& point, const Vec3& vector) {
+  return vector - vector.dot(point.inward) * point.inward;
+}
+
+}  // namespace palpate::fit

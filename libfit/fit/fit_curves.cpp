@@ -1,0 +1,234 @@
+#include "libfit/fit/fit_curves.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "libfit/core/error.hpp"
+#include "libfit/fit/score.hpp"
+#include "libfit/fit/solve_point.hpp"
+
+namespace palpate {
+namespace {
+
+void require(bool holds, const char* option, const char* fact, const char* remedy) {
+  if (!holds) throw Error(option, fact, remedy);
+}
+
+void check(const FitOptions& o) {
+  require(o.degree >= 1 && o.degree <= 4, "fit option degree", "is not 1 to 4",
+          "Choose a degree of 1, 2, 3 or 4.");
+  for (const int pieces : o.pieces)
+    require(pieces >= 0 && pieces <= 256, "fit option pieces", "is not 0 to 256",
+            "Give a number of pieces, or 0 to have it chosen.");
+  require(o.most_pieces >= 1 && o.most_pieces <= 256, "fit option most_pieces", "is not 1 to 256",
+          "Allow at least one piece.");
+  require(o.tolerance >= 0 && o.tolerance < 1, "fit option tolerance", "is not in [0, 1)",
+          "Give a relative error such as 0.02.");
+  require(o.poor_above > 0, "fit option poor_above", "is not above 0",
+          "Give a relative error such as 0.07.");
+  require(o.weight_floor > 0 && o.weight_floor < 1, "fit option weight_floor", "is not in (0, 1)",
+          "Give a fraction of the typical force such as 0.001.");
+  require(o.default_friction > 0 && std::isfinite(o.default_friction),
+          "fit option default_friction", "is not above 0", "Give a friction such as 0.3.");
+  require(o.default_lateral_ratio > 0 && std::isfinite(o.default_lateral_ratio),
+          "fit option default_lateral_ratio", "is not above 0", "Give a ratio such as 0.67.");
+  require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
+}
+
+// What one point's fit leaves behind, in SI.
+struct PointResult {
+  std::array<Eigen::VectorXd, kCurveKinds> control;
+  FitStatus status = FitStatus::failed;
+  std::string message;
+  fit::PointScore score;
+  bool is_scored = false;
+};
+
+// The body's bases in both units.
+struct BodyBases {
+  std::array<CurveBasis, kCurveKinds> plain, si;
+  std::array<BasisReport, kCurveKinds> report;
+};
+
+BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& rows,
+                     const FitOptions& options) {
+  BodyBases bases;
+  bases.report = fit::choose_bases(body, rows, options);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    bases.plain[kind] = bases.si[kind] = bases.report[kind].basis;
+    for (double& knot : bases.si[kind].knots_m) knot *= body.length_m;
+    if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
+    bases.report[kind].basis = bases.si[kind];
+  }
+  return bases;
+}
+
+void join(std::string& message, const std::string& sentence) {
+  message += (message.empty() ? "" : "; ") + sentence;
+}
+
+std::string percent(double share) { return std::to_string(std::lround(share * 100)) + " %"; }
+
+PointResult fit_point(const Samples& samples, const fit::PointData& point,
+                      const fit::PointRows& rows, double length_m, const BodyBases& bases,
+                      const fit::Bases& plain, const fit::Bases& si, const FitOptions& options) {
+  PointResult result;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
+  result.message = point.problem;
+  if (!point.problem.empty()) return result;
+  fit::PointCurves curves = fit::start_values(point, rows, bases.plain, options);
+  result.message = curves.problem;
+  if (!curves.problem.empty()) return result;
+
+  fit::solve_point(point, plain, bases.plain, options, curves);
+  if (!curves.is_identified[2])  // made up from f^z, which may have moved
+    curves.increments[2] =
+        fit::transfer(bases.plain[0], curves.increments[0], bases.plain[2], curves.friction);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    result.control[kind] =
+        fit::stored_controls(curves.increments[kind], point.force_N, kind == 1);
+
+  result.score = fit::score_point(samples, point, length_m, si, result.control);
+  result.is_scored = true;
+  if (curves.is_identified[2] && result.score.slipped_rows == 0)
+    join(curves.message, "no row slips in the fitted model: the limit curve is a guess");
+  result.message = curves.message;
+  result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
+  if (result.score.relative > options.poor_above) {
+    if (result.status == FitStatus::good) result.status = FitStatus::poor;
+    join(result.message, "residual is " + percent(result.score.relative) +
+                             " of the force, worst in experiment " +
+                             std::to_string(result.score.worst_experiment));
+  }
+  return result;
+}
+
+std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
+                                    const std::vector<fit::PointRows>& rows,
+                                    const BodyBases& bases, const FitOptions& options,
+                                    const Progress& progress) {
+  const fit::Bases plain(bases.plain), si(bases.si);
+  std::vector<PointResult> results(body.points.size());
+  std::mutex mutex;
+  std::size_t done = 0;
+  const auto fit_one = [&](std::size_t p) {
+    if (progress.stopped()) {
+      for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+        results[p].control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
+      results[p].message = "stopped before this point was fitted";
+      return;
+    }
+    results[p] = fit_point(samples, body.points[p], rows[p], body.length_m, bases, plain, si,
+                           options);
+    const std::lock_guard lock(mutex);
+    progress.report(++done, results.size(), samples.point_name[p]);
+  };
+  tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, results.size(), fit_one); });
+  return results;
+}
+
+FittedCurves collect(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
+                     const std::vector<PointResult>& results) {
+  const Eigen::Index points = samples.points();
+  FittedCurves out;
+  out.position = samples.point_position;
+  out.normal = samples.point_normal;
+  out.name = samples.point_name;
+  out.curves.basis = bases.si;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    out.curves.control[kind].resize(points, bases.si[kind].size());
+  out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
+  out.max_residual_N = out.rms_residual_N;
+  out.depth_range_m.setZero(points);
+  for (Eigen::Index p = 0; p < points; ++p) {
+    const PointResult& result = results[static_cast<std::size_t>(p)];
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+      out.curves.control[kind].row(p) = result.control[kind];
+    out.status.push_back(result.status);
+    out.message.push_back(result.message);
+    out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth * body.length_m;
+    if (!result.is_scored) continue;
+    out.rms_residual_N[p] = result.score.rms_N;
+    out.max_residual_N[p] = result.score.max_N;
+  }
+  return out;
+}
+
+std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
+                                     const std::vector<PointResult>& results, int count) {
+  std::vector<WorstPoint> worst;
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    if (!results[p].is_scored) continue;
+    const fit::PointScore& score = results[p].score;
+    const auto at = static_cast<Eigen::Index>(p);
+    std::string reason = "worst at row " + std::to_string(score.worst_row) + " of experiment " +
+                         std::to_string(score.worst_experiment);
+    if (!results[p].message.empty()) join(reason, results[p].message);
+    worst.push_back({at, fitted.name[p], fitted.position.row(at), score.relative, score.rms_N,
+                     score.max_N, reason});
+  }
+  std::stable_sort(worst.begin(), worst.end(), [](const WorstPoint& a, const WorstPoint& b) {
+    return a.relative_residual > b.relative_residual;
+  });
+  if (worst.size() > static_cast<std::size_t>(std::max(count, 0)))
+    worst.resize(static_cast<std::size_t>(std::max(count, 0)));
+  return worst;
+}
+
+FitReport make_report(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
+                      const FittedCurves& fitted, const std::vector<PointResult>& results,
+                      int count) {
+  FitReport report;
+  report.kind = bases.report;
+  report.worst = worst_points(fitted, results, count);
+  for (const FitStatus status : fitted.status) {
+    report.good += status == FitStatus::good;
+    report.underdetermined += status == FitStatus::underdetermined;
+    report.poor += status == FitStatus::poor;
+    report.failed += status == FitStatus::failed;
+  }
+  report.rows = static_cast<std::size_t>(samples.rows());
+  report.rows_used = body.rows_used;
+  report.rows_not_good = body.rows_not_good;
+  report.rows_not_finite = body.rows_not_finite;
+  report.rows_cut = body.rows_cut;
+  std::vector<double> errors;
+  for (const PointResult& result : results)
+    errors.insert(errors.end(), result.score.relative_errors.begin(),
+                  result.score.relative_errors.end());
+  report.median_relative_error = fit::median(errors);
+  report.p95_relative_error = fit::quantile(errors, 0.95);
+  report.max_relative_error = fit::quantile(errors, 1);
+  return report;
+}
+
+}  // namespace
+
+FittedCurves fit_curves(const Samples& samples, const FitOptions& options,
+                        const Progress& progress, FitReport* report) {
+  const auto begin = std::chrono::steady_clock::now();
+  check(options);
+  const fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
+  std::vector<fit::PointRows> rows;
+  for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
+  const BodyBases bases = make_bases(body, rows, options);
+  const auto results = fit_points(samples, body, rows, bases, options, progress);
+  FittedCurves fitted = collect(samples, body, bases, results);
+  if (report != nullptr) {
+    *report = make_report(samples, body, bases, fitted, results, options.worst_points);
+    report->is_stopped = progress.stopped();
+    report->seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+  return fitted;
+}
+
+}  // namespace palpate

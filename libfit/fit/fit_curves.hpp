@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/core/progress.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate {
+
+/// How a row far from the curves counts. `huber` grows linearly past three robust standard
+/// deviations, `cauchy` logarithmically past two and a half.
+enum class FitLoss : std::int8_t { squared = 0, huber = 1, cauchy = 2 };
+struct FitLossName {
+  FitLoss loss;
+  std::string_view name;
+};
+inline constexpr std::array<FitLossName, 3> kFitLossNames{{
+    {FitLoss::squared, "squared"},
+    {FitLoss::huber, "huber"},
+    {FitLoss::cauchy, "cauchy"},
+}};
+
+/// What a user may decide about a fit; the defaults suit simulated samples.
+struct FitOptions {
+  int degree = 3;  ///< of every curve, 1 to 4
+  /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
+  std::array<int, kCurveKinds> pieces{0, 0, 0};
+  /// Knots of each kind [m], taken as they are; empty: placed from the samples.
+  std::array<std::vector<double>, kCurveKinds> knots_m{};
+  int most_pieces = 12;      ///< the search for `pieces` stops here
+  /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
+  double tolerance = 0.02;
+  /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
+  double poor_above = 0.07;
+  FitLoss loss = FitLoss::huber;
+  /// Weight floor as a fraction of the point's typical force: rows are weighted by
+  /// 1 / sqrt(force_error^2 + floor^2).
+  double weight_floor = 1e-3;
+  double default_friction = 0.3;  ///< L / f^z where no row slips
+  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of an incompressible half-space.
+  double default_lateral_ratio = 2.0 / 3.0;
+  int jobs = 0;         ///< threads, 0: all. Results do not depend on it.
+  int worst_points = 10;  ///< length of FitReport::worst
+};
+
+/// One candidate of the search for a basis: mean error of rows the curve did not see.
+struct BasisEvidence {
+  int pieces = 0;
+  bool is_placed_by_curvature = false;  ///< else equal pieces
+  double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
+};
+
+/// Why a kind got its basis.
+struct BasisReport {
+  CurveBasis basis;
+  std::vector<BasisEvidence> evidence;  ///< in the order tried; empty when the user chose
+  int points = 0;                       ///< that had rows to hold out
+  std::string reason;                   ///< a sentence
+};
+
+/// A point that the curves describe badly, worst first.
+struct WorstPoint {
+  Eigen::Index point = 0;
+  std::string name;
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double relative_residual = 0;  ///< rms residual over rms force
+  double rms_residual_N = 0;
+  double max_residual_N = 0;
+  std::string reason;  ///< which experiment and row is worst, then the point's message
+};
+
+/// How the fit went. All but `seconds` is independent of the number of threads.
+struct FitReport {
+  std::array<BasisReport, kCurveKinds> kind;
+  std::vector<WorstPoint> worst;
+  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
+  std::size_t rows = 0;             ///< in the samples
+  std::size_t rows_used = 0;        ///< fitted and scored
+  std::size_t rows_not_good = 0;    ///< left out for their status
+  std::size_t rows_not_finite = 0;  ///< left out although `good`: NaN or infinite
+  std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
+  /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.
+  double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
+  bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
+  double seconds = 0;       ///< wall clock
+};
+
+/// Response curves at every test point, identified from its experiments (docs/method.md, 3 to 5).
+/// Rows are predicted by replaying their experiment through the response model, friction limit
+/// included; weighted force differences are minimised over the increments of the control values,
+/// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
+/// A point with too little data gets the curves its message names and `underdetermined`; one with
+/// none gets zero curves and `failed`; others are not affected.
+/// Throws Error on options out of range and on samples whose arrays do not belong together.
+FittedCurves fit_curves(const Samples& samples, const FitOptions& options = {},
+                        const Progress& progress = {}, FitReport* report = nullptr);
+
+}  // namespace palpate

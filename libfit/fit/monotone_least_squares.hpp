@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "libfit/core/curve_basis.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/runtime/spline.hpp"
+
+namespace palpate::fit {
+
+/// Tables as the engine's templates want them. Not valid after `tables` is gone.
+runtime::SplineView view(const SplineTables& tables);
+
+/// One observation of a curve: value f at x, in whatever unit the caller works in.
+/// group: rows with one group are held out together.
+struct CurveRow {
+  double x = 0, f = 0, weight = 1;
+  int group = 0;
+};
+
+/// Control values b (size()) from increments a (size() - 1): b_0 = 0, b_{j+1} = b_j + a_j.
+Eigen::VectorXd controls_of(const Eigen::VectorXd& increments);
+Eigen::VectorXd increments_of(const Eigen::VectorXd& controls);
+
+/// d f(x) / d a: the I-spline values at x; zero for x <= 0 (docs/method.md, section 3).
+Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x);
+
+/// Increment j of a curve with slope 1 everywhere: the step between Greville abscissae [m].
+Eigen::VectorXd greville_steps(const CurveBasis& basis);
+
+/// Faint knowledge that decides what rows leave open, rows of (matrix, right side) to be appended
+/// to a least-squares problem whose rows have unit weight.
+struct Faint {
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd target;
+};
+/// "Slope changes little": differences of neighbouring slopes, over a curve of size `force`.
+Faint faint_smoothness(const CurveBasis& basis, double strength);
+/// "Increments are these".
+Faint faint_pull(const Eigen::VectorXd& increments, double strength);
+
+/// x >= lower minimising |A x - b|, exactly (active sets on a QR factor of A).
+/// A: m x n of full column rank, m >= n. Source: Lawson and Hanson, Solving Least Squares Problems
+/// (1974), chapter 23.
+Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                      const Eigen::VectorXd& lower);
+
+/// sqrt of the robust loss over the size s >= 0 of a weighted residual, 1 near zero: multiply the
+/// residual by it and its square is the loss. scale > 0 is a robust standard deviation.
+template <class T>
+T loss_factor(FitLoss loss, double scale, const T& size) {
+  using std::log;
+  using std::sqrt;
+  if (loss == FitLoss::huber) {
+    const double knee = 3 * scale;
+    if (!(size > knee)) return T(1);
+    return sqrt(knee * (2.0 * size - knee)) / size;
+  }
+  if (loss == FitLoss::cauchy) {
+    const double knee = 2.5 * scale;
+    if (!(size > 1e-3 * knee)) return T(1);
+    const T z = size / knee;
+    return knee * sqrt(log(1.0 + z * z)) / size;
+  }
+  return T(1);
+}
+
+/// Standard deviation of mostly Gaussian sizes with outliers, 1.4826 times their median.
+double robust_deviation(std::vector<double> sizes);
+/// Middle value (of an even number the lower one); 0 when empty.
+double median(std::vector<double> values);
+/// Value below which `share` (0 to 1) of the values lie; 0 when empty.
+double quantile(std::vector<double> values, double share);
+
+/// Increments of the monotone curve nearest to the rows, each at least `lower`.
+/// Robust losses by iterated reweighting.
+Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
+                               const Eigen::VectorXd& lower, const Faint& faint, FitLoss loss);
+
+}  // namespace palpate::fit

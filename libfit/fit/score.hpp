@@ -1,0 +1,25 @@
+#pragma once
+
+#include "libfit/fit/replay.hpp"
+
+namespace palpate::fit {
+
+/// Control values as an asset stores them: representable in float32, b_0 = 0, never falling, and
+/// strictly rising when asked. increments: times force_N [N].
+Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
+                                bool is_strictly_rising);
+
+/// Force differences of a point, replayed by the engine's template in SI from stored controls.
+struct PointScore {
+  double rms_N = 0, max_N = 0;
+  double relative = 0;                 ///< rms difference over rms force
+  std::vector<double> relative_errors;  ///< per row: over max(|force|, 5 % of the typical force)
+  int slipped_rows = 0;                ///< replayed as slipping
+  std::int32_t worst_experiment = 0;   ///< id, with the row in it
+  std::size_t worst_row = 0;
+};
+PointScore score_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& bases_m,
+                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N);
+
+}  // namespace palpate::fit

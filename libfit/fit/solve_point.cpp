@@ -1,0 +1,144 @@
+#include "libfit/fit/solve_point.hpp"
+
+#include <ceres/ceres.h>
+
+#include <cmath>
+
+namespace palpate::fit {
+namespace {
+
+constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
+
+// |matrix x - target| on one slice of the parameters.
+struct FaintResidual {
+  const Faint* faint;
+  Eigen::Index offset;
+  double strength;
+
+  template <class T>
+  bool operator()(const T* const* parameters, T* residual) const {
+    for (Eigen::Index i = 0; i < faint->matrix.rows(); ++i) {
+      residual[i] = T(-strength * faint->target[i]);
+      for (Eigen::Index j = 0; j < faint->matrix.cols(); ++j)
+        if (faint->matrix(i, j) != 0)
+          residual[i] += strength * faint->matrix(i, j) * parameters[0][offset + j];
+    }
+    return true;
+  }
+};
+
+template <class Functor>
+ceres::CostFunction* automatic(Functor* functor, Eigen::Index parameters, Eigen::Index residuals) {
+  auto* cost = new ceres::DynamicAutoDiffCostFunction<Functor, kJetWidth>(functor);
+  cost->AddParameterBlock(static_cast<int>(parameters));
+  cost->SetNumResiduals(static_cast<int>(residuals));
+  return cost;
+}
+
+Eigen::VectorXd pack(const PointCurves& curves,
+                     const std::array<Eigen::VectorXd, kCurveKinds>& values) {
+  Eigen::VectorXd packed(0);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Eigen::Index old = packed.size();
+    packed.conservativeResize(old + values[kind].size());
+    packed.tail(values[kind].size()) = values[kind];
+  }
+  return packed;
+}
+
+void unpack(const Eigen::VectorXd& packed, PointCurves& curves) {
+  Eigen::Index at = 0;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Eigen::Index n = curves.increments[kind].size();
+    curves.increments[kind] = packed.segment(at, n);
+    at += n;
+  }
+}
+
+ReplayResidual residual_of(const PointData& point, const Bases& bases, const Experiment& e,
+                           const PointCurves& curves) {
+  return {&bases, quadric_of(point.inward, point.normal_gradient), &e, curves.is_identified,
+          curves.increments, FitLoss::squared, 1};
+}
+
+// Robust deviation of the weighted residuals' sizes at the given parameters.
+double residual_scale(const PointData& point, const Bases& bases, const PointCurves& curves,
+                      const Eigen::VectorXd& parameters) {
+  std::vector<double> sizes, residual;
+  const double* block = parameters.data();
+  for (const Experiment& e : point.experiments) {
+    residual.resize(3 * e.row.size());
+    residual_of(point, bases, e, curves)(&block, residual.data());
+    for (std::size_t i = 0; i < e.row.size(); ++i)
+      sizes.push_back(std::hypot(residual[3 * i], residual[3 * i + 1], residual[3 * i + 2]));
+  }
+  return robust_deviation(std::move(sizes));
+}
+
+double mean_square_weight(const PointData& point) {
+  double sum = 0, rows = 0;
+  for (const Experiment& e : point.experiments)
+    for (const double w : e.weight) sum += w * w, ++rows;
+  return std::sqrt(sum / rows);
+}
+
+ceres::Solver::Options solver_options() {
+  ceres::Solver::Options options;
+  options.num_threads = 1;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.dense_linear_algebra_library_type = ceres::EIGEN;  // no BLAS threads, same bits anywhere
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = 60;
+  options.function_tolerance = 1e-13;
+  options.parameter_tolerance = 1e-11;
+  options.gradient_tolerance = 1e-14;
+  return options;
+}
+
+}  // namespace
+
+void solve_point(const PointData& point, const Bases& bases,
+                 const std::array<CurveBasis, kCurveKinds>& basis, const FitOptions& options,
+                 PointCurves& curves) {
+  Eigen::VectorXd parameters = pack(curves, curves.increments);
+  if (parameters.size() == 0) return;
+  const Eigen::VectorXd lower = pack(curves, curves.lower);
+  // Residuals below a thousandth of the weight floor are rounding: no outlier is told from them.
+  const double scale = std::max(residual_scale(point, bases, curves, parameters), 1e-3);
+
+  ceres::Problem problem;
+  problem.AddParameterBlock(parameters.data(), static_cast<int>(parameters.size()));
+  for (Eigen::Index j = 0; j < lower.size(); ++j)
+    problem.SetParameterLowerBound(parameters.data(), static_cast<int>(j), lower[j]);
+  for (const Experiment& e : point.experiments) {
+    auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
+    residual->loss = options.loss;
+    residual->loss_scale = scale;
+    problem.AddResidualBlock(automatic(residual, parameters.size(),
+                                       static_cast<Eigen::Index>(3 * e.row.size())),
+                             nullptr, parameters.data());
+  }
+  const std::array<Faint, kCurveKinds> faint{faint_smoothness(basis[0], kFaint),
+                                             faint_smoothness(basis[1], kFaint),
+                                             curves.limit_pull};
+  const double strength = mean_square_weight(point);
+  Eigen::Index offset = 0;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    problem.AddResidualBlock(
+        automatic(new FaintResidual{&faint[kind], offset, strength}, parameters.size(),
+                  faint[kind].matrix.rows()),
+        nullptr, parameters.data());
+    offset += curves.increments[kind].size();
+  }
+
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver_options(), &problem, &summary);
+  if (!summary.IsSolutionUsable() || !parameters.allFinite()) return;
+  if (!(summary.final_cost <= summary.initial_cost)) return;
+  unpack(parameters.cwiseMax(lower), curves);
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,141 @@
+#include "libfit/fit/start_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace palpate::fit {
+namespace {
+
+// Smallest slope of f^r, of its mean slope: strictly increasing through rounding to float32 (6e-8),
+// and a slip's root always exists.
+constexpr double kLateralSlopeFloor = 1e-4;
+constexpr double kHoldMargin = 1.05;  // a limit made up exceeds every lateral force seen by 5 %
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+void say(PointCurves& curves, const std::string& sentence) {
+  if (!curves.message.empty()) curves.message += "; ";
+  curves.message += sentence;
+}
+
+// Slope of the straight line through zero nearest to the rows.
+double line_slope(const std::vector<CurveRow>& rows) {
+  double cross = 0, square = 0;
+  for (const CurveRow& row : rows) {
+    cross += row.weight * row.weight * row.x * row.f;
+    square += row.weight * row.weight * row.x * row.x;
+  }
+  return square > 0 ? cross / square : 0;
+}
+
+int count_groups(const std::vector<CurveRow>& rows) {
+  return rows.empty() ? 0 : rows.back().group + 1;  // sorted by choose_bases
+}
+
+void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptions& options,
+                  PointCurves& out) {
+  const auto& data = rows.curve[0];
+  out.lower[0] = Eigen::VectorXd::Zero(basis.size() - 1);
+  const double slope = line_slope(data);
+  if (!(slope > 0)) {
+    out.problem = "no row with the probe in the body and a force into it";
+    return;
+  }
+  if (data.size() <= 2 || count_groups(data) < 2) {
+    out.increments[0] = slope * greville_steps(basis);
+    say(out, (data.size() <= 2 ? std::to_string(data.size()) + " row(s) in contact"
+                               : "all rows at one depth") +
+                 ": the normal curve is a straight line");
+    return;
+  }
+  const SplineTables tables = tabulate(basis);
+  out.increments[0] = fit_increments(view(tables), unit_weights(data), out.lower[0],
+                                     faint_smoothness(basis, kFaint), options.loss);
+  out.is_identified[0] = true;
+  if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
+}
+
+double value(const CurveBasis& basis, const Eigen::VectorXd& increments, double x) {
+  const SplineTables tables = tabulate(basis);
+  return increment_weights(view(tables), x).dot(increments);
+}
+
+void start_lateral(const PointData& point, const PointRows& rows, const CurveBasis& normal,
+                   const CurveBasis& basis, const FitOptions& options, PointCurves& out) {
+  const auto& data = rows.curve[1];
+  double slope = line_slope(data);
+  if (data.empty() || !(slope > 0)) {
+    slope = options.default_lateral_ratio *
+            value(normal, out.increments[0], point.depth) / point.depth;
+    std::string sentence = "the lateral curve is a line of " +
+                           number(options.default_lateral_ratio) +
+                           " of the normal stiffness at full depth";
+    if (rows.slipping_drags > 0 && rows.lateral_reach > 0) {
+      double limit = 0;  // every slipping row must go on slipping
+      for (const CurveRow& row : rows.curve[2]) limit = std::max(limit, row.f);
+      if (slope * rows.lateral_reach < kHoldMargin * limit) {
+        slope = kHoldMargin * limit / rows.lateral_reach;
+        sentence = "the lateral curve is the softest line on which all of them slip";
+      }
+      say(out, "no row sticks: " + sentence);
+    } else {
+      say(out, (rows.drags == 0 ? "no drags: " : "no lateral force: ") + sentence);
+    }
+    out.increments[1] = slope * greville_steps(basis);
+    out.lower[1] = kLateralSlopeFloor * out.increments[1];
+    return;
+  }
+  out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
+  const SplineTables tables = tabulate(basis);
+  out.increments[1] = fit_increments(view(tables), unit_weights(data), out.lower[1],
+                                     faint_smoothness(basis, kFaint), options.loss);
+  out.is_identified[1] = true;
+  if (data.size() <= 2)
+    say(out, std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
+}
+
+void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBasis& basis,
+                 const FitOptions& options, PointCurves& out) {
+  const auto& data = rows.curve[2];
+  out.lower[2] = Eigen::VectorXd::Zero(basis.size() - 1);
+  std::vector<double> ratios;
+  for (const CurveRow& row : data) {
+    const double f = value(normal, out.increments[0], row.x);
+    if (f > 0) ratios.push_back(row.f / f);
+  }
+  out.friction = median(ratios);
+  if (!(out.friction > 0)) {
+    out.friction = std::max(options.default_friction, kHoldMargin * rows.largest_friction);
+    out.increments[2] = transfer(normal, out.increments[0], basis, out.friction);
+    say(out, (rows.drags == 0 ? "no drags: the limit is "
+                              : "no row slips: the limit is ") +
+                 number(out.friction) + " of the normal force" +
+                 (out.friction > options.default_friction ? ", just above what held" : ""));
+    return;
+  }
+  out.limit_pull = faint_pull(transfer(normal, out.increments[0], basis, out.friction), kFaint);
+  const SplineTables tables = tabulate(basis);
+  out.increments[2] = fit_increments(view(tables), unit_weights(data), out.lower[2],
+                                     out.limit_pull, options.loss);
+  out.is_identified[2] = true;
+}
+
+}  // namespace
+
+PointCurves start_values(const PointData& point, const PointRows& rows,
+                         const std::array<CurveBasis, kCurveKinds>& bases,
+                         const FitOptions& options) {
+  PointCurves out;
+  start_normal(rows, bases[0], options, out);
+  if (!out.problem.empty()) return out;
+  start_lateral(point, rows, bases[0], bases[1], options, out);
+  start_limit(rows, bases[0], bases[2], options, out);
+  return out;
+}
+
+}  // namespace palpate::fit

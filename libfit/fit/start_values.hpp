@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "libfit/fit/choose_basis.hpp"
+
+namespace palpate::fit {
+
+/// The curves of one point on their way: increments in units of the point's force, on bases in
+/// units of the body's length.
+struct PointCurves {
+  std::array<Eigen::VectorXd, kCurveKinds> increments;
+  std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
+  std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
+  Faint limit_pull;        ///< what decides a limit curve between the depths that slipped
+  double friction = 0;     ///< L / f^z where rows do not say otherwise
+  std::string problem;     ///< no curve can be made; empty otherwise
+  std::string message;     ///< sentences on what is missing and what stands in for it
+};
+
+/// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
+/// curves no row speaks of.
+PointCurves start_values(const PointData& point, const PointRows& rows,
+                         const std::array<CurveBasis, kCurveKinds>& bases,
+                         const FitOptions& options);
+
+}  // namespace palpate::fit
