@@ -1,0 +1,247 @@
+// Gmsh MSH: version 1 (ASCII), 2.x and 4.1 (ASCII and binary of either byte order).
+#include <algorithm>
+#include <string>
+#include <unordered_map>
+
+#include "libfem/mesh/read/formats.hpp"
+
+namespace palpate::mesh_read {
+namespace {
+
+enum class Shape { flat, tet, other };
+
+// Element types of the Gmsh manual (MSH file format): number, nodes, shape.
+struct ElementType {
+  std::int64_t number;
+  std::size_t nodes;
+  Shape shape;
+  const char* name;
+};
+constexpr ElementType kElementTypes[] = {
+    {15, 1, Shape::flat, "point"},        {1, 2, Shape::flat, "line"},
+    {8, 3, Shape::flat, "line"},          {26, 4, Shape::flat, "line"},
+    {27, 5, Shape::flat, "line"},         {28, 6, Shape::flat, "line"},
+    {2, 3, Shape::flat, "triangle"},      {9, 6, Shape::flat, "triangle"},
+    {20, 9, Shape::flat, "triangle"},     {21, 10, Shape::flat, "triangle"},
+    {22, 12, Shape::flat, "triangle"},    {23, 15, Shape::flat, "triangle"},
+    {24, 15, Shape::flat, "triangle"},    {25, 21, Shape::flat, "triangle"},
+    {3, 4, Shape::flat, "quad"},          {10, 9, Shape::flat, "quad"},
+    {16, 8, Shape::flat, "quad"},         {4, 4, Shape::tet, "tetrahedron"},
+    {11, 10, Shape::tet, "tetrahedron"},  {29, 20, Shape::tet, "tetrahedron"},
+    {30, 35, Shape::tet, "tetrahedron"},  {31, 56, Shape::tet, "tetrahedron"},
+    {5, 8, Shape::other, "hexahedron"},   {12, 27, Shape::other, "hexahedron"},
+    {17, 20, Shape::other, "hexahedron"}, {6, 6, Shape::other, "prism"},
+    {13, 18, Shape::other, "prism"},      {18, 15, Shape::other, "prism"},
+    {7, 5, Shape::other, "pyramid"},      {14, 14, Shape::other, "pyramid"},
+    {19, 13, Shape::other, "pyramid"},
+};
+
+const ElementType& element_type(std::int64_t number, const Cursor& file) {
+  for (const ElementType& row : kElementTypes)
+    if (row.number == number) return row;
+  file.fail("element type " + std::to_string(number) + " is not known",
+            "Mesh the volume with linear or quadratic tetrahedra.");
+}
+
+class MshFile {
+ public:
+  explicit MshFile(Cursor& file) : file_(file) {}
+
+  RawTetMesh read() {
+    while (!file_.at_end()) {
+      const std::string_view section = file_.word();
+      if (section == "$MeshFormat")
+        read_format();
+      else if (section == "$NOD")
+        read_nodes_2();
+      else if (section == "$ELM")
+        read_elements_1();
+      else if (section == "$Nodes")
+        version_ >= 4 ? read_nodes_4() : read_nodes_2();
+      else if (section == "$Elements")
+        version_ >= 4 ? read_elements_4() : read_elements_2();
+      else if (section.starts_with('$'))
+        skip_section(section);
+      else
+        file_.fail("expected a section that begins with '$'");
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  // A number of one of the kinds that MSH writes in binary: int and size_t.
+  std::int64_t small() { return file_.integer(NumberType::int32); }
+  std::int64_t large() { return file_.integer(NumberType::uint64); }
+  std::size_t least(std::size_t bytes) const { return data_ == Encoding::text ? 2 : bytes; }
+
+  void read_format() {
+    version_ = file_.real();
+    if (version_ < 2 || version_ >= 5 || (version_ >= 3 && version_ != 4.1))
+      file_.fail("this version of MSH is not supported", "Save it as MSH 4.1 or 2.2.");
+    const bool is_binary = file_.integer() != 0;
+    if (file_.integer() != 8)
+      file_.fail("numbers are not of 8 bytes", "Save it as MSH 4.1 or 2.2.");
+    file_.line();
+    if (is_binary) {
+      file_.encoding = Encoding::little_endian;
+      if (small() != 1) {
+        file_.encoding = Encoding::big_endian;
+        file_.seek(file_.position() - 4);
+        if (small() != 1) file_.fail("the byte order mark is not 1");
+      }
+      data_ = file_.encoding;
+      file_.encoding = Encoding::text;
+    }
+    file_.expect("$EndMeshFormat");
+  }
+
+  void skip_section(std::string_view name) {
+    const std::string end = "$End" + std::string(name.substr(1));
+    const std::size_t at = file_.bytes().find(end, file_.position());
+    if (at == std::string_view::npos) file_.fail("section is not closed by " + end);
+    file_.seek(at + end.size());
+  }
+
+  void add_node(std::int64_t tag, const Vec3& point) {
+    if (!index_.try_emplace(tag, mesh_.points.size()).second)
+      file_.fail("node " + std::to_string(tag) + " is there twice");
+    mesh_.points.push_back(point);
+  }
+
+  void read_nodes_2() {
+    const std::int64_t number = file_.integer();
+    file_.line();
+    const std::size_t nodes =
+        file_.checked_count(number, data_ == Encoding::text ? 7 : 28, "nodes");
+    file_.encoding = data_;
+    for (std::size_t n = 0; n < nodes; ++n) {
+      const std::int64_t tag = small();
+      add_node(tag, file_.position_3d());
+    }
+    end_section();
+  }
+
+  void read_nodes_4() {
+    file_.line();
+    file_.encoding = data_;
+    const std::int64_t blocks = large();
+    for (int i = 0; i < 3; ++i) large();  // nodes in all, least and largest tag
+    std::vector<std::int64_t> tags;
+    for (std::int64_t b = 0; b < blocks; ++b) {
+      const std::int64_t dimension = small();
+      small();  // tag of the entity
+      const bool is_parametric = small() != 0;
+      const std::int64_t parameters = is_parametric ? std::clamp<std::int64_t>(dimension, 0, 3) : 0;
+      tags.resize(file_.count(NumberType::uint64, least(32), "nodes"));
+      for (std::int64_t& tag : tags) tag = large();
+      for (const std::int64_t tag : tags) {
+        add_node(tag, file_.position_3d());
+        for (std::int64_t i = 0; i < parameters; ++i) file_.real();
+      }
+    }
+    end_section();
+  }
+
+  void add_element(std::int64_t id, const ElementType& type, std::span<const std::int64_t> tags) {
+    if (type.shape == Shape::flat) {
+      ++mesh_.ignored_elements;
+      return;
+    }
+    if (type.shape == Shape::other) fail_not_tets(file_, type.name);
+    std::array<std::int64_t, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto at = index_.find(tags[i]);
+      if (at == index_.end())
+        file_.fail("element " + std::to_string(id) + " uses node " + std::to_string(tags[i]) +
+                   ", which is not there");
+      corners[i] = static_cast<std::int64_t>(at->second);
+    }
+    add_tet(mesh_, corners, id, file_);
+  }
+
+  void read_elements_1() {
+    const std::size_t elements = file_.count(NumberType::int64, 12, "elements");
+    std::vector<std::int64_t> tags;
+    for (std::size_t e = 0; e < elements; ++e) {
+      const std::int64_t id = file_.integer();
+      const ElementType& type = element_type(file_.integer(), file_);
+      file_.integer();  // physical and elementary region
+      file_.integer();
+      tags.resize(type.nodes);
+      if (file_.integer() != static_cast<std::int64_t>(type.nodes))
+        file_.fail("element " + std::to_string(id) + " has a wrong number of nodes");
+      for (std::int64_t& tag : tags) tag = file_.integer();
+      add_element(id, type, tags);
+    }
+    end_section();
+  }
+
+  // In text each element has a type and tags of its own; in binary a header is shared by a run.
+  void read_elements_2() {
+    const std::int64_t number = file_.integer();
+    file_.line();
+    const std::size_t elements = file_.checked_count(number, least(8), "elements");
+    file_.encoding = data_;
+    const bool is_binary = data_ != Encoding::text;
+    std::vector<std::int64_t> tags;
+    for (std::size_t e = 0; e < elements;) {
+      std::int64_t id = is_binary ? 0 : small();
+      const ElementType& type = element_type(small(), file_);
+      const std::size_t run = is_binary ? file_.count(NumberType::int32, 8, "elements") : 1;
+      const std::size_t labels = file_.count(NumberType::int32, least(0), "element tags");
+      if (run == 0 || run > elements - e)
+        file_.fail("a run of elements is longer than its section");
+      tags.resize(type.nodes);
+      for (std::size_t i = 0; i < run; ++i) {
+        if (is_binary) id = small();
+        for (std::size_t t = 0; t < labels; ++t) small();
+        for (std::int64_t& tag : tags) tag = small();
+        add_element(id, type, tags);
+      }
+      e += run;
+    }
+    end_section();
+  }
+
+  void read_elements_4() {
+    file_.line();
+    file_.encoding = data_;
+    const std::int64_t blocks = large();
+    for (int i = 0; i < 3; ++i) large();  // elements in all, least and largest tag
+    std::vector<std::int64_t> tags;
+    for (std::int64_t b = 0; b < blocks; ++b) {
+      small();  // dimension and tag of the entity
+      small();
+      const ElementType& type = element_type(small(), file_);
+      tags.resize(type.nodes);
+      const std::size_t elements = file_.count(NumberType::uint64, least(16), "elements");
+      for (std::size_t e = 0; e < elements; ++e) {
+        const std::int64_t id = large();
+        for (std::int64_t& tag : tags) tag = large();
+        add_element(id, type, tags);
+      }
+    }
+    end_section();
+  }
+
+  void end_section() {
+    file_.encoding = Encoding::text;
+    const std::string_view word = file_.word();
+    if (!word.starts_with("$E")) file_.fail("a section is longer or shorter than it announces");
+  }
+
+  Cursor& file_;
+  double version_ = 1;
+  Encoding data_ = Encoding::text;
+  RawTetMesh mesh_;
+  std::unordered_map<std::int64_t, std::size_t> index_;  // of each node tag
+};
+
+}  // namespace
+
+RawTetMesh read_msh(Cursor& file) {
+  if (!file.bytes().starts_with("$")) file.fail("does not begin with $MeshFormat or $NOD");
+  return MshFile(file).read();
+}
+
+}  // namespace palpate::mesh_read

@@ -1,0 +1,74 @@
+// Wavefront OBJ: `v` and `f` lines; texture, normal, group and material lines are passed over.
+#include <string>
+
+#include "libfem/mesh/read/formats.hpp"
+
+namespace palpate::mesh_read {
+namespace {
+
+// The largest vertex number a face used, and where: faces may come before their vertices.
+struct Furthest {
+  std::int64_t index = -1;
+  std::size_t position = 0;
+};
+
+// "7", "7/1", "7//3", "7/1/3" or negative (counted back from the latest vertex), as index from 0.
+std::int64_t corner_index(std::string_view word, std::size_t points, const Cursor& file) {
+  const auto number = parse_integer(word.substr(0, word.find('/')));
+  if (!number || *number == 0)
+    file.fail("a face corner is not a vertex number (from 1, or negative)");
+  const std::int64_t index =
+      *number > 0 ? *number - 1 : static_cast<std::int64_t>(points) + *number;
+  if (index < 0) file.fail("a face counts back past the first vertex");
+  if (index > INT32_MAX) file.fail("a face uses a vertex number above 2^31 - 1");
+  return index;
+}
+
+void read_vertex(Cursor& file, RawSurface& surface) {
+  Vec3 point;
+  for (double& x : point) {
+    const auto value = parse_real(file.word_on_line());
+    if (!value) file.fail("a vertex needs three numbers, with decimal points");
+    if (const std::string fault = coordinate_fault(*value); !fault.empty()) file.fail(fault);
+    x = *value;
+  }
+  surface.points.push_back(point);
+}
+
+void read_face(Cursor& file, RawSurface& surface, Furthest& furthest) {
+  std::vector<std::int64_t> corners;
+  for (std::string_view word = file.word_on_line(); !word.empty(); word = file.word_on_line()) {
+    if (word == "\\") {  // the face goes on in the next line
+      file.line();
+      continue;
+    }
+    corners.push_back(corner_index(word, surface.points.size(), file));
+    if (corners.back() > furthest.index) furthest = {corners.back(), file.position()};
+  }
+  if (corners.size() < 3) file.fail("a face has fewer than 3 corners");
+  for (std::size_t i = 2; i < corners.size(); ++i)
+    surface.triangles.push_back({static_cast<std::int32_t>(corners[0]),
+                                 static_cast<std::int32_t>(corners[i - 1]),
+                                 static_cast<std::int32_t>(corners[i])});
+}
+
+}  // namespace
+
+RawSurface read_obj(Cursor& file) {
+  file.comment = '#';
+  RawSurface surface;
+  Furthest furthest;
+  while (!file.at_end()) {
+    const std::string_view keyword = file.word_on_line();
+    if (keyword == "v") read_vertex(file, surface);
+    if (keyword == "f") read_face(file, surface, furthest);
+    file.line();
+  }
+  if (furthest.index >= static_cast<std::int64_t>(surface.points.size()))
+    file.fail_at(furthest.position - 1, "a face uses vertex " + std::to_string(furthest.index + 1) +
+                                            ", but there are " +
+                                            std::to_string(surface.points.size()));
+  return surface;
+}
+
+}  // namespace palpate::mesh_read

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "libfem/mesh/read/cursor.hpp"
+#include "libfit/core/geometry.hpp"
+
+namespace palpate::mesh_read {
+
+/// What a surface reader fills, in file units. Corners index `points` (checked by the reader, or by
+/// add_polygon).
+struct RawSurface {
+  std::vector<Vec3> points;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+};
+
+/// What a tet reader fills, in file units. tet_id: the file's own number of each tet, for messages.
+struct RawTetMesh {
+  std::vector<Vec3> points;
+  std::vector<std::array<std::int32_t, 4>> tets;
+  std::vector<std::int64_t> tet_id;
+  std::size_t ignored_elements = 0;
+};
+
+/// Adds a polygon as a fan about its first corner. corners: indices into `points`, at least 3.
+/// Throws through `cursor` (which says where) when there are fewer or one is out of range.
+void add_polygon(RawSurface& surface, std::span<const std::int64_t> corners, const Cursor& cursor);
+
+/// Adds a tet by its four corner indices, checked as in add_polygon.
+void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::int64_t id,
+             const Cursor& cursor);
+
+/// The element kinds that share a file with tets.
+[[noreturn]] void fail_not_tets(const Cursor& cursor, const char* kind);
+
+}  // namespace palpate::mesh_read

@@ -1,0 +1,133 @@
+#include "libfem/mesh/read/read.hpp"
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string_view>
+
+#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/settle_tets.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+using mesh_read::Cursor;
+
+template <typename Mesh>
+struct Format {
+  std::string_view extension;
+  std::string_view what;
+  Mesh (*read)(Cursor& file);
+};
+
+// Adding a format is a .cpp and a row.
+constexpr Format<mesh_read::RawSurface> kSurfaceFormats[] = {
+    {".obj", "Wavefront", mesh_read::read_obj},
+    {".stl", "stereolithography, ASCII or binary", mesh_read::read_stl},
+    {".ply", "Stanford, ASCII or binary", mesh_read::read_ply},
+    {".off", "Geomview", mesh_read::read_off},
+    {".vtk", "VTK legacy POLYDATA, ASCII or binary", mesh_read::read_vtk_polydata},
+    {".vtp", "VTK XML PolyData", mesh_read::read_vtp},
+};
+constexpr Format<mesh_read::RawTetMesh> kTetFormats[] = {
+    {".msh", "Gmsh 1, 2.x or 4.1, ASCII or binary", mesh_read::read_msh},
+    {".vtk", "VTK legacy UNSTRUCTURED_GRID, ASCII or binary", mesh_read::read_vtk_grid},
+    {".vtu", "VTK XML UnstructuredGrid", mesh_read::read_vtu},
+    {".node", "TetGen, with .ele beside it", mesh_read::read_tetgen},
+    {".ele", "TetGen, with .node beside it", mesh_read::read_tetgen},
+};
+
+// A body of more than 1000 km or less than 1 nm is a wrong unit or misread bytes.
+constexpr double kLargest_m = 1e6, kSmallest_m = 1e-9;
+
+template <typename Mesh>
+std::string list_formats(std::span<const Format<Mesh>> formats) {
+  std::string list;
+  for (const Format<Mesh>& row : formats)
+    list += (list.empty() ? "" : ", ") + std::string(row.extension) + " (" + std::string(row.what) +
+            ")";
+  return list;
+}
+
+template <typename Mesh>
+const Format<Mesh>& format_of(const std::filesystem::path& path,
+                              std::span<const Format<Mesh>> formats) {
+  const std::string extension = path.extension().string();
+  for (const Format<Mesh>& row : formats)
+    if (mesh_read::same_word(row.extension, extension)) return row;
+  throw Error(path.string(), "'" + extension + "' is no mesh format that is known here",
+              "Known: " + list_formats(formats) + ".");
+}
+
+template <typename Mesh>
+Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> formats) {
+  const Format<Mesh>& format = format_of(path, formats);
+  const std::string bytes = mesh_read::load_file(path);
+  Cursor file(bytes, path.string());
+  Mesh mesh = format.read(file);
+  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
+  if (mesh.points.size() > kMost)
+    throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
+  return mesh;
+}
+
+void check_unit(double length_unit_m, const std::string& where) {
+  if (!(length_unit_m > 0) || !std::isfinite(length_unit_m))
+    throw Error(where, "the length unit is not a positive length in m",
+                "Give the mesh's unit, e.g. length_unit = \"mm\".");
+}
+
+void check_size(const Points& points, const std::string& where) {
+  const double largest = points.cwiseAbs().maxCoeff(), extent = extent_m(points).maxCoeff();
+  const char* remedy = "Check length_unit, and the mesh for stray vertices.";
+  if (largest > kLargest_m) throw Error(where, "the mesh reaches further than 1000 km", remedy);
+  if (extent < kSmallest_m) throw Error(where, "the mesh is smaller than 1 nm", remedy);
+}
+
+}  // namespace
+
+Surface read_surface(const std::filesystem::path& path, double length_unit_m) {
+  const std::string where = path.string();
+  check_unit(length_unit_m, where);
+  const auto raw = read_raw<mesh_read::RawSurface>(path, kSurfaceFormats);
+  if (raw.triangles.empty())
+    throw Error(where, "the mesh has no faces (" + std::to_string(raw.points.size()) + " vertices)",
+                "Export the surface as triangles or polygons.");
+  Surface surface;
+  surface.vertices.resize(static_cast<Eigen::Index>(raw.points.size()), 3);
+  for (std::size_t v = 0; v < raw.points.size(); ++v)
+    surface.vertices.row(static_cast<Eigen::Index>(v)) = length_unit_m * raw.points[v].transpose();
+  surface.triangles.resize(static_cast<Eigen::Index>(raw.triangles.size()), 3);
+  for (std::size_t f = 0; f < raw.triangles.size(); ++f)
+    for (std::size_t i = 0; i < 3; ++i)
+      surface.triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(i)) =
+          raw.triangles[f][i];
+  check_size(surface.vertices, where);
+  return surface;
+}
+
+TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
+                      TetReadNotes* notes) {
+  const std::string where = path.string();
+  check_unit(length_unit_m, where);
+  const auto raw = read_raw<mesh_read::RawTetMesh>(path, kTetFormats);
+  if (raw.tets.empty())
+    throw Error(where,
+                "the mesh has no tetrahedra (" + std::to_string(raw.ignored_elements) +
+                    " points, lines and faces)",
+                "Save the volume elements too; a surface is read as body.surface.");
+  TetReadNotes own;
+  TetMesh mesh = mesh_read::settle_tets(raw, length_unit_m, where, notes ? *notes : own);
+  check_size(mesh.nodes, where);
+  return mesh;
+}
+
+std::string surface_formats() {
+  return list_formats(std::span<const Format<mesh_read::RawSurface>>(kSurfaceFormats));
+}
+std::string tet_mesh_formats() {
+  return list_formats(std::span<const Format<mesh_read::RawTetMesh>>(kTetFormats));
+}
+
+}  // namespace palpate

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include "libfit/core/surface.hpp"
+#include "libfit/core/tet_mesh.hpp"
+
+namespace palpate {
+
+/// The triangles of a surface mesh file, in m.
+/// path: OBJ, STL, PLY, OFF, VTK (legacy POLYDATA) or VTP, by extension; ASCII and binary.
+/// length_unit_m: length of the file's unit [m] (meshes carry none), e.g. 1e-3 for millimetres.
+/// Vertices and triangles keep the file's order; polygons become fans; STL corners identical to the
+/// bit become one vertex. Nothing is mended here (see libfem/mesh/repair).
+/// Safe on untrusted bytes: counts are checked against the file's size before memory is taken,
+/// indices against the vertices, coordinates for NaN, infinity and absurd magnitude.
+/// Throws Error, naming file and line or byte, when the extension is unknown, the file cannot be
+/// read or parsed, has no triangle, or exceeds 2^31 - 1 vertices or triangles or 4 GiB.
+Surface read_surface(const std::filesystem::path& path, double length_unit_m);
+
+/// What reading a tet mesh changed or left aside.
+struct TetReadNotes {
+  std::size_t flipped_tets = 0;      ///< negative volume, two nodes exchanged
+  std::size_t dropped_nodes = 0;     ///< used by no tet
+  std::size_t ignored_elements = 0;  ///< points, lines and surface elements of the file
+};
+
+/// The tetrahedra of a volume mesh file, in m.
+/// path: MSH (1, 2.x, 4.1), VTK (legacy UNSTRUCTURED_GRID), VTU or TetGen NODE/ELE (either of the
+/// pair), by extension; ASCII and binary. Quadratic tets are read by their corners.
+/// Nodes that no tet uses are dropped; tets of negative volume are turned if all neighbours then
+/// lie on opposite sides of their shared faces. `region` stays empty: a file's tags name no
+/// material. Safe on untrusted bytes, as read_surface. Throws Error as read_surface does, and when
+/// tets have no volume (less than 1e-12 of the longest edge cubed), overlap their neighbours, or
+/// share the file with volume elements that are not tets.
+TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
+                      TetReadNotes* notes = nullptr);
+
+/// The extensions that read_surface and read_tet_mesh know, as ".obj (Wavefront), ...".
+std::string surface_formats();
+std::string tet_mesh_formats();
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libfem/mesh/read/raw_mesh.hpp"
+
+namespace palpate::mesh_read {
+
+/// Cells as VTK keeps them: cell i has corners connectivity[end[i-1] .. end[i]), end[-1] = 0.
+struct VtkCells {
+  std::vector<std::int64_t> end;
+  std::vector<std::int64_t> connectivity;
+};
+
+/// Whether numbers of this name (vtktypeint64 and C names in legacy files, Int64 in XML) are known.
+std::optional<NumberType> vtk_number_type(std::string_view name);
+
+/// Adds polygons as fans; point indices start at `base` of the mesh's points.
+/// These throw through `cursor` when offsets fall or overrun, or indices are out of range.
+void add_polygons(RawSurface& surface, const VtkCells& cells, std::size_t base,
+                  const Cursor& cursor);
+
+/// Adds triangle strips: every second triangle is turned.
+void add_strips(RawSurface& surface, const VtkCells& cells, std::size_t base, const Cursor& cursor);
+
+/// Adds the tets among cells of the given VTK types (10; 24, 71 by their corners), counts points,
+/// lines and faces as ignored, and throws when there are other volumes.
+void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
+              std::size_t base, const Cursor& cursor);
+
+}  // namespace palpate::mesh_read

@@ -1,0 +1,196 @@
+// VTK legacy files, versions 1 to 5.1, ASCII and binary (always big endian).
+#include <string>
+
+#include "libfem/mesh/read/formats.hpp"
+#include "libfem/mesh/read/vtk_cells.hpp"
+
+namespace palpate::mesh_read {
+namespace {
+
+NumberType read_type(Cursor& file) {
+  const std::string_view name = file.word_on_line();
+  if (const auto type = vtk_number_type(name)) return *type;
+  file.fail(quoted(name) + " is not a number type of VTK");
+}
+
+// A legacy file: header read, then sections of which each begins with a line of text.
+class LegacyFile {
+ public:
+  explicit LegacyFile(Cursor& file) : file_(file) {
+    if (!file.line().starts_with("# vtk DataFile Version"))
+      file.fail("does not begin with '# vtk DataFile Version'");
+    file.line();  // title
+    const std::string_view encoding = file.word();
+    if (!same_word(encoding, "ASCII") && !same_word(encoding, "BINARY"))
+      file.fail("the third line is neither ASCII nor BINARY");
+    if (same_word(encoding, "BINARY")) data_ = Encoding::big_endian;
+    file.expect("DATASET");
+    dataset_ = file.word();
+    file.line();
+  }
+
+  std::string_view dataset() const { return dataset_; }
+
+  // The next section's keyword; empty at the end or where only attributes follow.
+  std::string_view section() {
+    while (!file_.at_end()) {
+      const std::string_view keyword = file_.word_on_line();
+      if (same_word(keyword, "CELL_DATA") || same_word(keyword, "POINT_DATA")) return {};
+      if (same_word(keyword, "METADATA")) {
+        file_.line();
+        while (file_.remaining() > 0 && !file_.line().empty()) {
+        }  // ends with an empty line
+      } else if (same_word(keyword, "FIELD")) {
+        skip_field();
+      } else {
+        return keyword;
+      }
+    }
+    return {};
+  }
+
+  std::vector<Vec3> points() {
+    const std::int64_t number = file_.integer();
+    const NumberType type = read_type(file_);
+    file_.line();
+    const std::size_t checked = file_.checked_count(number, 3 * least_bytes(type), "points");
+    std::vector<Vec3> points(checked);
+    file_.encoding = data_;
+    for (Vec3& point : points) point = file_.position_3d(type);
+    file_.encoding = Encoding::text;
+    return points;
+  }
+
+  // "KEYWORD cells numbers" with count-prefixed cells, or offsets and connectivity (version 5).
+  VtkCells cells() {
+    const std::int64_t first = file_.integer(), second = file_.integer();
+    file_.line();
+    const std::size_t start = file_.position();
+    if (second > 0 && same_word(file_.word(), "OFFSETS")) return offset_cells(first, second);
+    file_.seek(start);
+    return counted_cells(first, second);
+  }
+
+  std::vector<std::int64_t> cell_types() {
+    const std::int64_t number = file_.integer();
+    file_.line();
+    return integers(number, NumberType::int32, "cell types");
+  }
+
+ private:
+  std::size_t least_bytes(NumberType type) const {
+    return data_ == Encoding::text ? 1 : size_of(type);
+  }
+
+  std::vector<std::int64_t> integers(std::int64_t number, NumberType type,
+                                     std::string_view things) {
+    std::vector<std::int64_t> values(file_.checked_count(number, least_bytes(type), things));
+    file_.encoding = data_;
+    for (std::int64_t& value : values) value = file_.integer(type);
+    file_.encoding = Encoding::text;
+    return values;
+  }
+
+  VtkCells offset_cells(std::int64_t offsets, std::int64_t corners) {
+    VtkCells cells;
+    const NumberType offset_type = read_type(file_);
+    file_.line();
+    cells.end = integers(offsets, offset_type, "offsets");
+    if (cells.end.empty() || cells.end.front() != 0) file_.fail("cell offsets do not begin with 0");
+    cells.end.erase(cells.end.begin());
+    file_.expect("CONNECTIVITY");
+    const NumberType corner_type = read_type(file_);
+    file_.line();
+    cells.connectivity = integers(corners, corner_type, "cell corners");
+    return cells;
+  }
+
+  VtkCells counted_cells(std::int64_t number, std::int64_t numbers) {
+    const std::vector<std::int64_t> list = integers(numbers, NumberType::int32, "cell entries");
+    VtkCells cells;
+    for (std::size_t at = 0; at < list.size();) {
+      const std::int64_t corners = list[at++];
+      if (corners < 0 || static_cast<std::uint64_t>(corners) > list.size() - at)
+        file_.fail("a cell has more corners than its section");
+      cells.connectivity.insert(cells.connectivity.end(),
+                                list.begin() + static_cast<std::ptrdiff_t>(at),
+                                list.begin() + static_cast<std::ptrdiff_t>(at) + corners);
+      cells.end.push_back(static_cast<std::int64_t>(cells.connectivity.size()));
+      at += static_cast<std::size_t>(corners);
+    }
+    if (static_cast<std::int64_t>(cells.end.size()) != number)
+      file_.fail("announces " + std::to_string(number) + " cells, holds " +
+                 std::to_string(cells.end.size()));
+    return cells;
+  }
+
+  void skip_field() {
+    file_.word_on_line();  // its name
+    const std::int64_t arrays = file_.integer();
+    for (std::int64_t a = 0; a < arrays; ++a) {
+      file_.word();
+      const std::size_t width = file_.count(NumberType::int64, 1, "components");
+      const std::size_t rows = file_.count(NumberType::int64, 1, "rows");
+      const NumberType type = read_type(file_);
+      file_.line();
+      if (width > 0 && rows > file_.remaining() / width)
+        file_.fail("a field is larger than the file");
+      file_.encoding = data_;
+      for (std::size_t i = 0; i < rows * width; ++i) file_.real(type);
+      file_.encoding = Encoding::text;
+    }
+  }
+
+  Cursor& file_;
+  Encoding data_ = Encoding::text;
+  std::string_view dataset_;
+};
+
+}  // namespace
+
+RawSurface read_vtk_polydata(Cursor& file) {
+  LegacyFile legacy(file);
+  if (!same_word(legacy.dataset(), "POLYDATA"))
+    file.fail("holds a " + quoted(legacy.dataset()) + ", not POLYDATA",
+              "Give a surface; tetrahedra (UNSTRUCTURED_GRID) are read as body.tetmesh.");
+  RawSurface surface;
+  for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {
+    if (same_word(keyword, "POINTS")) {
+      surface.points = legacy.points();
+    } else if (same_word(keyword, "POLYGONS")) {
+      add_polygons(surface, legacy.cells(), 0, file);
+    } else if (same_word(keyword, "TRIANGLE_STRIPS")) {
+      add_strips(surface, legacy.cells(), 0, file);
+    } else if (same_word(keyword, "VERTICES") || same_word(keyword, "LINES")) {
+      legacy.cells();
+    } else {
+      file.fail(quoted(keyword) + " is not a section of POLYDATA");
+    }
+  }
+  return surface;
+}
+
+RawTetMesh read_vtk_grid(Cursor& file) {
+  LegacyFile legacy(file);
+  if (!same_word(legacy.dataset(), "UNSTRUCTURED_GRID"))
+    file.fail("holds " + quoted(legacy.dataset()) + ", not an UNSTRUCTURED_GRID",
+              "Give tetrahedra; a surface (POLYDATA) is read as body.surface.");
+  RawTetMesh mesh;
+  VtkCells cells;
+  std::vector<std::int64_t> types;
+  for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {
+    if (same_word(keyword, "POINTS")) {
+      mesh.points = legacy.points();
+    } else if (same_word(keyword, "CELLS")) {
+      cells = legacy.cells();
+    } else if (same_word(keyword, "CELL_TYPES")) {
+      types = legacy.cell_types();
+    } else {
+      file.fail(quoted(keyword) + " is not a section of UNSTRUCTURED_GRID");
+    }
+  }
+  add_tets(mesh, cells, types, 0, file);
+  return mesh;
+}
+
+}  // namespace palpate::mesh_read

@@ -1,0 +1,219 @@
+#include "libfem/mesh/read/vtk_xml_file.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+
+#include "libfem/mesh/read/vtk_cells.hpp"
+#include "libfem/mesh/read/xml_tags.hpp"
+
+namespace palpate::mesh_read {
+namespace {
+
+// zlib cannot shrink further than this (its manual, "maximum compression factor"), so a header that
+// promises more is damaged: checked before memory is taken.
+constexpr std::size_t kMostInflation = 1032;
+
+std::int64_t count_attribute(const XmlTag& tag, std::string_view name, const Cursor& file) {
+  const std::string_view text = attribute(tag, name);
+  if (text.empty()) return 0;
+  const auto number = parse_integer(text);
+  if (!number || *number < 0 || *number > INT32_MAX)
+    file.fail(std::string(name) + " is not a count below 2^31");
+  return *number;
+}
+
+VtkArray read_array_tag(const XmlTag& tag, std::string section, const Cursor& file) {
+  VtkArray array;
+  array.section = std::move(section);
+  array.name = attribute(tag, "Name");
+  array.format = attribute(tag, "format");
+  array.content = tag.after;
+  const auto type = vtk_number_type(attribute(tag, "type"));
+  if (!type) file.fail("array '" + array.name + "' is of no number type of VTK");
+  array.type = *type;
+  if (array.format == "appended") {
+    const auto offset = parse_integer(attribute(tag, "offset"));
+    if (!offset || *offset < 0) file.fail("array '" + array.name + "' has no offset");
+    array.offset = *offset;
+  } else if (array.format != "ascii" && array.format != "binary") {
+    file.fail("array '" + array.name + "' has an unknown format");
+  }
+  return array;
+}
+
+int base64_value(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  if (c == '+') return 62;
+  return c == '/' ? 63 : -1;
+}
+
+// Decodes up to the first character that is neither base64 nor blank. Padding ends a group, not the
+// text: VTK encodes a compressed block's header apart from its data.
+std::string decode_base64(std::string_view text) {
+  std::string out;
+  out.reserve(text.size() / 4 * 3);
+  unsigned bits = 0;
+  int held = 0, padding = 0;
+  for (const char c : text) {
+    if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
+    if (c == '=')
+      ++padding;
+    else if (base64_value(c) < 0)
+      break;
+    bits = bits << 6 | static_cast<unsigned>(std::max(base64_value(c), 0));
+    if (++held < 4) continue;
+    for (int byte = 0; byte < 3 - padding; ++byte)
+      out += static_cast<char>(bits >> (16 - 8 * byte) & 0xFF);
+    bits = 0;
+    held = padding = 0;
+  }
+  return out;
+}
+
+}  // namespace
+
+VtkXmlFile::VtkXmlFile(Cursor& file, std::string_view type) : file_(file) {
+  std::vector<std::string> open;  // sections around the present tag
+  bool is_vtk = false, is_inside_piece = false;
+  while (const auto tag = next_tag(file)) {
+    if (tag->name == "VTKFile" && !tag->is_end) {
+      is_vtk = true;
+      if (attribute(*tag, "type") != type)
+        file.fail("holds " + quoted(attribute(*tag, "type")) + ", not " + std::string(type),
+                  type == "PolyData" ? "Give a surface; a volume mesh is read as body.tetmesh."
+                                     : "Give tetrahedra; a surface is read as body.surface.");
+      if (attribute(*tag, "byte_order") == "BigEndian") byte_order_ = Encoding::big_endian;
+      if (attribute(*tag, "header_type") == "UInt64") header_ = NumberType::uint64;
+      const std::string_view compressor = attribute(*tag, "compressor");
+      is_compressed_ = !compressor.empty();
+      if (is_compressed_ && compressor != "vtkZLibDataCompressor")
+        file.fail("is compressed with " + quoted(compressor),
+                  "Save the file without compression or with zlib.");
+    } else if (tag->name == "AppendedData" && !tag->is_end) {
+      is_appended_base64_ = attribute(*tag, "encoding") == "base64";
+      const std::size_t mark = file.bytes().find('_', tag->after);
+      if (mark == std::string_view::npos) file.fail("the appended data lacks its underscore");
+      appended_ = mark + 1;
+      break;
+    } else if (tag->name == "Piece") {
+      is_inside_piece = !tag->is_end && !tag->is_closed;
+      if (is_inside_piece)
+        pieces_.push_back({count_attribute(*tag, "NumberOfPoints", file),
+                           count_attribute(*tag, "NumberOfCells", file),
+                           count_attribute(*tag, "NumberOfPolys", file),
+                           count_attribute(*tag, "NumberOfStrips", file),
+                           {}});
+    } else if (is_inside_piece && tag->name == "DataArray") {
+      const bool is_geometry =
+          !open.empty() && open.back() != "PointData" && open.back() != "CellData";
+      if (!tag->is_end && is_geometry)
+        pieces_.back().arrays.push_back(read_array_tag(*tag, open.back(), file));
+    } else if (is_inside_piece && !tag->is_closed) {
+      if (!tag->is_end)
+        open.emplace_back(tag->name);
+      else if (!open.empty())
+        open.pop_back();
+    }
+    file.seek(tag->after);
+  }
+  if (!is_vtk) file.fail("has no <VTKFile> tag");
+}
+
+const VtkArray& VtkXmlFile::find(const VtkPiece& piece, std::string_view section,
+                                 std::string_view name) const {
+  for (const VtkArray& array : piece.arrays)
+    if (array.section == section && (name.empty() || array.name == name)) return array;
+  file_.fail("a piece lacks the array <" + std::string(section) + "> " + std::string(name));
+}
+
+std::string VtkXmlFile::bytes_of(const VtkArray& array) const {
+  const std::string_view all = file_.bytes();
+  if (array.format == "binary") {
+    const std::string_view text = all.substr(array.content);
+    return unpack(decode_base64(text.substr(0, text.find('<'))), array.content);
+  }
+  if (appended_ == 0 || static_cast<std::uint64_t>(array.offset) > all.size() - appended_)
+    file_.fail_at(array.content, "array '" + array.name + "' lies past the appended data");
+  const std::size_t start = appended_ + static_cast<std::size_t>(array.offset);
+  const std::string_view block = all.substr(start);
+  return is_appended_base64_ ? unpack(decode_base64(block), start) : unpack(block, start);
+}
+
+// The bytes of an array from its block: a header that counts them, then they, or zlib blocks.
+std::string VtkXmlFile::unpack(std::string_view block, std::size_t position) const {
+  if (is_compressed_) return inflate(block, position);
+  const std::size_t header = size_of(header_);
+  if (block.size() < header) file_.fail_at(position, "an array's header is cut short");
+  const std::int64_t bytes = decode_integer(block.data(), header_, byte_order_);
+  if (bytes < 0 || static_cast<std::uint64_t>(bytes) > block.size() - header)
+    file_.fail_at(position, "an array is longer than the file");
+  return std::string(block.substr(header, static_cast<std::size_t>(bytes)));
+}
+
+std::string VtkXmlFile::inflate(std::string_view block, std::size_t position) const {
+  Cursor in(block, file_.file());
+  in.encoding = byte_order_;
+  const auto damaged = [&]() { file_.fail_at(position, "a compressed array is damaged"); };
+  if (block.size() < 3 * size_of(header_)) damaged();
+  const std::int64_t blocks = in.integer(header_);
+  const std::int64_t whole = in.integer(header_), last = in.integer(header_);
+  if (blocks < 0 || whole < 0 || last < 0 || last > std::int64_t{1} << 32 ||
+      whole > std::int64_t{1} << 32 ||
+      static_cast<std::uint64_t>(blocks) > in.remaining() / size_of(header_))
+    damaged();
+  std::vector<std::size_t> packed(static_cast<std::size_t>(blocks));
+  for (std::size_t& size : packed) size = static_cast<std::size_t>(in.integer(header_));
+
+  std::string out;
+  for (std::size_t b = 0; b < packed.size(); ++b) {
+    const bool is_partial = b + 1 == packed.size() && last > 0;
+    const auto size = static_cast<std::size_t>(is_partial ? last : whole);
+    if (packed[b] > in.remaining() || size / kMostInflation > packed[b]) damaged();
+    const std::size_t before = out.size();
+    out.resize(before + size);
+    uLongf written = static_cast<uLongf>(size);
+    const int status = uncompress(reinterpret_cast<Bytef*>(out.data() + before), &written,
+                                  reinterpret_cast<const Bytef*>(block.data() + in.position()),
+                                  static_cast<uLong>(packed[b]));
+    if (status != Z_OK || written != size) damaged();
+    in.skip_bytes(packed[b]);
+  }
+  return out;
+}
+
+std::vector<double> VtkXmlFile::reals(const VtkPiece& piece, std::string_view section,
+                                      std::string_view name, std::int64_t number) const {
+  const VtkArray& array = find(piece, section, name);
+  std::vector<double> values;
+  if (array.format == "ascii") {
+    Cursor text(file_.bytes().substr(0, file_.bytes().find('<', array.content)), file_.file());
+    text.seek(array.content);
+    while (!text.at_end()) values.push_back(text.real());
+  } else {
+    const std::string bytes = bytes_of(array);
+    const std::size_t size = size_of(array.type);
+    for (std::size_t at = 0; at + size <= bytes.size(); at += size)
+      values.push_back(decode_real(bytes.data() + at, array.type, byte_order_));
+  }
+  if (number >= 0 && values.size() != static_cast<std::size_t>(number))
+    file_.fail_at(array.content, "array '" + array.name + "' of <" + array.section + "> has " +
+                                     std::to_string(values.size()) + " numbers instead of " +
+                                     std::to_string(number));
+  return values;
+}
+
+std::vector<std::int64_t> VtkXmlFile::integers(const VtkPiece& piece, std::string_view section,
+                                               std::string_view name, std::int64_t number) const {
+  const std::vector<double> values = reals(piece, section, name, number);
+  std::vector<std::int64_t> whole(values.size());
+  // Indices are below 2^31, so a double holds them; what is no index becomes -1, refused later.
+  std::ranges::transform(values, whole.begin(), [](double value) {
+    return value >= 0 && value < 0x1p53 ? static_cast<std::int64_t>(value) : std::int64_t{-1};
+  });
+  return whole;
+}
+
+}  // namespace palpate::mesh_read
