@@ -1,0 +1,259 @@
+#include "libfem/contact/contact.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::fem {
+namespace {
+
+// A face whose outward normal points this far along the probe's own is the far wall of a thin body.
+// Bulged surfaces ahead of a sunken sphere reach about 0.3.
+constexpr double kFarWallCosine = 0.5;
+
+Vec3 face_normal(const Points& nodes, const Points& u, const Faces& faces, int face,
+                 const FacePoint& point) {
+  Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) {
+    const Vec3 x = nodes.row(faces(face, a)) + u.row(faces(face, a));
+    by_r += point.shape_r[a] * x;
+    by_s += point.shape_s[a] * x;
+  }
+  return by_r.cross(by_s);
+}
+
+}  // namespace
+
+Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
+                 const std::vector<double>& young_Pa, const Probe& probe,
+                 const ContactSettings& settings)
+    : nodes_(nodes),
+      faces_(faces),
+      probe_(probe),
+      rounding_m_(settings.rounding * probe.radius_m),
+      tangential_(settings.tangential) {
+  const Points rest = Points::Zero(nodes.rows(), 3);
+  for (int face = 0; face < faces.rows(); ++face) {
+    bool is_open = false;
+    for (int a = 0; a < kFaceNodes; ++a) is_open |= !is_held[faces(face, a)];
+    is_open_.push_back(is_open);
+    stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.radius_m);
+    for (const FacePoint& point : kFaceRule)
+      area_weight_.push_back(point.weight * face_normal(nodes, rest, faces, face, point).norm());
+  }
+  freeze_.limit_Pa.assign(area_weight_.size(), 0.0);
+  freeze_.normal.assign(area_weight_.size(), Vec3::Zero());
+  freeze_.share.assign(area_weight_.size(), 1.0);
+}
+
+Vec3 Contact::place(const Points& u, int face, int q) const {
+  Vec3 x = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) {
+    const int node = faces_(face, a);
+    x += kFaceRule[q].shape[a] * (nodes_.row(node) + u.row(node)).transpose();
+  }
+  return x;
+}
+
+SignedDistance Contact::distance(const Vec3& place, const ProbePose& pose) const {
+  return probe_.shape->signed_distance(probe_.radius_m, pose.axis, place - pose.tip);
+}
+
+bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const {
+  if (!is_open_[face]) return false;
+  // A quadratic patch stays within twice the spread of its nodes about their mean.
+  Vec3 mean = Vec3::Zero();
+  std::array<Vec3, kFaceNodes> x;
+  for (int a = 0; a < kFaceNodes; ++a) {
+    x[a] = (nodes_.row(faces_(face, a)) + u.row(faces_(face, a))).transpose();
+    mean += x[a] / kFaceNodes;
+  }
+  double squared_spread = 0;
+  for (const Vec3& corner : x) squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
+  const ShapeRow& shape = *probe_.shape;
+  const Vec3 centre = pose.tip + shape.centre_along_axis * probe_.radius_m * pose.axis;
+  const double reach = shape.bounding_radius * probe_.radius_m + 2 * std::sqrt(squared_spread);
+  return (mean - centre).squaredNorm() < reach * reach;
+}
+
+Contact::Law Contact::pressure_law(double gap, double stiffness) const {
+  const double depth = -gap, r = rounding_m_;
+  if (depth <= 0) return {0, 0, 0};
+  if (depth < r)
+    return {stiffness * depth * depth / (2 * r), stiffness * depth / r,
+            stiffness * depth * depth * depth / (6 * r)};
+  const double past = depth - r / 2;
+  return {stiffness * past, stiffness, stiffness * (past * past / 2 + r * r / 24)};
+}
+
+double Contact::share_in_contact(double gap, int point, const ContactHistory& history) const {
+  const double before = history.gap[point];
+  return before <= 0 ? 1.0 : -gap / (before - gap);
+}
+
+// Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
+Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa,
+                                        double share, double stiffness, int point,
+                                        const ContactHistory& history) const {
+  const Vec3 moved = history.elastic_slip[point] + share * (relative - history.relative[point]);
+  Friction out;
+  out.slip = moved - normal * normal.dot(moved);
+  out.traction_Pa = stiffness * out.slip;
+  const double size = out.traction_Pa.norm();
+  out.slides = size > limit_Pa;
+  if (out.slides) out.traction_Pa *= limit_Pa / size;
+  return out;
+}
+
+void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHistory& history,
+                        int face, int q, FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                        bool& touches) {
+  const int point = kFacePoints * face + q;
+  freeze_.limit_Pa[point] = 0;
+  if (!history.faces_probe[point]) return;
+  const Vec3 x = place(u, face, q);
+  const SignedDistance gap = distance(x, pose);
+  if (gap.distance_m >= 0) return;
+  if (!touches) {
+    touches = true;
+    terms.face = face;
+    std::fill(std::begin(terms.force), std::end(terms.force), 0.0);
+    std::fill(std::begin(terms.stiffness), std::end(terms.stiffness), 0.0);
+  }
+  const double weight = area_weight_[point];
+  const Law law = pressure_law(gap.distance_m, stiffness_[face]);
+  const Vec3& n = gap.gradient;
+  // Gradient and Hessian of the energy density by the place x of the surface point.
+  Vec3 pull = -law.pressure_Pa * n;
+  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - law.pressure_Pa * gap.hessian;
+  totals.energy_J += weight * law.energy_J_m2;
+
+  if (probe_.friction > 0) {
+    const double limit = probe_.friction * law.pressure_Pa;
+    const double share = share_in_contact(gap.distance_m, point, history);
+    const double spring = tangential_ * stiffness_[face];
+    const Friction friction =
+        friction_law(x - pose.tip, n, limit, share, spring, point, history);
+    freeze_.limit_Pa[point] = limit;
+    freeze_.normal[point] = n;
+    freeze_.share[point] = share;
+    pull += friction.traction_Pa;
+    const Mat3 plane = Mat3::Identity() - n * n.transpose();
+    if (!friction.slides) {
+      stiffness += share * spring * plane;
+    } else {
+      const Vec3 along = friction.slip.normalized();
+      stiffness += share * limit / friction.slip.norm() * (plane - along * along.transpose());
+    }
+  }
+
+  const auto& shape = kFaceRule[q].shape;
+  for (int a = 0; a < kFaceNodes; ++a) {
+    for (int i = 0; i < 3; ++i) terms.force[3 * a + i] += weight * shape[a] * pull[i];
+    for (int b = 0; b <= a; ++b) {
+      const double factor = weight * shape[a] * shape[b];
+      double* block = terms.stiffness + 9 * (a * (a + 1) / 2 + b);
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) block[3 * i + j] += factor * stiffness(i, j);
+    }
+  }
+  const Vec3 force = -weight * pull;
+  totals.force_N += force;
+  totals.torque_Nm += (x - pose.tip).cross(force);
+  totals.area_m2 += weight;
+  totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
+  totals.mean_penetration_m += weight * law.pressure_Pa * -gap.distance_m;
+  normal_force += weight * law.pressure_Pa;
+  ++totals.points;
+}
+
+ContactTotals Contact::evaluate(const Points& u, const ProbePose& pose,
+                                const ContactHistory& history) {
+  ContactTotals totals;
+  terms_.clear();
+  double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
+  FaceTerms terms;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    bool touches = false;
+    if (may_touch(u, pose, face)) {
+      for (int q = 0; q < kFacePoints; ++q) {
+        add_point(u, pose, history, face, q, terms, totals, normal_force, touches);
+      }
+    }
+    if (touches) terms_.push_back(terms);
+  }
+  if (normal_force > 0) totals.mean_penetration_m /= normal_force;
+  return totals;
+}
+
+double Contact::energy(const Points& u, const ProbePose& pose,
+                       const ContactHistory& history) const {
+  double energy = 0;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    if (!may_touch(u, pose, face)) continue;
+    for (int q = 0; q < kFacePoints; ++q) {
+      const int point = kFacePoints * face + q;
+      if (!history.faces_probe[point]) continue;
+      const Vec3 x = place(u, face, q);
+      const double gap = distance(x, pose).distance_m;
+      energy += area_weight_[point] * pressure_law(gap, stiffness_[face]).energy_J_m2;
+      const double limit = freeze_.limit_Pa[point];
+      if (limit <= 0) continue;
+      const double spring = tangential_ * stiffness_[face], share = freeze_.share[point];
+      const Friction friction = friction_law(x - pose.tip, freeze_.normal[point], limit, share,
+                                             spring, point, history);
+      const double slip = friction.slip.norm();
+      energy += area_weight_[point] / share *
+                (friction.slides ? limit * slip - limit * limit / (2 * spring)
+                                 : spring * slip * slip / 2);
+    }
+  }
+  return energy;
+}
+
+ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
+                                 const ContactHistory& history) const {
+  ContactHistory next;
+  const std::size_t points = area_weight_.size();
+  next.elastic_slip.assign(points, Vec3::Zero());
+  next.relative.resize(points);
+  next.gap.resize(points);
+  next.faces_probe.assign(points, 0);
+  for (int face = 0; face < faces_.rows(); ++face) {
+    for (int q = 0; q < kFacePoints; ++q) {
+      const int point = kFacePoints * face + q;
+      const Vec3 x = place(u, face, q);
+      const SignedDistance gap = distance(x, pose);
+      next.relative[point] = x - pose.tip;
+      next.gap[point] = gap.distance_m;
+      const Vec3 outward = face_normal(nodes_, u, faces_, face, kFaceRule[q]).normalized();
+      next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
+      if (gap.distance_m >= 0 || probe_.friction <= 0 || history.gap.empty()) continue;
+      const double limit = probe_.friction * pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+      const double spring = tangential_ * stiffness_[face];
+      const Friction friction =
+          friction_law(next.relative[point], gap.gradient, limit,
+                       share_in_contact(gap.distance_m, point, history), spring, point, history);
+      next.elastic_slip[point] = friction.traction_Pa / spring;
+    }
+  }
+  return next;
+}
+
+ContactHistory Contact::untouched(const ProbePose& pose) const {
+  return accepted(Points::Zero(nodes_.rows(), 3), pose, {});
+}
+
+double Contact::least_gap(const Points& u, const ProbePose& pose,
+                          const ContactHistory& history) const {
+  double least = 1e300;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    if (!is_open_[face]) continue;
+    for (int q = 0; q < kFacePoints; ++q)
+      if (history.faces_probe[kFacePoints * face + q])
+        least = std::min(least, distance(place(u, face, q), pose).distance_m);
+  }
+  return least;
+}
+
+}  // namespace palpate::fem

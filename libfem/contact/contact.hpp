@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libfem/contact/face_rule.hpp"
+#include "libfem/probes/probes.hpp"
+#include "libfit/core/geometry.hpp"
+
+namespace palpate::fem {
+
+using Faces = Eigen::Matrix<std::int32_t, Eigen::Dynamic, kFaceNodes, Eigen::RowMajor>;
+
+/// Where the probe is: its reference point x [m] and the unit axis u into the body.
+struct ProbePose {
+  Vec3 tip = Vec3::Zero();
+  Vec3 axis = Vec3::UnitZ();
+};
+
+/// What the interface remembers of the last accepted state, per quadrature point.
+/// elastic_slip: tangential spring of the friction law [m]. relative: place of the surface point
+/// relative to the tip [m]. gap [m], < 0 in contact. faces_probe: 0 on the far wall of a thin body.
+struct ContactHistory {
+  std::vector<Vec3> elastic_slip;
+  std::vector<Vec3> relative;
+  std::vector<double> gap;
+  std::vector<char> faces_probe;
+};
+
+/// What is held constant while one Newton step searches along its line: the friction limit [Pa],
+/// the tangent plane and the share of the load step that a point has spent in contact.
+struct FrictionFreeze {
+  std::vector<double> limit_Pa;
+  std::vector<Vec3> normal;
+  std::vector<double> share;
+};
+
+/// Derivatives of the contact terms on one face. force: dE/du_a [N]; stiffness: blocks a >= b,
+/// a(a+1)/2 + b, 3 x 3 row major [N/m], symmetric.
+struct FaceTerms {
+  int face;
+  double force[3 * kFaceNodes];
+  double stiffness[9 * kFaceBlocks];
+};
+
+/// Sums over the interface. force and torque of the probe ON the body, torque about the tip.
+struct ContactTotals {
+  Vec3 force_N = Vec3::Zero();
+  Vec3 torque_Nm = Vec3::Zero();
+  double energy_J = 0;
+  double area_m2 = 0;               ///< rest area under pressure
+  double greatest_penetration_m = 0;
+  double mean_penetration_m = 0;    ///< weighted by pressure
+  int points = 0;                   ///< quadrature points under pressure
+};
+
+/// Settings of the contact law; all without dimension.
+/// stiffness: penalty k = stiffness E / R [Pa/m]; 2000 costs -0.16 % of force and is what Newton
+/// bears (MEASURED). rounding: pressure grows quadratically up to this penetration, in radii.
+/// tangential: stick stiffness over k.
+struct ContactSettings {
+  double stiffness = 2000;
+  double rounding = 2e-5;
+  double tangential = 0.5;
+};
+
+/// Contact of the boundary faces of one mesh with a rigid probe: a penalty pressure at quadrature
+/// points and Coulomb friction with return mapping (Wriggers 2006, chapters 5 and 10).
+/// Not thread-safe: owns its scratch. nodes and faces must outlive it.
+class Contact {
+ public:
+  /// young_Pa: #F, small-strain modulus under each face. Faces of which all nodes are held exert no
+  /// contact: the tool cannot reach what the body stands on.
+  Contact(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
+          const std::vector<double>& young_Pa, const Probe& probe,
+          const ContactSettings& settings = {});
+
+  /// The history of a body at rest with the probe at `pose`.
+  ContactHistory untouched(const ProbePose& pose) const;
+
+  /// Energy, forces and stiffness at displacement u (#N x 3). The friction limit follows the current
+  /// pressure; the stiffness leaves that coupling out and so stays symmetric. Fills terms() and
+  /// freezes the friction for energy().
+  ContactTotals evaluate(const Points& u, const ProbePose& pose, const ContactHistory& history);
+
+  /// The terms of evaluate(), faces in increasing order.
+  const std::vector<FaceTerms>& terms() const { return terms_; }
+
+  /// Incremental energy [J] with friction frozen by the last evaluate(): its gradient there is the
+  /// sum of terms().
+  double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
+
+  /// The history once (u, pose) is accepted.
+  ContactHistory accepted(const Points& u, const ProbePose& pose,
+                          const ContactHistory& history) const;
+
+  /// Least signed distance of the surface points that face the probe [m].
+  double least_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
+
+ private:
+  struct Law {
+    double pressure_Pa, slope_Pa_m, energy_J_m2;
+  };
+  struct Friction {
+    Vec3 slip, traction_Pa;
+    bool slides;
+  };
+  Law pressure_law(double gap, double stiffness) const;
+  Friction friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa, double share,
+                        double stiffness, int point, const ContactHistory& history) const;
+  bool may_touch(const Points& u, const ProbePose& pose, int face) const;
+  SignedDistance distance(const Vec3& place, const ProbePose& pose) const;
+  Vec3 place(const Points& u, int face, int point) const;
+  double share_in_contact(double gap, int point, const ContactHistory& history) const;
+  void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,
+                 int q, FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                 bool& touches);
+
+  const Points& nodes_;
+  const Faces& faces_;
+  Probe probe_;
+  double rounding_m_;
+  double tangential_;
+  std::vector<char> is_open_;         // #F: not all held
+  std::vector<double> area_weight_;   // #F * kFacePoints [m^2]
+  std::vector<double> stiffness_;     // #F [Pa/m]
+  std::vector<FaceTerms> terms_;
+  FrictionFreeze freeze_;
+};
+
+}  // namespace palpate::fem

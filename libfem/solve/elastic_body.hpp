@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "libfem/materials/materials.hpp"
+#include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfem/solve/block_matrix.hpp"
+
+namespace palpate::fem {
+
+/// Which of the materials fills a place of the rest body [m].
+using RegionAt = std::function<int(const Vec3& rest_position)>;
+
+/// Elastic energy of a body of ten-node tetrahedra with four quadrature points, and its derivatives.
+/// Elements of one law are evaluated eight at a time; an inclusion needs no conforming mesh, its
+/// material is looked up at each quadrature point.
+class ElasticBody {
+ public:
+  /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
+  /// see least_rest_J.
+  ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
+              const RegionAt& region_at);
+
+  int free_nodes() const { return free_nodes_; }
+  /// #N: index among the free nodes, -1 for held ones.
+  const std::vector<std::int32_t>& free_index() const { return free_index_; }
+  /// Zero matrix over the free nodes with the elements' couplings.
+  SymmetricBlockMatrix pattern() const;
+
+  /// Stored energy [J] at displacement u (#N x 3 [m]); +inf where det F <= 0.
+  double energy(const Points& u) const;
+
+  /// Energy and, added to force (#N x 3 [N], all nodes), its gradient.
+  double add_force(const Points& u, Points& force) const;
+
+  /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. bend: see LawRow.
+  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K) const;
+
+  /// Least det F over the quadrature points, of the latest evaluation.
+  double least_J() const { return least_J_; }
+  /// Least det(dX/dxi) over elements and quadrature points, relative to the element's own mean.
+  double least_rest_jacobian() const { return least_rest_jacobian_; }
+  double rest_volume_m3() const { return rest_volume_m3_; }
+
+ private:
+  struct Batch {
+    const LawRow* law;
+    std::int32_t element[kLanes];  // -1 on idle lanes
+    PackArray gradient, weight, constants;
+  };
+  void add_batch(const LawRow* law, const std::vector<std::int32_t>& elements,
+                 const std::vector<std::vector<const Material*>>& material);
+  void gather(const Batch& batch, const Points& u, Pack* displacement) const;
+  void scatter_force(const Batch& batch, const ElementResult& result, Points& force) const;
+  template <class Visit>
+  double visit_batches(const Points& u, const Visit& visit) const;
+
+  const QuadraticMesh& mesh_;
+  int free_nodes_ = 0;
+  std::vector<std::int32_t> free_index_;
+  std::vector<Batch> batches_;
+  mutable std::vector<BlockPlace> places_;  // #T x kTetBlocks, made with the first pattern
+  mutable double least_J_ = 1;
+  double least_rest_jacobian_ = 1;
+  double rest_volume_m3_ = 0;
+};
+
+}  // namespace palpate::fem
