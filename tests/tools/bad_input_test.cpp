@@ -1,0 +1,108 @@
+// Bad input: a clear error with its place and remedy, exit status 1, and nothing written.
+
+#include <gtest/gtest.h>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+const std::string kBody = R"([body]
+surface = "body.off"
+length_unit = "mm"
+fixed = [ { below = { axis = "z", at = "1 mm" } } ]
+)";
+const std::string kMaterial = R"([material]
+young = "5 kPa"
+poisson = 0.45
+)";
+const std::string kRest = R"([probe]
+radius = "5 mm"
+[experiments]
+test_points = 4
+region = { box = [["10 mm", "10 mm", "39 mm"], ["90 mm", "90 mm", "41 mm"]] }
+depth = "4 mm"
+)";
+
+struct BadInput {
+  const char* name;
+  std::string scene, mesh;
+  std::vector<std::string> expected;  ///< pieces of the message, the remedy among them
+};
+
+std::vector<BadInput> bad_inputs() {
+  const std::string block = box_off(100, 100, 40), good = kBody + kMaterial + kRest;
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const auto at = text.find(from);
+    return text.replace(at, from.size(), to);
+  };
+  std::string open = block;
+  open.replace(open.find("8 12 0"), 6, "8 6 0");
+  open.resize(open.find("3 2 6 7"));
+  return {
+      {"unreadable_mesh", with("body.off", "missing.off"), block, {"missing.off"}},
+      {"empty_mesh", good, "", {"body.off"}},
+      {"mesh_without_triangles", good, "OFF\n0 0 0\n", {"body.off"}},
+      {"mesh_of_garbage", good, "OFF\n8 12 0\nnot numbers\n", {"body.off:3"}},
+      {"surface_open_beyond_mending", good, open, {"body.off", "open"}},
+      {"no_fixed_region", with("fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n", ""), block,
+       {"scene.toml: [body]: nothing is fixed", "Add fixed = "}},
+      {"fixed_region_beside_the_body", with("at = \"1 mm\"", "at = \"-100 mm\""), block,
+       {"[body]: fixed holds 0 of", "The body spans"}},
+      {"unknown_key", with("depth =", "detph ="), block, {"scene.toml:13:1", "no key \"detph\"", "Did you mean \"depth\"?"}},
+      {"wrong_unit", with("\"5 kPa\"", "\"5 mm\""), block, {"scene.toml:6:9", "is not a pressure"}},
+      {"negative_stiffness", with("\"5 kPa\"", "\"-5 kPa\""), block, {"scene.toml:6:9", "young of [material]"}},
+      {"incompressible", with("0.45", "0.5"), block, {"scene.toml:7:11", "below 0.5"}},
+      {"unknown_law", with("young", "law = \"jelly\"\nyoung"), block, {"jelly", "neo-hookean"}},
+      {"unknown_probe", with("radius = \"5 mm\"", "shape = \"spheer\""), block, {"spheer", "sphere"}},
+      {"probe_larger_than_the_body", with("radius = \"5 mm\"", "radius = \"400 mm\""), block, {"probe", "larger"}},
+      {"depth_beyond_the_body", with("depth = \"4 mm\"", "depth = \"60 mm\""), block, {"depth", "thick"}},
+      {"region_off_the_surface", with("39 mm", "139 mm").replace(0, 0, ""), block, {"scene.toml"}},
+  };
+}
+
+class BadInputTest : public testing::TestWithParam<BadInput> {};
+
+INSTANTIATE_TEST_SUITE_P(Every, BadInputTest, testing::ValuesIn(bad_inputs()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST_P(BadInputTest, is_refused_with_place_and_remedy_and_nothing_is_written) {
+  const Folder folder;
+  const auto scene = folder.write("scene.toml", GetParam().scene);
+  folder.write("body.off", GetParam().mesh);
+  const Outcome outcome = palpate(folder, "run " + scene.string() + " -o " + (folder / "out").string());
+  EXPECT_EQ(outcome.status, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("palpate: error: "), std::string::npos) << outcome.err;
+  for (const std::string& piece : GetParam().expected)
+    EXPECT_NE(outcome.err.find(piece), std::string::npos) << "no \"" << piece << "\" in\n" << outcome.err;
+  const auto at = outcome.err.find("palpate: error: ");
+  EXPECT_NE(outcome.err.find("\n  ", at), std::string::npos) << "no remedy in\n" << outcome.err;
+  EXPECT_FALSE(fs::exists(folder / "out")) << "something was written";
+}
+
+TEST(usage, wrong_usage_has_status_2_and_help_0) {
+  const Folder folder;
+  EXPECT_EQ(palpate(folder, "").status, 2);
+  EXPECT_EQ(palpate(folder, "fly").status, 2);
+  EXPECT_EQ(palpate(folder, "run").status, 2);
+  EXPECT_EQ(palpate(folder, "run a.toml -o x --fast").status, 2);
+  EXPECT_EQ(palpate(folder, "--help").status, 0);
+  EXPECT_EQ(palpate(folder, "simulate --help").status, 0);
+  EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.1.0\n");
+}
+
+TEST(usage, a_missing_file_is_bad_input) {
+  const Folder folder;
+  for (const char* line : {"run none.toml -o out", "fit none.h5 -o c.h5", "inspect none.h5", "tabulate none.h5 -o t.csv",
+                           "replay none.palp none.csv -o f.csv"}) {
+    const Outcome outcome = palpate(folder, line);
+    EXPECT_EQ(outcome.status, 1) << line;
+    EXPECT_NE(outcome.err.find("palpate: error: none."), std::string::npos) << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tools

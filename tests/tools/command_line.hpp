@@ -1,0 +1,70 @@
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+namespace palpate::tools::testing_support {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for one test, removed afterwards.
+class Folder {
+ public:
+  Folder() {
+    std::random_device random;
+    path_ = fs::temp_directory_path() / ("palpate-test-" + std::to_string(random()) + std::to_string(random()));
+    fs::create_directories(path_);
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  const fs::path& path() const { return path_; }
+
+  fs::path write(const std::string& name, const std::string& content) const {
+    std::ofstream(path_ / name, std::ios::binary) << content;
+    return path_ / name;
+  }
+
+ private:
+  fs::path path_;
+};
+
+inline std::string content_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+struct Outcome {
+  int status = -1;
+  std::string out, err;
+};
+
+/// Runs the program with the arguments (quoted by the caller) and collects what it printed.
+inline Outcome palpate(const Folder& folder, const std::string& arguments) {
+  const fs::path out = folder / ".stdout", err = folder / ".stderr";
+  const std::string line = std::string(PALPATE_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
+  const int raw = std::system(line.c_str());
+  return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), content_of(out), content_of(err)};
+}
+
+/// A box [0, size] mm of 12 triangles as OFF.
+inline std::string box_off(double x, double y, double z) {
+  std::string text = "OFF\n8 12 0\n";
+  for (int i = 0; i < 8; ++i)
+    text += std::to_string(i & 1 ? x : 0) + " " + std::to_string(i & 2 ? y : 0) + " " + std::to_string(i & 4 ? z : 0) + "\n";
+  return text +
+         "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 2\n3 1 3 7\n3 1 7 5\n";
+}
+
+}  // namespace palpate::tools::testing_support

@@ -1,0 +1,38 @@
+#include "libfit/io/curves_file.hpp"
+#include "libfit/io/samples_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stage_fit.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Fit final : public Command {
+ public:
+  explicit Fit(Arguments& arguments) {
+    arguments.positional("samples", samples_, "samples.h5");
+    arguments.option("-o,--output", output_, "curves.h5 to write", true);
+    arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
+    arguments.option("--pieces", section_.pieces, "Pieces of every curve; 0: as few as the data support");
+    arguments.option("--jobs", jobs_, "Threads; 0: all cores");
+  }
+
+  int run() override {
+    say("fit {}", samples_);
+    const FittedCurves curves = fit_samples(read_samples(samples_), section_, ProbeSection{}.friction, jobs_);
+    write_curves(output_, curves);
+    say("wrote {}", output_);
+    return points_not_good(curves) ? kSomeFailed : kDone;
+  }
+
+ private:
+  std::string samples_, output_;
+  FitSection section_;
+  int jobs_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_fit(Arguments& arguments) { return std::make_unique<Fit>(arguments); }
+
+}  // namespace palpate::tools

@@ -1,0 +1,137 @@
+#include <filesystem>
+
+#include "libfit/assets/exporters.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/body_file.hpp"
+#include "libfit/io/curves_file.hpp"
+#include "libfit/io/model_file.hpp"
+#include "libfit/io/samples_file.hpp"
+#include "tools/check_scene.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/freshness.hpp"
+#include "tools/stage_export.hpp"
+#include "tools/stage_fit.hpp"
+#include "tools/stage_prepare.hpp"
+#include "tools/stage_refine.hpp"
+#include "tools/stage_simulate.hpp"
+#include "tools/stage_validate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Run final : public Command {
+ public:
+  explicit Run(Arguments& arguments) {
+    arguments.positional("scene", scene_path_, "scene.toml");
+    arguments.option("-o,--output", folder_, "Folder for everything that is made", true);
+    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
+    arguments.flag("--force", force_, "Do every stage again");
+  }
+
+  int run() override {
+    scene_ = read_scene(scene_path_);
+    check_choices(scene_);
+    prepare();
+    simulate();
+    fit();
+    refine();
+    export_asset();
+    validate();
+    return done();
+  }
+
+ private:
+  fs::path file(const char* name) const { return fs::path(folder_) / name; }
+
+  // Whether a stage must be done; says so either way.
+  bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& carried,
+                const std::string& inputs) {
+    const bool is_fresh = !force_ && carried == inputs;
+    if (is_fresh) {
+      say("{:<9}{} is up to date", stage, output.string());
+    } else {
+      say("{:<9}{}", stage, output.string());
+      ++stages_done_;
+    }
+    return !is_fresh;
+  }
+
+  void prepare() {
+    const fs::path output = file("body.h5");
+    const std::string inputs = body_inputs(scene_);
+    if (!is_stale("prepare", output, inputs_of_hdf5(output), inputs)) {
+      check_experiments(scene_, read_body(output));
+      return;
+    }
+    const Body body = prepare_body(scene_, false);
+    check_experiments(scene_, body);
+    fs::create_directories(folder_);
+    write_body(output, body, {{kInputsAttribute, inputs}});
+  }
+
+  void simulate() {
+    const fs::path output = file("samples.h5");
+    const std::string inputs = samples_inputs(scene_, file("body.h5"));
+    if (!is_stale("simulate", output, inputs_of_hdf5(output), inputs)) return;
+    const Samples samples = simulate_body(scene_, read_body(file("body.h5")), {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
+    write_samples(output, samples, {{kInputsAttribute, inputs}});
+    remove_partial(output);
+  }
+
+  void fit() {
+    const fs::path output = file("curves.h5");
+    const std::string inputs = curves_inputs(scene_, file("samples.h5"));
+    if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
+    const FittedCurves curves = fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.friction, jobs_);
+    write_curves(output, curves, {{kInputsAttribute, inputs}});
+  }
+
+  void refine() {
+    const fs::path output = file("model.h5");
+    const std::string inputs = model_inputs(file("curves.h5"), file("body.h5"));
+    if (!is_stale("refine", output, inputs_of_hdf5(output), inputs)) return;
+    const Model model = refine_body(read_curves(file("curves.h5")), read_body(file("body.h5")));
+    write_model(output, model, {{kInputsAttribute, inputs}});
+  }
+
+  void export_asset() {
+    const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
+    const std::string inputs = asset_inputs(scene_, file("model.h5"));
+    const auto carried = fs::exists(picture) && fs::is_directory(file("engine")) ? inputs_of_asset(output) : std::nullopt;
+    if (!is_stale("export", output, carried, inputs)) return;
+    const Model model = read_model(file("model.h5"));
+    export_model(model, picture, "vtu", {});
+    export_model(model, output, "palp", {.guard = scene_.export_.guard, .inputs = inputs, .engine = file("engine")});
+  }
+
+  void validate() {
+    const fs::path output = file("statement.json");
+    const std::string inputs = statement_inputs(scene_, file("asset.palp"), file("body.h5"));
+    if (!is_stale("validate", output, inputs_of_json(output), inputs)) return;
+    const Statement statement = validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")), {.points = scene_.validate.points, .seed = scene_.validate.seed, .jobs = jobs_, .rows_csv = file("validation.csv")});
+    write_file_atomically(output, with_inputs(to_json(statement), inputs));
+  }
+
+  int done() {
+    if (stages_done_ == 0) say("nothing to do: everything in {} is up to date", folder_);
+    const Statement statement = read_statement(file("statement.json"));
+    fmt::print("{}\n", in_words(statement));
+    const std::size_t failed = list_failures(read_samples(file("samples.h5")), read_curves(file("curves.h5")));
+    return failed ? kSomeFailed : kDone;
+  }
+
+  std::string scene_path_, folder_;
+  int jobs_ = 0;
+  bool force_ = false;
+  Scene scene_;
+  int stages_done_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_run(Arguments& arguments) { return std::make_unique<Run>(arguments); }
+
+}  // namespace palpate::tools

@@ -1,0 +1,81 @@
+#include <optional>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/body_file.hpp"
+#include "libfit/io/csv_files.hpp"
+#include "libfit/io/describe.hpp"
+#include "libfit/io/samples_file.hpp"
+#include "tools/check_scene.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/freshness.hpp"
+#include "tools/stage_prepare.hpp"
+#include "tools/stage_simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Simulate final : public Command {
+ public:
+  explicit Simulate(Arguments& arguments) {
+    arguments.positional("input", input_, "scene.toml, or the body.h5 made from it");
+    arguments.option("-o,--output", output_, "samples.h5 to write", true);
+    arguments.option("--points", points_, "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
+    arguments.option("--paths", paths_, "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
+    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
+    arguments.flag("--resume", resume_, "Go on from what an interrupted run kept");
+  }
+
+  int run() override {
+    load();
+    check_choices(scene_);
+    check_experiments(scene_, body_);
+    const Samples samples = paths_.empty() ? press_and_drag() : follow_paths();
+    write_samples(output_, samples);
+    remove_partial(output_);
+    say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
+    return list_bad_experiments(samples) ? kSomeFailed : kDone;
+  }
+
+ private:
+  void load() {
+    if (input_.ends_with(".h5")) {
+      body_ = read_body(input_);
+      scene_ = parse_scene(body_.scene, input_ + ": scene");
+    } else {
+      scene_ = read_scene(input_);
+      body_ = prepare_body(scene_, false);
+    }
+    if (!points_.empty()) {
+      body_.test_points = read_points_csv(points_);
+      place_on_surface(body_.surface, body_.test_points, points_);
+    }
+  }
+
+  Samples press_and_drag() {
+    // What a kept part must have been made from: the scene's experiments and these very points.
+    ContentHash hash;
+    hash.add(canonical_body(scene_)).add(canonical_experiments(scene_));
+    hash.add({reinterpret_cast<const char*>(body_.test_points.position.data()),
+              static_cast<std::size_t>(body_.test_points.position.size()) * sizeof(double)});
+    return simulate_body(scene_, body_, {.jobs = jobs_, .output = output_, .inputs = hash.hex(), .resume = resume_});
+  }
+
+  Samples follow_paths() {
+    ConsoleProgress progress("simulate");
+    const auto paths = read_paths_csv(paths_);
+    return fem::simulate_paths(make_simulator(scene_, body_), on_surface(body_.surface, paths, paths_), job_count(jobs_), progress.progress());
+  }
+
+  std::string input_, output_, points_, paths_;
+  int jobs_ = 0;
+  bool resume_ = false;
+  Scene scene_;
+  Body body_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_simulate(Arguments& arguments) { return std::make_unique<Simulate>(arguments); }
+
+}  // namespace palpate::tools

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "libfit/core/curves.hpp"
+
+namespace palpate::tools {
+
+struct ExportRequest {
+  bool guard = true;
+  std::string inputs;            ///< hash put into the asset's meta; empty for none
+  std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
+};
+
+/// Writes the model in one of the export formats; says name and size.
+void export_model(const Model& model, const std::filesystem::path& output, const std::string& format,
+                  const ExportRequest& request);
+
+}  // namespace palpate::tools

@@ -1,0 +1,57 @@
+#include "tools/stage_fit.hpp"
+
+#include <algorithm>
+
+#include "libfit/fit/fit_curves.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+void say_report(const FitReport& report) {
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    const auto k = static_cast<std::size_t>(kind);
+    const CurveBasis& basis = report.kind[k].basis;
+    say("  {:<8} {} pieces of degree {} to {:.2f} mm: {}", kCurveNames[k], basis.pieces(), basis.degree,
+        1e3 * basis.knots_m.back(), report.kind[k].reason);
+  }
+  say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows_used, report.rows,
+      report.rows_not_good, report.rows_not_finite, report.rows_cut);
+  say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force", 100 * report.median_relative_error,
+      100 * report.p95_relative_error, 100 * report.max_relative_error);
+  say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.good, report.poor,
+      report.underdetermined, report.failed, in_words(report.seconds));
+  const std::size_t shown = std::min<std::size_t>(report.worst.size(), 3);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const WorstPoint& p = report.worst[i];
+    say("  worst: {} at ({:.1f}, {:.1f}, {:.1f}) mm: rms {:.2g} N, {:.1f} % of force; {}", p.name, 1e3 * p.position[0],
+        1e3 * p.position[1], 1e3 * p.position[2], p.rms_residual_N, 100 * p.relative_residual, p.reason);
+  }
+}
+
+}  // namespace
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction, int jobs) {
+  FitOptions options;
+  options.degree = section.degree;
+  options.pieces = {section.pieces, section.pieces, section.pieces};
+  options.tolerance = section.tolerance;
+  options.default_friction = default_friction;
+  options.jobs = job_count(jobs);
+  FitReport report;
+  FittedCurves curves;
+  {
+    ConsoleProgress progress("fit");
+    curves = fit_curves(samples, options, progress.progress(), &report);
+  }
+  if (report.is_stopped) throw Interrupted("fit: nothing was written");
+  say_report(report);
+  return curves;
+}
+
+std::size_t points_not_good(const FittedCurves& curves) {
+  return static_cast<std::size_t>(
+      std::count_if(curves.status.begin(), curves.status.end(), [](FitStatus s) { return s != FitStatus::good; }));
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,78 @@
+#include "tools/statement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace palpate::tools {
+namespace {
+
+// Nearest-rank quantile; 0 without values.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return values[std::min(values.size(), std::max<std::size_t>(rank, 1)) - 1];
+}
+
+}  // namespace
+
+Statement summarize(const std::vector<ComparedRow>& rows) {
+  Statement statement;
+  statement.rows = rows.size();
+  std::vector<double> error_N, error_rel, reference_rel;
+  std::size_t within = 0;
+  for (const ComparedRow& row : rows) {
+    const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
+    error_N.push_back(error);
+    if (error <= std::max(kForceFloor_N, kForceJnd * force)) ++within;
+    if (force <= kForceFloor_N) continue;
+    error_rel.push_back(error / force);
+    if (std::isfinite(row.reference_error_N)) reference_rel.push_back(row.reference_error_N / force);
+  }
+  statement.rows_above_floor = error_rel.size();
+  statement.median_N = quantile(error_N, 0.5);
+  statement.p95_N = quantile(error_N, 0.95);
+  statement.max_N = quantile(error_N, 1);
+  statement.median_rel = quantile(error_rel, 0.5);
+  statement.p95_rel = quantile(error_rel, 0.95);
+  statement.max_rel = quantile(error_rel, 1);
+  statement.reference_p95_rel = quantile(reference_rel, 0.95);
+  statement.within_jnd = rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
+  return statement;
+}
+
+std::string to_json(const Statement& s) {
+  const nlohmann::ordered_json json{
+      {"force_error",
+       {{"median_N", s.median_N},
+        {"p95_N", s.p95_N},
+        {"max_N", s.max_N},
+        {"median_rel", s.median_rel},
+        {"p95_rel", s.p95_rel},
+        {"max_rel", s.max_rel},
+        {"within_jnd", s.within_jnd}}},
+      {"probes", s.probes},
+      {"rows", s.rows},
+      {"rows_above_floor", s.rows_above_floor},
+      {"reference_failures", s.reference_failures},
+      {"reference_p95_rel", s.reference_p95_rel},
+      {"tick_ns", s.tick_ns},
+      {"asset_bytes", s.asset_bytes},
+  };
+  return json.dump();
+}
+
+std::string in_words(const Statement& s) {
+  return fmt::format(
+      "force error at {} held-out contact points, {} rows: median {:.3f} N ({:.1f} %), p95 {:.3f} N ({:.1f} %), max {:.3f} N ({:.1f} %)\n"
+      "within the force just noticeable to a person, max(0.04 N, 7 %): {:.0f} % of rows\n"
+      "the reference's own estimated error: p95 {:.1f} %; rows it could not solve: {}\n"
+      "{:.0f} ns per tick, {} bytes",
+      s.probes, s.rows, s.median_N, 100 * s.median_rel, s.p95_N, 100 * s.p95_rel, s.max_N, 100 * s.max_rel, 100 * s.within_jnd,
+      100 * s.reference_p95_rel, s.reference_failures, s.tick_ns, s.asset_bytes);
+}
+
+}  // namespace palpate::tools
