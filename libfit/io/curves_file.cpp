@@ -1,0 +1,91 @@
+#include "libfit/io/curves_file.hpp"
+
+#include <cmath>
+
+#include "libfit/io/curve_set_columns.hpp"
+
+namespace palpate {
+
+using namespace h5;
+
+namespace {
+
+// Residuals and ranges: not negative; NaN where there is none.
+void check_measure(const h5::Complain& complain, const std::string& name,
+                   const Eigen::VectorXd& values, Eigen::Index rows) {
+  check_rows(complain, name, values.size(), rows);
+  for (Eigen::Index i = 0; i < rows; ++i)
+    if (values[i] < 0 || std::isinf(values[i]))
+      throw complain(name, "row " + std::to_string(i) + " is negative or infinite");
+}
+
+void check(const FittedCurves& f, const h5::Complain& complain) {
+  const Eigen::Index points = f.position.rows();
+  check_finite(complain, "points/position", f.position);
+  check_rows(complain, "points/normal", f.normal.rows(), points);
+  check_unit_length(complain, "points/normal", f.normal);
+  check_rows(complain, "points/name", static_cast<Eigen::Index>(f.name.size()), points);
+  check_rows(complain, "points/status", static_cast<Eigen::Index>(f.status.size()), points);
+  check_rows(complain, "points/message", static_cast<Eigen::Index>(f.message.size()), points);
+  check_measure(complain, "points/rms_residual", f.rms_residual_N, points);
+  check_measure(complain, "points/max_residual", f.max_residual_N, points);
+  check_measure(complain, "points/depth_range", f.depth_range_m, points);
+  check_curve_set(complain, f.curves, points);
+}
+
+std::vector<FitStatus> read_status(const h5::Reader& reader, std::size_t points) {
+  std::vector<FitStatus> status;
+  for (const std::int8_t code : reader.bytes("points/status", h5::kNoUnit, {points, 0})) {
+    if (code < 0 || static_cast<std::size_t>(code) >= kFitStatusNames.size())
+      throw reader.error("points/status", "row " + std::to_string(status.size()) + " has code " +
+                                              std::to_string(code) + " without a name");
+    status.push_back(static_cast<FitStatus>(code));
+  }
+  return status;
+}
+
+void write_status(h5::Writer& writer, const std::vector<FitStatus>& status) {
+  std::vector<std::int8_t> codes;
+  for (const FitStatus s : status) codes.push_back(static_cast<std::int8_t>(s));
+  writer.bytes("points/status", h5::kNoUnit, codes.data(), {codes.size(), 0});
+  std::vector<std::string> names;
+  for (const auto& row : kFitStatusNames) names.emplace_back(row.name);
+  writer.attribute("points/status", "names", names);
+}
+
+}  // namespace
+
+FittedCurves read_curves(const std::filesystem::path& path) {
+  const h5::Reader reader = h5::open(path, kCurvesSchema);
+  FittedCurves f;
+  f.position = read_points(reader, "points/position", "m", h5::kAny);
+  const auto points = static_cast<std::size_t>(f.position.rows());
+  f.normal = read_points(reader, "points/normal", h5::kNoUnit, points);
+  f.name = reader.strings("points/name", points);
+  f.status = read_status(reader, points);
+  f.message = reader.strings("points/message", points);
+  f.rms_residual_N = read_vector(reader, "points/rms_residual", "N", points, true);
+  f.max_residual_N = read_vector(reader, "points/max_residual", "N", points, true);
+  f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
+  f.curves = read_curve_set(reader, points);
+  check(f, complain_about(reader));
+  return f;
+}
+
+void write_curves(const std::filesystem::path& path, const FittedCurves& f,
+                  const Attributes& attributes) {
+  check(f, h5::complain_about(path));
+  h5::Writer writer = h5::create(path, kCurvesSchema, attributes);
+  write_points(writer, "points/position", "m", f.position);
+  write_points(writer, "points/normal", h5::kNoUnit, f.normal);
+  writer.strings("points/name", f.name);
+  write_status(writer, f.status);
+  writer.strings("points/message", f.message);
+  write_vector(writer, "points/rms_residual", "N", f.rms_residual_N);
+  write_vector(writer, "points/max_residual", "N", f.max_residual_N);
+  write_vector(writer, "points/depth_range", "m", f.depth_range_m);
+  write_curve_set(writer, f.curves);
+  writer.commit();
+}
+
+}  // namespace palpate

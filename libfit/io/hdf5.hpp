@@ -1,0 +1,140 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/hdf5_handle.hpp"
+
+namespace palpate {
+
+/// Named strings that travel with a file, as root attributes: what it was made from
+/// (`inputs_hash`, 16 hex digits), a statement in JSON, and so on.
+using Attributes = std::map<std::string, std::string>;
+
+namespace h5 {
+
+/// Rows and columns of a data set; `columns` 0 means one-dimensional.
+struct Shape {
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+
+  std::size_t count() const { return rows * (columns == 0 ? 1 : columns); }
+  bool operator==(const Shape&) const = default;
+};
+/// "12", "12 x 3".
+std::string to_string(const Shape& shape);
+
+/// Wildcard in the shape a reader expects.
+inline constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
+
+/// Unit of data sets without dimension: indices, codes, unit vectors, names.
+inline constexpr std::string_view kNoUnit = "1";
+
+/// Makes one HDF5 file in memory and stores it whole or not at all (AtomicFile).
+/// Same content, same bytes: no dates, no host names, arrays row-major, chunks compressed
+/// (deflate) and guarded by checksums, HDF5 1.10 format.
+/// Throws Error naming the file, and the data set where one is concerned.
+class Writer {
+ public:
+  Writer(const std::filesystem::path& path, std::string_view schema, int version,
+         const Attributes& attributes);
+
+  /// Data sets by path, "rows/force"; groups are made as needed. data: shape.count() values.
+  void numbers(const std::string& name, std::string_view unit, const double* data, Shape shape);
+  void integers(const std::string& name, std::string_view unit, const std::int32_t* data,
+                Shape shape);
+  void bytes(const std::string& name, std::string_view unit, const std::int8_t* data, Shape shape);
+  /// UTF-8; a string that holds a zero byte is refused (HDF5 would cut it there).
+  void strings(const std::string& name, const std::vector<std::string>& values);
+
+  /// Attributes of a group or data set that exists; "" is the root.
+  void attribute(const std::string& object, const std::string& name, std::string_view value);
+  void attribute(const std::string& object, const std::string& name, std::int32_t value);
+  void attribute(const std::string& object, const std::string& name,
+                 const std::vector<std::string>& values);
+
+  /// Stores the file. Call it once, last.
+  void commit();
+
+ private:
+  void put(const std::string& name, std::string_view unit, std::int64_t file_type,
+           std::int64_t memory_type, const void* data, Shape shape);
+  Handle group_of(const std::string& name);
+  Handle open(const std::string& object);
+  void put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
+                     std::int64_t space, const void* data);
+  void check(std::int64_t result, const std::string& name, const std::string& what) const;
+
+  std::filesystem::path path_;
+  AtomicFile stored_;
+  Handle file_;
+};
+
+/// Reads one HDF5 file, trusting nothing in it: kind, version, unit, type, shape, storage and
+/// finiteness are checked before a value is handed out. Also reads files that others made: any
+/// float or integer width that fits, strings of fixed or variable length.
+/// Safe on damaged bytes as far as HDF5 1.10 itself is; virtual and external storage is refused.
+/// Every Error names the file and the data set and ends with `remedy`.
+class Reader {
+ public:
+  /// Opens any HDF5 file. Throws Error when it is missing, no HDF5 file or cut short.
+  Reader(const std::filesystem::path& path, std::string remedy);
+
+  /// Throws Error unless the root says `schema` and a version 1..newest.
+  void expect(std::string_view schema, int newest) const;
+
+  bool has(const std::string& name) const;
+  /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).
+  /// The unit attribute must be there and equal `unit`. may_be_nan: NaN (never inf) is let through.
+  std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
+                              bool may_be_nan = false) const;
+  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,
+                                     Shape shape) const;
+  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape) const;
+  std::vector<std::string> strings(const std::string& name, std::size_t rows) const;
+  /// Shape of a data set of one or two dimensions.
+  Shape shape_of(const std::string& name) const;
+
+  bool has_attribute(const std::string& object, const std::string& name) const;
+  std::string text_attribute(const std::string& object, const std::string& name) const;
+  std::vector<std::string> texts_attribute(const std::string& object,
+                                           const std::string& name) const;
+  std::int64_t integer_attribute(const std::string& object, const std::string& name) const;
+  /// All string attributes of the root.
+  Attributes root_texts() const;
+
+  /// Paths of all data sets, sorted; "float64", "int8", "string", ...; "" without unit attribute.
+  std::vector<std::string> data_sets() const;
+  std::string type_of(const std::string& name) const;
+  std::string unit_of(const std::string& name) const;
+
+  /// The error a caller throws on content it finds wrong.
+  Error error(const std::string& name, const std::string& what) const;
+
+ private:
+  Handle open_data_set(const std::string& name) const;
+  Handle open_object(const std::string& object) const;
+  Handle open_attribute(const std::string& object, const std::string& name) const;
+  Shape checked_shape(const Handle& set, const std::string& name, Shape expected) const;
+  void check_storage(const Handle& set, const std::string& name, std::size_t count) const;
+  void check_unit(const Handle& set, const std::string& name, std::string_view unit) const;
+  std::vector<std::int64_t> wide_integers(const std::string& name, std::string_view unit,
+                                          Shape shape) const;
+  Error attribute_error(const std::string& object, const std::string& name,
+                        const std::string& what) const;
+
+  std::filesystem::path path_;
+  std::string remedy_;
+  std::uintmax_t file_bytes_ = 0;
+  Handle file_;
+};
+
+}  // namespace h5
+}  // namespace palpate

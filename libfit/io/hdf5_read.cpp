@@ -1,0 +1,319 @@
+#include <hdf5.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "libfit/io/hdf5.hpp"
+
+namespace palpate::h5 {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostCompression = 1100;  // deflate packs at most 1032:1: more is a lie
+constexpr hsize_t kMostRows = hsize_t{1} << 40;     // keep products of claimed extents below 2^64
+constexpr hsize_t kMostColumns = hsize_t{1} << 16;
+
+// A zero-padded or space-padded field of `size` bytes without its padding.
+std::string trimmed(const char* field, std::size_t size, bool is_space_padded) {
+  std::size_t length = ::strnlen(field, size);
+  while (is_space_padded && length > 0 && field[length - 1] == ' ') --length;
+  return std::string(field, length);
+}
+
+// Strings of a data set or attribute through `read(memory type, buffer)`, which returns < 0 on failure.
+// The file's own type is the memory type: HDF5 does not convert between character sets.
+template <class Read>
+bool read_strings(const Handle& type, const Handle& space, std::size_t count, const Read& read,
+                  std::vector<std::string>& out) {
+  if (H5Tis_variable_str(type.id()) > 0) {
+    std::vector<char*> pointers(count, nullptr);
+    const bool is_read = read(type.id(), static_cast<void*>(pointers.data())) >= 0;
+    for (const char* text : pointers) out.emplace_back(is_read && text != nullptr ? text : "");
+    if (is_read) H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, pointers.data());
+    return is_read;
+  }
+  const std::size_t size = H5Tget_size(type.id());
+  std::vector<char> packed(count * size);
+  if (read(type.id(), static_cast<void*>(packed.data())) < 0) return false;
+  const bool is_space_padded = H5Tget_strpad(type.id()) == H5T_STR_SPACEPAD;
+  for (std::size_t i = 0; i < count; ++i)
+    out.push_back(trimmed(packed.data() + i * size, size, is_space_padded));
+  return true;
+}
+
+// "N m" may be written with a middle dot or a star by others; "1" as nothing.
+std::string plain_unit(std::string unit) {
+  for (const std::string_view dot : {"\u00b7", "\u22c5", "*", "."})
+    if (const auto at = unit.find(dot); at != std::string::npos) unit.replace(at, dot.size(), 1, ' ');
+  return unit.empty() ? std::string(kNoUnit) : unit;
+}
+
+// Chunks that were never written would read as zeros. (H5Dget_space_status calls every compressed
+// data set partly allocated, so chunks are counted.)
+bool is_written_whole(const Handle& set, const Handle& creation) {
+  if (H5Pget_layout(creation.id()) != H5D_CHUNKED) {
+    H5D_space_status_t status;
+    return H5Dget_space_status(set.id(), &status) >= 0 && status == H5D_SPACE_STATUS_ALLOCATED;
+  }
+  hsize_t chunk[2] = {1, 1}, dims[2] = {1, 1}, found = 0, expected = 1;
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  H5Sget_simple_extent_dims(space.id(), dims, nullptr);
+  H5Pget_chunk(creation.id(), 2, chunk);
+  for (int k = 0; k < 2; ++k) expected *= (dims[k] + chunk[k] - 1) / chunk[k];
+  return H5Dget_num_chunks(set.id(), space.id(), &found) >= 0 && found == expected;
+}
+
+bool is_hard_link(hid_t file, const std::string& path) {
+  H5L_info_t info;
+  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0 &&
+         H5Lget_info(file, path.c_str(), &info, H5P_DEFAULT) >= 0 && info.type == H5L_TYPE_HARD;
+}
+
+}  // namespace
+
+std::string to_string(const Shape& shape) {
+  const auto word = [](std::size_t n) { return n == kAny ? std::string("any") : std::to_string(n); };
+  return shape.columns == 0 ? word(shape.rows) : word(shape.rows) + " x " + word(shape.columns);
+}
+
+Reader::Reader(const fs::path& path, std::string remedy) : path_(path), remedy_(std::move(remedy)) {
+  silence();
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) throw Error(path.string(), "no such file", "Check the name.");
+  if (!fs::is_regular_file(path, ignored))
+    throw Error(path.string(), "is not a regular file", "Name a file.");
+  file_bytes_ = fs::file_size(path, ignored);
+  const htri_t is_hdf5 = H5Fis_hdf5(path.c_str());
+  if (is_hdf5 < 0) throw Error(path.string(), "cannot be read", "Check its permissions.");
+  if (is_hdf5 == 0) throw error("", "is not an HDF5 file, or its beginning is damaged");
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fclose_degree(access.id(), H5F_CLOSE_STRONG);
+  H5Pset_file_locking(access.id(), false, true);  // reads from read-only media, too
+  file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose);
+  if (!file_.is_valid()) throw error("", "is damaged or cut short (HDF5: " + take_reason() + ")");
+}
+
+Error Reader::error(const std::string& name, const std::string& what) const {
+  return Error(path_.string() + (name.empty() ? "" : ":" + name), what, remedy_);
+}
+
+Error Reader::attribute_error(const std::string& object, const std::string& name,
+                              const std::string& what) const {
+  return error(object, "attribute `" + name + "` " + what);
+}
+
+void Reader::expect(std::string_view schema, int newest) const {
+  const std::string found = has_attribute("", "schema") ? text_attribute("", "schema") : "";
+  if (found != schema)
+    throw error("", (found.empty() ? "has no schema" : "holds `" + found + "`") + ", not `" +
+                        std::string(schema) + "`");
+  const std::int64_t version = integer_attribute("", "version");
+  if (version > newest)
+    throw Error(path_.string(),
+                "was written by a newer Palpate (version " + std::to_string(version) +
+                    "; this program reads up to " + std::to_string(newest) + ")",
+                "Use a newer Palpate, or make the file again with this one.");
+  if (version < 1) throw error("", "version " + std::to_string(version) + " does not exist");
+}
+
+// Every step of the path must be a hard link: soft and external links lead to other places.
+bool Reader::has(const std::string& name) const {
+  for (std::size_t at = name.find('/'); at != std::string::npos; at = name.find('/', at + 1))
+    if (!is_hard_link(file_.id(), name.substr(0, at))) return false;
+  return is_hard_link(file_.id(), name);
+}
+
+Handle Reader::open_object(const std::string& object) const {
+  if (!object.empty() && !has(object)) throw error(object, "is missing");
+  Handle handle(H5Oopen(file_.id(), object.empty() ? "/" : object.c_str(), H5P_DEFAULT), H5Oclose);
+  if (!handle.is_valid()) throw error(object, "cannot be opened (HDF5: " + take_reason() + ")");
+  return handle;
+}
+
+Handle Reader::open_data_set(const std::string& name) const {
+  if (!has(name)) throw error(name, "data set is missing");
+  Handle set(H5Dopen2(file_.id(), name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) throw error(name, "is no readable data set (HDF5: " + take_reason() + ")");
+  return set;
+}
+
+Shape Reader::shape_of(const std::string& name) const {
+  return checked_shape(open_data_set(name), name, {kAny, kAny});
+}
+
+Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape expected) const {
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  const int dimensions = H5Sget_simple_extent_ndims(space.id());
+  const bool is_any = expected == Shape{kAny, kAny};
+  if (dimensions < 1 || dimensions > 2)
+    throw error(name, "has " + std::to_string(dimensions) + " dimensions, not 1 or 2");
+  hsize_t dims[2] = {0, 0};
+  H5Sget_simple_extent_dims(space.id(), dims, nullptr);
+  const Shape found{dims[0], dims[1]};
+  if (dims[0] > kMostRows || dims[1] > kMostColumns)
+    throw error(name, "claims shape " + to_string(found));
+  if (is_any) return found;
+  const bool fits = (dimensions == 2) == (expected.columns != 0) &&
+                    (expected.rows == kAny || expected.rows == found.rows) &&
+                    (expected.columns == kAny || expected.columns == found.columns);
+  if (!fits)
+    throw error(name, "has shape " + to_string(found) + ", not " + to_string(expected));
+  return found;
+}
+
+void Reader::check_storage(const Handle& set, const std::string& name, std::size_t count) const {
+  if (count == 0) return;
+  const std::size_t value_bytes = H5Tget_size(Handle(H5Dget_type(set.id()), H5Tclose).id());
+  const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
+  if (H5Pget_layout(creation.id()) == H5D_VIRTUAL || H5Pget_external_count(creation.id()) > 0)
+    throw error(name, "keeps its values in another file");
+  if (value_bytes == 0 || count > kMostCompression * file_bytes_ / value_bytes)
+    throw error(name, "claims " + std::to_string(count) + " values in a file of " +
+                          std::to_string(file_bytes_) + " bytes");
+  if (!is_written_whole(set, creation)) throw error(name, "was not written whole");
+}
+
+std::string Reader::unit_of(const std::string& name) const {
+  return has_attribute(name, "unit") ? text_attribute(name, "unit") : "";
+}
+
+void Reader::check_unit(const Handle& set, const std::string& name, std::string_view unit) const {
+  if (H5Aexists(set.id(), "unit") <= 0)
+    throw error(name, "has no `unit` attribute, expected " + std::string(unit));
+  const std::string found = text_attribute(name, "unit");
+  if (plain_unit(found) != plain_unit(std::string(unit)))
+    throw error(name, "is in `" + found + "`, not in " + std::string(unit));
+}
+
+std::vector<double> Reader::numbers(const std::string& name, std::string_view unit, Shape expected,
+                                    bool may_be_nan) const {
+  const Handle set = open_data_set(name);
+  check_unit(set, name, unit);
+  const Shape shape = checked_shape(set, name, expected);
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_FLOAT)
+    throw error(name, "holds " + type_of(name) + ", not floating-point numbers");
+  check_storage(set, name, shape.count());
+  std::vector<double> values(shape.count());
+  if (!values.empty() && H5Dread(set.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                 values.data()) < 0)
+    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+  const std::size_t columns = shape.columns == 0 ? 1 : shape.columns;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i]) && !(may_be_nan && std::isnan(values[i])))
+      throw error(name, "row " + std::to_string(i / columns) + " is not a finite number");
+  return values;
+}
+
+std::vector<std::int64_t> Reader::wide_integers(const std::string& name, std::string_view unit,
+                                                Shape expected) const {
+  const Handle set = open_data_set(name);
+  check_unit(set, name, unit);
+  const Shape shape = checked_shape(set, name, expected);
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_INTEGER)
+    throw error(name, "holds " + type_of(name) + ", not integers");
+  check_storage(set, name, shape.count());
+  std::vector<std::int64_t> values(shape.count());
+  if (!values.empty() && H5Dread(set.id(), H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                 values.data()) < 0)
+    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+  return values;
+}
+
+namespace {
+
+template <class T>
+bool narrow(const std::vector<std::int64_t>& wide, std::vector<T>& out) {
+  out.reserve(wide.size());
+  for (const std::int64_t value : wide) {
+    out.push_back(static_cast<T>(value));
+    if (out.back() != value) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> Reader::integers(const std::string& name, std::string_view unit,
+                                           Shape shape) const {
+  std::vector<std::int32_t> values;
+  if (!narrow(wide_integers(name, unit, shape), values))
+    throw error(name, "row " + std::to_string(values.size() - 1) + " is beyond 32 bits");
+  return values;
+}
+
+std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit,
+                                       Shape shape) const {
+  std::vector<std::int8_t> values;
+  if (!narrow(wide_integers(name, unit, shape), values))
+    throw error(name, "row " + std::to_string(values.size() - 1) + " is beyond 8 bits");
+  return values;
+}
+
+std::vector<std::string> Reader::strings(const std::string& name, std::size_t rows) const {
+  const Handle set = open_data_set(name);
+  const Shape shape = checked_shape(set, name, {rows, 0});
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_STRING)
+    throw error(name, "holds " + type_of(name) + ", not text");
+  check_storage(set, name, shape.count());
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  std::vector<std::string> values;
+  const auto read = [&](hid_t memory_type, void* data) {
+    return H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
+  };
+  if (shape.rows > 0 && !read_strings(type, space, shape.rows, read, values))
+    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+  return values;
+}
+
+bool Reader::has_attribute(const std::string& object, const std::string& name) const {
+  return H5Aexists(open_object(object).id(), name.c_str()) > 0;
+}
+
+Handle Reader::open_attribute(const std::string& object, const std::string& name) const {
+  const Handle owner = open_object(object);
+  if (H5Aexists(owner.id(), name.c_str()) <= 0) throw attribute_error(object, name, "is missing");
+  Handle attribute(H5Aopen(owner.id(), name.c_str(), H5P_DEFAULT), H5Aclose);
+  if (!attribute.is_valid()) throw attribute_error(object, name, "cannot be opened");
+  return attribute;
+}
+
+std::vector<std::string> Reader::texts_attribute(const std::string& object,
+                                                 const std::string& name) const {
+  const Handle attribute = open_attribute(object, name);
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  if (H5Tget_class(type.id()) != H5T_STRING) throw attribute_error(object, name, "is not text");
+  const hssize_t count = H5Sget_simple_extent_npoints(space.id());
+  if (count < 0 || static_cast<std::uintmax_t>(count) * H5Tget_size(type.id()) > file_bytes_)
+    throw attribute_error(object, name, "claims more bytes than the file has");
+  std::vector<std::string> values;
+  const auto read = [&](hid_t memory_type, void* data) {
+    return H5Aread(attribute.id(), memory_type, data);
+  };
+  if (!read_strings(type, space, static_cast<std::size_t>(count), read, values))
+    throw attribute_error(object, name, "cannot be read");
+  return values;
+}
+
+std::string Reader::text_attribute(const std::string& object, const std::string& name) const {
+  const auto values = texts_attribute(object, name);
+  if (values.size() != 1) throw attribute_error(object, name, "is not a single text");
+  return values.front();
+}
+
+std::int64_t Reader::integer_attribute(const std::string& object, const std::string& name) const {
+  const Handle attribute = open_attribute(object, name);
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  std::int64_t value = 0;
+  if (H5Tget_class(type.id()) != H5T_INTEGER || H5Sget_simple_extent_npoints(space.id()) != 1 ||
+      H5Aread(attribute.id(), H5T_NATIVE_INT64, &value) < 0)
+    throw attribute_error(object, name, "is not one integer");
+  return value;
+}
+
+}  // namespace palpate::h5

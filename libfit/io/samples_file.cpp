@@ -1,0 +1,182 @@
+#include "libfit/io/samples_file.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "libfit/io/columns.hpp"
+
+namespace palpate {
+
+using namespace h5;
+
+namespace {
+
+constexpr int kExperimentKinds = 3;
+
+std::size_t rows_of(const Samples& samples) { return samples.point.size(); }
+
+void check_sizes(const Samples& s, const h5::Complain& complain) {
+  const Eigen::Index points = s.points(), rows = static_cast<Eigen::Index>(rows_of(s));
+  const auto size = [](const auto& column) { return static_cast<Eigen::Index>(column.size()); };
+  check_rows(complain, "points/normal", s.point_normal.rows(), points);
+  check_rows(complain, "points/name", size(s.point_name), points);
+  if (s.point_normal_gradient.rows() != 0)
+    check_rows(complain, "points/normal_gradient", s.point_normal_gradient.rows(), points);
+  check_rows(complain, "rows/experiment", size(s.experiment), rows);
+  check_rows(complain, "rows/kind", size(s.kind), rows);
+  check_rows(complain, "rows/step", size(s.step), rows);
+  check_rows(complain, "rows/deflection", s.deflection.rows(), rows);
+  check_rows(complain, "rows/force", s.force.rows(), rows);
+  check_rows(complain, "rows/torque", s.torque.rows(), rows);
+  check_rows(complain, "rows/force_error", s.force_error.size(), rows);
+  check_rows(complain, "rows/status", size(s.status), rows);
+}
+
+void check_numbers(const Samples& s, const h5::Complain& complain) {
+  check_finite(complain, "points/position", s.point_position);
+  check_unit_length(complain, "points/normal", s.point_normal);
+  if (!s.point_normal_gradient.allFinite())
+    throw complain("points/normal_gradient", "is not finite");
+  check_finite(complain, "rows/deflection", s.deflection);
+  for (Eigen::Index i = 0; i < s.rows(); ++i) {
+    const bool is_good = s.status[static_cast<std::size_t>(i)] == RowStatus::good;
+    const std::string row = "row " + std::to_string(i);
+    if (is_good && !s.force.row(i).allFinite())
+      throw complain("rows/force", row + " is good but not a finite number");
+    if (is_good && !s.torque.row(i).allFinite())
+      throw complain("rows/torque", row + " is good but not a finite number");
+    if (s.force_error[i] < 0) throw complain("rows/force_error", row + " is negative");
+  }
+}
+
+// Rows of an experiment follow one another and share point and kind.
+void check_experiments(const Samples& s, const h5::Complain& complain) {
+  std::set<std::int32_t> finished;
+  for (std::size_t i = 1; i < rows_of(s); ++i) {
+    const std::string row = "row " + std::to_string(i);
+    if (s.experiment[i] != s.experiment[i - 1]) {
+      finished.insert(s.experiment[i - 1]);
+      if (finished.count(s.experiment[i]) != 0)
+        throw complain("rows/experiment", row + " goes back to experiment " +
+                                              std::to_string(s.experiment[i]));
+    } else if (s.point[i] != s.point[i - 1] || s.kind[i] != s.kind[i - 1]) {
+      throw complain("rows/experiment", row + " changes point or kind within experiment " +
+                                            std::to_string(s.experiment[i]));
+    }
+  }
+}
+
+void check(const Samples& s, const h5::Complain& complain) {
+  check_sizes(s, complain);
+  check_indices(complain, "rows/point", s.point.data(), static_cast<Eigen::Index>(rows_of(s)), 1,
+                s.points());
+  check_numbers(s, complain);
+  check_experiments(s, complain);
+}
+
+std::vector<std::string> status_names() {
+  std::vector<std::string> names;
+  for (const auto& row : kRowStatusNames) names.emplace_back(row.name);
+  return names;
+}
+
+RowStatus status_named(const std::string& name, const h5::Reader& reader) {
+  const auto row = std::find_if(kRowStatusNames.begin(), kRowStatusNames.end(),
+                                [&](const RowStatusName& r) { return r.name == name; });
+  if (row == kRowStatusNames.end())
+    throw reader.error("rows/status", "names an unknown status `" + name + "`");
+  return row->status;
+}
+
+// Codes mean what the file's own list of names says; without a list, what version 1 says.
+std::vector<RowStatus> read_status(const h5::Reader& reader, std::size_t rows) {
+  const auto codes = reader.bytes("rows/status", h5::kNoUnit, {rows, 0});
+  const auto names = reader.has_attribute("rows/status", "names")
+                         ? reader.texts_attribute("rows/status", "names")
+                         : status_names();
+  std::vector<RowStatus> meanings;
+  for (const auto& name : names) meanings.push_back(status_named(name, reader));
+  std::vector<RowStatus> status;
+  for (const std::int8_t code : codes) {
+    if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
+      throw reader.error("rows/status", "row " + std::to_string(status.size()) + " has code " +
+                                            std::to_string(code) + " without a name");
+    status.push_back(meanings[static_cast<std::size_t>(code)]);
+  }
+  return status;
+}
+
+std::vector<ExperimentKind> read_kind(const h5::Reader& reader, std::size_t rows) {
+  std::vector<ExperimentKind> kinds;
+  for (const std::int8_t code : reader.bytes("rows/kind", h5::kNoUnit, {rows, 0})) {
+    if (code < 0 || code >= kExperimentKinds)
+      throw reader.error("rows/kind", "row " + std::to_string(kinds.size()) + " has code " +
+                                          std::to_string(code) + ", not 0 press, 1 drag, 2 path");
+    kinds.push_back(static_cast<ExperimentKind>(code));
+  }
+  return kinds;
+}
+
+void read_points_of(const h5::Reader& reader, Samples& s) {
+  s.point_position = read_points(reader, "points/position", "m", h5::kAny);
+  const auto points = static_cast<std::size_t>(s.points());
+  s.point_normal = read_points(reader, "points/normal", h5::kNoUnit, points);
+  s.point_name = reader.strings("points/name", points);
+  if (!reader.has("points/normal_gradient")) return;
+  const auto values = reader.numbers("points/normal_gradient", "1/m", {points, 9});
+  s.point_normal_gradient =
+      Eigen::Map<const decltype(s.point_normal_gradient)>(values.data(), s.points(), 9);
+}
+
+template <class Enum>
+void write_codes(h5::Writer& writer, const std::string& name, const std::vector<Enum>& values) {
+  std::vector<std::int8_t> codes;
+  for (const Enum value : values) codes.push_back(static_cast<std::int8_t>(value));
+  writer.bytes(name, h5::kNoUnit, codes.data(), {codes.size(), 0});
+}
+
+}  // namespace
+
+Samples read_samples(const std::filesystem::path& path) {
+  const h5::Reader reader = h5::open(path, kSamplesSchema);
+  Samples s;
+  read_points_of(reader, s);
+  s.point = reader.integers("rows/point", h5::kNoUnit, {h5::kAny, 0});
+  const std::size_t rows = rows_of(s);
+  s.experiment = reader.integers("rows/experiment", h5::kNoUnit, {rows, 0});
+  s.kind = read_kind(reader, rows);
+  s.step = reader.integers("rows/step", h5::kNoUnit, {rows, 0});
+  s.deflection = read_points(reader, "rows/deflection", "m", rows);
+  s.force = read_points(reader, "rows/force", "N", rows, true);
+  s.torque = read_points(reader, "rows/torque", "N m", rows, true);
+  s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
+  s.status = read_status(reader, rows);
+  check(s, complain_about(reader));
+  return s;
+}
+
+void write_samples(const std::filesystem::path& path, const Samples& s,
+                   const Attributes& attributes) {
+  check(s, h5::complain_about(path));
+  h5::Writer writer = h5::create(path, kSamplesSchema, attributes);
+  write_points(writer, "points/position", "m", s.point_position);
+  write_points(writer, "points/normal", h5::kNoUnit, s.point_normal);
+  writer.strings("points/name", s.point_name);
+  if (s.point_normal_gradient.rows() != 0)
+    writer.numbers("points/normal_gradient", "1/m", s.point_normal_gradient.data(),
+                   {s.point_name.size(), 9});
+  const h5::Shape column{rows_of(s), 0};
+  writer.integers("rows/point", h5::kNoUnit, s.point.data(), column);
+  writer.integers("rows/experiment", h5::kNoUnit, s.experiment.data(), column);
+  write_codes(writer, "rows/kind", s.kind);
+  writer.integers("rows/step", h5::kNoUnit, s.step.data(), column);
+  write_points(writer, "rows/deflection", "m", s.deflection);
+  write_points(writer, "rows/force", "N", s.force);
+  write_points(writer, "rows/torque", "N m", s.torque);
+  write_vector(writer, "rows/force_error", "N", s.force_error);
+  write_codes(writer, "rows/status", s.status);
+  writer.attribute("rows/status", "names", status_names());
+  writer.commit();
+}
+
+}  // namespace palpate

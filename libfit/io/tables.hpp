@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/core/geometry.hpp"
+
+namespace palpate {
+
+// The comma-separated tables of the command line, one reader and one writer each. All readers
+// throw Error naming file, line and column (read_csv); all writers store whole or not at all.
+
+/// P.csv, `x_m,y_m,z_m[,nx,ny,nz]`: where to experiment. position P x 3 [m]; normal P x 3 inward,
+/// made unit on reading, or 0 x 3 when the file has none.
+struct PointTable {
+  Points position;
+  Points normal;
+};
+PointTable read_point_table(const std::filesystem::path& path);
+void write_point_table(const std::filesystem::path& path, const PointTable& points);
+
+/// One tool path of PATHS.csv, `path,x_m,y_m,z_m,dx_m,dy_m,dz_m`: a test point and successive
+/// deflections there, K x 3 [m]. Rows of a path follow one another and repeat its point.
+struct ToolPath {
+  std::string name;
+  Vec3 point;
+  Points deflection;
+};
+std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path);
+void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths);
+
+/// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
+struct TipPath {
+  std::vector<double> time_s;
+  Points position;
+};
+TipPath read_tip_path(const std::filesystem::path& path);
+void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
+
+/// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
+/// triangle -1 without contact.
+struct ForceRow {
+  double time_s = 0;
+  Vec3 force_N = Vec3::Zero();
+  bool is_in_contact = false;
+  Vec3 contact_point_m = Vec3::Zero();
+  std::int32_t triangle = -1;
+  double depth_m = 0;
+  double lateral_m = 0;
+  bool is_sliding = false;
+};
+std::vector<ForceRow> read_forces(const std::filesystem::path& path);
+void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
+
+/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m`. point: index of the test point or vertex.
+struct CurveRow {
+  std::int64_t point = 0;
+  CurveKind curve = CurveKind::normal;
+  double at_m = 0;
+  double value_N = 0;
+  double slope_N_m = 0;
+};
+std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path);
+void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows);
+
+}  // namespace palpate

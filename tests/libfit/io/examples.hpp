@@ -1,0 +1,125 @@
+#pragma once
+
+#include <limits>
+#include <random>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+
+// Small content of every file kind, with the awkward values that must survive: denormals, the
+// largest double, a negative zero, names in UTF-8, empty names, NaN where it is allowed.
+namespace palpate::testing_io {
+
+inline Points awkward_points(Eigen::Index rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Points points(rows, 3);
+  for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = normal(random) / 3;
+  if (rows > 0) points.row(0) << 5e-324, -0.0, 1.0 / 3.0;
+  if (rows > 1) points.row(1) << std::numeric_limits<double>::max(), 0.1, -1e-310;
+  return points;
+}
+
+inline Points unit_vectors(Eigen::Index rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Points points(rows, 3);
+  for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = normal(random);
+  points.rowwise().normalize();
+  return points;
+}
+
+inline Samples example_samples() {
+  Samples s;
+  s.point_position = awkward_points(3, 1);
+  s.point_normal = unit_vectors(3, 2);
+  s.point_name = {"p001", "", "Pr\u00fcfpunkt, \"3\""};
+  s.point_normal_gradient = Eigen::Matrix<double, 3, 9>::Constant(-1.0 / 0.03);
+  s.point = {0, 0, 0, 2, 2, 1};
+  s.experiment = {0, 0, 0, 7, 7, 3};
+  s.kind = {ExperimentKind::press, ExperimentKind::press, ExperimentKind::press,
+            ExperimentKind::drag,  ExperimentKind::drag,  ExperimentKind::path};
+  s.step = {0, 1, 2, 0, 1, 0};
+  s.deflection = awkward_points(6, 3);
+  s.force = awkward_points(6, 4);
+  s.torque = awkward_points(6, 5);
+  s.force_error = Eigen::VectorXd::LinSpaced(6, 0, 0.1);
+  s.force_error[2] = std::numeric_limits<double>::quiet_NaN();
+  s.status = {RowStatus::good,     RowStatus::not_converged, RowStatus::inverted,
+              RowStatus::rejected, RowStatus::no_contact,    RowStatus::not_reached};
+  s.force.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+  s.torque.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+  return s;
+}
+
+inline Body example_body() {
+  Body body;
+  body.surface.vertices = awkward_points(5, 6);
+  body.surface.triangles.resize(2, 3);
+  body.surface.triangles << 0, 1, 2, 4, 3, 2;
+  body.is_reachable = {1, 0, 1, 1, 0};
+  body.test_points.position = awkward_points(3, 7);
+  body.test_points.normal = unit_vectors(3, 8);
+  body.test_points.name = {"a", "b", "c"};
+  body.test_points.triangles.resize(1, 3);
+  body.test_points.triangles << 2, 0, 1;
+  body.volume.nodes = awkward_points(4, 9);
+  body.volume.tets.resize(1, 4);
+  body.volume.tets << 0, 1, 2, 3;
+  body.volume.region = Eigen::VectorXi::Constant(1, 2);
+  body.is_held = {0, 0, 1, 1};
+  body.mended = {"3 duplicate vertices were joined", ""};
+  body.scene = "[body]\nsurface = \"lever \u03bc.obj\"\n\n";
+  return body;
+}
+
+/// Monotone control values that float32 holds exactly, from a seed.
+inline CurveSet example_curve_set(Eigen::Index points, unsigned seed) {
+  CurveSet curves;
+  curves.basis = {CurveBasis{3, {0, 0.001, 0.01 / 3, 0.01}}, CurveBasis{2, {0, 0.005}},
+                  CurveBasis{1, {0, 0.004, 0.01}}};
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> increment(0, 1);
+  for (std::size_t k = 0; k < 3; ++k) {
+    Controls& control = curves.control[k];
+    control = Controls::Zero(points, curves.basis[k].size());
+    for (Eigen::Index i = 0; i < points; ++i)
+      for (Eigen::Index j = 1; j < control.cols(); ++j)
+        control(i, j) = static_cast<float>(control(i, j - 1)) + increment(random);
+    control = control.cast<float>().cast<double>();
+  }
+  return curves;
+}
+
+inline FittedCurves example_curves() {
+  FittedCurves f;
+  f.position = awkward_points(3, 10);
+  f.normal = unit_vectors(3, 11);
+  f.name = {"p1", "p2", "p3"};
+  f.curves = example_curve_set(3, 12);
+  f.status = {FitStatus::good, FitStatus::failed, FitStatus::poor};
+  f.message = {"", "no usable row", "residual 12 %"};
+  f.rms_residual_N = Eigen::Vector3d(0.001, std::numeric_limits<double>::quiet_NaN(), 0.3);
+  f.max_residual_N = Eigen::Vector3d(0.002, std::numeric_limits<double>::quiet_NaN(), 0.9);
+  f.depth_range_m = Eigen::Vector3d(0.01, 0, 0.02);
+  return f;
+}
+
+inline Model example_model() {
+  Model model;
+  model.surface = example_body().surface;
+  model.inward_normal = unit_vectors(5, 13);
+  model.inward_normal.row(4).setZero();
+  model.curves = example_curve_set(5, 14);
+  model.is_covered = {1, 1, 1, 1, 0};
+  model.blend_point.resize(5, 3);
+  model.blend_point << 0, 1, 2, 0, 1, 2, 0, 1, 2, 2, 2, 2, 0, 0, 0;
+  model.blend_weight.resize(5, 3);
+  model.blend_weight << 1, 0, 0, 0.5, 0.25, 0.25, 0.3, 0.3, 0.4, 0, 1, 0, 0, 0, 0;
+  for (auto& control : model.curves.control) control.row(4).setZero();
+  model.probe_radius_m = 0.005;
+  return model;
+}
+
+}  // namespace palpate::testing_io

@@ -1,0 +1,190 @@
+#include <gtest/gtest.h>
+
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/body_file.hpp"
+#include "libfit/io/curves_file.hpp"
+#include "libfit/io/describe.hpp"
+#include "libfit/io/model_file.hpp"
+#include "libfit/io/samples_file.hpp"
+#include "tests/libfit/io/examples.hpp"
+#include "tests/libfit/io/scratch.hpp"
+
+namespace palpate::testing_io {
+namespace {
+
+class RoundTrip : public ScratchTest {};
+
+const Attributes kAttributes{{"inputs_hash", "00ff00ff00ff00ff"}, {"statement", R"({"a": 1})"}};
+
+void expect_same(const CurveSet& a, const CurveSet& b) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(a.basis[k].degree, b.basis[k].degree);
+    EXPECT_EQ(a.basis[k].knots_m, b.basis[k].knots_m);
+    EXPECT_TRUE(same_bits(a.control[k], b.control[k])) << kCurveNames[k];
+  }
+}
+
+TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
+  const Samples a = example_samples();
+  write_samples(at("s.h5"), a, kAttributes);
+  const Samples b = read_samples(at("s.h5"));
+  EXPECT_TRUE(same_bits(a.point_position, b.point_position));
+  EXPECT_TRUE(same_bits(a.point_normal, b.point_normal));
+  EXPECT_EQ(a.point_name, b.point_name);
+  EXPECT_TRUE(same_bits(a.point_normal_gradient, b.point_normal_gradient));
+  EXPECT_EQ(a.point, b.point);
+  EXPECT_EQ(a.experiment, b.experiment);
+  EXPECT_EQ(a.kind, b.kind);
+  EXPECT_EQ(a.step, b.step);
+  EXPECT_TRUE(same_bits(a.deflection, b.deflection));
+  EXPECT_TRUE(same_bits(a.force, b.force));
+  EXPECT_TRUE(same_bits(a.torque, b.torque));
+  EXPECT_TRUE(same_bits(a.force_error, b.force_error));
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(read_attributes(at("s.h5")).at("inputs_hash"), "00ff00ff00ff00ff");
+}
+
+TEST_F(RoundTrip, samples_without_rows_or_gradient_come_back) {
+  Samples a = example_samples();
+  Samples empty;
+  empty.point_position = a.point_position;
+  empty.point_normal = a.point_normal;
+  empty.point_name = a.point_name;
+  write_samples(at("s.h5"), empty);
+  const Samples b = read_samples(at("s.h5"));
+  EXPECT_EQ(b.rows(), 0);
+  EXPECT_EQ(b.points(), 3);
+  EXPECT_EQ(b.point_normal_gradient.rows(), 0);
+  write_samples(at("none.h5"), Samples{});
+  EXPECT_EQ(read_samples(at("none.h5")).points(), 0);
+}
+
+TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
+  const Body a = example_body();
+  write_body(at("b.h5"), a, kAttributes);
+  const Body b = read_body(at("b.h5"));
+  EXPECT_TRUE(same_bits(a.surface.vertices, b.surface.vertices));
+  EXPECT_TRUE(same_bits(a.surface.triangles, b.surface.triangles));
+  EXPECT_EQ(a.is_reachable, b.is_reachable);
+  EXPECT_TRUE(same_bits(a.test_points.position, b.test_points.position));
+  EXPECT_TRUE(same_bits(a.test_points.normal, b.test_points.normal));
+  EXPECT_EQ(a.test_points.name, b.test_points.name);
+  EXPECT_TRUE(same_bits(a.test_points.triangles, b.test_points.triangles));
+  EXPECT_TRUE(same_bits(a.volume.nodes, b.volume.nodes));
+  EXPECT_TRUE(same_bits(a.volume.tets, b.volume.tets));
+  EXPECT_TRUE(same_bits(a.volume.region, b.volume.region));
+  EXPECT_EQ(a.is_held, b.is_held);
+  EXPECT_EQ(a.mended, b.mended);
+  EXPECT_EQ(a.scene, b.scene);
+}
+
+TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
+  Body a;
+  a.surface = example_body().surface;
+  a.is_reachable.assign(5, 1);
+  write_body(at("b.h5"), a);
+  const Body b = read_body(at("b.h5"));
+  EXPECT_EQ(b.volume.tets.rows(), 0);
+  EXPECT_EQ(b.test_points.position.rows(), 0);
+  EXPECT_TRUE(b.mended.empty());
+  EXPECT_EQ(b.scene, "");
+}
+
+TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
+  const FittedCurves a = example_curves();
+  write_curves(at("c.h5"), a, kAttributes);
+  const FittedCurves b = read_curves(at("c.h5"));
+  EXPECT_TRUE(same_bits(a.position, b.position));
+  EXPECT_TRUE(same_bits(a.normal, b.normal));
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.message, b.message);
+  EXPECT_TRUE(same_bits(a.rms_residual_N, b.rms_residual_N));
+  EXPECT_TRUE(same_bits(a.max_residual_N, b.max_residual_N));
+  EXPECT_TRUE(same_bits(a.depth_range_m, b.depth_range_m));
+  expect_same(a.curves, b.curves);
+}
+
+TEST_F(RoundTrip, model_comes_back_bit_for_bit) {
+  const Model a = example_model();
+  write_model(at("m.h5"), a, kAttributes);
+  const Model b = read_model(at("m.h5"));
+  EXPECT_TRUE(same_bits(a.surface.vertices, b.surface.vertices));
+  EXPECT_TRUE(same_bits(a.surface.triangles, b.surface.triangles));
+  EXPECT_TRUE(same_bits(a.inward_normal, b.inward_normal));
+  expect_same(a.curves, b.curves);
+  EXPECT_EQ(a.is_covered, b.is_covered);
+  EXPECT_TRUE(same_bits(a.blend_point, b.blend_point));
+  EXPECT_TRUE(same_bits(a.blend_weight, b.blend_weight));
+  EXPECT_EQ(a.probe_radius_m, b.probe_radius_m);
+}
+
+TEST_F(RoundTrip, columns_longer_than_a_chunk_come_back) {
+  Samples s;
+  const Eigen::Index rows = 50000;  // 1.2 MB a column: five chunks
+  s.point_position = Points::Zero(1, 3);
+  s.point_normal = unit_vectors(1, 1);
+  s.point_name = {"p"};
+  const auto n = static_cast<std::size_t>(rows);
+  s.point.assign(n, 0);
+  s.experiment.assign(n, 0);
+  s.kind.assign(n, ExperimentKind::path);
+  for (std::size_t i = 0; i < n; ++i) s.step.push_back(static_cast<std::int32_t>(i));
+  s.deflection = awkward_points(rows, 20);
+  s.force = s.torque = s.deflection;
+  s.force_error = Eigen::VectorXd::Zero(rows);
+  s.status.assign(n, RowStatus::good);
+  write_samples(at("s.h5"), s);
+  const Samples b = read_samples(at("s.h5"));
+  EXPECT_TRUE(same_bits(s.force, b.force));
+  EXPECT_EQ(s.step, b.step);
+  write_samples(at("t.h5"), s);
+  EXPECT_EQ(read_whole_file(at("s.h5")), read_whole_file(at("t.h5")));
+}
+
+TEST_F(RoundTrip, same_content_makes_the_same_bytes) {
+  for (const char* name : {"1.h5", "2.h5"}) {
+    write_samples(at(std::string("s") + name), example_samples(), kAttributes);
+    write_body(at(std::string("b") + name), example_body(), kAttributes);
+    write_curves(at(std::string("c") + name), example_curves(), kAttributes);
+    write_model(at(std::string("m") + name), example_model(), kAttributes);
+    ::usleep(1100000);  // a stored time of day would show
+  }
+  for (const char* kind : {"s", "b", "c", "m"})
+    EXPECT_EQ(read_whole_file(at(std::string(kind) + "1.h5")),
+              read_whole_file(at(std::string(kind) + "2.h5")))
+        << kind;
+}
+
+TEST_F(RoundTrip, long_statements_fit_in_an_attribute) {
+  const std::string statement(300000, 'x');  // HDF5's compact attributes end at 64 kB
+  write_curves(at("c.h5"), example_curves(), {{"statement", statement}, {"empty", ""}});
+  EXPECT_EQ(read_attributes(at("c.h5")), (Attributes{{"statement", statement}, {"empty", ""}}));
+}
+
+TEST_F(RoundTrip, own_attribute_names_cannot_be_taken) {
+  EXPECT_EQ(error_of([&] { write_curves(at("c.h5"), example_curves(), {{"family", "x"}}); }),
+            "c.h5: attribute `family` is the file's own");
+}
+
+TEST_F(RoundTrip, describe_lists_schema_shapes_and_units) {
+  write_samples(at("s.h5"), example_samples(), kAttributes);
+  EXPECT_EQ(schema_of(at("s.h5")), "palpate-samples");
+  const FileDescription d = describe(at("s.h5"));
+  EXPECT_EQ(d.version, 1);
+  EXPECT_EQ(d.attributes, kAttributes);
+  ASSERT_EQ(d.data_sets.size(), 13u);
+  EXPECT_EQ(d.data_sets[0].name, "points/name");
+  EXPECT_EQ(d.data_sets[0].type, "text");
+  const auto& force = d.data_sets[6];
+  EXPECT_EQ(force.name, "rows/force");
+  EXPECT_EQ(force.type, "float64");
+  EXPECT_EQ(h5::to_string(force.shape), "6 x 3");
+  EXPECT_EQ(force.unit, "N");
+  write_model(at("m.h5"), example_model());
+  EXPECT_EQ(schema_of(at("m.h5")), "palpate-model");
+  EXPECT_EQ(describe(at("m.h5")).attributes.at("family"), "separable");
+}
+
+}  // namespace
+}  // namespace palpate::testing_io
