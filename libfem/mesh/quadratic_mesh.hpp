@@ -11,6 +11,7 @@ namespace palpate::fem {
 /// (0,1) (1,2) (2,0) (0,3) (1,3) (2,3). faces #F x 6: boundary triangles, corners 0-2 outward
 /// counter-clockwise, then mid-edge nodes of (0,1) (1,2) (2,0). Mid-edge nodes need not be halfway:
 /// where the boundary is curved they lie on it (isoparametric).
+/// region: #T, index of the tet's material (0: the body's own); empty means all 0.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element.
 struct QuadraticMesh {
@@ -19,6 +20,7 @@ struct QuadraticMesh {
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 6, Eigen::RowMajor> faces;
   std::vector<char> is_held;
   double deviation_m = 0;
+  Eigen::VectorXi region;
 };
 
 }  // namespace palpate::fem

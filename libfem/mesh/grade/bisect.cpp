@@ -1,0 +1,141 @@
+#include "libfem/mesh/grade/bisect.hpp"
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/grade/edge_map.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate::fem {
+namespace {
+
+class Bisection {
+ public:
+  Bisection(const TetMesh& base, const GradeOptions& options)
+      : options_(options), midpoint_(static_cast<std::size_t>(base.nodes.rows()) * 8) {
+    mesh_.base_nodes = static_cast<std::int32_t>(base.nodes.rows());
+    mesh_.nodes.reserve(static_cast<std::size_t>(base.nodes.rows()));
+    for (Eigen::Index n = 0; n < base.nodes.rows(); ++n) mesh_.nodes.push_back(base.nodes.row(n));
+    halved_at_.assign(mesh_.nodes.size(), 0);
+    for (std::int32_t t = 0; t < base.tets.rows(); ++t) {
+      const auto row = base.tets.row(t);
+      mesh_.tets.push_back({{row[0], row[1], row[2], row[3]}, {-1, -1, -1, -1}, t});
+    }
+    mesh_.base_faces = boundary_faces(base.tets);
+    const auto& faces = mesh_.base_faces;
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      mesh_.tets[faces[f].tet].face[faces[f].face] = static_cast<std::int32_t>(f);
+    checked_at_.assign(mesh_.tets.size(), 0);
+    is_fine_.assign(mesh_.tets.size(), 0);
+  }
+
+  BisectedMesh run() {
+    for (bool is_changed = true; is_changed;) {
+      is_changed = false;
+      for (std::size_t t = 0; t < mesh_.tets.size(); ++t)  // grows: children are appended
+        while (is_too_large(t) || has_hanging_node(t)) {
+          halve(t);
+          is_changed = true;
+        }
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  // Lengths that are equal but for rounding must tie, so that symmetric meshes stay symmetric.
+  auto order_of(std::int32_t a, std::int32_t b) const {
+    const auto [low, high] = std::minmax(a, b);
+    const double squared = (mesh_.nodes[low] - mesh_.nodes[high]).squaredNorm();
+    return std::tuple(static_cast<float>(squared), -low, -high);
+  }
+
+  int longest_edge(const BisectedTet& tet) const {
+    int longest = 0;
+    auto best = order_of(tet.node[0], tet.node[1]);
+    for (int e = 1; e < 6; ++e) {
+      const auto order = order_of(tet.node[kTetEdge[e][0]], tet.node[kTetEdge[e][1]]);
+      if (best < order) {
+        best = order;
+        longest = e;
+      }
+    }
+    return longest;
+  }
+
+  bool is_too_large(std::size_t t) {
+    if (is_fine_[t]) return false;
+    const BisectedTet& tet = mesh_.tets[t];
+    const Vec3 &x0 = mesh_.nodes[tet.node[0]], &x1 = mesh_.nodes[tet.node[1]],
+               &x2 = mesh_.nodes[tet.node[2]], &x3 = mesh_.nodes[tet.node[3]];
+    const Vec3 centroid = 0.25 * (x0 + x1 + x2 + x3);
+    is_fine_[t] = tet_size_m(x0, x1, x2, x3) <= wanted_size_m(options_, centroid);
+    return !is_fine_[t];
+  }
+
+  // An edge can hang only if both its ends saw an edge halved since the tet was last looked at.
+  bool has_hanging_node(std::size_t t) {
+    const BisectedTet& tet = mesh_.tets[t];
+    int touched = 0;
+    for (const std::int32_t n : tet.node) touched += halved_at_[n] > checked_at_[t];
+    if (touched < 2) return false;
+    checked_at_[t] = clock_;
+    for (const auto& edge : kTetEdge)
+      if (midpoint_.find(tet.node[edge[0]], tet.node[edge[1]]) >= 0) return true;
+    return false;
+  }
+
+  std::int32_t midpoint_of(std::int32_t a, std::int32_t b) {
+    const auto next = static_cast<std::int32_t>(mesh_.nodes.size());
+    const auto [middle, is_new] = midpoint_.insert(a, b, next);
+    if (is_new) {
+      if (next >= options_.max_corners)
+        throw Error("grade_mesh",
+                    "refinement passes " + std::to_string(options_.max_corners) + " corner nodes",
+                    "Ask for larger elements at the contact, a shorter path or more growth.");
+      mesh_.nodes.push_back(0.5 * (mesh_.nodes[a] + mesh_.nodes[b]));
+      mesh_.parents.push_back({std::min(a, b), std::max(a, b)});
+      ++clock_;
+      halved_at_.push_back(0);
+      halved_at_[a] = halved_at_[b] = clock_;
+    }
+    return middle;
+  }
+
+  // Tet t becomes the half at one end of its longest edge; the other half is appended. Each half has
+  // the far face of its end, half of the two faces at the edge, and the cut, which is inside.
+  void halve(std::size_t t) {
+    const int edge = longest_edge(mesh_.tets[t]);
+    const int a = kTetEdge[edge][0], b = kTetEdge[edge][1];
+    const std::int32_t middle = midpoint_of(mesh_.tets[t].node[a], mesh_.tets[t].node[b]);
+    BisectedTet at_a = mesh_.tets[t], at_b = at_a;
+    at_a.node[b] = middle;
+    at_a.face[a] = -1;
+    at_b.node[a] = middle;
+    at_b.face[b] = -1;
+    mesh_.tets[t] = at_a;
+    mesh_.tets.push_back(at_b);
+    checked_at_[t] = 0;
+    is_fine_[t] = 0;
+    checked_at_.push_back(0);
+    is_fine_.push_back(0);
+  }
+
+  const GradeOptions& options_;
+  BisectedMesh mesh_;
+  EdgeMap midpoint_;
+  std::int64_t clock_ = 0;                 // edges halved so far
+  std::vector<std::int64_t> halved_at_;    // per node: clock when an edge at it was halved last
+  std::vector<std::int64_t> checked_at_;   // per tet: clock when last found without hanging node
+  std::vector<char> is_fine_;              // per tet: known to be small enough
+};
+
+}  // namespace
+
+BisectedMesh bisect(const TetMesh& base, const GradeOptions& options) {
+  return Bisection(base, options).run();
+}
+
+}  // namespace palpate::fem

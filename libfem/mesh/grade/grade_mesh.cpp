@@ -1,0 +1,158 @@
+#include "libfem/mesh/grade/grade_mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "libfem/mesh/grade/bisect.hpp"
+#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/grade/edge_map.hpp"
+#include "libfem/mesh/grade/place_nodes.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate::fem {
+namespace {
+
+void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOptions& options) {
+  const auto refuse = [](const std::string& what, const std::string& remedy) {
+    throw Error("grade_mesh", what, remedy);
+  };
+  if (base.tets.rows() == 0) refuse("the base mesh has no tet", "Fill the body first.");
+  if (base.tets.minCoeff() < 0 || base.tets.maxCoeff() >= base.nodes.rows())
+    refuse("a tet names a node that is not there", "Repair the mesh.");
+  if (static_cast<Eigen::Index>(is_held.size()) != base.nodes.rows())
+    refuse("held flags do not match the base mesh's nodes", "Give one flag for each base node.");
+  if (base.region.size() != 0 && base.region.size() != base.tets.rows())
+    refuse("regions do not match the base mesh's tets", "Give one region for each tet, or none.");
+  if (options.path.empty())
+    refuse("the contact's path is empty", "Give at least one segment or point.");
+  if (!(options.h_contact_m > 0)) refuse("h_contact_m is not positive", "Give a size in metres.");
+  if (!(options.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
+  if (!(options.growth > 0 && options.growth <= 1))
+    refuse("growth is not in (0, 1]", "0.4 to 0.5 serves most bodies.");
+  for (const Segment& piece : options.path)
+    if (!piece.from.allFinite() || !piece.to.allFinite())
+      refuse("the contact's path is not finite", "Give positions in metres.");
+  for (Eigen::Index t = 0; t < base.tets.rows(); ++t) {
+    const Vec3 a = base.nodes.row(base.tets(t, 0)), b = base.nodes.row(base.tets(t, 1)),
+               c = base.nodes.row(base.tets(t, 2)), d = base.nodes.row(base.tets(t, 3));
+    if (!((b - a).cross(c - a).dot(d - a) > 0))
+      refuse("tet " + std::to_string(t) + " has no positive volume",
+             "Order its nodes so that it is positive, or fill the body again.");
+  }
+}
+
+// Corners of all tets and their mid-edge nodes, those of boundary edges first.
+void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Placement& corners,
+                  const Placement& middles, QuadraticMesh& out) {
+  const auto corner_count = static_cast<std::int32_t>(corners.nodes.size());
+  std::vector<Vec3> nodes = corners.nodes;
+  nodes.insert(nodes.end(), middles.nodes.begin(), middles.nodes.end());
+  EdgeMap inner(mesh.tets.size() * 2);
+  out.tets.resize(static_cast<Eigen::Index>(mesh.tets.size()), 10);
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const auto& n = mesh.tets[t].node;
+    const auto row = static_cast<Eigen::Index>(t);
+    for (int k = 0; k < 4; ++k) out.tets(row, k) = n[k];
+    for (int k = 0; k < 6; ++k) {
+      const std::int32_t a = n[kTetEdge[k][0]], b = n[kTetEdge[k][1]];
+      const std::int32_t edge = boundary.edge_of.find(a, b);
+      if (edge >= 0) {
+        out.tets(row, 4 + k) = corner_count + edge;
+        continue;
+      }
+      const auto [node, is_new] = inner.insert(a, b, static_cast<std::int32_t>(nodes.size()));
+      if (is_new) nodes.push_back(0.5 * (corners.nodes[a] + corners.nodes[b]));
+      out.tets(row, 4 + k) = node;
+    }
+  }
+  out.nodes.resize(static_cast<Eigen::Index>(nodes.size()), 3);
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
+}
+
+void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMesh& out) {
+  const auto corner_count = static_cast<std::int32_t>(mesh.nodes.size());
+  out.faces.resize(static_cast<Eigen::Index>(boundary.faces.size()), 6);
+  for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
+    const auto [tet, face] = boundary.faces[f];
+    std::int32_t n[3];
+    for (int k = 0; k < 3; ++k) n[k] = mesh.tets[tet].node[kTetFace[face][k]];
+    for (int k = 0; k < 3; ++k) {
+      out.faces(static_cast<Eigen::Index>(f), k) = n[k];
+      out.faces(static_cast<Eigen::Index>(f), 3 + k) =
+          corner_count + boundary.edge_of.find(n[k], n[(k + 1) % 3]);
+    }
+  }
+}
+
+// Parts of base faces and base tets that are held at every corner are held throughout.
+void hold(const TetMesh& base, const std::vector<char>& is_held, const BisectedMesh& mesh,
+          const Boundary& boundary, QuadraticMesh& out) {
+  out.is_held.assign(static_cast<std::size_t>(out.nodes.rows()), 0);
+  std::copy(is_held.begin(), is_held.end(), out.is_held.begin());
+  std::vector<char> is_face_held;
+  for (const auto [tet, face] : mesh.base_faces) {
+    char all = 1;
+    for (const int corner : kTetFace[face]) all &= is_held[base.tets(tet, corner)] != 0;
+    is_face_held.push_back(all);
+  }
+  for (std::size_t f = 0; f < boundary.faces.size(); ++f) {
+    const auto [tet, face] = boundary.faces[f];
+    if (!is_face_held[mesh.tets[tet].face[face]]) continue;
+    for (const std::int32_t n : out.faces.row(static_cast<Eigen::Index>(f))) out.is_held[n] = 1;
+  }
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    bool is_all = true;
+    for (const std::int32_t n : base.tets.row(mesh.tets[t].base)) is_all &= is_held[n] != 0;
+    if (!is_all) continue;
+    for (const std::int32_t n : out.tets.row(static_cast<Eigen::Index>(t))) out.is_held[n] = 1;
+  }
+}
+
+}  // namespace
+
+double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const double six_volumes = std::abs((b - a).cross(c - a).dot(d - a));
+  const double longest = std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(),
+                                             (c - a).squaredNorm(), (a - d).squaredNorm(),
+                                             (b - d).squaredNorm(), (c - d).squaredNorm()}));
+  return std::max(std::cbrt(six_volumes), longest / std::sqrt(3.0));
+}
+
+double wanted_size_m(const GradeOptions& options, const Vec3& x) {
+  double squared = std::numeric_limits<double>::infinity();
+  for (const Segment& piece : options.path) {
+    const Vec3 along = piece.to - piece.from;
+    const double length = along.squaredNorm();
+    const double t = length > 0 ? std::clamp((x - piece.from).dot(along) / length, 0.0, 1.0) : 0.0;
+    squared = std::min(squared, (piece.from + t * along - x).squaredNorm());
+  }
+  return std::max(options.h_contact_m, options.growth * (std::sqrt(squared) - options.reach_m));
+}
+
+QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
+                         const SmoothSurface& surface, const GradeOptions& options) {
+  check(base, is_held, options);
+  const BisectedMesh mesh = bisect(base, options);
+  const Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
+  const Placement corners = place_corners(mesh, boundary, surface);
+  const Placement middles = place_middles(mesh, boundary, corners.nodes, surface);
+
+  QuadraticMesh out;
+  number_nodes(mesh, boundary, corners, middles, out);
+  list_faces(mesh, boundary, out);
+  hold(base, is_held, mesh, boundary, out);
+  out.deviation_m = std::max(corners.deviation_m, middles.deviation_m);
+  if (base.region.size() > 0) {
+    out.region.resize(out.tets.rows());
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+      out.region[static_cast<Eigen::Index>(t)] = base.region[mesh.tets[t].base];
+  }
+  return out;
+}
+
+}  // namespace palpate::fem

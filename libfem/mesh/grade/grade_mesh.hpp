@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libfem/mesh/grade/smooth_surface.hpp"
+#include "libfem/mesh/quadratic_mesh.hpp"
+#include "libfit/core/tet_mesh.hpp"
+
+namespace palpate::fem {
+
+/// A straight piece of the contact's path [m]; from == to is a point.
+struct Segment {
+  Vec3 from = Vec3::Zero();
+  Vec3 to = Vec3::Zero();
+};
+
+/// Where a mesh is fine: size(x) = max(h_contact_m, growth * (distance of x to path - reach_m)).
+/// A tet's own size is `tet_size_m`, compared with size(x) at its centroid.
+/// Below half the contact radius, growth decides the force error more than h_contact_m does.
+struct GradeOptions {
+  std::vector<Segment> path;   ///< where contact will be: the press, and each drag
+  double h_contact_m = 0.004;  ///< tets are no larger around the path
+  double reach_m = 0.008;      ///< distance from the path kept that fine: about a contact radius
+  double growth = 0.45;        ///< size gained per distance beyond; (0, 1]
+  std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
+};
+
+/// The base mesh bisected where contact will be, with quadratic nodes on the smooth surface.
+/// base: coarse tets [m], any conforming mesh. is_held: #base nodes. Returned regions are the base's.
+/// Corner nodes come first, the base's own among them with their indices, then mid-edge nodes.
+///
+/// Refinement halves longest edges until every tet is small enough and none has a halved edge
+/// (Rivara 1984, doi:10.1002/nme.1620200412): conforming always. Boundary nodes are then moved onto
+/// the smooth surface in the order they were born, each from the middle of its moved parents, so that
+/// the inside follows. Nodes on creases (boundary edges sharper than 40 degrees in the base, with a
+/// crease of the surface nearby) go to the crease only. A move that would leave an element less than
+/// a fifth of its straight volume, or a determinant that small at a quadrature point, a corner or the
+/// centroid, is halved, and in the end dropped: `deviation_m` tells how far off that left a node.
+/// A new node is held when it lies on a boundary face or in a tet of the base whose corners all are.
+///
+/// Throws Error on options out of range, on is_held of another length, on a tet that is not positive
+/// and when max_corners is passed. Depends on nothing but its arguments; thread-safe.
+QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
+                         const SmoothSurface& surface, const GradeOptions& options);
+
+/// Size of a tet [m]: the edge of the cube that six of its volume fill, or, if larger, its longest
+/// edge / sqrt(3) (the cube's diagonal), so that a flat tet cannot pass for a small one. A cube split
+/// in six has its own edge as size, so h means what it means on a grid; a regular tet 0.89 edges.
+double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+/// The size that grading asks for at x [m]; see GradeOptions.
+double wanted_size_m(const GradeOptions& options, const Vec3& x);
+
+}  // namespace palpate::fem

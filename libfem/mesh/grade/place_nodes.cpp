@@ -1,0 +1,232 @@
+#include "libfem/mesh/grade/place_nodes.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "libfem/mesh/grade/quadratic_geometry.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kCompatibleCosine = 0.5;  // 60 degrees: never the other side, nor across an edge
+// A right angle between neighbouring facets bulges by 0.21 of an edge; farther off is another sheet.
+constexpr double kMoveLimit = 0.35;
+constexpr double kSpoilt = 0.2;  // of the straight element: below it Newton steps start to invert
+constexpr double kSmallestScale = 0.25;  // two halvings, then the move is dropped
+
+double six_volumes(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
+  return (x[n[1]] - x[n[0]]).cross(x[n[2]] - x[n[0]]).dot(x[n[3]] - x[n[0]]);
+}
+
+// Where a boundary node belongs, if that is known and not too far.
+std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
+                             const Vec3& direction, double spacing_m) {
+  const double limit = kMoveLimit * spacing_m;
+  if (kind != NodeKind::smooth) {
+    // A thin round rim looks creased in a coarse base; only the surface's own creases count.
+    if (const auto crease = surface.closest_crease(guess, limit))
+      return kind == NodeKind::corner ? guess : crease->position;
+  }
+  const auto hit = surface.closest(guess, direction, kCompatibleCosine);
+  if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
+  return hit->position;
+}
+
+// Mean length of the boundary edges at each base node, 0 inside. Every edge counts twice.
+std::vector<double> boundary_spacing(const TetMesh& base, const std::vector<BoundaryFace>& faces) {
+  std::vector<double> sum(static_cast<std::size_t>(base.nodes.rows()), 0.0);
+  std::vector<int> count(sum.size(), 0);
+  for (const auto [tet, face] : faces)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = base.tets(tet, kTetFace[face][k]);
+      const std::int32_t b = base.tets(tet, kTetFace[face][(k + 1) % 3]);
+      const double length_m = (base.nodes.row(a) - base.nodes.row(b)).norm();
+      for (const std::int32_t n : {a, b}) {
+        sum[n] += length_m;
+        ++count[n];
+      }
+    }
+  for (std::size_t n = 0; n < sum.size(); ++n)
+    if (count[n] > 0) sum[n] /= count[n];
+  return sum;
+}
+
+// Moves nodes from start to goal, the whole way where is_spoilt(element, positions) allows it for
+// all elements around, else half, a quarter or none of it. All spoilt elements are found before any
+// node is drawn back, so the result does not depend on their order.
+template <class NodesOf, class IsSpoilt>
+std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::vector<Vec3>& goal,
+                                     std::size_t elements, NodesOf&& nodes_of,
+                                     IsSpoilt&& is_spoilt) {
+  std::vector<Vec3> at = goal;
+  std::vector<double> scale(start.size(), 1.0);
+  std::vector<char> is_suspect(elements, 1), is_moved(start.size(), 0);
+  for (;;) {
+    std::vector<std::int32_t> back;
+    for (std::size_t e = 0; e < elements; ++e)
+      if (is_suspect[e] && is_spoilt(e, at))
+        for (const std::int32_t n : nodes_of(e))
+          if (scale[n] > 0 && goal[n] != start[n]) back.push_back(n);
+    std::sort(back.begin(), back.end());
+    back.erase(std::unique(back.begin(), back.end()), back.end());
+    if (back.empty()) return at;
+
+    std::fill(is_moved.begin(), is_moved.end(), 0);
+    for (const std::int32_t n : back) {
+      scale[n] = scale[n] > kSmallestScale ? scale[n] / 2 : 0;
+      at[n] = start[n] + scale[n] * (goal[n] - start[n]);
+      is_moved[n] = 1;
+    }
+    for (std::size_t e = 0; e < elements; ++e) {
+      is_suspect[e] = 0;
+      for (const std::int32_t n : nodes_of(e)) is_suspect[e] |= is_moved[n];
+    }
+  }
+}
+
+}  // namespace
+
+Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad) {
+  Boundary out;
+  out.spacing_m = boundary_spacing(base, mesh.base_faces);
+  out.kind.assign(mesh.nodes.size(), NodeKind::inside);
+  out.direction.assign(mesh.nodes.size(), Vec3::Zero());
+  struct Side {
+    Vec3 normal;
+    int faces;
+  };
+  std::vector<Side> side;  // per edge: normal of its first face, number of faces
+  const double crease_cosine = std::cos(crease_angle_rad);
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+    for (int f = 0; f < 4; ++f) {
+      if (mesh.tets[t].face[f] < 0) continue;
+      out.faces.push_back({static_cast<std::int32_t>(t), f});
+      std::int32_t n[3];
+      for (int k = 0; k < 3; ++k) n[k] = mesh.tets[t].node[kTetFace[f][k]];
+      const Vec3 area =
+          (mesh.nodes[n[1]] - mesh.nodes[n[0]]).cross(mesh.nodes[n[2]] - mesh.nodes[n[0]]);
+      const Vec3 normal = area.stableNormalized();
+      for (int k = 0; k < 3; ++k) {
+        out.kind[n[k]] = NodeKind::smooth;
+        out.direction[n[k]] += area;
+        const std::int32_t a = n[k], b = n[(k + 1) % 3];
+        const auto [e, is_new] =
+            out.edge_of.insert(a, b, static_cast<std::int32_t>(out.edges.size()));
+        if (is_new) {
+          out.edges.push_back({a, b, Vec3::Zero(), false});
+          side.push_back({normal, 0});
+        } else if (side[e].normal.dot(normal) < crease_cosine) {
+          out.edges[e].is_crease = true;
+        }
+        out.edges[e].direction += normal;
+        ++side[e].faces;
+      }
+    }
+
+  std::vector<int> creases(mesh.nodes.size(), 0);
+  for (std::size_t e = 0; e < out.edges.size(); ++e) {
+    if (side[e].faces != 2) out.edges[e].is_crease = true;  // two sheets meet in it
+    if (!out.edges[e].is_crease) continue;
+    ++creases[out.edges[e].a];
+    ++creases[out.edges[e].b];
+  }
+  for (std::size_t n = 0; n < creases.size(); ++n)
+    if (creases[n] > 0) out.kind[n] = creases[n] == 2 ? NodeKind::crease : NodeKind::corner;
+  return out;
+}
+
+Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
+                        const SmoothSurface& surface) {
+  std::vector<Vec3> goal = mesh.nodes;
+  std::vector<char> is_lost(goal.size(), 0);
+  for (std::size_t n = 0; n < goal.size(); ++n) {
+    double spacing_m = 0;
+    if (n < static_cast<std::size_t>(mesh.base_nodes)) {
+      spacing_m = boundary.spacing_m[n];
+    } else {
+      const auto [a, b] = mesh.parents[n - static_cast<std::size_t>(mesh.base_nodes)];
+      goal[n] = 0.5 * (goal[a] + goal[b]);
+      spacing_m = (goal[a] - goal[b]).norm();
+    }
+    if (boundary.kind[n] == NodeKind::inside) continue;
+    const auto place =
+        place_on(surface, goal[n], boundary.kind[n], boundary.direction[n], spacing_m);
+    is_lost[n] = !place;
+    if (place) goal[n] = *place;
+  }
+
+  Placement out;
+  out.nodes = move_unless_spoilt(
+      mesh.nodes, goal, mesh.tets.size(),
+      [&](std::size_t t) { return mesh.tets[t].node; },
+      [&](std::size_t t, const std::vector<Vec3>& at) {
+        return six_volumes(at, mesh.tets[t].node) <
+               kSpoilt * six_volumes(mesh.nodes, mesh.tets[t].node);
+      });
+  for (std::size_t n = 0; n < goal.size(); ++n) {
+    if (boundary.kind[n] == NodeKind::inside) continue;
+    const double off = is_lost[n] ? surface.closest(out.nodes[n]).distance_m
+                                  : (out.nodes[n] - goal[n]).norm();
+    out.deviation_m = std::max(out.deviation_m, off);
+  }
+  return out;
+}
+
+Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
+                        const std::vector<Vec3>& corners, const SmoothSurface& surface) {
+  const std::size_t count = boundary.edges.size();
+  std::vector<Vec3> start(count), goal(count);
+  std::vector<char> is_lost(count, 0);
+  for (std::size_t e = 0; e < count; ++e) {
+    const BoundaryEdge& edge = boundary.edges[e];
+    start[e] = goal[e] = 0.5 * (corners[edge.a] + corners[edge.b]);
+    const auto place =
+        place_on(surface, start[e], edge.is_crease ? NodeKind::crease : NodeKind::smooth,
+                 edge.direction, (corners[edge.a] - corners[edge.b]).norm());
+    is_lost[e] = !place;
+    if (place) goal[e] = *place;
+  }
+
+  // Only tets with an edge on the boundary can be spoilt; a tet has at most six such nodes.
+  struct Curved {
+    std::size_t tet;
+    std::array<std::int32_t, 6> edge;  // into boundary.edges, -1 inside
+    std::vector<std::int32_t> movable;
+  };
+  std::vector<Curved> curved;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    Curved tet{t, {}, {}};
+    for (int k = 0; k < 6; ++k) {
+      const auto& n = mesh.tets[t].node;
+      tet.edge[k] = boundary.edge_of.find(n[kTetEdge[k][0]], n[kTetEdge[k][1]]);
+      if (tet.edge[k] >= 0) tet.movable.push_back(tet.edge[k]);
+    }
+    if (!tet.movable.empty()) curved.push_back(std::move(tet));
+  }
+
+  Placement out;
+  out.nodes = move_unless_spoilt(
+      start, goal, curved.size(),
+      [&](std::size_t c) -> const std::vector<std::int32_t>& { return curved[c].movable; },
+      [&](std::size_t c, const std::vector<Vec3>& at) {
+        const auto& n = mesh.tets[curved[c].tet].node;
+        TetNodes nodes;
+        for (int k = 0; k < 4; ++k) nodes[k] = corners[n[k]];
+        for (int k = 0; k < 6; ++k)
+          nodes[4 + k] = curved[c].edge[k] >= 0
+                             ? at[curved[c].edge[k]]
+                             : Vec3(0.5 * (nodes[kTetEdge[k][0]] + nodes[kTetEdge[k][1]]));
+        return smallest_jacobian(nodes) < kSpoilt * six_volumes(corners, n);
+      });
+  for (std::size_t e = 0; e < count; ++e) {
+    const double off = is_lost[e] ? surface.closest(out.nodes[e]).distance_m
+                                  : (out.nodes[e] - goal[e]).norm();
+    out.deviation_m = std::max(out.deviation_m, off);
+  }
+  return out;
+}
+
+}  // namespace palpate::fem

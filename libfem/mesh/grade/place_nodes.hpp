@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libfem/mesh/grade/bisect.hpp"
+#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/grade/edge_map.hpp"
+#include "libfem/mesh/grade/smooth_surface.hpp"
+
+namespace palpate::fem {
+
+/// What a node of the boundary may do: inside ones follow, `smooth` ones go to the surface, `crease`
+/// ones to the crease, `corner` ones (where creases meet) stay.
+enum class NodeKind : std::int8_t { inside, smooth, crease, corner };
+
+/// An edge of the boundary between two faces.
+struct BoundaryEdge {
+  std::int32_t a, b;
+  Vec3 direction;   ///< sum of the base normals of its two faces
+  bool is_crease;   ///< they meet at more than the crease angle
+};
+
+/// The boundary of a bisected mesh, as the base mesh shapes it.
+struct Boundary {
+  std::vector<BoundaryFace> faces;
+  std::vector<BoundaryEdge> edges;
+  EdgeMap edge_of;                  ///< from two corner nodes to `edges`
+  std::vector<NodeKind> kind;       ///< per corner node
+  std::vector<Vec3> direction;      ///< per corner node: base normals weighted by face area
+  std::vector<double> spacing_m;    ///< per base node: mean length of its boundary edges
+};
+Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad);
+
+/// Nodes on the surface, as far as elements allow.
+struct Placement {
+  std::vector<Vec3> nodes;  ///< [m]
+  double deviation_m = 0;   ///< largest distance of a boundary node to where it should be
+};
+
+/// Corner nodes, each from the middle of its placed parents onto the surface (inside ones stay in
+/// the middle); drawn back towards the straight mesh where a tet would fall below a fifth of its
+/// volume.
+Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
+                        const SmoothSurface& surface);
+
+/// Mid-edge nodes of boundary.edges, from the middle of the placed corners onto the surface; drawn
+/// back where `smallest_jacobian` would fall below a fifth of the straight tet's.
+Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
+                        const std::vector<Vec3>& corners, const SmoothSurface& surface);
+
+}  // namespace palpate::fem

@@ -1,0 +1,229 @@
+#include "libfem/mesh/grade/smooth_surface.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "libfit/core/error.hpp"
+
+namespace palpate::fem {
+namespace {
+
+// Barycentric weights of the point of triangle (a, b, c) nearest to p: Ericson 2005, 5.1.5.
+Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - w, w};
+  }
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+std::int32_t root_of(std::vector<std::int32_t>& parent, std::int32_t i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+void check(const Surface& surface) {
+  const auto& t = surface.triangles;
+  if (t.rows() == 0)
+    throw Error("surface", "it has no triangle", "Give a surface with at least one triangle.");
+  if (t.minCoeff() < 0 || t.maxCoeff() >= surface.vertices.rows())
+    throw Error("surface", "a triangle names a vertex that is not there",
+                "Repair the indices of the triangles.");
+}
+
+}  // namespace
+
+SmoothSurface::SmoothSurface(Surface surface, double crease_angle_rad)
+    : surface_(std::move(surface)), crease_angle_rad_(crease_angle_rad) {
+  check(surface_);
+  const Eigen::Index count = surface_.triangles.rows();
+  facet_normal_.resize(count, 3);
+  Points lower(count, 3), upper(count, 3);
+  for (std::int32_t f = 0; f < count; ++f) {
+    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
+    const Vec3 normal = (b - a).cross(c - a);
+    const double length = normal.norm();
+    facet_normal_.row(f) = length > 0 ? Vec3(normal / length) : Vec3::Zero();
+    lower.row(f) = a.cwiseMin(b).cwiseMin(c);
+    upper.row(f) = a.cwiseMax(b).cwiseMax(c);
+  }
+  if (facet_normal_.isZero(0))
+    throw Error("surface", "no triangle has an area", "Give a surface, not lines or points.");
+  triangle_tree_ = BoxTree(lower, upper);
+  find_neighbours();
+  average_corner_normals();
+}
+
+void SmoothSurface::find_neighbours() {
+  struct Side {
+    std::int32_t a, b, triangle;
+    int edge;
+  };
+  std::vector<Side> sides;
+  sides.reserve(static_cast<std::size_t>(surface_.triangles.size()));
+  for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] =
+          std::minmax({surface_.triangles(f, k), surface_.triangles(f, (k + 1) % 3)});
+      sides.push_back({a, b, f, k});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& l, const Side& r) {
+    return std::tie(l.a, l.b, l.triangle, l.edge) < std::tie(r.a, r.b, r.triangle, r.edge);
+  });
+
+  const double crease_cosine = std::cos(crease_angle_rad_);
+  smooth_neighbour_ = Triangles::Constant(surface_.triangles.rows(), 3, -1);
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i + 1;
+    while (end < sides.size() && sides[end].a == sides[i].a && sides[end].b == sides[i].b) ++end;
+    const Side &f = sides[i], &g = sides[end - 1];
+    const Vec3 normal_f = facet_normal_.row(f.triangle), normal_g = facet_normal_.row(g.triangle);
+    // A triangle without area has no say: it joins what it touches.
+    const bool is_smooth = end - i == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||
+                                            normal_f.dot(normal_g) >= crease_cosine);
+    if (is_smooth) {
+      smooth_neighbour_(f.triangle, f.edge) = g.triangle;
+      smooth_neighbour_(g.triangle, g.edge) = f.triangle;
+    } else {
+      crease_.push_back({f.a, f.b});
+    }
+    i = end;
+  }
+
+  Points lower(static_cast<Eigen::Index>(crease_.size()), 3), upper = lower;
+  for (std::size_t e = 0; e < crease_.size(); ++e) {
+    const auto a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
+    lower.row(static_cast<Eigen::Index>(e)) = a.cwiseMin(b);
+    upper.row(static_cast<Eigen::Index>(e)) = a.cwiseMax(b);
+  }
+  crease_tree_ = BoxTree(lower, upper);
+}
+
+void SmoothSurface::average_corner_normals() {
+  const auto& triangles = surface_.triangles;
+  std::vector<std::int32_t> fan(static_cast<std::size_t>(triangles.size()));
+  std::iota(fan.begin(), fan.end(), 0);
+  const auto corner_at = [&](std::int32_t f, std::int32_t vertex) {
+    const int k = triangles(f, 0) == vertex ? 0 : triangles(f, 1) == vertex ? 1 : 2;
+    return 3 * f + k;
+  };
+  for (std::int32_t f = 0; f < triangles.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t g = smooth_neighbour_(f, k);
+      if (g < f) continue;
+      for (const std::int32_t vertex : {triangles(f, k), triangles(f, (k + 1) % 3)}) {
+        const std::int32_t a = root_of(fan, corner_at(f, vertex));
+        const std::int32_t b = root_of(fan, corner_at(g, vertex));
+        fan[std::max(a, b)] = std::min(a, b);
+      }
+    }
+
+  Points sum = Points::Zero(triangles.size(), 3);
+  for (std::int32_t f = 0; f < triangles.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 e1 = corner(f, (k + 1) % 3) - corner(f, k);
+      const Vec3 e2 = corner(f, (k + 2) % 3) - corner(f, k);
+      const double angle = std::atan2(e1.cross(e2).norm(), e1.dot(e2));
+      sum.row(root_of(fan, 3 * f + k)) += angle * facet_normal_.row(f);
+    }
+  corner_normal_.resize(triangles.size(), 3);
+  for (std::int32_t c = 0; c < triangles.size(); ++c) {
+    const Vec3 total = sum.row(root_of(fan, c));
+    const double length = total.norm();
+    corner_normal_.row(c) = length > 0 ? Vec3(total / length) : Vec3(facet_normal_.row(c / 3));
+  }
+}
+
+template <class Accept>
+std::optional<SurfaceHit> SmoothSurface::closest_where(const Vec3& point, Accept&& accept) const {
+  SurfaceHit hit;
+  double squared_best = std::numeric_limits<double>::infinity();
+  triangle_tree_.visit_nearest(point, squared_best, [&](std::int32_t f, double& best) {
+    if (!accept(f)) return;
+    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
+    const Vec3 weights = nearest_weights(point, a, b, c);
+    const Vec3 nearest = weights[0] * a + weights[1] * b + weights[2] * c;
+    const double squared = (nearest - point).squaredNorm();
+    if (!(squared < best || (squared == best && f < hit.triangle))) return;
+    best = squared;
+    hit.triangle = f;
+    hit.weights = weights;
+    hit.on_facet = nearest;
+  });
+  if (hit.triangle < 0) return std::nullopt;
+  hit.position = lifted(hit.triangle, hit.weights);
+  hit.normal = normal(hit.triangle, hit.weights);
+  hit.distance_m = std::sqrt(squared_best);
+  return hit;
+}
+
+SurfaceHit SmoothSurface::closest(const Vec3& point) const {
+  // Some triangle has an area (checked on construction), so there is always a hit for finite points.
+  return closest_where(point, [&](std::int32_t f) { return !facet_normal_.row(f).isZero(0); })
+      .value_or(SurfaceHit{});
+}
+
+std::optional<SurfaceHit> SmoothSurface::closest(const Vec3& point, const Vec3& direction,
+                                                 double min_cosine) const {
+  const Vec3 unit = direction.stableNormalized();
+  return closest_where(point, [&](std::int32_t f) {
+    return !facet_normal_.row(f).isZero(0) && facet_normal_.row(f).dot(unit) >= min_cosine;
+  });
+}
+
+std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
+  std::optional<CreaseHit> hit;
+  double squared_best = within_m * within_m;
+  crease_tree_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
+    const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
+    const double squared_length = (b - a).squaredNorm();
+    const double along =
+        squared_length > 0 ? std::clamp((point - a).dot(b - a) / squared_length, 0.0, 1.0) : 0.0;
+    const Vec3 nearest = a + along * (b - a);
+    const double squared = (nearest - point).squaredNorm();
+    if (squared > best || (hit && squared == best)) return;
+    best = squared;
+    hit = CreaseHit{nearest, std::sqrt(squared)};
+  });
+  return hit;
+}
+
+Vec3 SmoothSurface::lifted(std::int32_t triangle, const Vec3& weights) const {
+  const Vec3 p = weights[0] * corner(triangle, 0) + weights[1] * corner(triangle, 1) +
+                 weights[2] * corner(triangle, 2);
+  Vec3 out = p;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 normal_k = corner_normal_.row(3 * triangle + k);
+    out -= 0.5 * weights[k] * (p - corner(triangle, k)).dot(normal_k) * normal_k;
+  }
+  return out;
+}
+
+Vec3 SmoothSurface::normal(std::int32_t triangle, const Vec3& weights) const {
+  Vec3 sum = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) sum += weights[k] * corner_normal_.row(3 * triangle + k).transpose();
+  const double length = sum.norm();
+  return length > 0 ? Vec3(sum / length) : Vec3(facet_normal_.row(triangle));
+}
+
+}  // namespace palpate::fem

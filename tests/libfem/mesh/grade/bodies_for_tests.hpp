@@ -1,0 +1,20 @@
+#pragma once
+
+#include "libfit/core/surface.hpp"
+#include "libfit/core/tet_mesh.hpp"
+
+namespace palpate::fem {
+
+/// Sphere about the origin: an icosahedron, each triangle split 4^levels-fold, vertices on it.
+Surface icosphere(double radius_m, int levels);
+
+/// The icosphere's triangles joined to its centre, node 0.
+TetMesh tet_ball(double radius_m, int levels);
+
+/// Closed cylinder about the z axis from 0 to length, `around` x `along` quads, capped by fans.
+Surface cylinder(double radius_m, double length_m, int around, int along);
+
+/// The boundary of a tet mesh, with its own copy of the boundary's vertices.
+Surface boundary_surface(const TetMesh& mesh);
+
+}  // namespace palpate::fem

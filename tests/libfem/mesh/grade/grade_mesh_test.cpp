@@ -1,0 +1,279 @@
+#include "libfem/mesh/grade/grade_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/grade/quadratic_geometry.hpp"
+#include "libfem/mesh/grade/structured_block.hpp"
+#include "libfit/core/error.hpp"
+#include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
+
+namespace palpate::fem {
+namespace {
+
+const Vec3 kTop{0.05, 0.05, 0.04};
+const GradeOptions kPress{.path = {{kTop, kTop}}};
+
+std::vector<char> held_below(const TetMesh& mesh, double z_m) {
+  std::vector<char> held(static_cast<std::size_t>(mesh.nodes.rows()));
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) held[n] = mesh.nodes(n, 2) <= z_m;
+  return held;
+}
+
+TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
+  TetNodes nodes;
+  for (int k = 0; k < 10; ++k) nodes[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
+  return nodes;
+}
+
+Tets corners_of(const QuadraticMesh& mesh) { return mesh.tets.leftCols<4>(); }
+
+// Largest distance of a boundary node to the sphere about the origin, relative to its radius.
+double sphere_error(const QuadraticMesh& mesh, double radius_m) {
+  double worst = 0;
+  for (Eigen::Index i = 0; i < mesh.faces.size(); ++i)
+    worst = std::max(worst, std::abs(mesh.nodes.row(mesh.faces.data()[i]).norm() - radius_m));
+  return worst / radius_m;
+}
+
+struct Block {
+  TetMesh base = structured_block({0.1, 0.1, 0.04}, {5, 5, 2});
+  std::vector<char> held = held_below(base, 0);
+  SmoothSurface surface{boundary_surface(base)};
+};
+
+TEST(GradeMesh, neighbours_share_all_six_nodes_of_a_face) {
+  const Block block;
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, kPress);
+  std::map<std::set<std::int32_t>, int> tets_with;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    for (int f = 0; f < 4; ++f) {
+      std::set<std::int32_t> nodes;
+      for (const int corner : kTetFace[f]) nodes.insert(mesh.tets(t, corner));
+      for (int e = 0; e < 6; ++e)
+        if (kTetEdge[e][0] != f && kTetEdge[e][1] != f) nodes.insert(mesh.tets(t, 4 + e));
+      ASSERT_EQ(nodes.size(), 6u);
+      ++tets_with[nodes];
+    }
+  std::size_t single = 0;
+  for (const auto& [nodes, count] : tets_with) {
+    ASSERT_LE(count, 2);
+    single += count == 1;
+  }
+  EXPECT_EQ(single, static_cast<std::size_t>(mesh.faces.rows()));
+  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
+    std::set<std::int32_t> nodes;
+    for (int k = 0; k < 6; ++k) nodes.insert(mesh.faces(f, k));
+    EXPECT_EQ(tets_with.at(nodes), 1) << "face " << f;
+  }
+  std::set<std::int32_t> used;
+  for (Eigen::Index i = 0; i < mesh.tets.size(); ++i) used.insert(mesh.tets.data()[i]);
+  EXPECT_EQ(used.size(), static_cast<std::size_t>(mesh.nodes.rows())) << "a node without a tet";
+}
+
+TEST(GradeMesh, faces_point_outward_with_mid_edge_nodes_in_order) {
+  const Block block;
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, kPress);
+  EXPECT_NEAR(volume_m3(Surface{mesh.nodes, mesh.faces.leftCols<3>()}), 4e-4, 4e-16);
+  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 middle = 0.5 * (mesh.nodes.row(mesh.faces(f, k)) +
+                                 mesh.nodes.row(mesh.faces(f, (k + 1) % 3)));
+      EXPECT_LT((mesh.nodes.row(mesh.faces(f, 3 + k)).transpose() - middle).norm(), 1e-15);
+    }
+}
+
+// Grid sizes come in steps of 2^(1/3) and so: on a 20 mm base, h = 4.1 mm is met by 4.08 and 4 mm
+// only by 3.15.
+TEST(GradeMesh, block_keeps_its_volume_its_edges_and_its_angles) {
+  const Block block;
+  QuadraticMesh mesh;
+  for (const double h_m : {0.006, 0.005, 0.0041, 0.004}) {
+    GradeOptions options = kPress;
+    options.h_contact_m = h_m;
+    const auto begin = std::chrono::steady_clock::now();
+    mesh = grade_mesh(block.base, block.held, block.surface, options);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    std::printf("block 100 x 100 x 40 mm, base 20 mm, h %.1f mm: %ld nodes, %ld tets, %.1f ms\n",
+                h_m * 1e3, static_cast<long>(mesh.nodes.rows()),
+                static_cast<long>(mesh.tets.rows()), seconds * 1e3);
+  }
+  const DihedralRange angles = dihedral_range(mesh.nodes, corners_of(mesh));
+  EXPECT_NEAR(quadratic_volume_m3(mesh), 4e-4, 4e-16);
+  EXPECT_LT(mesh.deviation_m, 1e-15);
+  EXPECT_GT(angles.smallest_rad * 57.29578, 40);
+  EXPECT_GT(mesh.nodes.rows(), 3000);
+  EXPECT_LT(mesh.nodes.rows(), 9000);
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
+    const Vec3 x = mesh.nodes.row(n);
+    const Eigen::Array3d below = x.array(), above = Eigen::Array3d(0.1, 0.1, 0.04) - x.array();
+    EXPECT_GT(below.min(above).minCoeff(), -1e-15) << "node " << n << " at " << x.transpose();
+  }
+}
+
+TEST(GradeMesh, held_is_the_bottom_with_its_new_nodes_and_nothing_else) {
+  const Block block;
+  GradeOptions at_bottom_edge = kPress;  // refines the bottom, and the sides just above it
+  at_bottom_edge.path = {{{0.05, 0, 0}, {0.05, 0, 0}}};
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, at_bottom_edge);
+  int held = 0;
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
+    EXPECT_EQ(mesh.is_held[n] != 0, std::abs(mesh.nodes(n, 2)) < 1e-12) << "node " << n;
+    held += mesh.is_held[n];
+  }
+  EXPECT_GT(held, 200);
+}
+
+TEST(GradeMesh, tets_held_at_every_corner_are_held_throughout) {
+  const Block block;
+  const std::vector<char> held = held_below(block.base, 0.0201);
+  GradeOptions at_corner = kPress;
+  at_corner.path = {{{0, 0, 0.01}, {0, 0, 0.01}}};
+  const QuadraticMesh mesh = grade_mesh(block.base, held, block.surface, at_corner);
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
+    EXPECT_EQ(mesh.is_held[n] != 0, mesh.nodes(n, 2) < 0.0200001) << mesh.nodes.row(n);
+}
+
+TEST(GradeMesh, regions_are_inherited) {
+  Block block;
+  block.base.region.resize(block.base.tets.rows());
+  for (Eigen::Index t = 0; t < block.base.tets.rows(); ++t) {
+    Vec3 centroid = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) centroid += 0.25 * block.base.nodes.row(block.base.tets(t, k));
+    block.base.region[t] = centroid.x() > 0.06 ? 1 : 0;
+  }
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, kPress);
+  ASSERT_EQ(mesh.region.size(), mesh.tets.rows());
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    double x = 0;
+    for (int k = 0; k < 4; ++k) x += 0.25 * mesh.nodes(mesh.tets(t, k), 0);
+    EXPECT_EQ(mesh.region[t], x > 0.06 ? 1 : 0);
+  }
+}
+
+TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
+  const double radius = 0.05, exact = 4 * 3.14159265358979323846 / 3 * std::pow(radius, 3);
+  const TetMesh base = tet_ball(radius, 1);
+  const SmoothSurface surface(icosphere(radius, 5));  // 1.7 mm edges
+  const double facets = volume_m3(surface.surface());
+  double before = 1;
+  for (const double h : {0.02, 0.01, 0.005}) {
+    GradeOptions everywhere{.path = {{Vec3::Zero(), Vec3::Zero()}}, .h_contact_m = h, .reach_m = 1};
+    const QuadraticMesh mesh = grade_mesh(
+        base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
+        everywhere);
+    const double error = std::abs(quadratic_volume_m3(mesh) / exact - 1);
+    double least = 1;
+    for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+      least = std::min(least, smallest_jacobian(nodes_of(mesh, t)));
+    const DihedralRange angles = dihedral_range(mesh.nodes, corners_of(mesh));
+    std::printf("ball, h %4.1f mm: %6ld nodes, volume error %.1e (its facets %.1e, the base %.1e), "
+                "node error %.1e, dihedral >= %.1f, deviation %.1e m\n",
+                h * 1e3, static_cast<long>(mesh.nodes.rows()), error, 1 - facets / exact,
+                1 - volume_m3(icosphere(radius, 1)) / exact, sphere_error(mesh, radius),
+                angles.smallest_rad * 57.29578, mesh.deviation_m);
+    EXPECT_GT(least, 0);
+    EXPECT_LT(mesh.deviation_m, 1e-9);
+    EXPECT_LT(sphere_error(mesh, radius), 1e-5);
+    EXPECT_LT(error, before / 4);
+    before = error;
+  }
+  EXPECT_LT(before, 1e-5);
+}
+
+TEST(GradeMesh, base_nodes_off_the_surface_are_moved_onto_it) {
+  const double radius = 0.05;
+  TetMesh base = tet_ball(radius, 1);
+  for (Eigen::Index n = 1; n < base.nodes.rows(); ++n)
+    base.nodes.row(n) *= n % 2 ? 1.02 : 0.98;  // a millimetre in or out, as remeshing leaves them
+  const SmoothSurface surface(icosphere(radius, 4));
+  const QuadraticMesh mesh =
+      grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
+                 {.path = {{{0, 0, radius}, {0, 0, radius}}}});
+  EXPECT_LT(sphere_error(mesh, radius), 1e-4);
+  EXPECT_LT(mesh.deviation_m, 1e-9);
+}
+
+TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
+  // A slab 2 mm thick whose surface lies 1.9 mm lower: going there would flatten its tets.
+  const TetMesh base = structured_block({0.04, 0.04, 0.002}, {4, 4, 1});
+  Surface low = boundary_surface(base);
+  for (Eigen::Index v = 0; v < low.vertices.rows(); ++v)
+    if (low.vertices(v, 2) > 0.001) low.vertices(v, 2) = 0.0001;
+  const SmoothSurface surface(low);
+  GradeOptions options{.path = {{{0.02, 0.02, 0.002}, {0.02, 0.02, 0.002}}}, .h_contact_m = 0.01};
+  const QuadraticMesh mesh = grade_mesh(
+      base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface, options);
+  EXPECT_GT(mesh.deviation_m, 0.0003);
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    EXPECT_GT(smallest_jacobian(nodes_of(mesh, t)), 0) << "tet " << t;
+}
+
+TEST(GradeMesh, path_of_a_drag_is_fine_along_its_whole_length) {
+  const Block block;
+  GradeOptions options = kPress;
+  options.path = {{{0.05, 0.05, 0.04}, {0.075, 0.05, 0.04}}, {{0.05, 0.05, 0.04}, {0.05, 0.07, 0.04}}};
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, options);
+  GradeOptions inner = options;  // a tet counts by its centroid: stay a size inside the zone
+  inner.reach_m -= options.h_contact_m;
+  const double largest = options.h_contact_m * std::sqrt(3.0);  // by the definition of size
+  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
+    const Vec3 a = mesh.nodes.row(mesh.faces(f, 0)), b = mesh.nodes.row(mesh.faces(f, 1));
+    if (wanted_size_m(inner, 0.5 * (a + b)) <= options.h_contact_m) {
+      EXPECT_LT((a - b).norm(), largest) << "face " << f;
+    }
+  }
+}
+
+TEST(GradeMesh, result_is_the_same_bit_for_bit_on_any_thread) {
+  const TetMesh base = tet_ball(0.05, 1);
+  const std::vector<char> held(static_cast<std::size_t>(base.nodes.rows()), 0);
+  const SmoothSurface surface(icosphere(0.05, 4));
+  const GradeOptions options{.path = {{{0, 0, 0.05}, {0, 0, 0.05}}}};
+  const QuadraticMesh first = grade_mesh(base, held, surface, options);
+  std::vector<QuadraticMesh> others(4);
+  std::vector<std::thread> threads;
+  for (QuadraticMesh& other : others)
+    threads.emplace_back([&] { other = grade_mesh(base, held, surface, options); });
+  for (std::thread& thread : threads) thread.join();
+  for (const QuadraticMesh& other : others) {
+    EXPECT_EQ(first.nodes, other.nodes);
+    EXPECT_EQ(first.tets, other.tets);
+    EXPECT_EQ(first.faces, other.faces);
+  }
+}
+
+TEST(GradeMesh, options_out_of_range_are_refused_by_name) {
+  const Block block;
+  const auto fact_of = [&](const GradeOptions& options, std::vector<char> held) {
+    try {
+      grade_mesh(block.base, held, block.surface, options);
+    } catch (const Error& error) {
+      return error.fact();
+    }
+    return std::string("accepted");
+  };
+  GradeOptions no_path, no_size = kPress, no_growth = kPress, far = kPress;
+  no_size.h_contact_m = 0;
+  no_growth.growth = 0;
+  far.reach_m = NAN;
+  EXPECT_EQ(fact_of(no_path, block.held), "the contact's path is empty");
+  EXPECT_EQ(fact_of(no_size, block.held), "h_contact_m is not positive");
+  EXPECT_EQ(fact_of(no_growth, block.held), "growth is not in (0, 1]");
+  EXPECT_EQ(fact_of(far, block.held), "reach_m is negative");
+  EXPECT_EQ(fact_of(kPress, {}), "held flags do not match the base mesh's nodes");
+  TetMesh inside_out = block.base;
+  std::swap(inside_out.tets(7, 0), inside_out.tets(7, 1));
+  EXPECT_THROW(grade_mesh(inside_out, block.held, block.surface, kPress), Error);
+}
+
+}  // namespace
+}  // namespace palpate::fem
