@@ -148,7 +148,7 @@ TEST_F(RoundTrip, same_content_makes_the_same_bytes) {
     write_body(at(std::string("b") + name), example_body(), kAttributes);
     write_curves(at(std::string("c") + name), example_curves(), kAttributes);
     write_model(at(std::string("m") + name), example_model(), kAttributes);
-    ::usleep(1100000);  // a stored time of day would show
+    if (name[0] == '1') ::usleep(1100000);  // a stored time of day would show
   }
   for (const char* kind : {"s", "b", "c", "m"})
     EXPECT_EQ(read_whole_file(at(std::string(kind) + "1.h5")),

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,11 @@ class ScratchTest : public testing::Test {
 
   std::filesystem::path folder_;
 };
+
+/// Without waiting for the disk, as atomic writes do: for loops over many damaged files.
+inline void write_quickly(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 /// "WHERE: WHAT" of the Error that `call` throws with the folder cut off; "" when it throws none.
 template <class Call>
