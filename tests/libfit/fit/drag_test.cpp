@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include "tests/libfit/fit/synthetic.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Truths whose three curves are in the model class: [N] over [m].
+struct Truth {
+  std::array<CurveBasis, kCurveKinds> basis{CurveBasis{3, {0, 0.004, 0.01}},
+                                            CurveBasis{3, {0, 0.003, 0.006}},
+                                            CurveBasis{3, {0, 0.01}}};
+  std::array<Eigen::VectorXd, kCurveKinds> control;
+};
+
+// Increments between half and one and a half of a straight line's; friction 0.3 to 0.5.
+Truth random_truth(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(0.5, 1.5);
+  Truth truth;
+  const std::array<double, kCurveKinds> stiffness_N_m{300, 250, 120};
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    Eigen::VectorXd increments = stiffness_N_m[kind] * fit::greville_steps(truth.basis[kind]);
+    for (double& a : increments) a *= draw(random);
+    truth.control[kind] = fit::controls_of(increments);
+  }
+  return truth;
+}
+
+// Records what the engine's template says for a drag or press.
+void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth,
+            ExperimentKind kind, const std::vector<Vec3>& rows) {
+  const fit::Bases bases(truth.basis);
+  std::vector<runtime::Vec3d> force(rows.size());
+  runtime::replay_drag<double>(
+      bases.views, {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()}},
+      fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
+      static_cast<int>(rows.size()), force.data());
+  std::vector<Vec3> recorded;
+  for (const auto& f : force) recorded.emplace_back(f.x, f.y, f.z);
+  rig.add(point, kind, rows, recorded);
+}
+
+Mat3 bend(const Vec3& u, const Vec3& t, double along_1_m, double across_1_m) {
+  const Vec3 s = u.cross(t);
+  return along_1_m * t * t.transpose() + across_1_m * s * s.transpose();
+}
+
+// A press and drags in two directions at three depths.
+int record_point(Recorder& rig, const Truth& truth, const Vec3& inward, double along_1_m,
+                 double across_1_m) {
+  const int p = rig.add_point(inward);
+  const Vec3 u = rig.inward(p);
+  const Mat3 gradient = bend(u, rig.tangent(p, 0.4), along_1_m, across_1_m);
+  for (int k = 0; k < 9; ++k)
+    rig.samples.point_normal_gradient(p, k) = gradient(k / 3, k % 3);
+  record(rig, p, gradient, truth, ExperimentKind::press,
+         drag_rows(Vec3::Zero(), u, 0, 0.01, 20));
+  for (const double depth_m : {0.003, 0.006, 0.01})
+    for (const double angle : {0.3, 2.0})
+      record(rig, p, gradient, truth, ExperimentKind::drag,
+             drag_rows(u, rig.tangent(p, angle), depth_m, 0.008, 32));
+  return p;
+}
+
+FitOptions with_knots(const Truth& truth) {
+  FitOptions options;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    options.knots_m[kind] = truth.basis[kind].knots_m;
+  return options;
+}
+
+void expect_recovered(const FittedCurves& fitted, Eigen::Index p, const Truth& truth,
+                      const std::string& where) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const Eigen::VectorXd found = fitted.curves.control[kind].row(p);
+    // A lateral curve is only seen up to where the deepest drag slips; compare as curves there.
+    const Curve curve = fitted_curve(fitted, p, static_cast<CurveKind>(kind));
+    double reach = truth.basis[kind].knots_m.back();
+    const fit::Bases bases(truth.basis);
+    const auto exact = [&](double x) {
+      return runtime::curve_value(bases.views.view[kind], truth.control[kind].data(), x);
+    };
+    if (kind == 1)
+      while (reach > 1e-4 && exact(reach) > runtime::curve_value(bases.views.view[2],
+                                                                 truth.control[2].data(), 0.01))
+        reach -= 1e-5;
+    double worst = 0;
+    for (int i = 1; i <= 100; ++i)
+      worst = std::max(worst, std::abs(curve(reach * i / 100) - exact(reach * i / 100)));
+    EXPECT_LT(worst, 1e-5 * exact(reach)) << where << " " << kCurveNames[kind] << "\nfound "
+        << found.transpose() << "\ntruth " << truth.control[kind].transpose();
+  }
+  EXPECT_EQ(fitted.status[static_cast<std::size_t>(p)], FitStatus::good)
+      << where << fitted.message[static_cast<std::size_t>(p)];
+}
+
+TEST(drag, recovers_all_three_curves_on_a_flat_surface) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Truth truth = random_truth(seed);
+    Recorder rig;
+    record_point(rig, truth, Vec3(0.2, -1, 0.1 * seed), 0, 0);
+    expect_recovered(fit_curves(rig.samples, with_knots(truth)), 0, truth,
+                     "seed " + std::to_string(seed));
+  }
+}
+
+TEST(drag, recovers_all_three_curves_on_a_curved_surface) {
+  for (unsigned seed = 11; seed <= 16; ++seed) {
+    const Truth truth = random_truth(seed);
+    Recorder rig;  // sphere of 50 mm, hollow of 80 mm, saddle
+    record_point(rig, truth, Vec3(0.2, -1, 0.3), -20, -20);
+    record_point(rig, truth, Vec3(0.9, 0.1, 0.3), 12.5, 12.5);
+    record_point(rig, truth, Vec3(0, 0.1, -1), -20, 12.5);
+    const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth));
+    for (Eigen::Index p = 0; p < 3; ++p)
+      expect_recovered(fitted, p, truth,
+                       "seed " + std::to_string(seed) + " point " + std::to_string(p));
+  }
+}
+
+TEST(drag, limit_and_friction_come_from_slip_rows) {
+  const Curve normal = [](double d) { return 300 * d + 2e4 * d * d; };
+  const Curve lateral = [](double r) { return 400 * r; };
+  const auto mu = [](double d) { return 0.25 + 0.2 / (1 + d / 0.004); };
+  const Curve limit = [&](double d) { return mu(d) * normal(d); };
+  Recorder rig;
+  const int p = rig.add_point(Vec3(1, 2, 3));
+  rig.press(p, normal, 0.01, 20);
+  for (const double depth_m : {0.002, 0.004, 0.006, 0.008, 0.01})
+    rig.flat_drag(p, normal, lateral, limit, depth_m, 0.008, 24, depth_m * 300);
+  const FittedCurves fitted = fit_curves(rig.samples);
+  const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
+  const Curve found_normal = fitted_curve(fitted, 0, CurveKind::normal);
+  EXPECT_LT(relative_rmse(found_limit, limit, 0.01), 0.005);
+  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::lateral), lateral, 0.004), 0.002);
+  for (double d = 0.002; d <= 0.01; d += 0.0005)
+    EXPECT_NEAR(found_limit(d) / found_normal(d), mu(d), 0.02 * mu(d)) << "depth " << d;
+  EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
+}
+
+TEST(drag, three_depths_suffice_for_a_coulomb_limit_at_every_depth) {
+  const Curve normal = [](double d) { return 2000 * std::pow(d, 1.5); };
+  const Curve lateral = [](double r) { return 150 * r; };
+  const Curve limit = [&](double d) { return 0.4 * normal(d); };
+  Recorder rig;
+  const int p = rig.add_point(Vec3(0, 0, -1));
+  rig.press(p, normal, 0.01, 24);
+  for (const double depth_m : {0.004, 0.007, 0.01})
+    rig.flat_drag(p, normal, lateral, limit, depth_m, 0.01, 20, 0);
+  const FittedCurves fitted = fit_curves(rig.samples);
+  const Curve found_limit = fitted_curve(fitted, 0, CurveKind::limit);
+  for (double d = 0.001; d <= 0.01; d += 0.0005)
+    EXPECT_NEAR(found_limit(d), limit(d), 0.02 * limit(0.01)) << "depth " << d;
+}
+
+TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {
+  const Truth truth = random_truth(5);
+  Recorder rig;
+  const int p = rig.add_point(Vec3::UnitZ());
+  const Vec3 u = rig.inward(p), t = rig.tangent(p, 1);
+  record(rig, p, Mat3::Zero(), truth, ExperimentKind::press, drag_rows(Vec3::Zero(), u + 0.15 * t, 0, 0.01, 30));
+  std::vector<Vec3> way;  // in, out, round and back, with slip
+  for (int i = 0; i <= 120; ++i) {
+    const double a = 0.05 * i;
+    way.push_back((0.004 + 0.006 * std::pow(std::sin(a), 2)) * u +
+                  0.006 * std::sin(0.7 * a) * t + 0.003 * std::sin(a) * u.cross(t));
+  }
+  record(rig, p, Mat3::Zero(), truth, ExperimentKind::path, way);
+  for (const double depth_m : {0.003, 0.01})
+    record(rig, p, Mat3::Zero(), truth, ExperimentKind::drag, drag_rows(u, t, depth_m, 0.008, 16));
+  const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth));
+  expect_recovered(fitted, 0, truth, "seed 5");
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,86 @@
+#include <ceres/ceres.h>
+#include <ceres/gradient_checker.h>
+#include <gtest/gtest.h>
+
+#include "tests/libfit/fit/synthetic.hpp"
+
+namespace palpate::test {
+namespace {
+
+// Largest entry of a drag's Jacobian that Ceres' GradientChecker contradicts, over the Jacobian's
+// largest: entry by entry relative errors mean nothing where the truth is 0. Units of order 1.
+double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
+                           const std::array<Eigen::VectorXd, kCurveKinds>& increments,
+                           FitLoss loss) {
+  const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
+                          CurveBasis{3, {0, 1}}});
+  fit::Experiment e;
+  e.deflection = rows;
+  e.force.assign(rows.size(), Vec3(0.1, -0.05, 0.6));
+  e.weight.assign(rows.size(), 2.0);
+  e.row.resize(rows.size());
+  auto* functor = new fit::ReplayResidual{&bases, fit::quadric_of(Vec3::UnitZ(), gradient), &e,
+                                          {true, true, true}, increments, loss, 0.1};
+  ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
+  Eigen::VectorXd x(increments[0].size() + increments[1].size() + increments[2].size());
+  x << increments[0], increments[1], increments[2];
+  cost.AddParameterBlock(static_cast<int>(x.size()));
+  cost.SetNumResiduals(static_cast<int>(3 * rows.size()));
+  ceres::NumericDiffOptions numeric;
+  numeric.ridders_relative_initial_step_size = 1e-6;  // first step 32 times that: no kink within
+  const std::vector<const ceres::Manifold*>* none = nullptr;
+  const ceres::GradientChecker checker(&cost, none, numeric);
+  const double* block = x.data();
+  ceres::GradientChecker::ProbeResults results;
+  checker.Probe(&block, 1e-6, &results);
+  return (results.jacobians[0] - results.numeric_jacobians[0]).cwiseAbs().maxCoeff() /
+         results.numeric_jacobians[0].cwiseAbs().maxCoeff();
+}
+
+std::array<Eigen::VectorXd, kCurveKinds> random_increments(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(0.5, 1.5);
+  std::array<Eigen::VectorXd, kCurveKinds> out{Eigen::VectorXd(4), Eigen::VectorXd(4),
+                                               Eigen::VectorXd(3)};
+  const std::array<double, kCurveKinds> scale{0.25, 0.15, 0.12};
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (double& a : out[kind]) a = scale[kind] * draw(random);
+  return out;
+}
+
+TEST(gradient, of_a_replayed_drag_is_its_derivative_stuck_slipping_and_curved) {
+  const Vec3 u = Vec3::UnitZ(), t = Vec3(0.8, 0.6, 0);
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Mat3 sphere = Mat3::Zero();
+    sphere(0, 0) = sphere(1, 1) = seed % 2 == 0 ? -0.2 : 0;
+    for (const FitLoss loss : {FitLoss::squared, FitLoss::huber, FitLoss::cauchy})
+      for (const double depth : {0.2, 0.5, 0.9})
+        EXPECT_LT(gradient_error(drag_rows(u, t, depth, 0.8, 9), sphere, random_increments(seed),
+                                 loss),
+                  1e-7)
+            << "seed " << seed << " depth " << depth;
+  }
+}
+
+TEST(gradient, holds_on_both_sides_of_the_transition_from_stick_to_slip) {
+  const auto increments = random_increments(3);
+  const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
+                          CurveBasis{3, {0, 1}}});
+  const Eigen::VectorXd lateral = fit::controls_of(increments[1]);
+  const Eigen::VectorXd limit = fit::controls_of(increments[2]);
+  const double depth = 0.6;
+  const double hold = runtime::curve_value(bases.views.view[2], limit.data(), depth);
+  double lo = 0, hi = 2;  // where f^r reaches L
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (lo + hi) / 2;
+    (runtime::curve_value(bases.views.view[1], lateral.data(), middle) < hold ? lo : hi) = middle;
+  }
+  for (const double off : {-1e-2, -1e-3, 1e-3, 1e-2}) {
+    const std::vector<Vec3> rows{Vec3(0, 0, depth), Vec3((1 + off) * lo, 0, depth)};
+    EXPECT_LT(gradient_error(rows, Mat3::Zero(), increments, FitLoss::squared), 1e-7)
+        << "off " << off;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
