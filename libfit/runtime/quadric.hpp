@@ -5,6 +5,8 @@
 // of slide.hpp replays a whole experiment, with derivatives when the scalar carries them.
 // All positions are relative to the test point.
 
+#include <type_traits>
+
 #include "slide.hpp"
 
 namespace palpate {
@@ -39,22 +41,28 @@ inline double depth_below(const Quadric& quadric, const Vec3d& x) noexcept {
   return height + 0.5 * dot(p, gradient_times(quadric, p));
 }
 
-/// A spot of the quadric; curves do not vary over it. C: the controls' scalar.
-template <class S, class C>
+/// A spot of the quadric; curves do not vary over it. C: the controls' scalar. A plain spot takes
+/// only their values: derivatives with respect to controls and along the path must not mix.
+template <class S, class C, bool kIsPlain>
 struct QuadricSpot {
   Vec3<S> point, normal;
   ControlPointers<C> controls;
-  S control(int curve, int j) const noexcept { return to_scalar(controls.curve[curve][j], S(0)); }
+  S control(int curve, int j) const noexcept {
+    return convert(controls.curve[curve][j], std::integral_constant<bool, kIsPlain>());
+  }
 
  private:
-  static S to_scalar(const S& c, const S&) noexcept { return c; }
-  template <class J>
-  static S to_scalar(const J& c, const S&) noexcept { return S(value_of(c)); }
+  static S convert(const C& c, std::true_type) noexcept { return S(value_of(c)); }
+  static S convert(const C& c, std::false_type) noexcept { return S(c); }
 };
 
-/// A way over the quadric whose shadow on the tangent plane is straight. P: scalar of the place.
+/// A way over the quadric whose shadow on the tangent plane is straight. P: scalar of the place,
+/// either C or, in a plain path, double.
 template <class P, class C>
 struct QuadricPath {
+  template <class S>
+  using Spot = QuadricSpot<S, C, !std::is_same<P, C>::value>;
+
   const Quadric* quadric;
   Vec3<P> start, direction;  ///< p and dp/ds in the tangent plane
   ControlPointers<C> controls;
@@ -63,7 +71,7 @@ struct QuadricPath {
   bool is_blocked() const noexcept { return false; }
 
   template <class S>
-  QuadricSpot<S, C> at(const S& s) const noexcept {
+  Spot<S> at(const S& s) const noexcept {
     const Vec3<S> p{start.x + direction.x * s, start.y + direction.y * s,
                     start.z + direction.z * s};
     const Vec3<S> u0 = widened<S>(quadric->u0), bend = gradient_times(*quadric, p);
@@ -81,7 +89,7 @@ struct QuadricSurface {
   ControlPointers<T> controls;
   Vec3<T> p;  ///< shadow of the contact point on the tangent plane [m]
 
-  QuadricSpot<T, T> standing() const noexcept { return aim({T(0), T(0), T(0)}).at(T(0)); }
+  QuadricSpot<T, T, false> standing() const noexcept { return aim({T(0), T(0), T(0)}).at(T(0)); }
   /// The direction is tangent to the quadric (its normal is the field's), so only its shadow counts.
   QuadricPath<T, T> aim(const Vec3<T>& direction) const noexcept {
     const Vec3<T> u0 = widened<T>(quadric->u0);

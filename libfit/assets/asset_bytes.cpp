@@ -1,0 +1,165 @@
+#include "libfit/assets/asset_bytes.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "libfit/assets/asset_surface.hpp"
+#include "libfit/assets/check_path.hpp"
+#include "libfit/assets/tree.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/runtime/engine.hpp"
+
+namespace palpate {
+namespace {
+
+using runtime::Header;
+
+struct Parts {
+  AssetSurface surface;
+  Tree tree;
+  std::array<std::vector<double>, kCurveKinds> table;
+  std::vector<runtime::CheckTick> check;
+};
+
+std::vector<std::int32_t> solid_triangles(const AssetSurface& surface) {
+  std::vector<std::int32_t> solid;
+  for (std::size_t t = 0; t < surface.max_depth_m.size(); ++t)
+    if (surface.max_depth_m[t] > 0) solid.push_back(static_cast<std::int32_t>(t));
+  return solid;
+}
+
+std::vector<double> table_of(const CurveBasis& basis) {
+  const SplineTables tables = tabulate(basis);
+  std::vector<double> out = tables.knots;
+  out.insert(out.end(), tables.weights.begin(), tables.weights.end());
+  out.insert(out.end(), tables.integrals.begin(), tables.integrals.end());
+  return out;
+}
+
+Parts make_parts(const Model& model, const ExportOptions& options) {
+  Parts parts;
+  parts.surface = make_asset_surface(model, options.fades_borders);
+  parts.tree = make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const CurveBasis& basis = model.curves.basis[kind];
+    if (basis.pieces() > runtime::kMaxPieces)
+      throw Error("model", "a curve basis has more than " + std::to_string(runtime::kMaxPieces) + " pieces",
+                  "Fit with fewer pieces.");
+    parts.table[kind] = table_of(basis);
+  }
+  parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
+  return parts;
+}
+
+Header make_header(const Model& model, const ExportOptions& options, const Parts& parts) {
+  Header header{};
+  std::memcpy(header.magic, "PALP", 4);
+  header.endian_mark = runtime::kEndianMark;
+  header.version = runtime::kVersion;
+  header.flags = options.has_guard ? runtime::kFlagGuard : 0;
+  header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
+  header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
+  header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
+  header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
+  header.check_ticks = static_cast<std::int32_t>(parts.check.size());
+  header.check_path_ticks = kCheckPathTicks;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    header.degree[kind] = model.curves.basis[kind].degree;
+    header.pieces[kind] = model.curves.basis[kind].pieces();
+  }
+  for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
+  header.max_step_m = options.max_step_m > 0 ? options.max_step_m : 2 * parts.surface.diagonal_m;
+  header.probe_radius_m = model.probe_radius_m;
+  header.meta_bytes = options.meta_json.size();
+  if (!runtime::has_possible_counts(header))
+    throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
+                "Export a coarser surface.");
+  header.file_bytes = runtime::lay_out(header, header.offset);
+  return header;
+}
+
+template <class T>
+void put(AssetBytes& bytes, const Header& header, int section, const std::vector<T>& values) {
+  if (values.size() * sizeof(T) != runtime::section_bytes(header, section))
+    throw Error("model", "section " + std::to_string(section) + " of the asset has the wrong size",
+                "Report this: the model's arrays passed their checks.");
+  std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
+}
+
+void put_all(AssetBytes& bytes, const Header& header, const Parts& parts, const std::string& meta) {
+  put(bytes, header, runtime::kVertices, parts.surface.vertex);
+  put(bytes, header, runtime::kNormals, parts.surface.normal);
+  put(bytes, header, runtime::kCovered, parts.surface.covered);
+  put(bytes, header, runtime::kControls, parts.surface.control);
+  put(bytes, header, runtime::kTriangles, parts.surface.triangle);
+  put(bytes, header, runtime::kNeighbours, parts.surface.neighbour);
+  put(bytes, header, runtime::kMaxDepth, parts.surface.max_depth_m);
+  put(bytes, header, runtime::kTreeNodes, parts.tree.nodes);
+  put(bytes, header, runtime::kTreeItems, parts.tree.items);
+  for (int kind = 0; kind < kCurveKinds; ++kind)
+    put(bytes, header, runtime::kNormalTable + kind, parts.table[static_cast<std::size_t>(kind)]);
+  put(bytes, header, runtime::kCheckTicks, parts.check);
+  put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
+}
+
+void seal(AssetBytes& bytes, Header header) {
+  std::memcpy(bytes.data(), &header, sizeof header);
+  header.checksum = runtime::asset_checksum(bytes.data(), bytes.size());
+  std::memcpy(bytes.data(), &header, sizeof header);
+}
+
+// The engine, on the asset's own bytes, says what the check path must bring. Returns how many
+// ticks have a force.
+int record_check_forces(AssetBytes& bytes, const Header& header) {
+  runtime::Status status;
+  const auto asset = runtime::Asset::open_without_replay(bytes.data(), bytes.size(), &status);
+  if (status != runtime::Status::ok)
+    throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
+                "Check the model's numbers with `palpate inspect`.");
+  auto* check = reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
+  int touching = 0;
+  runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
+    std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
+    touching += out.state != runtime::ContactState::air;
+    return true;
+  });
+  seal(bytes, header);
+  return touching;
+}
+
+void fill_report(const Parts& parts, const Header& header, int touching, ExportReport& report) {
+  const AssetSurface& surface = parts.surface;
+  report.bytes = header.file_bytes;
+  report.vertices = header.vertices;
+  report.triangles = header.triangles;
+  report.faded_vertices = surface.faded_vertices;
+  report.folded_triangles = surface.folded_triangles;
+  report.air_triangles = surface.air_triangles;
+  report.least_max_depth_m = surface.diagonal_m;
+  for (float depth : surface.max_depth_m)
+    if (depth > 0) report.least_max_depth_m = std::min(report.least_max_depth_m, double(depth));
+  if (surface.folded_triangles > 0)
+    report.remarks.push_back(std::to_string(surface.folded_triangles) +
+                             " covered triangles have no area or a normal that does not point through "
+                             "them; they cannot be touched.");
+  if (surface.faded_vertices > 0)
+    report.remarks.push_back(std::to_string(surface.faded_vertices) +
+                             " covered vertices lie on open borders, where forces fade to zero.");
+  if (touching == 0)
+    report.remarks.push_back("The check path touches nothing; it verifies little on loading.");
+}
+
+}  // namespace
+
+AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options, ExportReport* report) {
+  const Parts parts = make_parts(model, options);
+  const Header header = make_header(model, options, parts);
+  AssetBytes bytes(header.file_bytes);
+  put_all(bytes, header, parts, options.meta_json);
+  seal(bytes, header);
+  const int touching = record_check_forces(bytes, header);
+  if (report != nullptr) fill_report(parts, header, touching, *report);
+  return bytes;
+}
+
+}  // namespace palpate

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+
+#include "libfit/runtime/engine.hpp"
+
+namespace palpate {
+
+/// An asset file mapped into memory and checked: what tools replay, check and inspect.
+class AssetFile {
+ public:
+  const runtime::Asset& asset() const { return asset_; }
+  std::string_view meta_json() const { return {asset_.meta, asset_.meta_bytes}; }
+  std::size_t bytes() const { return asset_.file_bytes; }
+
+ private:
+  friend AssetFile read_asset_file(const std::filesystem::path& path);
+  struct Unmap {
+    std::size_t size;
+    void operator()(void* bytes) const noexcept;
+  };
+  std::unique_ptr<void, Unmap> map_;
+  runtime::Asset asset_;
+};
+
+/// Maps an asset file read-only and opens it, check path included. Safe on any file that nobody
+/// changes while it is open. Throws Error when it cannot be read or the engine refuses it, with
+/// the engine's sentence.
+AssetFile read_asset_file(const std::filesystem::path& path);
+
+}  // namespace palpate

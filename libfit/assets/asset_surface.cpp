@@ -1,0 +1,200 @@
+#include "libfit/assets/asset_surface.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kDepthShare = 0.8;   // of 1/|du/dc|: beyond it slides are ill-conditioned (METHOD 4)
+constexpr double kLeastFacing = 0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
+
+std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
+
+void check_sizes(const Model& model) {
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  bool is_fitting = model.inward_normal.rows() == vertices &&
+                    static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
+  for (int curve = 0; curve < kCurveKinds; ++curve) {
+    const auto kind = static_cast<std::size_t>(curve);
+    is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
+                 model.curves.control[kind].cols() == model.curves.basis[kind].size();
+  }
+  if (!is_fitting)
+    throw Error("model", "the arrays of vertices, normals, coverage and controls differ in size",
+                "Make the model again with `palpate refine`.");
+  if (std::none_of(model.is_covered.begin(), model.is_covered.end(), [](char c) { return c != 0; }))
+    throw Error("model", "no vertex is covered by test points", "Refine onto the right body.");
+}
+
+void check_vertices(const Model& model) {
+  const double extent = extent_m(model.surface.vertices).norm();
+  if (!model.surface.vertices.allFinite() || !(extent > 0) || extent > 1e3)
+    throw Error("model surface", "vertices are not finite, all in one place, or farther than 1 km apart",
+                "Check the unit the surface was read with.");
+  for (Eigen::Index v = 0; v < model.inward_normal.rows(); ++v) {
+    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+    const double length = model.inward_normal.row(v).norm();
+    if (!(std::abs(length - 1) < 1e-6))
+      throw Error("model " + at("vertex", v), "its inward normal is not a unit vector",
+                  "Make the model again with `palpate refine`.");
+  }
+}
+
+void check_triangles(const Model& model) {
+  const auto& triangles = model.surface.triangles;
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+    const auto corner = triangles.row(t);
+    if (corner.minCoeff() < 0 || corner.maxCoeff() >= model.surface.vertices.rows())
+      throw Error("model " + at("triangle", t), "it names a vertex that does not exist",
+                  "Make the body again with `palpate prepare`.");
+    if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])
+      throw Error("model " + at("triangle", t), "it names a vertex twice",
+                  "Make the body again with `palpate prepare`.");
+  }
+}
+
+void check_controls(const Model& model) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const Controls& control = model.curves.control[kind];
+    for (Eigen::Index v = 0; v < control.rows(); ++v) {
+      if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+      bool is_good = control(v, 0) == 0 && control.row(v).allFinite();
+      for (Eigen::Index j = 1; j < control.cols(); ++j)
+        is_good = is_good && control(v, j) >= control(v, j - 1);
+      if (!is_good)
+        throw Error("model " + at("vertex", v),
+                    "its " + std::string(kCurveNames[kind]) + " curve does not start at 0 and increase",
+                    "Fit the curves again with `palpate fit`.");
+    }
+  }
+}
+
+void round_vertices(const Model& model, AssetSurface& out) {
+  const Points& x = model.surface.vertices;
+  out.diagonal_m = extent_m(x).norm();
+  out.origin = (0.5 * (x.colwise().minCoeff() + x.colwise().maxCoeff())).transpose();
+  const Points outward = vertex_normals(model.surface);
+  for (Eigen::Index v = 0; v < x.rows(); ++v) {
+    const bool is_covered = model.is_covered[static_cast<std::size_t>(v)] != 0;
+    const Vec3 inward = is_covered ? Vec3(model.inward_normal.row(v)) : Vec3(-outward.row(v));
+    for (int k = 0; k < 3; ++k) {
+      out.vertex.push_back(static_cast<float>(x(v, k) - out.origin[k]));
+      out.normal.push_back(static_cast<float>(inward[k]));
+    }
+    out.covered.push_back(is_covered);
+  }
+}
+
+void fade_borders(AssetSurface& surface) {
+  for (std::size_t edge = 0; edge < surface.neighbour.size(); ++edge) {
+    if (surface.neighbour[edge] >= 0) continue;
+    for (std::size_t corner : {edge, edge / 3 * 3 + (edge + 1) % 3}) {
+      std::uint8_t& covered = surface.covered[static_cast<std::size_t>(surface.triangle[corner])];
+      surface.faded_vertices += covered;
+      covered = 0;
+    }
+  }
+}
+
+void round_controls(const Model& model, AssetSurface& out) {
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    for (const Controls& control : model.curves.control)
+      for (Eigen::Index j = 0; j < control.cols(); ++j)
+        out.control.push_back(out.covered[static_cast<std::size_t>(v)] ? static_cast<float>(control(v, j))
+                                                                       : 0.0F);
+}
+
+Vec3 row(const std::vector<float>& array, std::int32_t i) {
+  return Eigen::Map<const Eigen::Vector3f>(&array[3 * static_cast<std::size_t>(i)]).cast<double>();
+}
+
+// 0.8 / |du/dc| by a bound over the triangle; 0 where it has no area or a normal does not face it.
+double depth_bound_m(const AssetSurface& surface, std::size_t t) {
+  Vec3 x[3], u[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    x[k] = row(surface.vertex, surface.triangle[3 * t + k]);
+    u[k] = row(surface.normal, surface.triangle[3 * t + k]);
+  }
+  const Vec3 area = (x[1] - x[0]).cross(x[2] - x[0]);
+  const double longest =
+      std::max({(x[1] - x[0]).norm(), (x[2] - x[1]).norm(), (x[0] - x[2]).norm()});
+  if (!(area.norm() > 1e-6 * longest * longest)) return 0;  // floats hold no better a plane
+  Mat3 gradient = Mat3::Zero();
+  const Vec3 mean = (u[0] + u[1] + u[2]).normalized();
+  double least = 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!(-u[k].dot(area) > kLeastFacing * area.norm())) return 0;
+    gradient += u[k] * area.cross(x[(k + 2) % 3] - x[(k + 1) % 3]).transpose() / area.squaredNorm();
+    least = std::min(least, u[k].dot(mean));
+  }
+  if (!(least > kLeastFacing)) return 0;
+  const Mat3 square = gradient.transpose() * gradient;
+  const double norm = std::sqrt(
+      std::max(0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
+  return std::min(surface.diagonal_m, kDepthShare * least / std::max(norm, 1e-12));
+}
+
+void bound_depths(AssetSurface& surface) {
+  for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
+    bool is_answering = false;
+    for (std::size_t k = 0; k < 3; ++k)
+      is_answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])] != 0;
+    const double depth = is_answering ? depth_bound_m(surface, t) : 0;
+    surface.max_depth_m.push_back(static_cast<float>(depth));
+    surface.folded_triangles += is_answering && !(depth > 0);
+    surface.air_triangles += !(depth > 0);
+  }
+}
+
+}  // namespace
+
+std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
+  const auto key = [](std::int32_t from, std::int32_t to) {
+    return static_cast<std::uint64_t>(from) << 32 | static_cast<std::uint32_t>(to);
+  };
+  std::unordered_map<std::uint64_t, std::int32_t> half_edge;
+  half_edge.reserve(static_cast<std::size_t>(triangles.size()));
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t from = triangles(t, k), to = triangles(t, (k + 1) % 3);
+      if (!half_edge.emplace(key(from, to), static_cast<std::int32_t>(t)).second)
+        throw Error("model edge " + std::to_string(from) + "-" + std::to_string(to),
+                    "two triangles run along it the same way: not manifold, or not all outward",
+                    "Make the body again with `palpate prepare`, which mends or names such places.");
+    }
+  std::vector<std::int32_t> neighbour;
+  neighbour.reserve(static_cast<std::size_t>(triangles.size()));
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const auto found = half_edge.find(key(triangles(t, (k + 1) % 3), triangles(t, k)));
+      neighbour.push_back(found == half_edge.end() ? -1 : found->second);
+    }
+  return neighbour;
+}
+
+AssetSurface make_asset_surface(const Model& model, bool fades_borders) {
+  check_sizes(model);
+  check_vertices(model);
+  check_triangles(model);
+  check_controls(model);
+  AssetSurface surface;
+  round_vertices(model, surface);
+  const auto& triangles = model.surface.triangles;
+  surface.triangle.assign(triangles.data(), triangles.data() + triangles.size());
+  surface.neighbour = triangle_neighbours(triangles);
+  if (fades_borders) fade_borders(surface);
+  round_controls(model, surface);
+  bound_depths(surface);
+  if (surface.air_triangles == triangles.rows())
+    throw Error("model", "no triangle can be touched: all are uncovered, without area or folded",
+                "Check the coverage and the normals of the model.");
+  return surface;
+}
+
+}  // namespace palpate

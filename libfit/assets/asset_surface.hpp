@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+
+namespace palpate {
+
+/// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
+/// Arrays as in libfit/runtime/format.hpp. counts say what could not be walked on.
+struct AssetSurface {
+  Vec3 origin;                        ///< [m], centre of the bounding box
+  std::vector<float> vertex;          ///< V x 3 [m] about the origin
+  std::vector<float> normal;          ///< V x 3, inward unit
+  std::vector<std::uint8_t> covered;  ///< V
+  std::vector<float> control;         ///< V x (normal, lateral, limit) [N], 0 where not covered
+  std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
+  std::vector<float> max_depth_m;     ///< F, 0: air
+  double diagonal_m = 0;              ///< of the bounding box
+
+  int faded_vertices = 0;    ///< covered in the model, on a border, so part of the skirt
+  int folded_triangles = 0;  ///< no area, or a corner's normal does not point through: made air
+  int air_triangles = 0;     ///< all, folded ones included
+};
+
+/// Rounds a model to its asset's arrays, finds neighbours, and bounds each triangle's depth.
+/// fades_borders: vertices on an open border answer with zero, so that forces fade out towards it.
+/// Throws Error, naming the model's element, when: nothing is covered; array sizes differ; a number
+/// is not finite; a normal of a covered vertex is not unit; a triangle names a missing vertex or
+/// one twice; an edge has three triangles, or two that run the same way; a curve decreases.
+AssetSurface make_asset_surface(const Model& model, bool fades_borders);
+
+/// Triangle across the edge from corner k to k+1 of each triangle, -1 at borders. F x 3.
+/// Throws Error on an edge with three triangles or two that run the same way.
+std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles);
+
+}  // namespace palpate

@@ -1,0 +1,18 @@
+#include "libfit/assets/engine_folder.hpp"
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
+
+namespace palpate {
+
+void write_engine_folder(const std::filesystem::path& folder) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure)
+    throw Error(folder.string(), "the engine's folder cannot be made: " + failure.message(),
+                "Choose a folder that can be written.");
+  for (const EngineFile& file : engine_files())
+    write_file_atomically(folder / std::filesystem::path(file.name), file.text);
+}
+
+}  // namespace palpate

@@ -1,0 +1,142 @@
+#include <array>
+#include <cstring>
+#include <string>
+
+#include "libfit/assets/exporters.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/runtime/spline.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<double, 4> kDepthShares{0.25, 0.5, 0.75, 1.0};  // of the normal curve's range
+
+// VTK XML UnstructuredGrid, appended raw data: each block is its byte count (UInt64), then bytes.
+// Source: VTK file formats, "XML File Formats".
+class VtuWriter {
+ public:
+  template <class T>
+  void add(const char* type, const std::string& name, int components, const std::vector<T>& values) {
+    arrays_ += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
+               "\" NumberOfComponents=\"" + std::to_string(components) +
+               "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+    const std::uint64_t bytes = values.size() * sizeof(T);
+    data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    data_.append(reinterpret_cast<const char*>(values.data()), bytes);
+  }
+  void close(const std::string& element, const std::string& attributes = {}) {
+    body_ += "      <" + element + attributes + ">\n" + arrays_ + "      </" + element + ">\n";
+    arrays_.clear();
+  }
+  std::string text(Eigen::Index points, Eigen::Index cells) const {
+    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+           "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n"
+           "    <Piece NumberOfPoints=\"" +
+           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" + body_ +
+           "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _" + data_ +
+           "\n  </AppendedData>\n</VTKFile>\n";
+  }
+
+ private:
+  std::string arrays_, body_, data_;
+};
+
+struct NodeCurve {
+  SplineTables tables;
+  const Controls& control;
+
+  NodeCurve(const CurveSet& curves, CurveKind kind)
+      : tables(tabulate(curves.basis[static_cast<std::size_t>(kind)])),
+        control(curves.control[static_cast<std::size_t>(kind)]) {}
+  runtime::SplineView view() const {
+    return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
+            tables.integrals.data()};
+  }
+  double value(Eigen::Index v, double x) const { return runtime::curve_value(view(), control.row(v).data(), x); }
+  double slope(Eigen::Index v, double x) const { return runtime::curve_slope(view(), control.row(v).data(), x); }
+};
+
+template <class F>
+std::vector<float> per_vertex(const Model& model, F value) {
+  std::vector<float> out;
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    out.push_back(model.is_covered[static_cast<std::size_t>(v)] ? static_cast<float>(value(v)) : 0.0F);
+  return out;
+}
+
+std::string at_depth(double depth_m) {  // "_at_2.5mm"
+  std::string digits = std::to_string(depth_m * 1e3);
+  digits.erase(digits.find_last_not_of('0') + 1);
+  if (digits.back() == '.') digits.pop_back();
+  return "_at_" + digits + "mm";
+}
+
+void add_point_data(const Model& model, VtuWriter& vtu) {
+  const NodeCurve normal(model.curves, CurveKind::normal), lateral(model.curves, CurveKind::lateral),
+      limit(model.curves, CurveKind::limit);
+  vtu.add("UInt8", "is_covered", 1, std::vector<char>(model.is_covered));
+  vtu.add("Float64", "inward_normal", 3,
+          std::vector<double>(model.inward_normal.data(), model.inward_normal.data() + model.inward_normal.size()));
+  for (double share : kDepthShares) {
+    const double depth = share * normal.tables.knots.back();
+    const std::string at = at_depth(depth);
+    const auto force = [&](Eigen::Index v) { return normal.value(v, depth); };
+    const auto mu = [&](Eigen::Index v) { return force(v) > 0 ? limit.value(v, depth) / force(v) : 0; };
+    vtu.add("Float32", "normal_force_N" + at, 1, per_vertex(model, force));
+    vtu.add("Float32", "normal_stiffness_N_m" + at, 1,
+            per_vertex(model, [&](Eigen::Index v) { return normal.slope(v, depth); }));
+    vtu.add("Float32", "friction_limit_N" + at, 1,
+            per_vertex(model, [&](Eigen::Index v) { return limit.value(v, depth); }));
+    vtu.add("Float32", "friction" + at, 1, per_vertex(model, mu));
+  }
+  for (double share : {0.0, 0.5}) {
+    const double offset = share * lateral.tables.knots.back();
+    vtu.add("Float32", "lateral_stiffness_N_m" + at_depth(offset), 1,
+            per_vertex(model, [&](Eigen::Index v) { return lateral.slope(v, offset); }));
+  }
+  vtu.close("PointData", " Scalars=\"is_covered\"");
+}
+
+void add_geometry(const Surface& surface, VtuWriter& vtu) {
+  vtu.add("Float64", "Points", 3,
+          std::vector<double>(surface.vertices.data(), surface.vertices.data() + surface.vertices.size()));
+  vtu.close("Points");
+  std::vector<std::int64_t> offsets;
+  for (Eigen::Index t = 1; t <= surface.triangles.rows(); ++t) offsets.push_back(3 * t);
+  vtu.add("Int32", "connectivity", 1,
+          std::vector<std::int32_t>(surface.triangles.data(), surface.triangles.data() + surface.triangles.size()));
+  vtu.add("Int64", "offsets", 1, offsets);
+  vtu.add("UInt8", "types", 1, std::vector<std::uint8_t>(offsets.size(), 5));  // VTK_TRIANGLE
+  vtu.close("Cells");
+}
+
+void check(const Model& model) {
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  bool is_fitting = vertices > 0 && model.inward_normal.rows() == vertices &&
+                    static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
+                 model.curves.control[kind].cols() == model.curves.basis[kind].size();
+  if (!is_fitting)
+    throw Error("model", "it has no vertices, or its arrays differ in size",
+                "Make the model again with `palpate refine`.");
+}
+
+}  // namespace
+
+ExportReport export_vtu(const Model& model, const std::filesystem::path& path, const ExportOptions&) {
+  check(model);
+  VtuWriter vtu;
+  add_point_data(model, vtu);
+  add_geometry(model.surface, vtu);
+  const std::string text = vtu.text(model.surface.vertices.rows(), model.surface.triangles.rows());
+  write_file_atomically(path, text);
+  ExportReport report;
+  report.bytes = text.size();
+  report.vertices = static_cast<int>(model.surface.vertices.rows());
+  report.triangles = static_cast<int>(model.surface.triangles.rows());
+  return report;
+}
+
+}  // namespace palpate

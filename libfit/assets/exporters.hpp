@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+
+namespace palpate {
+
+/// What an export may be told.
+struct ExportOptions {
+  bool has_guard = true;      ///< the engine refuses the energy-creating part of slips
+  bool fades_borders = true;  ///< forces fade out over the last ring before an open border
+  std::string meta_json = "{}";       ///< for people: error statement, scene hash
+  std::filesystem::path engine_dir;   ///< where the engine's folder goes; empty: not copied
+  double max_step_m = 0;  ///< a tip moving farther in a tick has teleported; 0: two diagonals
+  std::uint64_t seed = 1;             ///< of the check path
+};
+
+/// What was exported; remarks are whole sentences for people.
+struct ExportReport {
+  std::uint64_t bytes = 0;
+  int vertices = 0, triangles = 0;
+  int faded_vertices = 0, folded_triangles = 0, air_triangles = 0;
+  double least_max_depth_m = 0;  ///< over the triangles that can be touched
+  std::vector<std::string> remarks;
+};
+
+/// A row of the table of formats. write: never leaves half a file; throws Error on a bad model or
+/// when the file cannot be written.
+struct Exporter {
+  std::string_view name, extension, summary;
+  ExportReport (*write)(const Model& model, const std::filesystem::path& path,
+                        const ExportOptions& options);
+};
+
+/// Every format a model can be exported to.
+std::span<const Exporter> exporters();
+
+/// The row called `name`. Throws Error listing the names when there is none.
+const Exporter& find_exporter(std::string_view name);
+
+ExportReport export_palp(const Model& model, const std::filesystem::path& path,
+                         const ExportOptions& options);
+ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
+                        const ExportOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,200 @@
+#pragma once
+
+// Models in closed form that the engine's tests export and touch.
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "libfit/assets/asset_bytes.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/runtime/engine.hpp"
+
+namespace palpate::test {
+
+using runtime::Asset;
+using runtime::Contact;
+using runtime::ContactState;
+using runtime::Output;
+using runtime::Status;
+
+/// Curves at a point of the body: f^z, f^r and L as functions of depth or offset [m] -> [N].
+struct PointCurves {
+  std::function<double(double)> normal, lateral, limit;
+};
+
+/// Piecewise linear through the functions' values on `pieces` equal pieces up to range_m.
+inline void set_curves(Model& model, const std::function<PointCurves(const Vec3&)>& curves,
+                       double range_m, int pieces) {
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  CurveBasis basis{1, {}};
+  for (int i = 0; i <= pieces; ++i) basis.knots_m.push_back(range_m * i / pieces);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    model.curves.basis[kind] = basis;
+    model.curves.control[kind] = Controls::Zero(vertices, basis.size());
+  }
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const PointCurves f = curves(model.surface.vertices.row(v));
+    for (int j = 1; j <= pieces; ++j) {
+      const double x = basis.knots_m[static_cast<std::size_t>(j)];
+      model.curves.control[0](v, j) = f.normal(x);
+      model.curves.control[1](v, j) = f.lateral(x);
+      model.curves.control[2](v, j) = f.limit(x);
+    }
+  }
+  model.is_covered.assign(static_cast<std::size_t>(vertices), 1);
+}
+
+/// k d, k_r d and mu k d: the same everywhere.
+inline std::function<PointCurves(const Vec3&)> uniform(double k_N_m, double lateral_N_m, double mu) {
+  return [=](const Vec3&) {
+    return PointCurves{[=](double x) { return k_N_m * x; }, [=](double x) { return lateral_N_m * x; },
+                       [=](double x) { return mu * k_N_m * x; }};
+  };
+}
+
+/// The reference cylinder: R 30 mm, L 100 mm, 25 x 10 x 2 triangles, radial normals, open ends.
+inline Surface cylinder_surface() {
+  constexpr int kAround = 25, kAlong = 10;
+  Surface surface;
+  surface.vertices.resize(kAround * (kAlong + 1), 3);
+  surface.triangles.resize(kAround * kAlong * 2, 3);
+  for (int j = 0; j <= kAlong; ++j)
+    for (int i = 0; i < kAround; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kAround;
+      surface.vertices.row(j * kAround + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle), 0.01 * j;
+    }
+  for (int j = 0; j < kAlong; ++j)
+    for (int i = 0; i < kAround; ++i) {
+      const int a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
+      surface.triangles.row(2 * a) << a, b, b + kAround;
+      surface.triangles.row(2 * a + 1) << a, b + kAround, a + kAround;
+    }
+  return surface;
+}
+
+/// f^z = k d^2 / 10 mm, f^r = k_r d, L = mu(d) f^z.
+inline double cylinder_normal_N_m(const Vec3& x) {
+  return 400 * (1 + 0.3 * x[0] / std::hypot(x[0], x[1]) + 0.2 * std::sin(2 * std::numbers::pi * x[2] / 0.1));
+}
+inline double cylinder_lateral_N_m(const Vec3& x) {
+  return 300 * (1 + 0.25 * x[1] / std::hypot(x[0], x[1])) * (1 + 0.1 * x[2] / 0.1);
+}
+inline double cylinder_friction(double depth_m) { return 0.2 + 0.2 / (1 + depth_m / 0.004); }
+
+inline Model cylinder_model() {
+  Model model;
+  model.surface = cylinder_surface();
+  model.inward_normal = Points::Zero(model.surface.vertices.rows(), 3);
+  model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
+  constexpr double kRange_m = 0.008;
+  const auto normal_N = [](const Vec3& x, double d) { return cylinder_normal_N_m(x) * d * d / 0.01; };
+  set_curves(model, [&](const Vec3& x) {
+    const double lateral = cylinder_lateral_N_m(x);
+    return PointCurves{[=](double d) { return normal_N(x, d); }, [=](double d) { return lateral * d; },
+                       [=](double d) { return cylinder_friction(d) * normal_N(x, d); }};
+  }, kRange_m, 200);
+  model.curves.basis[0] = {2, {0, kRange_m}};  // a parabola exactly
+  model.curves.control[0] = Controls::Zero(model.surface.vertices.rows(), 3);
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    model.curves.control[0](v, 2) = normal_N(model.surface.vertices.row(v), kRange_m);
+  return model;
+}
+
+/// A closed sphere about the origin: `rings` bands between the poles, twice as many around.
+inline Model sphere_model(double radius_m, int rings, const std::function<PointCurves(const Vec3&)>& curves) {
+  const int around = 2 * rings;
+  Model model;
+  model.surface.vertices.resize(around * (rings - 1) + 2, 3);
+  for (int j = 1; j < rings; ++j)
+    for (int i = 0; i < around; ++i) {
+      const double polar = std::numbers::pi * j / rings, angle = 2 * std::numbers::pi * (i + 0.5 * (j % 2)) / around;
+      model.surface.vertices.row((j - 1) * around + i) << std::sin(polar) * std::cos(angle),
+          std::sin(polar) * std::sin(angle), std::cos(polar);
+    }
+  const int north = around * (rings - 1), south = north + 1;
+  model.surface.vertices.row(north) << 0, 0, 1;
+  model.surface.vertices.row(south) << 0, 0, -1;
+  model.inward_normal = -model.surface.vertices.rowwise().normalized();
+  model.surface.vertices *= radius_m;
+  std::vector<Eigen::Vector3i> triangles;
+  for (int i = 0; i < around; ++i) {
+    const int next = (i + 1) % around, last = (rings - 2) * around;
+    triangles.emplace_back(north, i, next);
+    triangles.emplace_back(south, last + next, last + i);
+    for (int j = 0; j + 2 < rings; ++j) {
+      const int a = j * around + i, b = j * around + next, c = a + around, d = b + around;
+      if (j % 2) {  // this ring (j + 1) is even: not shifted against the one before
+        triangles.emplace_back(a, c, b);
+        triangles.emplace_back(b, c, d);
+      } else {
+        triangles.emplace_back(a, c, d);
+        triangles.emplace_back(a, d, b);
+      }
+    }
+  }
+  model.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    model.surface.triangles.row(static_cast<Eigen::Index>(t)) = triangles[t].transpose();
+  set_curves(model, curves, 0.01, 8);
+  return model;
+}
+
+/// A square plate in z = 0 of `cells` x `cells` x 2 triangles, outward +z.
+inline Model plate_model(double side_m, int cells, const std::function<PointCurves(const Vec3&)>& curves) {
+  Model model;
+  const int row = cells + 1;
+  model.surface.vertices = Points::Zero(row * row, 3);
+  model.surface.triangles.resize(2 * cells * cells, 3);
+  for (int j = 0; j < row; ++j)
+    for (int i = 0; i < row; ++i)
+      model.surface.vertices.row(j * row + i) << side_m * i / cells - side_m / 2,
+          side_m * j / cells - side_m / 2, 0;
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * row + i;
+      model.surface.triangles.row(2 * (j * cells + i)) << a, a + 1, a + row + 1;
+      model.surface.triangles.row(2 * (j * cells + i) + 1) << a, a + row + 1, a + row;
+    }
+  model.inward_normal = Points::Zero(row * row, 3);
+  model.inward_normal.col(2).setConstant(-1);
+  set_curves(model, curves, 0.01, 8);
+  return model;
+}
+
+/// An asset with its bytes.
+struct Loaded {
+  AssetBytes bytes;
+  Asset asset;
+};
+
+inline Loaded load(const Model& model, const ExportOptions& options = {}) {
+  Loaded out{make_asset_bytes(model, options), {}};
+  Status status;
+  out.asset = Asset::open(out.bytes.data(), out.bytes.size(), &status);
+  if (status != Status::ok) throw std::runtime_error(sentence(status));
+  return out;
+}
+
+/// A tool that remembers its contact and latest output.
+struct Tool {
+  const Asset& asset;
+  Contact contact{};
+  Output out{};
+  Status status = Status::ok;
+
+  explicit Tool(const Asset& a) : asset(a) {}
+  Vec3 tick(const Vec3& tip_m) {  // force of the tool ON the body
+    status = touch(asset, contact, tip_m.data(), out);
+    return {-out.force_on_tool_N[0], -out.force_on_tool_N[1], -out.force_on_tool_N[2]};
+  }
+  /// Straight on to `tip_m` in steps no longer than step_m; returns the last force on the body.
+  Vec3 go(const Vec3& from_m, const Vec3& tip_m, double step_m) {
+    const int steps = std::max(1, static_cast<int>(std::ceil((tip_m - from_m).norm() / step_m)));
+    Vec3 force = Vec3::Zero();
+    for (int i = 1; i <= steps; ++i) force = tick(from_m + (tip_m - from_m) * (double(i) / steps));
+    return force;
+  }
+};
+
+}  // namespace palpate::test
