@@ -2,13 +2,13 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/body_file.hpp"
-#include "libfit/io/csv_files.hpp"
-#include "libfit/io/describe.hpp"
+#include "libfit/io/content_hash.hpp"
+#include "libfit/io/tables.hpp"
 #include "libfit/io/samples_file.hpp"
 #include "tools/check_scene.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/freshness.hpp"
+#include "tools/place_points.hpp"
 #include "tools/stage_prepare.hpp"
 #include "tools/stage_simulate.hpp"
 
@@ -46,10 +46,7 @@ class Simulate final : public Command {
       scene_ = read_scene(input_);
       body_ = prepare_body(scene_, false);
     }
-    if (!points_.empty()) {
-      body_.test_points = read_points_csv(points_);
-      place_on_surface(body_.surface, body_.test_points, points_);
-    }
+    if (!points_.empty()) body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
   }
 
   Samples press_and_drag() {
@@ -62,9 +59,9 @@ class Simulate final : public Command {
   }
 
   Samples follow_paths() {
+    const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
     ConsoleProgress progress("simulate");
-    const auto paths = read_paths_csv(paths_);
-    return fem::simulate_paths(make_simulator(scene_, body_), on_surface(body_.surface, paths, paths_), job_count(jobs_), progress.progress());
+    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.deflections, job_count(jobs_), progress.progress());
   }
 
   std::string input_, output_, points_, paths_;

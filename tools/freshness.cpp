@@ -75,7 +75,7 @@ std::optional<std::string> inputs_of_hdf5(const std::filesystem::path& path) {
 
 std::optional<std::string> inputs_of_asset(const std::filesystem::path& path) {
   try {
-    return inputs_in(AssetFile(path).meta());
+    return inputs_in(std::string(read_asset_file(path).meta_json()));
   } catch (const Error&) {
     return std::nullopt;
   }

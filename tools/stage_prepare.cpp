@@ -8,10 +8,12 @@
 #include "libfem/mesh/points/simulation_surface.hpp"
 #include "libfem/mesh/points/test_points.hpp"
 #include "libfem/mesh/read/read.hpp"
-#include "libfem/mesh/repair/repair.hpp"
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/io/csv_files.hpp"
+#include "libfit/io/tables.hpp"
 #include "tools/console.hpp"
+#include "tools/place_points.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -47,7 +49,8 @@ std::string body_place(const Scene& scene) { return scene.path.string() + ": [bo
 void mend(const Scene& scene, bool surface_only, Body& body, const std::string& file) {
   MendOptions options;
   options.allow_open = surface_only;
-  options.wrap_m = scene.body.wrap_m.value_or(0);
+  options.wrap = scene.body.wrap_m.has_value();
+  options.wrap_alpha_m = scene.body.wrap_m.value_or(0);
   Mended mended = mend_surface(body.surface, options, file);
   for (const std::string& change : mended.changes) {
     say("  mended: {}", change);
@@ -121,8 +124,8 @@ void choose_points(const Scene& scene, Body& body) {
     throw Error(scene.path.string() + ": [experiments] region", fmt::format("{} of {} surface vertices are reachable", reachable, vertices.rows()),
                 "Move the region onto the surface, and not into what is fixed.");
   if (experiments.points_file) {
-    body.test_points = read_points_csv(*experiments.points_file);
-    place_on_surface(body.surface, body.test_points, experiments.points_file->string());
+    body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
+                                    experiments.points_file->string());
   } else {
     body.test_points = choose_test_points(body.surface, body.is_reachable,
                                           experiments.test_points.value_or(static_cast<int>(reachable)));

@@ -1,0 +1,166 @@
+// The whole way on a small block: made once, then up to date, then redone only where it changed.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+const std::string kScene = R"([body]
+surface = "block.off"
+length_unit = "mm"
+mesh_size = "20 mm"
+fixed = [ { below = { axis = "z", at = "1 mm" } } ]
+[material]
+young = "10 kPa"
+poisson = 0.45
+[probe]
+radius = "8 mm"
+friction = 0.3
+[experiments]
+test_points = 4
+region = { box = [["20 mm", "20 mm", "29 mm"], ["60 mm", "60 mm", "31 mm"]] }
+depth = "4 mm"
+press_steps = 4
+drag_depths = ["3 mm"]
+drag_distance = "5 mm"
+drag_directions = 1
+drag_steps = 5
+[fit]
+tolerance = 0.02
+[validate]
+points = 2
+)";
+
+// A block of 80 x 80 x 30 mm whose top is a grid, so that it has vertices to press on.
+std::string block_off(int cells) {
+  std::string vertices, faces;
+  int count = 0, triangles = 0;
+  const auto vertex = [&](double x, double y, double z) {
+    vertices += std::to_string(80 * x) + " " + std::to_string(80 * y) + " " + std::to_string(30 * z) + "\n";
+    ++count;
+  };
+  // Six grids with coinciding borders: the repair welds them.
+  const auto side = [&](auto&& place) {
+    const int first = count;
+    for (int j = 0; j <= cells; ++j)
+      for (int i = 0; i <= cells; ++i) place(double(i) / cells, double(j) / cells);
+    for (int j = 0; j < cells; ++j)
+      for (int i = 0; i < cells; ++i) {
+        const int a = first + j * (cells + 1) + i, b = a + 1, c = b + cells + 1, d = a + cells + 1;
+        for (const auto& t : {std::array{a, b, c}, std::array{a, c, d}}) {
+          faces += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
+          ++triangles;
+        }
+      }
+  };
+  side([&](double s, double t) { vertex(s, t, 1); });
+  side([&](double s, double t) { vertex(t, s, 0); });
+  side([&](double s, double t) { vertex(s, 0, t); });
+  side([&](double s, double t) { vertex(t, 1, s); });
+  side([&](double s, double t) { vertex(0, t, s); });
+  side([&](double s, double t) { vertex(1, s, t); });
+  return "OFF\n" + std::to_string(count) + " " + std::to_string(triangles) + " 0\n" + vertices + faces;
+}
+
+class Run : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene = folder.write("scene.toml", kScene);
+    folder.write("block.off", block_off(8));
+  }
+  Outcome run(const std::string& out, const std::string& options = "") {
+    return palpate(folder, "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
+  }
+  Folder folder;
+  fs::path scene;
+};
+
+const char* const kFiles[] = {"body.h5", "samples.h5", "curves.h5", "model.h5", "asset.palp", "stiffness.vtu", "validation.csv"};
+
+TEST_F(Run, makes_everything_once_then_only_what_changed) {
+  const Outcome first = run("out");
+  ASSERT_EQ(first.status, 0) << first.err;
+  for (const char* file : kFiles) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
+  EXPECT_NE(first.out.find("force error at 2 held-out contact points"), std::string::npos) << first.out;
+  const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
+  EXPECT_LT(statement.at("force_error").at("median_rel").get<double>(), 0.25);
+  EXPECT_GT(statement.at("asset_bytes").get<double>(), 1000);
+
+  const Outcome second = run("out");
+  EXPECT_EQ(second.status, 0) << second.err;
+  EXPECT_NE(second.err.find("nothing to do"), std::string::npos) << second.err;
+  EXPECT_EQ(second.out, first.out);
+
+  std::string changed = kScene;
+  changed.replace(changed.find("tolerance = 0.02"), 16, "tolerance = 0.05\npieces = 1");
+  folder.write("scene.toml", changed);
+  const Outcome third = run("out");
+  EXPECT_EQ(third.status, 0) << third.err;
+  EXPECT_NE(third.err.find("samples.h5 is up to date"), std::string::npos) << third.err;
+  EXPECT_EQ(third.err.find("curves.h5 is up to date"), std::string::npos) << third.err;
+}
+
+TEST_F(Run, a_comment_or_another_spelling_changes_nothing) {
+  ASSERT_EQ(run("out").status, 0);
+  std::string changed = "# said differently\n" + kScene;
+  changed.replace(changed.find("\"10 kPa\""), 8, "10000.0");
+  folder.write("scene.toml", changed);
+  EXPECT_NE(run("out").err.find("nothing to do"), std::string::npos);
+}
+
+TEST_F(Run, one_and_two_threads_make_the_same_bytes) {
+  ASSERT_EQ(run("one", "--jobs 1").status, 0);
+  ASSERT_EQ(run("two", "--jobs 2").status, 0);
+  for (const char* file : kFiles)
+    EXPECT_TRUE(content_of(folder / "one" / file) == content_of(folder / "two" / file)) << file;
+}
+
+TEST_F(Run, a_damaged_file_is_noticed_and_made_again) {
+  ASSERT_EQ(run("out").status, 0);
+  const std::string samples = content_of(folder / "out" / "samples.h5");
+  folder.write("out/samples.h5", samples.substr(0, samples.size() / 2));
+  const Outcome again = run("out");
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_TRUE(content_of(folder / "out" / "samples.h5") == samples);
+}
+
+TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_bytes) {
+  ASSERT_EQ(palpate(folder, "prepare " + scene.string() + " -o " + (folder / "body.h5").string()).status, 0);
+  const std::string command = "simulate " + (folder / "body.h5").string() + " --jobs 1 -o ";
+  ASSERT_EQ(palpate(folder, command + (folder / "whole.h5").string()).status, 0);
+
+  const fs::path partial = folder / "cut.h5.partial";
+  const std::string cut = (folder / "cut.h5").string();
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::string body = (folder / "body.h5").string();
+    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "simulate", body.c_str(), "--jobs", "1", "-o", cut.c_str(), nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 1200 && !fs::exists(partial); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ASSERT_TRUE(fs::exists(partial)) << "nothing was kept within a minute";
+  kill(child, SIGINT);
+  int raw = 0;
+  waitpid(child, &raw, 0);
+  if (WIFEXITED(raw) && WEXITSTATUS(raw) == 0) GTEST_SKIP() << "it finished before the interrupt";
+  EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130);
+  EXPECT_FALSE(fs::exists(cut));
+  const Outcome resumed = palpate(folder, command + cut + " --resume");
+  EXPECT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_NE(resumed.err.find("resuming"), std::string::npos) << resumed.err;
+  EXPECT_TRUE(content_of(cut) == content_of(folder / "whole.h5"));
+  EXPECT_FALSE(fs::exists(partial));
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,53 @@
+#include "tools/check_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "libfem/materials/materials.hpp"
+#include "libfem/probes/probes.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/console.hpp"
+#include "tools/stage_simulate.hpp"
+
+namespace palpate::tools {
+
+void check_choices(const Scene& scene) {
+  const std::string file = scene.path.string();
+  if (!scene.material)
+    throw Error(file, "the scene has no [material]", "Add [material] with law, young and poisson.");
+  const auto check = [&](const MaterialSection& material, const std::string& section) {
+    fem::make_material(material_parameters(material), file + ": " + section);
+  };
+  check(*scene.material, "[material]");
+  for (const InclusionSection& inclusion : scene.inclusions) check(inclusion.material, "[[inclusion]]");
+  fem::make_probe(scene.probe.shape, scene.probe.radius_m, scene.probe.friction, file + ": [probe]");
+}
+
+void check_experiments(const Scene& scene, const Body& body) {
+  const fem::SimulationSetup setup = make_setup(scene, body);
+  const std::string file = scene.path.string();
+  const auto in_scene = [&](const Error& e) { return Error(file + ": " + e.where(), e.fact(), e.remedy()); };
+  try {
+    fem::check_setup(setup);
+  } catch (const Error& e) {
+    throw in_scene(e);
+  }
+  // A depth beyond the thickness is an error of the scene when it is so at most points; a few
+  // points on a thin rim bend out of the way, and their rows tell how far that went.
+  std::optional<Error> first;
+  Eigen::Index refused = 0;
+  const Eigen::Index points = body.test_points.position.rows();
+  for (Eigen::Index p = 0; p < points; ++p) {
+    try {
+      fem::check_experiments(setup, experiments_of(scene), body.test_points.position.row(p), body.test_points.normal.row(p));
+    } catch (const Error& e) {
+      ++refused;
+      if (!first) first = in_scene(e);
+    }
+  }
+  if (2 * refused > points) throw *first;
+  if (refused) say("  {} of {} test points are on parts thinner than the depth", refused, points);
+}
+
+}  // namespace palpate::tools
