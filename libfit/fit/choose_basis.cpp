@@ -27,24 +27,30 @@ Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const Curv
   return faint_pull(transfer(normal, point.normal, basis, point.friction), kFaint);
 }
 
-// Relative errors of every row, predicted by a fit that left its fold out; deepest group apart.
-std::vector<double> heldout_errors(const PointEvidence& point, const CurveBasis& normal,
-                                   const CurveBasis& basis, FitLoss loss) {
+// Errors of rows, each predicted by a fit that left its fold out; the deepest group is always seen.
+struct HeldOut {
+  std::vector<double> relative, weighted;  // sizes
+};
+HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
+                 const CurveBasis& basis, FitLoss loss) {
   const SplineTables tables = tabulate(basis);
   const auto spline = view(tables);
   const Faint faint = faint_for(point, normal, basis);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
   const int last = point.rows.back().group;
-  std::vector<double> errors;
+  HeldOut errors;
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<CurveRow> seen, unseen;
     for (const CurveRow& row : point.rows)
       (row.group % kFolds == fold && row.group != last ? unseen : seen).push_back(row);
     if (unseen.empty()) continue;
     const Eigen::VectorXd increments = fit_increments(spline, seen, lower, faint, loss);
-    for (const CurveRow& row : unseen)
-      errors.push_back((increment_weights(spline, row.x).dot(increments) - row.f) /
-                       std::max(std::abs(row.f), kRelativeFloor * point.largest));
+    for (const CurveRow& row : unseen) {
+      const double size = std::abs(increment_weights(spline, row.x).dot(increments) - row.f);
+      errors.relative.push_back(size /
+                                std::max(std::abs(row.f), kRelativeFloor * point.largest));
+      errors.weighted.push_back(size * row.weight);
+    }
   }
   return errors;
 }
@@ -52,41 +58,49 @@ std::vector<double> heldout_errors(const PointEvidence& point, const CurveBasis&
 struct Candidate {
   BasisEvidence evidence;
   CurveBasis basis;
-  std::vector<double> squared;  // of every held-out row of every point, outliers clipped
+  std::vector<double> squared;  // weighted, of every held-out row of every point
+  double mean_square = 0;
 };
+
+// Squares of sizes, those of outliers clipped.
+std::vector<double> clipped_squares(std::vector<double> sizes, FitLoss loss) {
+  const double clip = 4 * robust_deviation(sizes);
+  for (double& size : sizes) {
+    if (loss != FitLoss::squared && clip > 0) size = std::min(size, clip);
+    size *= size;
+  }
+  return sizes;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
 
 Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
                 const CurveBasis& basis, bool by_curvature, FitLoss loss) {
-  Candidate candidate{{basis.pieces(), by_curvature, 0}, basis, {}};
+  Candidate candidate{{basis.pieces(), by_curvature, 0}, basis, {}, 0};
   std::vector<double> point_errors;
   for (const PointEvidence& point : points) {
-    auto errors = heldout_errors(point, normal, basis, loss);
-    for (double& e : errors) e = std::abs(e);
-    const double clip = loss == FitLoss::squared ? std::numeric_limits<double>::infinity()
-                                                 : 4 * robust_deviation(errors);
-    double sum = 0;
-    for (const double e : errors) {
-      const double squared = e > clip && clip > 0 ? clip * clip : e * e;
-      candidate.squared.push_back(squared);
-      sum += squared;
-    }
-    point_errors.push_back(std::sqrt(sum / static_cast<double>(errors.size())));
+    HeldOut errors = hold_out(point, normal, basis, loss);
+    point_errors.push_back(std::sqrt(mean(clipped_squares(std::move(errors.relative), loss))));
+    const auto squares = clipped_squares(std::move(errors.weighted), loss);
+    candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
   }
   candidate.evidence.heldout_error = quantile(point_errors, 0.95);
+  candidate.mean_square = mean(candidate.squared);
   return candidate;
 }
 
 // Whether a candidate's held-out errors are, row by row, within their scatter of the best one's.
 bool is_as_good(const Candidate& candidate, const Candidate& best) {
   const auto n = static_cast<double>(best.squared.size());
-  double mean = 0, square = 0;
-  for (std::size_t i = 0; i < best.squared.size(); ++i) {
-    const double d = candidate.squared[i] - best.squared[i];
-    mean += d / n;
-    square += d * d / n;
-  }
-  const double deviation = std::sqrt(std::max(0.0, square - mean * mean));
-  return mean <= deviation / std::sqrt(n);
+  const double worse = candidate.mean_square - best.mean_square;
+  double square = 0;
+  for (std::size_t i = 0; i < best.squared.size(); ++i)
+    square += std::pow(candidate.squared[i] - best.squared[i] - worse, 2);
+  return worse <= std::sqrt(square) / n;
 }
 
 CurveBasis even_basis(int degree, int pieces, double range) {
@@ -158,6 +172,9 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   const auto density =
       bend_density(points, even_basis(options.degree, std::min(most, 8), range), options.loss);
 
+  const auto meets = [&](const Candidate& c) {
+    return c.evidence.heldout_error <= options.tolerance;
+  };
   std::vector<Candidate> candidates;  // the better placement for each number of pieces
   std::size_t best = 0;
   for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
@@ -170,18 +187,16 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
                               curvature_basis(options.degree, pieces, range, density), true,
                               options.loss);
       report.evidence.push_back(other.evidence);
-      if (other.evidence.heldout_error < candidate.evidence.heldout_error)
-        candidate = std::move(other);
+      if (other.mean_square < candidate.mean_square) candidate = std::move(other);
     }
     candidates.push_back(std::move(candidate));
-    if (candidates.back().evidence.heldout_error < candidates[best].evidence.heldout_error)
-      best = candidates.size() - 1;
-    if (wanted > 0 || candidates[best].evidence.heldout_error <= options.tolerance) break;
+    if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
+    if (wanted > 0 || meets(candidates.back())) break;
     if (candidates.size() > best + 4) break;  // four in a row that do not help
   }
 
-  std::size_t chosen = best;
-  if (candidates[best].evidence.heldout_error > options.tolerance)
+  std::size_t chosen = meets(candidates.back()) ? candidates.size() - 1 : best;
+  if (!meets(candidates.back()))
     for (std::size_t i = best + 1; i-- > 0;)
       if (is_as_good(candidates[i], candidates[best])) chosen = i;
   const BasisEvidence& evidence = candidates[chosen].evidence;

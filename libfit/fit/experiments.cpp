@@ -79,12 +79,13 @@ std::vector<RowCounts> sort_rows(const Samples& s, BodyData& body) {
       experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}});
     }
     const bool is_good = s.status[at] == RowStatus::good;
+    const bool is_number = is_finite(s, i);
     counts[p].good += is_good;
+    counts[p].not_finite += is_good && !is_number;
     if (is_cut) {
       ++body.rows_cut;
-    } else if (!is_good || !is_finite(s, i)) {
+    } else if (!is_good || !is_number) {
       ++(is_good ? body.rows_not_finite : body.rows_not_good);
-      counts[p].not_finite += is_good;
       is_cut = s.kind[at] != ExperimentKind::press;
     } else {
       experiments.back().deflection.emplace_back(s.deflection.row(i));

@@ -127,4 +127,15 @@ inline double relative_rmse(const Curve& curve, const Curve& truth, double range
   return std::sqrt(difference / size);
 }
 
+/// Root mean square difference over the truth's largest value, on (0, range].
+inline double full_scale_rmse(const Curve& curve, const Curve& truth, double range) {
+  double difference = 0, largest = 0;
+  for (int i = 1; i <= 400; ++i) {
+    const double x = range * i / 400;
+    difference += std::pow(curve(x) - truth(x), 2) / 400;
+    largest = std::max(largest, truth(x));
+  }
+  return std::sqrt(difference) / largest;
+}
+
 }  // namespace palpate::test

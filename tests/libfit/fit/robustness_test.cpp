@@ -1,0 +1,326 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+
+#include "libfit/core/error.hpp"
+#include "tests/libfit/fit/synthetic.hpp"
+
+namespace palpate::test {
+namespace {
+
+const Curve kNormal = [](double d) { return 300 * d + 2e4 * d * d; };
+const Curve kLateral = [](double r) { return 250 * r; };
+const Curve kLimit = [](double d) { return 0.4 * kNormal(d); };
+
+void record_all(Recorder& rig, int p) {
+  rig.press(p, kNormal, 0.01, 12);
+  for (const double depth_m : {0.004, 0.007, 0.01})
+    rig.flat_drag(p, kNormal, kLateral, kLimit, depth_m, 0.012, 12, 100 * depth_m);
+}
+
+// A body of sound points with some noise.
+Recorder sound_body(int points, unsigned seed) {
+  Recorder rig;
+  for (int i = 0; i < points; ++i)
+    record_all(rig, rig.add_point(Vec3(std::sin(i), 1, std::cos(2.0 * i)),
+                                  i % 2 == 0 ? Mat3(Mat3::Zero()) : Mat3(Mat3::Zero())));
+  add_noise(rig.samples, 0.01, seed);
+  return rig;
+}
+
+void expect_same(const FittedCurves& a, const FittedCurves& b) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    EXPECT_EQ(a.curves.basis[kind].knots_m, b.curves.basis[kind].knots_m);
+    EXPECT_EQ(a.curves.control[kind], b.curves.control[kind]);
+  }
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.message, b.message);
+  EXPECT_EQ(a.rms_residual_N, b.rms_residual_N);
+  EXPECT_EQ(a.max_residual_N, b.max_residual_N);
+}
+
+TEST(fit, results_do_not_depend_on_the_number_of_threads) {
+  const Recorder rig = sound_body(12, 5);
+  const FittedCurves one = fit_curves(rig.samples, {.jobs = 1});
+  for (const int jobs : {2, 3, 8}) expect_same(one, fit_curves(rig.samples, {.jobs = jobs}));
+}
+
+TEST(fit, millinewtons_over_micrometres_and_kilonewtons_over_metres_fit_alike) {
+  const Recorder rig = sound_body(2, 8);
+  const FittedCurves plain = fit_curves(rig.samples);
+  for (const double length : {1e-3, 1.0, 1e3})
+    for (const double force : {1e-3, 1.0, 1e3}) {
+      Samples scaled = rig.samples;
+      scaled.deflection *= length;
+      scaled.force *= force;
+      const FittedCurves fitted = fit_curves(scaled);
+      for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+        const Controls& expected = plain.curves.control[kind];
+        ASSERT_EQ(fitted.curves.control[kind].cols(), expected.cols());
+        EXPECT_LT((fitted.curves.control[kind] / force - expected).cwiseAbs().maxCoeff(),
+                  1e-6 * expected.maxCoeff())
+            << kCurveNames[kind] << " length " << length << " force " << force;
+        EXPECT_NEAR(fitted.curves.basis[kind].knots_m.back(),
+                    length * plain.curves.basis[kind].knots_m.back(),
+                    1e-9 * length * plain.curves.basis[kind].knots_m.back());
+      }
+    }
+}
+
+TEST(fit, residuals_are_those_of_the_stored_curves_in_the_engine_template) {
+  const Recorder rig = sound_body(1, 3);
+  const FittedCurves fitted = fit_curves(rig.samples);
+  const fit::Bases bases(fitted.curves.basis);
+  std::array<Eigen::VectorXd, kCurveKinds> control;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    control[kind] = fitted.curves.control[kind].row(0);
+  double largest = 0, square = 0;
+  for (int experiment = 0; experiment < rig.experiments; ++experiment) {
+    std::vector<Vec3> rows, force;
+    for (Eigen::Index i = 0; i < rig.samples.rows(); ++i)
+      if (rig.samples.experiment[static_cast<std::size_t>(i)] == experiment) {
+        rows.emplace_back(rig.samples.deflection.row(i));
+        force.emplace_back(rig.samples.force.row(i));
+      }
+    std::vector<runtime::Vec3d> replayed(rows.size());
+    runtime::replay_drag<double>(
+        bases.views, {{control[0].data(), control[1].data(), control[2].data()}},
+        fit::quadric_of(rig.inward(0).normalized(), Mat3::Zero()), rows.front().data(),
+        static_cast<int>(rows.size()), replayed.data());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Vec3 f(replayed[i].x, replayed[i].y, replayed[i].z);
+      largest = std::max(largest, (f - force[i]).norm());
+      square += (f - force[i]).squaredNorm();
+    }
+  }
+  EXPECT_EQ(fitted.max_residual_N[0], largest);
+  EXPECT_NEAR(fitted.rms_residual_N[0], std::sqrt(square / static_cast<double>(rig.samples.rows())),
+              1e-15);
+}
+
+TEST(fit, outliers_move_a_robust_fit_little_and_a_plain_one_much) {
+  Recorder rig;
+  const int p = rig.add_point(Vec3::UnitY());
+  rig.press(p, kNormal, 0.01, 60);
+  for (const double depth_m : {0.004, 0.007, 0.01})
+    rig.flat_drag(p, kNormal, kLateral, kLimit, depth_m, 0.012, 40, 0);
+  add_noise(rig.samples, 0.01, 21);
+  for (Eigen::Index i = 5; i < rig.samples.rows(); i += 14) rig.samples.force.row(i) *= 1.8;
+  const auto worst = [&](FitLoss loss) {
+    const FittedCurves fitted = fit_curves(rig.samples, {.pieces = {1, 1, 1}, .loss = loss});
+    return std::max({relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01),
+                     relative_rmse(fitted_curve(fitted, 0, CurveKind::lateral), kLateral, 0.006),
+                     relative_rmse(fitted_curve(fitted, 0, CurveKind::limit), kLimit, 0.01)});
+  };
+  EXPECT_GT(worst(FitLoss::squared), 0.03);
+  EXPECT_LT(worst(FitLoss::huber), 0.012);
+  EXPECT_LT(worst(FitLoss::cauchy), 0.012);
+}
+
+TEST(fit, better_rows_count_more) {
+  Recorder rig;
+  const int p = rig.add_point(Vec3::UnitX());
+  rig.press(p, kNormal, 0.01, 20);
+  rig.press(p, [](double d) { return 1.2 * kNormal(d); }, 0.01, 20);
+  rig.samples.force_error.head(20).setConstant(0.01);
+  rig.samples.force_error.tail(20).setConstant(1.0);
+  const FittedCurves fitted = fit_curves(rig.samples, {.loss = FitLoss::squared});
+  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 1e-3);
+}
+
+// One bad point in a body of two sound ones; the message it gets.
+struct BadPoint {
+  FitStatus status;
+  std::string message;
+};
+BadPoint fit_with_bad_point(const std::function<void(Recorder&, int)>& record) {
+  Recorder rig;
+  record_all(rig, rig.add_point(Vec3::UnitX()));
+  record(rig, rig.add_point(Vec3::UnitY()));
+  record_all(rig, rig.add_point(Vec3::UnitZ()));
+  const FittedCurves fitted = fit_curves(rig.samples);
+  for (const Eigen::Index good : {0, 2}) {
+    EXPECT_EQ(fitted.status[static_cast<std::size_t>(good)], FitStatus::good)
+        << fitted.message[static_cast<std::size_t>(good)];
+    EXPECT_LT(relative_rmse(fitted_curve(fitted, good, CurveKind::normal), kNormal, 0.01), 0.01);
+  }
+  for (const auto& control : fitted.curves.control) EXPECT_TRUE(control.allFinite());
+  return {fitted.status[1], fitted.message[1]};
+}
+
+void expect_bad(const BadPoint& bad, FitStatus status, const std::string& message) {
+  EXPECT_EQ(bad.status, status);
+  EXPECT_NE(bad.message.find(message), std::string::npos) << "got: " << bad.message;
+}
+
+TEST(bad_point, without_rows_fails) {
+  expect_bad(fit_with_bad_point([](Recorder&, int) {}), FitStatus::failed,
+             "no row of any experiment at this point");
+}
+
+TEST(bad_point, with_one_row_is_underdetermined_and_gets_a_line) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 1); }),
+             FitStatus::underdetermined, "1 row(s) in contact: the normal curve is a straight line");
+}
+
+TEST(bad_point, with_one_depth_is_underdetermined_and_gets_a_line) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               for (int i = 0; i < 5; ++i) rig.press(p, kNormal, 0.01, 1);
+             }),
+             FitStatus::underdetermined, "all rows at one depth: the normal curve is a straight");
+}
+
+TEST(bad_point, without_drags_gets_the_documented_stand_ins) {
+  const BadPoint bad =
+      fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 12); });
+  expect_bad(bad, FitStatus::underdetermined,
+             "no drags: the lateral curve is a line of 0.667 of the normal stiffness at full depth");
+  expect_bad(bad, FitStatus::underdetermined, "no drags: the limit is 0.3 of the normal force");
+}
+
+TEST(bad_point, whose_drags_never_slip_gets_a_limit_above_what_held) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               rig.press(p, kNormal, 0.01, 12);
+               for (const double depth_m : {0.005, 0.01})
+                 rig.flat_drag(p, kNormal, kLateral, [](double) { return 1e9; }, depth_m, 0.012, 12,
+                               0);
+             }),
+             FitStatus::underdetermined, "no row slips: the limit is ");
+}
+
+TEST(bad_point, whose_drags_slip_in_every_row_gets_the_softest_line_that_does) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               rig.press(p, kNormal, 0.01, 12);
+               for (const double depth_m : {0.005, 0.01})
+                 rig.flat_drag(p, kNormal, [](double) { return 1e9; }, kLimit, depth_m, 0.012, 12,
+                               0);
+             }),
+             FitStatus::underdetermined, "no row sticks: the lateral curve is the softest line");
+}
+
+TEST(bad_point, with_many_nans_fails_and_with_few_is_fitted_without_them) {
+  const auto record = [](std::size_t bad_rows) {
+    return [bad_rows](Recorder& rig, int p) {
+      const Eigen::Index first = rig.samples.rows();
+      record_all(rig, p);
+      for (std::size_t i = 0; i < bad_rows; ++i)
+        rig.samples.force(first + static_cast<Eigen::Index>(2 * i), 1) =
+            i % 2 == 0 ? std::nan("") : std::numeric_limits<double>::infinity();
+    };
+  };
+  expect_bad(fit_with_bad_point(record(20)), FitStatus::failed, "good rows are not finite numbers");
+  EXPECT_EQ(fit_with_bad_point(record(3)).status, FitStatus::good);
+}
+
+TEST(bad_point, recorded_with_the_wrong_sign_fails_by_name) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               rig.press(p, [](double d) { return -kNormal(d); }, 0.01, 12);
+             }),
+             FitStatus::failed, "forces point out of the body");
+}
+
+TEST(bad_point, that_never_touches_fails_by_name) {
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               rig.press(p, [](double) { return 0.01; }, 0.01, 12);
+               rig.samples.force_error.tail(12).setConstant(0.02);
+             }),
+             FitStatus::failed, "no contact: the largest force is within four force errors");
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
+               rig.press(p, [](double) { return 0.0; }, 0.01, 12);
+             }),
+             FitStatus::failed, "every force is zero");
+  expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, -0.01, 12); }),
+             FitStatus::failed, "no row with the probe in the body");
+}
+
+TEST(fit, rows_not_good_are_left_out_and_a_drag_ends_at_the_first) {
+  Recorder rig;
+  record_all(rig, rig.add_point(Vec3::UnitX()));
+  // A press row and the sixth row of the first drag did not converge and hold nonsense.
+  for (const std::size_t bad : {std::size_t{3}, std::size_t{17}}) {
+    rig.samples.status[bad] = RowStatus::not_converged;
+    rig.samples.force.row(static_cast<Eigen::Index>(bad)).setConstant(77);
+  }
+  for (Eigen::Index i = 18; i < 25; ++i) rig.samples.force.row(i).setConstant(-55);
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  EXPECT_EQ(report.rows_not_good, 2u);
+  EXPECT_EQ(report.rows_cut, 7u);
+  EXPECT_EQ(report.rows, report.rows_used + 9);
+  EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
+  EXPECT_LT(fitted.max_residual_N[0], 0.05);
+}
+
+TEST(fit, a_body_without_any_usable_row_still_answers) {
+  Recorder rig;
+  rig.add_point(Vec3::UnitX());
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  EXPECT_EQ(fitted.status[0], FitStatus::failed);
+  EXPECT_EQ(report.failed, 1u);
+  EXPECT_EQ(fit_curves(Samples{}).curves.points(), 0);
+}
+
+TEST(fit, worst_points_are_named_with_place_and_reason) {
+  Recorder rig;
+  for (int i = 0; i < 4; ++i) record_all(rig, rig.add_point(Vec3::UnitX()));
+  const Eigen::Index rows = rig.samples.rows() / 4;
+  rig.samples.force.row(2 * rows + 11) *= 3;  // deepest press row of point 2
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {.worst_points = 2}, {}, &report);
+  ASSERT_EQ(report.worst.size(), 2u);
+  EXPECT_EQ(report.worst[0].point, 2);
+  EXPECT_EQ(report.worst[0].position, Vec3(fitted.position.row(2)));
+  EXPECT_NE(report.worst[0].reason.find("worst at row 11 of experiment 8"), std::string::npos)
+      << report.worst[0].reason;
+  EXPECT_EQ(fitted.status[2], FitStatus::poor) << fitted.message[2];
+}
+
+TEST(fit, stopping_leaves_the_rest_failed_by_name) {
+  const Recorder rig = sound_body(6, 1);
+  std::atomic<int> done = 0;
+  const Progress progress{[&](std::size_t, std::size_t, const std::string&) { ++done; },
+                          [&] { return done >= 2; }};
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {.jobs = 1}, progress, &report);
+  EXPECT_TRUE(report.is_stopped);
+  EXPECT_EQ(report.failed, 4u);
+  EXPECT_EQ(fitted.message[5], "stopped before this point was fitted");
+}
+
+std::string fact_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const Error& e) {
+    return e.where() + ": " + e.fact();
+  }
+  return "accepted";
+}
+
+TEST(fit, refuses_options_and_samples_that_make_no_sense) {
+  const Recorder rig = sound_body(1, 1);
+  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.degree = 5}); }),
+            "fit option degree: is not 1 to 4");
+  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.tolerance = -1}); }),
+            "fit option tolerance: is not in [0, 1)");
+  EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.jobs = -1}); }),
+            "fit option jobs: is negative");
+  Samples broken = rig.samples;
+  broken.point[4] = 9;
+  EXPECT_EQ(fact_of([&] { fit_curves(broken); }), "samples: row 4 names test point 9 of 1");
+  broken = rig.samples;
+  broken.kind[4] = ExperimentKind::drag;
+  EXPECT_EQ(fact_of([&] { fit_curves(broken); }),
+            "samples: experiment 0 mixes test points or kinds");
+  broken = rig.samples;
+  broken.step.pop_back();
+  EXPECT_EQ(fact_of([&] { fit_curves(broken); }), "samples: row arrays differ in length");
+  broken = rig.samples;
+  broken.point_normal.row(0) *= 2;
+  EXPECT_EQ(fact_of([&] { fit_curves(broken); }),
+            "samples: test point 0 has no finite position and unit normal");
+}
+
+}  // namespace
+}  // namespace palpate::test
