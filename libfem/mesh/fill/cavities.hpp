@@ -1,0 +1,11 @@
+#pragma once
+
+#include "libfit/core/surface.hpp"
+
+namespace palpate {
+
+/// A point strictly inside each cavity of a closed surface: one per connected piece that points
+/// inward by itself (negative volume). # x 3 [m].
+Points cavity_points(const Surface& closed);
+
+}  // namespace palpate

@@ -1,0 +1,178 @@
+#include "libfem/mesh/fill/child_process.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <optional>
+#include <thread>
+
+namespace palpate {
+namespace {
+
+constexpr int kExitMesh = 0, kExitReason = 3, kExitUnwritten = 4;
+
+/// What the child leaves in the shared file: a header, then nodes and tets, or a text.
+struct Header {
+  std::int64_t nodes = 0, tets = 0, text_bytes = 0;
+};
+
+bool write_all(int file, const void* data, std::size_t bytes) {
+  const char* at = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t written = ::write(file, at, bytes);
+    if (written <= 0) return false;
+    at += written;
+    bytes -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+bool read_all(int file, void* data, std::size_t bytes, off_t offset) {
+  char* at = static_cast<char*>(data);
+  while (bytes > 0) {
+    const ssize_t got = ::pread(file, at, bytes, offset);
+    if (got <= 0) return false;
+    at += got;
+    offset += got;
+    bytes -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+bool write_mesh(int file, const TetMesh& mesh) {
+  const Header header{mesh.nodes.rows(), mesh.tets.rows(), 0};
+  return write_all(file, &header, sizeof header) &&
+         write_all(file, mesh.nodes.data(), sizeof(double) * std::size_t(mesh.nodes.size())) &&
+         write_all(file, mesh.tets.data(), sizeof(std::int32_t) * std::size_t(mesh.tets.size()));
+}
+
+bool write_reason(int file, const std::string& reason) {
+  const Header header{0, 0, static_cast<std::int64_t>(reason.size())};
+  return write_all(file, &header, sizeof header) && write_all(file, reason.data(), reason.size());
+}
+
+std::optional<Header> read_header(int file) {
+  Header header;
+  struct Counts {
+    off_t size;
+  } counts{::lseek(file, 0, SEEK_END)};
+  if (!read_all(file, &header, sizeof header, 0)) return std::nullopt;
+  const auto expected = static_cast<off_t>(sizeof header) + header.nodes * off_t{24} +
+                        header.tets * off_t{16} + header.text_bytes;
+  if (header.nodes < 0 || header.tets < 0 || header.text_bytes < 0 || counts.size != expected)
+    return std::nullopt;
+  return header;
+}
+
+std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
+  const auto header = read_header(file);
+  if (!header) return "left an incomplete result";
+  auto offset = static_cast<off_t>(sizeof(Header));
+  if (!is_mesh) {
+    std::string reason(static_cast<std::size_t>(header->text_bytes), ' ');
+    read_all(file, reason.data(), reason.size(), offset);
+    return reason;
+  }
+  TetMesh mesh;
+  mesh.nodes.resize(header->nodes, 3);
+  mesh.tets.resize(header->tets, 4);
+  const auto node_bytes = sizeof(double) * std::size_t(mesh.nodes.size());
+  const auto tet_bytes = sizeof(std::int32_t) * std::size_t(mesh.tets.size());
+  if (!read_all(file, mesh.nodes.data(), node_bytes, offset) ||
+      !read_all(file, mesh.tets.data(), tet_bytes, offset + static_cast<off_t>(node_bytes)))
+    return "left an incomplete result";
+  return mesh;
+}
+
+/// Handlers, output and limits of the parent do not belong to the child.
+void isolate_child(double time_limit_s) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGALRM})
+    ::signal(signal, SIG_DFL);
+  ::signal(SIGINT, SIG_IGN);
+  const rlimit none{0, 0};
+  ::setrlimit(RLIMIT_CORE, &none);
+  ::alarm(static_cast<unsigned>(time_limit_s) + 5);  // should the parent be gone or stopped
+  const int null = ::open("/dev/null", O_RDWR);
+  for (int stream = 0; stream <= 2 && null >= 0; ++stream) ::dup2(null, stream);
+}
+
+[[noreturn]] void be_child(const std::function<TetMesh()>& mesher,
+                           const std::function<std::string(int)>& thrown_int, int file,
+                           double time_limit_s) {
+  isolate_child(time_limit_s);
+  std::string reason;
+  try {
+    const TetMesh mesh = mesher();
+    ::_exit(write_mesh(file, mesh) ? kExitMesh : kExitUnwritten);
+  } catch (const int code) {
+    reason = thrown_int(code);
+  } catch (const std::exception& error) {
+    reason = error.what();
+  } catch (...) {
+    reason = "threw something unknown";
+  }
+  ::_exit(write_reason(file, reason) ? kExitReason : kExitUnwritten);
+}
+
+/// Waits until the child ends; nothing when it had to be killed.
+std::optional<int> wait_for(pid_t child, double time_limit_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(time_limit_s);
+  for (;;) {
+    int status = 0;
+    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    if (ended == child) return status;
+    if (ended < 0 && errno != EINTR) return 0;  // reaped elsewhere: the result's own check decides
+    if (Clock::now() > deadline) {
+      ::kill(child, SIGKILL);
+      ::waitpid(child, &status, 0);
+      return std::nullopt;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+std::string described_signal(int signal) {
+  return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
+}
+
+/// Closes on leaving.
+struct File {
+  int descriptor;
+  ~File() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+};
+
+}  // namespace
+
+std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& mesher,
+                                                const std::function<std::string(int)>& thrown_int,
+                                                double time_limit_s) {
+  const File file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
+  if (file.descriptor < 0) return std::string("found no memory for its result");
+  const pid_t child = ::fork();
+  if (child < 0) return std::string("could not be started: ") + std::strerror(errno);
+  if (child == 0) be_child(mesher, thrown_int, file.descriptor, time_limit_s);
+
+  const auto status = wait_for(child, time_limit_s);
+  if (!status)
+    return "took longer than " + std::to_string(static_cast<int>(time_limit_s)) + " s";
+  if (WIFSIGNALED(*status)) return described_signal(WTERMSIG(*status));
+  const int code = WEXITSTATUS(*status);
+  if (code != kExitMesh && code != kExitReason)
+    return "ended with exit status " + std::to_string(code);
+  return read_result(file.descriptor, code == kExitMesh);
+}
+
+}  // namespace palpate

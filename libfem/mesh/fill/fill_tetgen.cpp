@@ -1,0 +1,99 @@
+#define TETLIBRARY  // the interface that throws instead of leaving the process
+#include <tetgen.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <vector>
+
+#include "libfem/mesh/fill/meshers.hpp"
+#include "libfem/mesh/fill/tet_quality.hpp"
+
+namespace palpate {
+namespace {
+
+/// TetGen's input. It owns plain arrays that tetgenio's destructor deletes, so all are new[]-ed.
+void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
+  in.firstnumber = 0;
+  in.numberofpoints = static_cast<int>(closed.vertices.rows());
+  in.pointlist = new REAL[static_cast<std::size_t>(closed.vertices.size())];
+  std::copy_n(closed.vertices.data(), closed.vertices.size(), in.pointlist);
+
+  in.numberoffacets = static_cast<int>(closed.triangles.rows());
+  in.facetlist = new tetgenio::facet[static_cast<std::size_t>(in.numberoffacets)];
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f) {
+    tetgenio::facet& facet = in.facetlist[f];
+    tetgenio::init(&facet);
+    facet.numberofpolygons = 1;
+    facet.polygonlist = new tetgenio::polygon[1];
+    tetgenio::polygon& polygon = facet.polygonlist[0];
+    tetgenio::init(&polygon);
+    polygon.numberofvertices = 3;
+    polygon.vertexlist = new int[3];
+    for (int k = 0; k < 3; ++k) polygon.vertexlist[k] = closed.triangles(f, k);
+  }
+  if (cavities.rows() == 0) return;
+  in.numberofholes = static_cast<int>(cavities.rows());
+  in.holelist = new REAL[static_cast<std::size_t>(cavities.size())];
+  std::copy_n(cavities.data(), cavities.size(), in.holelist);
+}
+
+/// p: fill a surface; Q: quiet; Y: leave the boundary alone; q: quality; a: volume; O9/7: optimise
+/// with all means.
+std::array<char, 128> switches_of(const TetGenSettings& settings) {
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(), "pQ%sq%.3f/%.1fa%.15fO9/7",
+                settings.keeps_boundary ? "Y" : "", settings.radius_edge_ratio,
+                settings.min_dihedral_deg, settings.max_volume_m3);
+  return text;
+}
+
+/// Nodes and tets, each turned positive; nodes that no tet uses are left out.
+TetMesh to_tet_mesh(const tetgenio& out) {
+  TetMesh mesh;
+  mesh.tets.resize(out.numberoftetrahedra, 4);
+  std::vector<std::int32_t> index(static_cast<std::size_t>(out.numberofpoints), -1);
+  std::vector<int> used;
+  for (int t = 0; t < out.numberoftetrahedra; ++t)
+    for (int k = 0; k < 4; ++k) {
+      const int point = out.tetrahedronlist[t * out.numberofcorners + k];
+      auto& to = index[static_cast<std::size_t>(point)];
+      if (to < 0) {
+        to = static_cast<std::int32_t>(used.size());
+        used.push_back(point);
+      }
+      mesh.tets(t, k) = to;
+    }
+  mesh.nodes.resize(static_cast<Eigen::Index>(used.size()), 3);
+  for (std::size_t i = 0; i < used.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      mesh.nodes(static_cast<Eigen::Index>(i), k) = out.pointlist[3 * used[i] + k];
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    if (tet_volume_m3(corners_of(mesh, t)) < 0) std::swap(mesh.tets(t, 0), mesh.tets(t, 1));
+  return mesh;
+}
+
+}  // namespace
+
+TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
+                         const TetGenSettings& settings) {
+  tetgenio in, out;
+  set_input(in, closed, cavities);
+  auto switches = switches_of(settings);
+  tetrahedralize(switches.data(), &in, &out);
+  return to_tet_mesh(out);
+}
+
+std::string tetgen_failure(int code) {
+  switch (code) {
+    case 1: return "ran out of memory";
+    case 2: return "met an error of its own";
+    case 3: return "found that the surface crosses itself";
+    case 4: return "found a feature too small for its tolerance";
+    case 5: return "found two facets too close to each other";
+    case 10: return "refused the input";
+    default: return "failed with code " + std::to_string(code);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,149 @@
+#include "libfem/mesh/fill/fill_volume.hpp"
+
+#include <cmath>
+#include <optional>
+#include <variant>
+
+#include "libfem/mesh/fill/cavities.hpp"
+#include "libfem/mesh/fill/child_process.hpp"
+#include "libfem/mesh/fill/meshers.hpp"
+#include "libfem/mesh/fill/smooth_interior.hpp"
+#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/points/self_intersection.hpp"
+#include "libfem/mesh/points/surface_checks.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+struct Filled {
+  TetMesh mesh;
+  TetQuality quality;
+};
+
+void refuse_bad_input(const Surface& closed, const FillOptions& options) {
+  if (const auto why = why_not_closed(closed))
+    throw Error("surface", "it cannot be filled: " + *why,
+                "Mend the surface, or prepare it with --surface-only.");
+  if (!(options.target_edge_m >= 0) || !(options.interior_growth >= 1) ||
+      !(options.time_limit_s > 0))
+    throw Error("fill options", "an edge, growth or time limit is out of range",
+                "Give an edge >= 0, a growth >= 1 and a time limit > 0.");
+}
+
+double mean_edge_m(const Surface& surface) {
+  double sum = 0;
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      sum += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
+  return sum / static_cast<double>(3 * surface.triangles.rows());
+}
+
+double volume_of_edge_m3(double edge_m) { return edge_m * edge_m * edge_m / (6 * std::sqrt(2.0)); }
+
+/// A mesh or the reason for none; checked and smoothed.
+std::variant<Filled, std::string> finish(std::variant<TetMesh, std::string> result,
+                                         double surface_volume_m3, double volume_tolerance) {
+  if (const auto* reason = std::get_if<std::string>(&result)) return *reason;
+  Filled filled{std::get<TetMesh>(std::move(result)), {}};
+  if (filled.mesh.tets.rows() == 0) return "made no tetrahedron";
+  smooth_interior(filled.mesh);
+  filled.quality = quality_of(filled.mesh);
+  if (!(filled.quality.worst_mean_ratio > 0)) return "made a flat tetrahedron";
+  const double ratio = filled.quality.volume_m3 / surface_volume_m3;
+  if (!(std::abs(ratio - 1) <= volume_tolerance))
+    return "filled " + std::to_string(100 * ratio) + " % of the surface's volume";
+  return filled;
+}
+
+/// TetGen's luck varies with its settings, and a run takes a fraction of a second: the best of
+/// a few runs is kept. Runs that may split the boundary come last, and only when needed.
+std::variant<Filled, std::string> best_of_tetgen(const Surface& closed, double interior_edge_m,
+                                                 double time_limit_s) {
+  constexpr double kVolumeTolerance = 0.01;
+  constexpr double kGoodDeg = 12;  // then the boundary need not be split: bisection stays above 5
+  constexpr double kRatios[] = {1.2, 1.3, 1.4}, kAngles[] = {12, 15, 18};
+  const Points cavities = cavity_points(closed);
+  const double volume = volume_m3(closed);
+  std::optional<Filled> best;
+  std::string reason;
+  for (const bool keeps_boundary : {true, false}) {
+    if (best && best->quality.min_dihedral_deg >= kGoodDeg) break;
+    for (const double ratio : kRatios)
+      for (const double angle : kAngles) {
+        const TetGenSettings settings{ratio, angle, volume_of_edge_m3(interior_edge_m),
+                                      keeps_boundary};
+        auto run = finish(
+            run_in_child([&] { return fill_with_tetgen(closed, cavities, settings); },
+                         tetgen_failure, time_limit_s),
+            volume, kVolumeTolerance);
+        if (const auto* why = std::get_if<std::string>(&run)) {
+          reason = *why;
+          continue;
+        }
+        auto& filled = std::get<Filled>(run);
+        if (!best || filled.quality.min_dihedral_deg > best->quality.min_dihedral_deg)
+          best = std::move(filled);
+      }
+  }
+  if (best) return std::move(*best);
+  return reason;
+}
+
+std::variant<Filled, std::string> run_mesh_3(const Surface& closed, double edge_m,
+                                             double interior_edge_m, double time_limit_s) {
+  constexpr double kVolumeTolerance = 0.1;  // its surface is its own, and crossings have no volume
+  constexpr double kFacetDistance = 0.08;   // of the edge, as the simulation surface's
+  return finish(run_in_child(
+                    [&] {
+                      return fill_with_mesh_3(closed, edge_m, interior_edge_m,
+                                              kFacetDistance * edge_m);
+                    },
+                    [](int code) { return "threw " + std::to_string(code); }, time_limit_s),
+                volume_m3(closed), kVolumeTolerance);
+}
+
+std::variant<Filled, std::string> run_tetgen(const Surface& closed, double interior_edge_m,
+                                             double time_limit_s) {
+  if (is_self_intersecting(closed)) return "is not run on a surface that crosses itself";
+  return best_of_tetgen(closed, interior_edge_m, time_limit_s);
+}
+
+void fill_report(FillReport& report, Mesher mesher, const Filled& filled, double volume) {
+  report.mesher = mesher;
+  report.nodes = static_cast<int>(filled.mesh.nodes.rows());
+  report.tets = static_cast<int>(filled.mesh.tets.rows());
+  report.min_dihedral_deg = filled.quality.min_dihedral_deg;
+  report.worst_mean_ratio = filled.quality.worst_mean_ratio;
+  report.slivers = filled.quality.slivers;
+  report.volume_ratio = filled.quality.volume_m3 / volume;
+}
+
+}  // namespace
+
+TetMesh fill_volume(const Surface& closed, const FillOptions& options, FillReport* report) {
+  refuse_bad_input(closed, options);
+  const double edge_m = options.target_edge_m > 0 ? options.target_edge_m : mean_edge_m(closed);
+  const double interior_edge_m = edge_m * options.interior_growth;
+  FillReport own;
+  FillReport& result = report ? *report : own;
+  result = {};
+  for (const Mesher mesher : {Mesher::tetgen, Mesher::mesh_3}) {
+    if (options.mesher != Mesher::automatic && options.mesher != mesher) continue;
+    auto run = mesher == Mesher::tetgen
+                   ? run_tetgen(closed, interior_edge_m, options.time_limit_s)
+                   : run_mesh_3(closed, edge_m, interior_edge_m, options.time_limit_s);
+    if (auto* filled = std::get_if<Filled>(&run)) {
+      fill_report(result, mesher, *filled, volume_m3(closed));
+      return std::move(filled->mesh);
+    }
+    result.notes.push_back((mesher == Mesher::tetgen ? "TetGen " : "Mesh_3 ") +
+                           std::get<std::string>(run));
+  }
+  std::string reasons;
+  for (const auto& note : result.notes) reasons += (reasons.empty() ? "" : "; ") + note;
+  throw Error("filling the surface", reasons,
+              "Mend the surface (self-intersections, slits), or try another edge length.");
+}
+
+}  // namespace palpate

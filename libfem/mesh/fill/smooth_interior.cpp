@@ -1,0 +1,124 @@
+#include "libfem/mesh/fill/smooth_interior.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "libfem/mesh/fill/tet_quality.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kGoodEnoughDeg = 35;  // a node whose tets all pass is left alone
+constexpr int kSweeps = 6;             // later sweeps gained less than 0.2 degrees on the livers
+
+constexpr double kLeastGainDeg = 0.02; // less is not worth an evaluation
+constexpr int kMostRounds = 12;        // of a node's search, so that it ends
+
+using TetsAround = std::vector<std::vector<Eigen::Index>>;
+
+TetsAround tets_around(const TetMesh& mesh) {
+  TetsAround around(static_cast<std::size_t>(mesh.nodes.rows()));
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    for (int k = 0; k < 4; ++k) around[static_cast<std::size_t>(mesh.tets(t, k))].push_back(t);
+  return around;
+}
+
+/// Nodes of faces that only one tet has.
+std::vector<char> boundary_nodes(const TetMesh& mesh) {
+  std::vector<std::array<std::int32_t, 3>> faces;
+  for (const auto& t : mesh.tets.rowwise())
+    for (int k = 0; k < 4; ++k) {
+      std::array<std::int32_t, 3> face{t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]};
+      std::sort(face.begin(), face.end());
+      faces.push_back(face);
+    }
+  std::sort(faces.begin(), faces.end());
+  std::vector<char> is_boundary(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const bool is_shared = (f > 0 && faces[f] == faces[f - 1]) ||
+                           (f + 1 < faces.size() && faces[f] == faces[f + 1]);
+    if (is_shared) continue;
+    for (const auto v : faces[f]) is_boundary[static_cast<std::size_t>(v)] = 1;
+  }
+  return is_boundary;
+}
+
+/// Smallest dihedral angle of the tets around a node [deg], negative when one is inside out.
+double worst_around(const TetMesh& mesh, const std::vector<Eigen::Index>& around) {
+  double worst = 180;
+  for (const Eigen::Index t : around) {
+    const TetCorners corner = corners_of(mesh, t);
+    if (!(tet_volume_m3(corner) > 0)) return -1;
+    worst = std::min(worst, min_dihedral_deg(corner));
+  }
+  return worst;
+}
+
+double mean_edge_m(const TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Index>& around,
+                   Vec3& centre) {
+  double sum = 0;
+  centre.setZero();
+  for (const Eigen::Index t : around)
+    for (int k = 0; k < 4; ++k) {
+      const auto other = mesh.tets(t, k);
+      if (other == node) continue;
+      sum += (mesh.nodes.row(other) - mesh.nodes.row(node)).norm();
+      centre += mesh.nodes.row(other).transpose();
+    }
+  const double count = 3.0 * static_cast<double>(around.size());
+  centre /= count;
+  return sum / count;
+}
+
+/// Pattern search over the axes, their diagonals and towards the middle of the neighbours.
+void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Index>& around) {
+  double best = worst_around(mesh, around);
+  if (best > kGoodEnoughDeg) return;
+  Vec3 centre;
+  const double edge = mean_edge_m(mesh, node, around, centre);
+  Vec3 at = mesh.nodes.row(node);
+  const auto accepts = [&](const Vec3& candidate) {
+    mesh.nodes.row(node) = candidate;
+    const double worst = worst_around(mesh, around);
+    if (worst > best + kLeastGainDeg) {
+      best = worst;
+      at = candidate;
+      return true;
+    }
+    mesh.nodes.row(node) = at;
+    return false;
+  };
+  accepts(centre);
+  double step = 0.2 * edge;
+  for (int round = 0; round < kMostRounds && step > 0.01 * edge; ++round) {
+    bool has_moved = false;
+    for (int direction = 0; direction < 27; ++direction) {
+      const Vec3 offset(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
+      if (direction == 13) continue;
+      has_moved = accepts(at + step * offset.normalized()) || has_moved;
+    }
+    if (!has_moved) step /= 2;
+  }
+}
+
+}  // namespace
+
+void smooth_interior(TetMesh& mesh) {
+  const TetsAround around = tets_around(mesh);
+  const std::vector<char> is_boundary = boundary_nodes(mesh);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    std::vector<std::pair<double, std::int32_t>> order;
+    for (std::size_t v = 0; v < around.size(); ++v)
+      if (!is_boundary[v] && !around[v].empty())
+        order.emplace_back(worst_around(mesh, around[v]), static_cast<std::int32_t>(v));
+    std::sort(order.begin(), order.end());
+    for (const auto& [angle, node] : order)
+      smooth_node(mesh, node, around[static_cast<std::size_t>(node)]);
+  }
+}
+
+}  // namespace palpate

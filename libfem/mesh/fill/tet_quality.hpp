@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+
+#include "libfit/core/tet_mesh.hpp"
+
+namespace palpate {
+
+/// Corners of a tetrahedron [m], in the order of `Tets`.
+using TetCorners = std::array<Vec3, 4>;
+
+TetCorners corners_of(const TetMesh& mesh, Eigen::Index tet);
+
+/// Signed volume [m^3]; positive in the order of `Tets`.
+double tet_volume_m3(const TetCorners& corner);
+
+/// Smallest of the six angles between faces [deg]; 70.5 in a regular tetrahedron, 0 when flat.
+double min_dihedral_deg(const TetCorners& corner);
+
+/// Mean ratio, 12 (3 V)^(2/3) / sum of squared edges: 1 for a regular tetrahedron, 0 when flat,
+/// negative when inside out. Source: Liu and Joe 1994, doi:10.1007/BF01934249.
+double mean_ratio(const TetCorners& corner);
+
+/// A mesh's worst elements. A tet below kSliverDeg is a sliver.
+inline constexpr double kSliverDeg = 5;
+struct TetQuality {
+  double min_dihedral_deg = 0;
+  double worst_mean_ratio = 0;
+  int slivers = 0;
+  double volume_m3 = 0;
+};
+/// All zero for a mesh without tets.
+TetQuality quality_of(const TetMesh& mesh);
+
+}  // namespace palpate

@@ -1,0 +1,70 @@
+#include "libfem/mesh/points/simulation_surface.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "libfem/mesh/points/remesh.hpp"
+#include "libfem/mesh/points/self_intersection.hpp"
+#include "libfem/mesh/points/surface_checks.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+void refuse_bad_input(const Surface& fine, double target_edge_m) {
+  if (!(target_edge_m > 0) || !std::isfinite(target_edge_m))
+    throw Error("simulation surface", "the target edge is not a positive length",
+                "Give an edge such as a tenth of the body's size.");
+  if (const auto why = why_not_closed(fine))
+    throw Error("surface", "it bounds no volume: " + *why,
+                "Mend the surface, or prepare it with --surface-only.");
+}
+
+/// What keeps `coarse` from standing in for the fine surface, or nothing.
+std::optional<std::string> find_fault(const Surface& coarse, double volume_ratio,
+                                      double volume_tolerance) {
+  if (const auto why = why_not_closed(coarse)) return why;
+  if (std::abs(volume_ratio - 1) > volume_tolerance)
+    return "its volume is off by " + std::to_string(100 * (volume_ratio - 1)) + " %";
+  if (is_self_intersecting(coarse)) return "it crosses itself";
+  return std::nullopt;
+}
+
+}  // namespace
+
+SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
+                                     const SimulationSurfaceOptions& options) {
+  refuse_bad_input(fine, target_edge_m);
+  constexpr double kFiner = 0.75;  // halves the number of triangles' spare deviation per attempt
+  const SurfaceTree tree(fine);
+  const double fine_volume = volume_m3(fine);
+  SimulationSurface result;
+  double target = target_edge_m;
+  for (int attempt = 1; attempt <= options.attempts; ++attempt, target *= kFiner) {
+    const Eigen::VectorXd wanted =
+        wanted_edge_m(fine, tree,
+                      {.target_edge_m = target,
+                       .deviation_ratio = options.deviation_ratio,
+                       .least_edge_ratio = options.least_edge_ratio});
+    Surface coarse = remesh(fine, tree, wanted, options.feature_angle_deg);
+    result.attempts = attempt;
+    result.volume_ratio = volume_m3(coarse) / fine_volume;
+    if (const auto fault = find_fault(coarse, result.volume_ratio, options.volume_tolerance)) {
+      result.refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *fault;
+      continue;
+    }
+    result.target_edge_m = target;
+    result.deviation_m = deviation_m(fine, tree, coarse);
+    result.surface = std::move(coarse);
+    return result;
+  }
+  if (is_self_intersecting(fine))
+    throw Error("surface", "it crosses itself, and no coarser surface of it is sound (" +
+                               result.refused + ")",
+                "Mend the self-intersections first.");
+  result.surface = fine;
+  result.volume_ratio = 1;
+  return result;
+}
+
+}  // namespace palpate

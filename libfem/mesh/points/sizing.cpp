@@ -1,0 +1,116 @@
+#include "libfem/mesh/points/sizing.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <queue>
+#include <utility>
+#include <vector>
+
+namespace palpate {
+namespace {
+
+using Neighbours = std::vector<std::vector<std::int32_t>>;
+
+Neighbours vertex_neighbours(const Surface& surface) {
+  Neighbours neighbours(static_cast<std::size_t>(surface.vertices.rows()));
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)  // closed surface: each edge is met once in either direction
+      neighbours[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
+  return neighbours;
+}
+
+double mean_edge_m(const Surface& surface, const Neighbours& neighbours) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < neighbours.size(); ++v) {
+    for (const std::int32_t w : neighbours[v])
+      sum += (surface.vertices.row(w) - surface.vertices.row(static_cast<Eigen::Index>(v))).norm();
+    count += neighbours[v].size();
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+/// Averages with the neighbours until features shorter than `radius_m` are gone: each round
+/// spreads by about an edge, and rounds add up as their squares.
+Points smoothed(Points values, const Neighbours& neighbours, double radius_m, double edge_m) {
+  constexpr int kMostRounds = 40;  // enough for a target 12 edges long; finer meshes are smooth
+  const double ratio = edge_m > 0 ? radius_m / edge_m : 0;
+  const int rounds = std::min(kMostRounds, static_cast<int>(std::lround(ratio * ratio)));
+  for (int round = 0; round < rounds; ++round) {
+    Points next = values;
+    for (std::size_t v = 0; v < neighbours.size(); ++v)
+      for (const std::int32_t w : neighbours[v])
+        next.row(static_cast<Eigen::Index>(v)) += values.row(w);
+    next.rowwise().normalize();
+    values = std::move(next);
+  }
+  return values;
+}
+
+/// Largest normal curvature towards a neighbour, |(n_w - n_v) . e| / e^2; 1/R on a sphere.
+double curvature_1_m(const Surface& fine, const Points& normals, const Neighbours& neighbours,
+                     Eigen::Index v) {
+  double largest = 0;
+  for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
+    const Vec3 edge = (fine.vertices.row(w) - fine.vertices.row(v)).transpose();
+    const double turn = std::abs((normals.row(w) - normals.row(v)).dot(edge));
+    if (edge.squaredNorm() > 0) largest = std::max(largest, turn / edge.squaredNorm());
+  }
+  return largest;
+}
+
+double edge_for_curvature_m(double curvature, double deviation_m) {
+  const double radius = 1 / std::max(curvature, 1e-12);
+  return std::sqrt(std::max(6 * deviation_m * radius - 3 * deviation_m * deviation_m, 0.0));
+}
+
+/// Lets no size exceed a neighbour's by more than growth times their distance (Dijkstra).
+void limit_growth(Eigen::VectorXd& size, const Surface& fine, const Neighbours& neighbours,
+                  double growth) {
+  using Entry = std::pair<double, std::int32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (Eigen::Index v = 0; v < size.size(); ++v)
+    queue.emplace(size[v], static_cast<std::int32_t>(v));
+  while (!queue.empty()) {
+    const auto [at, v] = queue.top();
+    queue.pop();
+    if (at > size[v]) continue;
+    for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
+      const double allowed =
+          at + growth * (fine.vertices.row(w) - fine.vertices.row(v)).norm();
+      if (allowed >= size[w]) continue;
+      size[w] = allowed;
+      queue.emplace(allowed, w);
+    }
+  }
+}
+
+}  // namespace
+
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const SurfaceTree& tree,
+                              const SizingOptions& options) {
+  const Neighbours neighbours = vertex_neighbours(fine);
+  const double edge_m = mean_edge_m(fine, neighbours);
+  const Points normals = vertex_normals(fine);
+  const Points smooth = smoothed(normals, neighbours, 0.5 * options.target_edge_m, edge_m);
+  const double least_m = options.least_edge_ratio * options.target_edge_m;
+  const double deviation = options.deviation_ratio * options.target_edge_m;
+
+  Eigen::VectorXd size(fine.vertices.rows());
+  for (Eigen::Index v = 0; v < size.size(); ++v) {
+    double wanted = std::min(
+        options.target_edge_m,
+        edge_for_curvature_m(curvature_1_m(fine, smooth, neighbours, v), deviation));
+    const Vec3 inward = -smooth.row(v).transpose();
+    const auto thickness =
+        tree.ray_distance_m(fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, least_m));
+    if (thickness) wanted = std::min(wanted, options.thickness_ratio * *thickness);
+    size[v] = std::max(wanted, least_m);
+  }
+  limit_growth(size, fine, neighbours, options.growth);
+  return size;
+}
+
+}  // namespace palpate
