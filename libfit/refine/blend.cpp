@@ -1,0 +1,146 @@
+#include "libfit/refine/blend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfit/refine/nearest_triangle.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kAtCorner = 1e-9;  // of the longest edge: a vertex this near a test point is at it
+
+using Lists = std::vector<std::vector<std::int32_t>>;
+
+// What projection needs to know of a test-point triangle.
+struct Facet {
+  Vec3 corner[3];
+  Vec3 outward[3];
+  double longest_m = 0;
+};
+
+std::vector<Facet> facets_of(const FittedCurves& curves, const Triangles& triangles) {
+  std::vector<Facet> facets(static_cast<std::size_t>(triangles.rows()));
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t point = triangles(static_cast<Eigen::Index>(f), k);
+      facets[f].corner[k] = curves.position.row(point);
+      facets[f].outward[k] = -curves.normal.row(point);
+    }
+    for (int k = 0; k < 3; ++k)
+      facets[f].longest_m = std::max(
+          facets[f].longest_m, (facets[f].corner[(k + 1) % 3] - facets[f].corner[k]).norm());
+  }
+  return facets;
+}
+
+// Triangles at each test point, ascending.
+Lists triangles_at(const Triangles& triangles, std::size_t points) {
+  Lists lists(points);
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k)
+      lists[static_cast<std::size_t>(triangles(t, k))].push_back(static_cast<std::int32_t>(t));
+  return lists;
+}
+
+// Candidate triangles of each vertex: those with a corner near it along the surface.
+Lists candidates_of(const Surface& fine, const Lists& at_point, const std::vector<Facet>& facets,
+                    const std::vector<EdgePathSeeds>& seeds, EdgePaths& paths,
+                    double largest_path_edges) {
+  Lists candidates(static_cast<std::size_t>(fine.vertices.rows()));
+  for (std::size_t p = 0; p < at_point.size(); ++p) {
+    double longest_m = 0;
+    for (const std::int32_t t : at_point[p])
+      longest_m = std::max(longest_m, facets[static_cast<std::size_t>(t)].longest_m);
+    if (longest_m == 0) continue;
+    for (const std::int32_t vertex : paths.within(seeds[p], largest_path_edges * longest_m)) {
+      auto& list = candidates[static_cast<std::size_t>(vertex)];
+      list.insert(list.end(), at_point[p].begin(), at_point[p].end());
+    }
+  }
+  for (auto& list : candidates) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  return candidates;
+}
+
+bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, double least_cosine) {
+  Vec3 normal = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) normal += weight[k] * facet.outward[k];
+  return normal.dot(outward) > least_cosine * normal.norm();
+}
+
+// Exactly (1,0,0) and the like for a vertex that is a test point.
+Vec3 snapped(const Facet& facet, const Vec3& position, const Vec3& weight) {
+  for (int k = 0; k < 3; ++k)
+    if ((facet.corner[k] - position).norm() <= kAtCorner * facet.longest_m) return Vec3::Unit(k);
+  return weight;
+}
+
+// Moves the weight of unusable corners to the others; zero when there is no other. On a corner
+// that is itself unusable the others share alike.
+Vec3 without_unusable(Vec3 weight, const bool (&is_usable)[3]) {
+  if (is_usable[0] && is_usable[1] && is_usable[2]) return weight;
+  Vec3 usable = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) usable[k] = is_usable[k] ? 1 : 0;
+  if (usable.sum() == 0) return usable;
+  weight = weight.cwiseProduct(usable);
+  if (weight.sum() < kAtCorner) weight = usable;
+  return weight / weight.sum();
+}
+
+}  // namespace
+
+Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+                    const std::vector<char>& is_wanted, const Triangles& triangles,
+                    const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds,
+                    EdgePaths& paths, const RefineOptions& options) {
+  const auto facets = facets_of(curves, triangles);
+  const Lists candidates = candidates_of(fine, triangles_at(triangles, seeds.size()), facets, seeds,
+                                         paths, options.largest_path_edges);
+  const double least_cosine = std::cos(options.largest_angle_rad);
+  Blend blend{Triangles::Zero(fine.vertices.rows(), 3), Points::Zero(fine.vertices.rows(), 3), 0};
+  for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
+    if (is_wanted[static_cast<std::size_t>(v)] == 0) continue;
+    const Vec3 position = fine.vertices.row(v), outward = outward_normal.row(v);
+    TrianglePoint best{Vec3::Zero(), std::numeric_limits<double>::infinity()};
+    std::int32_t nearest = -1;
+    for (const std::int32_t t : candidates[static_cast<std::size_t>(v)]) {
+      const Facet& facet = facets[static_cast<std::size_t>(t)];
+      const TrianglePoint point =
+          nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
+      if (point.distance_m < best.distance_m &&
+          point.distance_m <= options.largest_distance_edges * facet.longest_m &&
+          faces_alike(facet, point.weight, outward, least_cosine)) {
+        best = point;
+        nearest = t;
+      }
+    }
+    if (nearest < 0) continue;
+    const auto corners = triangles.row(nearest);
+    const auto usable = [&](int k) { return is_usable[static_cast<std::size_t>(corners[k])] != 0; };
+    blend.point.row(v) = corners;
+    blend.weight.row(v) = without_unusable(
+        snapped(facets[static_cast<std::size_t>(nearest)], position, best.weight),
+        {usable(0), usable(1), usable(2)});
+    if (blend.weight.row(v).sum() > 0)
+      blend.largest_projection_m = std::max(blend.largest_projection_m, best.distance_m);
+  }
+  return blend;
+}
+
+Blend blend_by_cell(const std::vector<std::int32_t>& cell, const std::vector<char>& is_wanted) {
+  const auto vertices = static_cast<Eigen::Index>(cell.size());
+  Blend blend{Triangles::Zero(vertices, 3), Points::Zero(vertices, 3), 0};
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const auto i = static_cast<std::size_t>(v);
+    if (is_wanted[i] == 0 || cell[i] < 0) continue;
+    blend.point.row(v).setConstant(cell[i]);
+    blend.weight(v, 0) = 1;
+  }
+  return blend;
+}
+
+}  // namespace palpate

@@ -1,0 +1,120 @@
+#include "libfit/refine/refine.hpp"
+
+#include <algorithm>
+
+#include "libfit/core/error.hpp"
+#include "libfit/refine/blend.hpp"
+#include "libfit/refine/match_triangles.hpp"
+#include "libfit/refine/point_seeds.hpp"
+
+namespace palpate {
+namespace {
+
+void check(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
+           const Triangles& triangles) {
+  const auto refuse = [](const std::string& what) {
+    throw Error("refine", what, "Give the curves and the body of the same project.");
+  };
+  const Eigen::Index points = curves.position.rows();
+  if (points == 0) refuse("the curves hold no test point");
+  if (curves.normal.rows() != points || static_cast<Eigen::Index>(curves.status.size()) != points)
+    refuse("the curves' columns differ in length");
+  for (const Controls& control : curves.curves.control)
+    if (control.rows() != points) refuse("the curves' columns differ in length");
+  if (static_cast<Eigen::Index>(is_reachable.size()) != fine.vertices.rows())
+    refuse("the body's columns differ in length");
+  const auto fits = [](const Triangles& t, Eigen::Index end) {
+    return t.rows() == 0 || (t.minCoeff() >= 0 && t.maxCoeff() < end);
+  };
+  if (!fits(triangles, points)) refuse("a test-point triangle names a point that is not there");
+  if (!fits(fine.triangles, fine.vertices.rows())) refuse("a triangle names a missing vertex");
+}
+
+// Points that take part: fitted, and on the surface.
+std::vector<char> usable_points(const FittedCurves& curves, const std::vector<EdgePathSeeds>& seeds,
+                                std::vector<std::int32_t>& left_out) {
+  std::vector<char> is_usable(seeds.size());
+  for (std::size_t p = 0; p < seeds.size(); ++p) {
+    is_usable[p] = curves.status[p] != FitStatus::failed && !seeds[p].empty();
+    if (!is_usable[p]) left_out.push_back(static_cast<std::int32_t>(p));
+  }
+  return is_usable;
+}
+
+std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
+                                    const std::vector<EdgePathSeeds>& seeds) {
+  std::vector<EdgePathSeeds> kept(seeds.size());
+  for (std::size_t p = 0; p < seeds.size(); ++p)
+    if (is_usable[p]) kept[p] = seeds[p];
+  return kept;
+}
+
+// Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
+Controls blend_controls(const Controls& control, const Blend& blend) {
+  Controls fine = Controls::Zero(blend.point.rows(), control.cols());
+  for (Eigen::Index v = 0; v < fine.rows(); ++v)
+    for (int k = 0; k < 3; ++k)
+      if (blend.weight(v, k) > 0)  // a corner without weight may hold anything
+        fine.row(v) += blend.weight(v, k) * control.row(blend.point(v, k));
+  return fine.cast<float>().cast<double>();
+}
+
+Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
+               Blend blend) {
+  Model model;
+  model.surface = fine;
+  model.inward_normal = -outward_normal;
+  model.curves.basis = curves.curves.basis;
+  for (std::size_t k = 0; k < model.curves.control.size(); ++k)
+    model.curves.control[k] = blend_controls(curves.curves.control[k], blend);
+  for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)
+    model.is_covered.push_back(blend.weight.row(v).sum() > 0);
+  model.blend_point = std::move(blend.point);
+  model.blend_weight = std::move(blend.weight);
+  return model;
+}
+
+}  // namespace
+
+Model refine(const FittedCurves& curves, const Surface& fine,
+             const std::vector<char>& is_reachable, const Triangles& test_triangles,
+             const RefineOptions& options, RefineReport* report) {
+  check(curves, fine, is_reachable, test_triangles);
+  RefineReport own_report;
+  RefineReport& found = report != nullptr ? *report : own_report;
+  found = {};
+  const Points outward_normal = vertex_normals(fine);
+  const auto seeds = place_on_surface(
+      curves.position, curves.normal, fine, outward_normal, options.largest_angle_rad,
+      options.largest_stray_diagonals * extent_m(fine.vertices).norm());
+  const auto is_usable = usable_points(curves, seeds, found.left_out);
+  EdgePaths paths(fine);
+
+  found.triangles = test_triangles;
+  found.is_own_triangulation = test_triangles.rows() == 0;
+  std::vector<std::int32_t> cell;
+  if (found.is_own_triangulation) {
+    cell = paths.nearest_source(seeds_of(is_usable, seeds));
+    found.triangles = triangulate_over(fine, cell, curves.position, curves.normal,
+                                       options.largest_angle_rad);
+  }
+  Blend blend = found.triangles.rows() == 0
+                    ? blend_by_cell(cell, is_reachable)
+                    : blend_by_area(curves, fine, outward_normal, is_reachable, found.triangles,
+                                    is_usable, seeds, paths, options);
+  found.largest_projection_m = blend.largest_projection_m;
+  Model model = model_of(curves, fine, outward_normal, std::move(blend));
+  for (std::size_t v = 0; v < is_reachable.size(); ++v)
+    if (is_reachable[v] && !model.is_covered[v])
+      found.uncovered.push_back(static_cast<std::int32_t>(v));
+  return model;
+}
+
+Model refine(const FittedCurves& curves, const Body& body, const RefineOptions& options,
+             RefineReport* report) {
+  const double size_m = extent_m(body.surface.vertices).norm();
+  return refine(curves, body.surface, body.is_reachable,
+                match_triangles(curves.position, body.test_points, size_m), options, report);
+}
+
+}  // namespace palpate

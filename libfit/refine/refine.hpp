@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+
+namespace palpate {
+
+/// How far a fine vertex may look for the test points that answer for it.
+struct RefineOptions {
+  /// Between the vertex's normal and the interpolated normal of the test-point triangle: 75 degrees
+  /// passes the chords of a coarse triangulation and refuses the other side of a thin part.
+  double largest_angle_rad = 1.308996938995747;
+  /// Of the vertex from the triangle, in longest edges of the triangle. With evenly spread points
+  /// every reachable vertex is within one spacing of a test point, so 1 covers the rim, too.
+  double largest_distance_edges = 1;
+  /// Along the surface from a test point, in longest edges at that point: what is near through the
+  /// air only (the next sheet, the other bank of a gap) is farther. 2 leaves room for the detours
+  /// of paths along mesh edges (at most sqrt 2 on a regular grid).
+  double largest_path_edges = 2;
+  /// Of a test point from the surface, in body diagonals; points beyond are left out.
+  double largest_stray_diagonals = 0.05;
+};
+
+/// What refinement did, for the report.
+struct RefineReport {
+  Triangles triangles;                     ///< test-point triangulation used, rows index the curves
+  bool is_own_triangulation = false;       ///< made here; false: the body's
+  std::vector<std::int32_t> left_out;      ///< test points not used: fit failed, or off the surface
+  std::vector<std::int32_t> uncovered;     ///< reachable vertices that no test point answers for
+  double largest_projection_m = 0;         ///< from a covered vertex to its triangle
+};
+
+/// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;
+/// paper, equation 5 and figure 7): each reachable vertex is projected on the test-point
+/// triangulation (nearest point of compatible normal, reached along the surface), and its control
+/// values are the area coordinates' blend, rounded to float32. Monotone curves stay monotone. A
+/// vertex at a test point gets its curves unchanged. Second order in the spacing of test points.
+/// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that finds
+/// no triangle (fewer than three points, points on a line) each vertex takes the curves of the point
+/// nearest along the surface. A point whose fit failed gives its weight to the other corners.
+/// is_reachable: per vertex of `fine`. Vertices that are not reachable, or that nothing answers for,
+/// are not covered and have zero curves. The result does not depend on the order of fine triangles
+/// beyond rounding, nor on threads.
+/// Throws Error when there is no test point or sizes and indices do not fit.
+Model refine(const FittedCurves& curves, const Surface& fine,
+             const std::vector<char>& is_reachable, const Triangles& test_triangles,
+             const RefineOptions& options = {}, RefineReport* report = nullptr);
+
+/// The same over a body: on its own triangulation when the curves' points are its test points
+/// (match_triangles), else on one made for the points.
+Model refine(const FittedCurves& curves, const Body& body, const RefineOptions& options = {},
+             RefineReport* report = nullptr);
+
+}  // namespace palpate
