@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libfit/core/surface.hpp"
+
+namespace palpate {
+
+/// What a surface is, as numbers to print or to decide by.
+struct SurfaceFacts {
+  std::int64_t vertices = 0, triangles = 0;
+  std::int64_t components = 0;          ///< joined by edges
+  std::int64_t border_edges = 0;        ///< with one triangle
+  std::int64_t non_manifold_edges = 0;  ///< with three or more triangles
+  std::int64_t pinched_vertices = 0;    ///< where triangles meet that share no edge (bow ties)
+  std::int64_t unlike_edges = 0;        ///< whose two triangles are oriented against each other
+  std::int64_t unused_vertices = 0;
+  bool is_closed = false;    ///< each edge has two triangles (and there is one)
+  bool is_manifold = false;  ///< no non-manifold edge, no pinched vertex
+  bool is_oriented = false;  ///< neighbours agree on a side
+  Vec3 extent_m = Vec3::Zero();
+  double area_m2 = 0;
+  double volume_m3 = 0;  ///< signed, positive outward; means something only if closed and oriented
+};
+
+/// Facts of any surface, mended or not. Linear in its size, except for sorting edges.
+/// Throws Error (where: "surface") when a triangle's vertex is out of range.
+SurfaceFacts surface_facts(const Surface& surface);
+
+}  // namespace palpate

@@ -1,0 +1,202 @@
+#include "libfem/mesh/repair/mend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "libfem/mesh/repair/cgal_steps.hpp"
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/soup.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+using repair::Changes;
+using repair::counted;
+using repair::Soup;
+
+constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
+constexpr double kRelativeAlpha = 1.0 / 50;   // of the diagonal: 5 mm on a liver
+constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
+// Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
+constexpr double kThinnest = 1e-9;
+// More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
+constexpr std::size_t kMostCrossings = 200;
+constexpr const char* kWrapHint =
+    "Repair it in a mesh editor, or set body.wrap = true to wrap the surface.";
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%+.3g %%", 100 * share);
+  return text;
+}
+
+std::string millimetres(double length_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
+  return text;
+}
+
+void check_input(const Surface& surface, const std::string& where) {
+  if (surface.triangles.rows() == 0)
+    throw Error(where, "the surface has no triangles", "Give a mesh with faces.");
+  for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f)
+    if (surface.triangles.row(f).minCoeff() < 0 ||
+        surface.triangles.row(f).maxCoeff() >= surface.vertices.rows())
+      throw Error(where, "triangle " + std::to_string(f + 1) + " uses a vertex that is not there",
+                  "Export the mesh again.");
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    if (!surface.vertices.row(v).allFinite())
+      throw Error(where, "vertex " + std::to_string(v + 1) + " has a coordinate that is not finite",
+                  "Export the mesh again.");
+  if (!(extent_m(surface.vertices).norm() > 0))
+    throw Error(where, "all vertices lie at one place", "Check the mesh and its length unit.");
+}
+
+double weld_length_m(const Surface& surface, const MendOptions& options, const std::string& where) {
+  const double diagonal_m = extent_m(surface.vertices).norm();
+  const double weld_m = options.weld_m > 0 ? options.weld_m : kRelativeWeld * diagonal_m;
+  // Below the coordinates' own roundoff nothing could be told apart.
+  const double roundoff_m = 4e-16 * surface.vertices.cwiseAbs().maxCoeff();
+  if (weld_m > 0.1 * diagonal_m || !(options.weld_m >= 0))
+    throw Error(where, "the welding distance is not between 0 and a tenth of the mesh",
+                "Leave it out, or give a length well below the triangles' size.");
+  return std::max(weld_m, roundoff_m);
+}
+
+// Everything that needs no new geometry.
+Soup settled_soup(const Surface& surface, const MendOptions& options, const std::string& where,
+                  Changes& changes) {
+  const double weld_m = weld_length_m(surface, options, where);
+  Soup soup = repair::to_soup(surface);
+  repair::weld_vertices(soup, weld_m, changes);
+  repair::drop_flat_faces(soup, weld_m, changes);
+  repair::drop_duplicate_faces(soup, changes);
+  if (soup.faces.empty())
+    throw Error(where, "no triangle of the surface has an area",
+                "Check the mesh and its length unit.");
+  repair::split_t_junctions(soup, weld_m, changes);
+  repair::drop_flat_faces(soup, weld_m, changes);
+  repair::drop_duplicate_faces(soup, changes);
+  repair::drop_unused_vertices(soup);
+  repair::make_manifold(soup, changes, where);
+  repair::drop_stray_components(soup, options.smallest_component, changes);
+  repair::drop_unused_vertices(soup);
+  repair::orient_outward(soup, changes);
+  return soup;
+}
+
+Surface with_holes_filled(const Surface& surface, const std::string& where, Changes& changes) {
+  const repair::FilledHoles holes = repair::fill_holes(surface);
+  if (!holes.left.empty())
+    throw Error(where,
+                counted(holes.left.size(), "hole", "holes") +
+                    " could not be filled, the first at " + repair::place(holes.left.front()),
+                kWrapHint);
+  changes.push_back("filled " + counted(holes.filled, "hole", "holes") + " (widest " +
+                    millimetres(holes.widest_m) + ") with " +
+                    counted(holes.triangles, "triangle", "triangles"));
+  return holes.surface;
+}
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+// Which triangles cross, as far as the input had them, and where.
+std::string name_pairs(const Surface& surface, const Pairs& pairs, const Soup& soup) {
+  std::vector<std::size_t> faces;
+  for (const auto& [a, b] : pairs)
+    for (const std::size_t f : {a, b})
+      if (f < soup.faces.size()) faces.push_back(f);
+  const Vec3 at =
+      surface.vertices.row(surface.triangles(static_cast<Eigen::Index>(pairs.front().first), 0));
+  return (faces.empty() ? "filled holes" : repair::name_faces(soup, faces)) + ", near " +
+         repair::place(at);
+}
+
+Surface without_crossings(const Surface& surface, const Soup& soup, const std::string& where,
+                          Changes& changes) {
+  const Pairs pairs = repair::self_intersections(surface);
+  if (pairs.empty()) return surface;
+  const std::string names = name_pairs(surface, pairs, soup);
+  std::optional<Surface> mended;
+  if (pairs.size() <= kMostCrossings) mended = repair::without_self_intersections(surface);
+  if (!mended)
+    throw Error(where,
+                "the surface crosses itself in " + counted(pairs.size(), "pair", "pairs") +
+                    " of triangles that could not be mended: " + names,
+                kWrapHint);
+  changes.push_back("removed " + counted(pairs.size(), "crossing pair", "crossing pairs") +
+                    " of triangles (" + names + ")");
+  return *mended;
+}
+
+// The last word: what is returned has these properties or is refused.
+void verify(const Surface& surface, bool allow_open, const std::string& where) {
+  const SurfaceFacts facts = surface_facts(surface);
+  const auto refuse = [&](const std::string& what) {
+    throw Error(where, "after mending, the surface " + what, kWrapHint);
+  };
+  if (facts.triangles == 0) refuse("has no triangles");
+  if (!surface.vertices.allFinite()) refuse("has coordinates that are not finite");
+  if (!facts.is_manifold) refuse("is not manifold");
+  if (!facts.is_oriented) refuse("is not oriented");
+  if (!facts.is_closed && !allow_open) refuse("is open");
+  if (facts.is_closed && !(facts.volume_m3 > kThinnest * std::pow(facts.area_m2, 1.5)))
+    refuse("encloses no volume (two sheets on each other, or a flat piece)");
+  const Pairs pairs = repair::self_intersections(surface);
+  if (!pairs.empty())
+    refuse("still crosses itself near " + repair::place(surface.vertices.row(surface.triangles(
+                                              static_cast<Eigen::Index>(pairs.front().first), 0))));
+}
+
+void report_volume(const Surface& before, const Surface& after, Changes& changes) {
+  const SurfaceFacts was = surface_facts(before), is = surface_facts(after);
+  if (!was.is_closed || !was.is_oriented || !is.is_closed || was.volume_m3 == 0) return;
+  const double share = is.volume_m3 / std::abs(was.volume_m3) - 1;
+  if (std::abs(share) > 1e-9) changes.push_back("changed the volume by " + percent(share));
+}
+
+Mended mend(const Surface& surface, const MendOptions& options, const std::string& where) {
+  Mended mended;
+  const Soup soup = settled_soup(surface, options, where, mended.changes);
+  const Surface settled = repair::to_surface(soup.points, soup.faces);
+  mended.surface = settled;
+  if (!options.allow_open && surface_facts(settled).border_edges > 0)
+    mended.surface = with_holes_filled(mended.surface, where, mended.changes);
+  mended.surface = without_crossings(mended.surface, soup, where, mended.changes);
+  verify(mended.surface, options.allow_open, where);
+  report_volume(settled, mended.surface, mended.changes);
+  return mended;
+}
+
+Mended wrap(const Surface& surface, const MendOptions& options, const std::string& where,
+            const std::string& why) {
+  const double diagonal_m = extent_m(surface.vertices).norm();
+  const double alpha_m =
+      options.wrap_alpha_m > 0 ? options.wrap_alpha_m : kRelativeAlpha * diagonal_m;
+  const repair::Wrapped wrapped = repair::wrap_surface(surface, alpha_m, kRelativeOffset * alpha_m);
+  verify(wrapped.surface, false, where);
+  Mended mended{wrapped.surface, {"could not mend it (" + why + "), so wrapped it"}};
+  mended.changes.push_back(
+      "wrapped with alpha " + millimetres(alpha_m) + ": " +
+      counted(static_cast<std::size_t>(wrapped.surface.triangles.rows()), "triangle", "triangles") +
+      ", at most " + millimetres(wrapped.farthest_m) + " from the original (Hausdorff distance)");
+  report_volume(surface, wrapped.surface, mended.changes);
+  return mended;
+}
+
+}  // namespace
+
+Mended mend_surface(const Surface& surface, const MendOptions& options, const std::string& where) {
+  check_input(surface, where);
+  if (!options.wrap) return mend(surface, options, where);
+  try {
+    return mend(surface, options, where);
+  } catch (const Error& error) {
+    return wrap(surface, options, where, error.fact());
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,196 @@
+#include "libfem/mesh/repair/soup.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <unordered_map>
+
+namespace palpate::repair {
+namespace {
+
+Vec3 corner(const Soup& soup, std::size_t face, std::size_t k) {
+  return soup.points[static_cast<std::size_t>(soup.faces[face][k % 3])];
+}
+
+double face_area(const Soup& soup, std::size_t f) {
+  const Vec3 a = corner(soup, f, 0);
+  return 0.5 * (corner(soup, f, 1) - a).cross(corner(soup, f, 2) - a).norm();
+}
+
+// Lowest height of a triangle; 0 when all corners agree.
+double lowest_height_m(const Soup& soup, std::size_t f) {
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    longest = std::max(longest, (corner(soup, f, k + 1) - corner(soup, f, k)).norm());
+  return longest > 0 ? 2 * face_area(soup, f) / longest : 0;
+}
+
+struct Cell {
+  std::int64_t x, y, z;
+  bool operator==(const Cell&) const = default;
+};
+struct HashCell {
+  std::size_t operator()(const Cell& c) const {
+    auto hash = static_cast<std::uint64_t>(c.x) * 0x9E3779B97F4A7C15u;
+    hash = (hash ^ static_cast<std::uint64_t>(c.y)) * 0xC2B2AE3D27D4EB4Fu;
+    hash = (hash ^ static_cast<std::uint64_t>(c.z)) * 0x165667B19E3779F9u;
+    return static_cast<std::size_t>(hash ^ (hash >> 31));
+  }
+};
+
+void replace_vertices(Soup& soup, DisjointSets& sets) {
+  for (Triangle& face : soup.faces)
+    for (std::int32_t& v : face)
+      v = static_cast<std::int32_t>(sets.find(static_cast<std::size_t>(v)));
+}
+
+}  // namespace
+
+Soup to_soup(const Surface& surface) {
+  Soup soup{to_vectors(surface.vertices), to_faces(surface.triangles), {}, {}};
+  soup.origin.resize(soup.faces.size());
+  for (std::size_t f = 0; f < soup.faces.size(); ++f) soup.origin[f] = static_cast<std::int32_t>(f);
+  soup.is_turned.assign(soup.faces.size(), 0);
+  return soup;
+}
+
+void keep_faces(Soup& soup, const std::vector<char>& keep) {
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+    if (!keep[f]) continue;
+    soup.faces[kept] = soup.faces[f];
+    soup.origin[kept] = soup.origin[f];
+    soup.is_turned[kept++] = soup.is_turned[f];
+  }
+  soup.faces.resize(kept);
+  soup.origin.resize(kept);
+  soup.is_turned.resize(kept);
+}
+
+void weld_vertices(Soup& soup, double weld_m, Changes& changes) {
+  Vec3 low = soup.points.front();
+  for (const Vec3& p : soup.points) low = low.cwiseMin(p);
+  std::unordered_map<Cell, std::vector<std::size_t>, HashCell> grid;
+  DisjointSets sets(soup.points.size());
+  std::size_t welded = 0;
+  for (std::size_t v = 0; v < soup.points.size(); ++v) {
+    const Vec3 at = (soup.points[v] - low) / weld_m;
+    const Cell cell{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
+                    static_cast<std::int64_t>(at.z())};
+    bool is_new = true;
+    for (int i = 0; i < 27 && is_new; ++i) {
+      const auto found =
+          grid.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+      if (found == grid.end()) continue;
+      for (const std::size_t other : found->second)
+        if (is_new && (soup.points[other] - soup.points[v]).norm() <= weld_m) {
+          sets.join(other, v);
+          is_new = false;
+        }
+    }
+    // Only first comers are met by later ones: a row of close vertices does not collapse into one.
+    if (is_new) grid[cell].push_back(v);
+    welded += !is_new;
+  }
+  if (welded == 0) return;
+  replace_vertices(soup, sets);
+  changes.push_back("welded " + counted(welded, "duplicate vertex", "duplicate vertices"));
+}
+
+void drop_flat_faces(Soup& soup, double weld_m, Changes& changes) {
+  std::vector<char> keep(soup.faces.size());
+  for (std::size_t f = 0; f < keep.size(); ++f) {
+    const Triangle& t = soup.faces[f];
+    keep[f] = t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && lowest_height_m(soup, f) > weld_m;
+  }
+  const auto dropped = static_cast<std::size_t>(std::ranges::count(keep, 0));
+  if (dropped == 0) return;
+  keep_faces(soup, keep);
+  changes.push_back("dropped " + counted(dropped, "triangle", "triangles") + " without area");
+}
+
+void drop_duplicate_faces(Soup& soup, Changes& changes) {
+  std::vector<std::pair<Triangle, std::size_t>> sorted(soup.faces.size());
+  for (std::size_t f = 0; f < sorted.size(); ++f) {
+    sorted[f] = {soup.faces[f], f};
+    std::ranges::sort(sorted[f].first);
+  }
+  std::ranges::sort(sorted);
+  std::vector<char> keep(soup.faces.size(), 1);
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    if (sorted[i].first == sorted[i - 1].first) keep[sorted[i].second] = 0;
+  const auto dropped = static_cast<std::size_t>(std::ranges::count(keep, 0));
+  if (dropped == 0) return;
+  keep_faces(soup, keep);
+  changes.push_back("dropped " + counted(dropped, "duplicate triangle", "duplicate triangles"));
+}
+
+void drop_stray_components(Soup& soup, double smallest_share, Changes& changes) {
+  const Components parts = components(soup.faces);
+  std::vector<double> area(parts.number, 0);
+  std::vector<std::size_t> faces(parts.number, 0);
+  for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+    area[parts.of_face[f]] += face_area(soup, f);
+    ++faces[parts.of_face[f]];
+  }
+  const double least = smallest_share * std::ranges::max(area);
+  std::vector<char> keep(soup.faces.size());
+  for (std::size_t f = 0; f < keep.size(); ++f) keep[f] = area[parts.of_face[f]] >= least;
+  std::size_t dropped = 0, dropped_faces = 0;
+  double largest = 0;
+  for (std::size_t c = 0; c < parts.number; ++c) {
+    if (area[c] >= least) continue;
+    ++dropped;
+    dropped_faces += faces[c];
+    largest = std::max(largest, area[c]);
+  }
+  if (dropped == 0) return;
+  keep_faces(soup, keep);
+  char share[32];
+  std::snprintf(share, sizeof share, "%.2g", largest / std::ranges::max(area));
+  changes.push_back("dropped " + counted(dropped, "stray piece", "stray pieces") + " of " +
+                    counted(dropped_faces, "triangle", "triangles") + " in all (largest: " + share +
+                    " of the body's area)");
+}
+
+void drop_unused_vertices(Soup& soup) {
+  std::vector<std::int32_t> number(soup.points.size(), -1);
+  for (const Triangle& face : soup.faces)
+    for (const std::int32_t v : face) number[static_cast<std::size_t>(v)] = 0;
+  std::size_t kept = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] < 0) continue;
+    soup.points[kept] = soup.points[v];
+    number[v] = static_cast<std::int32_t>(kept++);
+  }
+  soup.points.resize(kept);
+  for (Triangle& face : soup.faces)
+    for (std::int32_t& v : face) v = number[static_cast<std::size_t>(v)];
+}
+
+std::string counted(std::size_t number, const std::string& one, const std::string& several) {
+  return std::to_string(number) + " " + (number == 1 ? one : several);
+}
+
+std::string place(const Vec3& point) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m", point.x(), point.y(), point.z());
+  return text;
+}
+
+std::string name_faces(const Soup& soup, std::vector<std::size_t> faces) {
+  std::vector<std::int32_t> numbers;
+  for (const std::size_t f : faces) numbers.push_back(soup.origin[f] + 1);
+  std::ranges::sort(numbers);
+  numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+  std::string text = numbers.size() == 1 ? "triangle " : "triangles ";
+  for (std::size_t i = 0; i < std::min<std::size_t>(numbers.size(), 6); ++i) {
+    if (i > 0) text += ", ";
+    text += std::to_string(numbers[i]);
+  }
+  if (numbers.size() > 6) text += ", ... (" + std::to_string(numbers.size()) + " in all)";
+  return text;
+}
+
+}  // namespace palpate::repair

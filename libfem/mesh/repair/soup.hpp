@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfem/mesh/repair/topology.hpp"
+
+namespace palpate::repair {
+
+/// Triangles on their way to a surface. origin: the input's triangle that each came from.
+/// is_turned: oriented against it.
+struct Soup {
+  std::vector<Vec3> points;
+  std::vector<Triangle> faces;
+  std::vector<std::int32_t> origin;
+  std::vector<char> is_turned;
+};
+
+using Changes = std::vector<std::string>;
+
+Soup to_soup(const Surface& surface);
+
+/// Keeps the faces for which keep[f] != 0.
+void keep_faces(Soup& soup, const std::vector<char>& keep);
+
+/// Each of these makes one kind of repair and adds a sentence to `changes` if it did anything.
+void weld_vertices(Soup& soup, double weld_m, Changes& changes);
+void drop_flat_faces(Soup& soup, double weld_m, Changes& changes);
+void drop_duplicate_faces(Soup& soup, Changes& changes);
+/// Splits border triangles where a border vertex lies within weld_m of their edge.
+void split_t_junctions(Soup& soup, double weld_m, Changes& changes);
+void drop_stray_components(Soup& soup, double smallest_share, Changes& changes);
+void drop_unused_vertices(Soup& soup);
+
+/// Glues triangles into sheets that are manifold and oriented, keeping the input's orientation of
+/// most triangles of each. At an edge of more than two triangles, neighbours with the body between
+/// them are glued if the input's orientation tells where it is, else none. Vertices are copied so
+/// that each has one fan; copies are moved apart by 1e-3 of their shortest edge.
+/// Throws Error when a sheet is one-sided.
+void make_manifold(Soup& soup, Changes& changes, const std::string& where);
+
+/// Turns whole components outward, those inside an odd number of others inward. Counts also what
+/// make_manifold turned.
+void orient_outward(Soup& soup, Changes& changes);
+
+/// "3 vertices", "1 vertex".
+std::string counted(std::size_t number, const std::string& one, const std::string& several);
+/// "(0.0123, 0.4, 0) m".
+std::string place(const Vec3& point);
+/// Up to six triangles, numbered from 1 as in the input.
+std::string name_faces(const Soup& soup, std::vector<std::size_t> faces);
+
+}  // namespace palpate::repair
