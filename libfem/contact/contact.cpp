@@ -3,8 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace palpate::fem {
+static double cap_ = getenv("CAP")?atof(getenv("CAP")):1.0;
 namespace {
 
 // A face whose outward normal points this far along the probe's own is the far wall of a thin body.
@@ -125,7 +127,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
-  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - law.pressure_Pa * gap.hessian;
+  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - std::min(law.pressure_Pa, cap_ * stiffness_[face]*probe_.radius_m/2000) * gap.hessian;
   totals.energy_J += weight * law.energy_J_m2;
 
   if (probe_.friction > 0) {

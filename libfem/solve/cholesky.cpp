@@ -2,6 +2,7 @@
 
 #include <suitesparse/cholmod.h>
 
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <vector>
@@ -74,6 +75,10 @@ struct Cholesky::State {
     graph.xtype = CHOLMOD_PATTERN;
     graph.sorted = graph.packed = 1;
     std::vector<std::int32_t> order(K.nodes());
+    // METIS draws from one random sequence per process, seeded at its start: one at a time, or the
+    // order (and with it the last bits of every force) depends on what other threads do.
+    static std::mutex one_at_a_time;
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
     if (!cholmod_metis(&graph, nullptr, 0, 1, order.data(), &common) &&
         !cholmod_amd(&graph, nullptr, 0, order.data(), &common))
       throw std::bad_alloc();

@@ -1,6 +1,8 @@
 #include "libfem/solve/equilibrium.hpp"
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "libfem/solve/pcg.hpp"
 
@@ -132,7 +134,8 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose&
   for (int cut = 0; cut < 12; ++cut, length /= 2) {
     const Points trial = moved(u, direction, length);
     const double there = energy(trial, pose, history);
-    if (there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
+    static const bool free_ls = getenv("FREE");
+    if ((free_ls && std::isfinite(there)) || there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
       u = trial;
       return true;
     }
@@ -159,6 +162,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       return SolveStatus::solved;
     }
     ++counts_.newton;
+    if (getenv("DBG")) printf("   it %d res %.3e scale %.3e F %.5f pen %.5f pts %d J %.3f bend %.1f pcg %d fac %d(%d) ls %d\n",iteration,residual_.norm(),contact_scale_N_,to.contact.force_N.norm(),to.contact.greatest_penetration_m*1e3,to.contact.points,to.least_J,bend_,counts_.pcg,counts_.factorizations,counts_.failed_factorizations,counts_.line_searches);
     const Eigen::VectorXd direction = newton_direction(u, pose, from, to);
     if (!search_line(direction, pose, from.history, u)) break;
   }

@@ -55,6 +55,7 @@ class Equilibrium {
   /// equilibrium.
   Vec3 reaction_N(const Points& u) const;
 
+  const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const Cholesky& factor() const { return factor_; }

@@ -1,0 +1,251 @@
+#include "libfem/solve/simulator.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfem/mesh/grade/grade_mesh.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTau = 6.283185307179586;
+
+/// Rows of one test point and the ways of the probe that fill them.
+struct Script {
+  std::vector<PointRow> rows;
+  std::vector<Track> tracks;
+  std::vector<Segment> path;  // where the contact goes on the surface, from the test point
+  double depth_m = 0;         // deepest
+
+  int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
+    PointRow row;
+    row.kind = kind, row.experiment = experiment, row.step = step, row.deflection = deflection;
+    row.force_error = kNaN;
+    rows.push_back(row);
+    return static_cast<int>(rows.size()) - 1;
+  }
+};
+
+/// The press passes every row and every depth where a drag starts; drags branch off there.
+Script press_and_drag_script(const Experiments& experiments, const Vec3& normal) {
+  Script script;
+  script.depth_m = experiments.depth_m;
+  script.path.push_back({});
+  struct Stop {
+    double depth_m;
+    int row;
+  };
+  std::vector<Stop> stops;
+  for (int step = 1; step <= experiments.press_steps; ++step) {
+    const double depth = experiments.depth_m * step / experiments.press_steps;
+    stops.push_back({depth, script.add_row(ExperimentKind::press, 0, step - 1, depth * normal)});
+  }
+  const double same = 1e-9 * experiments.depth_m;
+  const auto stop_at = [&](double depth) {
+    return std::find_if(stops.begin(), stops.end(),
+                        [&](const Stop& stop) { return std::abs(stop.depth_m - depth) <= same; });
+  };
+  for (const double depth : experiments.drag_depths_m)
+    if (stop_at(depth) == stops.end()) stops.push_back({depth, -1});
+  std::stable_sort(stops.begin(), stops.end(),
+                   [](const Stop& a, const Stop& b) { return a.depth_m < b.depth_m; });
+  script.tracks.emplace_back();
+  for (const Stop& stop : stops)
+    script.tracks[0].waypoints.push_back({stop.depth_m * normal, stop.row, true});
+
+  int experiment = 1;
+  for (const double depth : experiments.drag_depths_m) {
+    for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions)) {
+      Track drag{0, static_cast<int>(stop_at(depth) - stops.begin()), {}};
+      for (int step = 1; step <= experiments.drag_steps; ++step) {
+        const double share = std::pow(double(step) / experiments.drag_steps, 1.5);
+        const Vec3 deflection =
+            depth * normal + share * experiments.drag_distance_m * tangent;
+        drag.waypoints.push_back(
+            {deflection, script.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
+      }
+      script.tracks.push_back(drag);
+      ++experiment;
+    }
+  }
+  if (!experiments.drag_depths_m.empty())
+    for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions))
+      script.path.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent});
+  return script;
+}
+
+Script path_script(const Points& deflections, const Vec3& normal) {
+  Script script;
+  script.tracks.emplace_back();
+  Vec3 before = Vec3::Zero();
+  script.path.push_back({});
+  for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
+    const Vec3 here = deflections.row(i);
+    const double depth = here.dot(normal);
+    script.depth_m = std::max(script.depth_m, depth);
+    script.tracks[0].waypoints.push_back(
+        {here, script.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
+    const Vec3 lateral = here - depth * normal;
+    script.path.push_back({before, lateral});
+    before = lateral;
+  }
+  return script;
+}
+
+}  // namespace
+
+std::vector<Vec3> drag_tangents(const Vec3& normal, int count) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().minCoeff(&axis);
+  const Vec3 first = (Vec3::Unit(axis) - normal[axis] * normal).normalized();
+  const Vec3 second = normal.cross(first);
+  std::vector<Vec3> out;
+  for (int k = 0; k < count; ++k) {
+    const double angle = count == 2 ? k * kTau / 4 : k * kTau / count;
+    out.push_back(std::cos(angle) * first + std::sin(angle) * second);
+  }
+  return out;
+}
+
+struct Simulator::State {
+  SimulationSetup setup;
+  Vec3 origin = Vec3::Zero();  // middle of the body; volume and surface are about it
+  TetMesh volume;
+  SmoothSurface surface;
+  std::vector<Material> materials;
+  Probe probe;
+
+  QuadraticMesh mesh_at(const Vec3& position, const Script& script, double coarsening) const;
+  bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
+           const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
+           SolverCounts& counts) const;
+  PointRows experiment(Script script, const Vec3& position, const Vec3& normal,
+                       const Progress& progress) const;
+};
+
+namespace {
+
+Surface moved(Surface surface, const Vec3& by) {
+  surface.vertices.rowwise() += by.transpose();
+  return surface;
+}
+
+Vec3 middle_of(const Points& points) {
+  return (points.colwise().minCoeff() + points.colwise().maxCoeff()).transpose() / 2;
+}
+
+}  // namespace
+
+Simulator::Simulator(SimulationSetup setup) {
+  check_setup(setup);
+  const Vec3 origin = middle_of(setup.volume.nodes);
+  SmoothSurface surface(moved(setup.surface, -origin));
+  auto state = std::make_unique<State>(
+      State{std::move(setup), origin, {}, std::move(surface), {}, {}});
+  state->volume = state->setup.volume;
+  state->volume.nodes.rowwise() -= origin.transpose();
+  for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
+    state->materials.push_back(make_material(
+        state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
+  state->probe = make_probe(state->setup.probe_shape, state->setup.probe_radius_m,
+                            state->setup.friction, "[probe]");
+  state_ = std::move(state);
+}
+
+Simulator::~Simulator() = default;
+Simulator::Simulator(Simulator&&) noexcept = default;
+Simulator& Simulator::operator=(Simulator&&) noexcept = default;
+
+const SimulationSetup& Simulator::setup() const { return state_->setup; }
+
+Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const {
+  const Vec3 place = position - state_->origin;
+  // The sheet that faces the probe, not the other side of a thin body.
+  const std::optional<SurfaceHit> hit = state_->surface.closest(place, -normal, 0.3);
+  return state_->surface.normal_gradient(hit ? *hit : state_->surface.closest(place),
+                                         state_->probe.radius_m);
+}
+
+/// The graded mesh about a test point, in coordinates whose origin is the test point.
+QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& script,
+                                        double coarsening) const {
+  const double R = probe.radius_m;
+  const SolverOptions& options = setup.options;
+  GradeOptions grade;
+  grade.h_contact_m = coarsening * options.element_size * std::sqrt(R * script.depth_m / 2);
+  grade.reach_m = options.reach * std::sqrt(R * std::min(script.depth_m, R));
+  grade.growth = std::min(1.0, options.growth * coarsening);
+  grade.path.clear();
+  for (const Segment& segment : script.path)
+    grade.path.push_back({position - origin + segment.from, position - origin + segment.to});
+  QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
+  mesh.nodes.rowwise() -= (position - origin).transpose();
+  return mesh;
+}
+
+/// Walks the script on one mesh; false when stopped.
+bool Simulator::State::run(const Script& script, const Vec3& position, const Vec3& normal,
+                           double coarsening, const Progress& progress, std::vector<TrackRow>& rows,
+                           double& touch_m, int& nodes, SolverCounts& counts) const {
+  const QuadraticMesh mesh = mesh_at(position, script, coarsening);
+  nodes = static_cast<int>(mesh.nodes.rows());
+  rows.assign(script.rows.size(), {});
+  const double R = probe.radius_m;
+  const std::optional<double> touch = first_touch_m(mesh, probe, {Vec3::Zero(), normal}, 2 * R, R);
+  if (!touch) {
+    for (TrackRow& row : rows) row.status = RowStatus::no_contact;
+    return true;
+  }
+  touch_m = *touch;
+  const RegionAt local_region =
+      setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
+                      : RegionAt();
+  Equilibrium equilibrium(mesh, materials, local_region, probe, setup.options.contact,
+                          setup.options.equilibrium);
+  rows = walk_tracks(equilibrium, probe, {touch_m * normal, normal}, script.tracks,
+                     static_cast<int>(script.rows.size()), setup.options.walk, progress);
+  counts = equilibrium.counts();
+  return !progress.stopped();
+}
+
+PointRows Simulator::State::experiment(Script script, const Vec3& position, const Vec3& normal,
+                                       const Progress& progress) const {
+  PointRows out;
+  std::vector<TrackRow> fine, coarse;
+  out.is_complete = run(script, position, normal, 1.0, progress, fine, out.touch_offset_m,
+                        out.cost.nodes, out.cost.solver);
+  const double ratio = setup.options.twin_ratio;
+  double twin_touch_m = 0;
+  if (out.is_complete && ratio > 0)
+    out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
+                          out.cost.twin_nodes, out.cost.twin_solver);
+  for (std::size_t i = 0; i < script.rows.size(); ++i) {
+    PointRow& row = script.rows[i];
+    row.status = fine[i].status;
+    if (row.status != RowStatus::good) continue;
+    row.force = fine[i].force_N;
+    row.torque = fine[i].torque_Nm;
+    const bool has_twin = !coarse.empty() && coarse[i].status == RowStatus::good;
+    row.force_error = (has_twin ? (fine[i].force_N - coarse[i].force_N).norm() : kNaN) +
+                      fine[i].penalty_bias_N + fine[i].solver_error_N;
+  }
+  out.rows = std::move(script.rows);
+  return out;
+}
+
+PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
+                                    const Experiments& experiments,
+                                    const Progress& progress) const {
+  check_experiments(state_->setup, experiments, position, normal);
+  return state_->experiment(press_and_drag_script(experiments, normal), position, normal, progress);
+}
+
+PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Points& deflections,
+                            const Progress& progress) const {
+  return state_->experiment(path_script(deflections, normal), position, normal, progress);
+}
+
+}  // namespace palpate::fem

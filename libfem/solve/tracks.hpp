@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libfem/solve/equilibrium.hpp"
+#include "libfit/core/progress.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate::fem {
+
+/// A place the probe must pass. deflection: from first touch [m]. row: what is recorded there, -1
+/// for nothing. must_rise: the force along the axis has to be larger than before, as on a press.
+struct Waypoint {
+  Vec3 deflection = Vec3::Zero();
+  int row = -1;
+  bool must_rise = false;
+};
+
+/// A way of the probe. It starts at the state that an earlier track left at one of its waypoints, or
+/// at first touch (from_track -1).
+struct Track {
+  int from_track = -1;
+  int from_waypoint = -1;
+  std::vector<Waypoint> waypoints;
+};
+
+/// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
+/// body, zero unless the status is good or no_contact. penalty_bias_N: estimated shortfall of force
+/// because the penalty lets surface points in. solver_error_N: what the residual may hide.
+struct TrackRow {
+  RowStatus status = RowStatus::not_reached;
+  Vec3 force_N = Vec3::Zero();
+  Vec3 torque_Nm = Vec3::Zero();
+  double penalty_bias_N = 0;
+  double solver_error_N = 0;
+  double greatest_penetration_m = 0;
+  double least_J = 1;
+};
+
+/// How far the probe may move between two equilibria and what is believed.
+struct WalkOptions {
+  double longest_step = 0.25;         ///< in radii
+  int most_cuts = 6;                  ///< halvings of a step that failed
+  double greatest_penetration = 0.02; ///< in radii
+};
+
+/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 R by
+/// conservative advancement from `back_off_m` before it, on the curved faces and not only at their
+/// quadrature points. Empty when nothing is met within `reach_m` past the tip.
+/// Source: Mirtich 1996, conservative advancement.
+std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
+                                    const ProbePose& pose, double back_off_m, double reach_m);
+
+/// Walks all tracks from first touch at `touch`. rows: how many there are.
+/// A step that fails is halved up to most_cuts times; what cannot be reached stays not_reached, and
+/// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
+std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
+                                  const ProbePose& touch, const std::vector<Track>& tracks, int rows,
+                                  const WalkOptions& options, const Progress& progress = {});
+
+}  // namespace palpate::fem
