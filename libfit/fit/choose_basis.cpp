@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kFolds = 5;
 constexpr int kFewestGroups = 4;        // a point with fewer abscissae holds nothing out
+constexpr double kSameAbscissa = 1e-3;  // of the range: rows closer than that are one group
+constexpr double kSameDepth = 0.02;     // a drag over a curved surface wanders that much in depth
 constexpr std::size_t kMostPoints = 64;  // enough for a 95th percentile
 constexpr int kGrid = 64;               // where curvature is looked at
 constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
@@ -23,11 +25,12 @@ struct PointEvidence {
 
 // The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
 Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
-  if (point.normal.size() == 0) return faint_smoothness(basis, kFaint);
-  return faint_pull(transfer(normal, point.normal, basis, point.friction), kFaint);
+  if (point.normal.size() == 0) return faint_smoothness(basis);
+  return faint_pull(transfer(normal, point.normal, basis, point.friction));
 }
 
-// Errors of rows, each predicted by a fit that left its fold out; the deepest group is always seen.
+// Errors of rows, each predicted by a fit that left its fold out. Only interpolation is judged: the
+// deepest group is always seen, and of a limit curve the shallowest too.
 struct HeldOut {
   std::vector<double> relative, weighted;  // sizes
 };
@@ -37,14 +40,15 @@ HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
   const auto spline = view(tables);
   const Faint faint = faint_for(point, normal, basis);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
-  const int last = point.rows.back().group;
+  const int first = point.normal.size() > 0 ? 0 : -1, last = point.rows.back().group;
   HeldOut errors;
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<CurveRow> seen, unseen;
     for (const CurveRow& row : point.rows)
-      (row.group % kFolds == fold && row.group != last ? unseen : seen).push_back(row);
+      (row.group % kFolds == fold && row.group != first && row.group != last ? unseen : seen)
+          .push_back(row);
     if (unseen.empty()) continue;
-    const Eigen::VectorXd increments = fit_increments(spline, seen, lower, faint, loss);
+    const Eigen::VectorXd increments = fit_increments(spline, seen, lower, Faint(faint), loss);
     for (const CurveRow& row : unseen) {
       const double size = std::abs(increment_weights(spline, row.x).dot(increments) - row.f);
       errors.relative.push_back(size /
@@ -119,8 +123,8 @@ std::vector<double> bend_density(const std::vector<PointEvidence>& points,
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
   std::vector<double> density(kGrid, 0.0);
   for (const PointEvidence& point : points) {
-    const Eigen::VectorXd b = controls_of(fit_increments(
-        spline, point.rows, lower, faint_smoothness(reference, 0.03), loss));
+    const Eigen::VectorXd b = controls_of(
+        fit_increments(spline, point.rows, lower, faint_smoothness(reference), loss));
     for (int i = 0; i < kGrid; ++i) {
       const double bend = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
                           runtime::curve_slope(spline, b.data(), i * h);
@@ -222,7 +226,8 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, 
                                         const CurveBasis& normal, FitLoss loss) {
   std::vector<std::size_t> able;
   for (std::size_t p = 0; p < rows.size(); ++p)
-    if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range) >= kFewestGroups)
+    if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range,
+                          kind == 2 ? kSameDepth : kSameAbscissa) >= kFewestGroups)
       able.push_back(p);
   std::vector<PointEvidence> out;
   for (const std::size_t p : evenly(able)) {
@@ -233,7 +238,7 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, 
       const SplineTables tables = tabulate(normal);
       point.normal = fit_increments(view(tables), unit_weights(rows[p].curve[0]),
                                     Eigen::VectorXd::Zero(normal.size() - 1),
-                                    faint_smoothness(normal, kFaint), loss);
+                                    faint_smoothness(normal), loss);
       std::vector<double> ratios;
       for (const CurveRow& row : point.rows) {
         const double f = increment_weights(view(tables), row.x).dot(point.normal);
@@ -266,8 +271,10 @@ Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& incremen
     const double x = to.knots_m.back() * i / count;
     rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
   }
-  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1),
-                        faint_smoothness(to, 1e-9), FitLoss::squared);
+  Faint faint = faint_smoothness(to);
+  faint.per_noise = 0;
+  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1), faint,
+                        FitLoss::squared);
 }
 
 std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
@@ -286,7 +293,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
       report.basis = {options.degree, options.knots_m[k]};
       for (double& knot : report.basis.knots_m) knot /= body.length_m;
       report.reason = "knots as given";
-      for (PointRows& point : rows) group_by_abscissa(point.curve[k], range[k]);
+      for (PointRows& point : rows) group_by_abscissa(point.curve[k], range[k], kSameAbscissa);
       continue;
     }
     const CurveBasis& normal = reports[0].basis;

@@ -16,10 +16,6 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
 Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
                          const CurveBasis& to, double factor);
 
-/// Strength of faint knowledge relative to a row of unit weight: recovers exact curves to 1e-7 and
-/// still decides what no row says.
-inline constexpr double kFaint = 1e-6;
-
 /// Rows with weights scaled to a mean square of 1.
 std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
 

@@ -22,6 +22,6 @@ struct PointRows {
 PointRows curve_rows(const PointData& point);
 
 /// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
-int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share = 1e-3);
+int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share);
 
 }  // namespace palpate::fit

@@ -1,5 +1,6 @@
 #include "libfit/fit/fit_curves.hpp"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -87,7 +88,7 @@ PointResult fit_point(const Samples& samples, const fit::PointData& point,
   result.message = curves.problem;
   if (!curves.problem.empty()) return result;
 
-  fit::solve_point(point, plain, bases.plain, options, curves);
+  fit::solve_point(point, plain, options, curves);
   if (!curves.is_identified[2])  // made up from f^z, which may have moved
     curves.increments[2] =
         fit::transfer(bases.plain[0], curves.increments[0], bases.plain[2], curves.friction);
@@ -130,7 +131,11 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   };
-  tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
+  const int jobs = options.jobs > 0 ? options.jobs : tbb::this_task_arena::max_concurrency();
+  // Without it TBB grants at most a thread per core and prints a warning about the rest.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(jobs));
+  tbb::task_arena arena(jobs);
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, results.size(), fit_one); });
   return results;
 }

@@ -101,23 +101,22 @@ Eigen::VectorXd greville_steps(const CurveBasis& basis) {
   return steps;
 }
 
-Faint faint_smoothness(const CurveBasis& basis, double strength) {
+Faint faint_smoothness(const CurveBasis& basis) {
   const Eigen::VectorXd steps = greville_steps(basis);
   const double range = basis.knots_m.back();
   const Eigen::Index n = steps.size();
-  Faint faint{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
+  Faint faint{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), kFaint, 1};
   for (Eigen::Index j = 0; j + 1 < n; ++j) {
-    faint.matrix(j, j) = -strength * range / steps[j];
-    faint.matrix(j, j + 1) = strength * range / steps[j + 1];
+    faint.matrix(j, j) = -range / steps[j];
+    faint.matrix(j, j + 1) = range / steps[j + 1];
   }
-  // Keeps the matrix of full rank when no row says anything at all.
-  faint.matrix.row(n - 1).setConstant(1e-3 * strength);
+  faint.matrix.row(n - 1).setConstant(1e-3);  // full rank when no row says anything at all
   return faint;
 }
 
-Faint faint_pull(const Eigen::VectorXd& increments, double strength) {
+Faint faint_pull(const Eigen::VectorXd& increments) {
   const Eigen::Index n = increments.size();
-  return {strength * Eigen::MatrixXd::Identity(n, n), strength * increments};
+  return {Eigen::MatrixXd::Identity(n, n), increments, kFaint, static_cast<double>(n)};
 }
 
 Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
@@ -141,36 +140,44 @@ double quantile(std::vector<double> values, double share) {
 
 double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
 
+namespace {
+
+// Reweighting needs loss'(s) / 2s, which for Huber is knee/s and for Cauchy 1 / (1 + z^2).
+double reweight(FitLoss loss, double size, double scale) {
+  if (loss == FitLoss::squared || !(scale > 0)) return 1;
+  const double z = size / ((loss == FitLoss::huber ? 3 : 2.5) * scale);
+  return loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
+}
+
+}  // namespace
+
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, const Faint& faint, FitLoss loss) {
+                               const Eigen::VectorXd& lower, Faint& faint, FitLoss loss) {
   const auto m = static_cast<Eigen::Index>(rows.size()), n = lower.size();
-  Eigen::MatrixXd A(m + faint.matrix.rows(), n);
-  Eigen::VectorXd b(m + faint.matrix.rows());
+  Eigen::MatrixXd A(m, n);
+  Eigen::VectorXd b(m), weight = Eigen::VectorXd::Ones(m);
+  double largest = 0;
   for (Eigen::Index i = 0; i < m; ++i) {
     const CurveRow& row = rows[static_cast<std::size_t>(i)];
     A.row(i) = row.weight * increment_weights(spline, row.x);
     b[i] = row.weight * row.f;
+    largest = std::max(largest, std::abs(row.f));
   }
-  A.bottomRows(faint.matrix.rows()) = faint.matrix;
-  b.tail(faint.target.size()) = faint.target;
-  Eigen::VectorXd increments = bounded_least_squares(A, b, lower);
-  if (loss == FitLoss::squared || m <= n) return increments;
-
-  constexpr int kReweightings = 12;  // settles to 1e-3 of the noise on 5 % outliers
-  for (int round = 0; round < kReweightings; ++round) {
-    const Eigen::VectorXd residual = (A * increments - b).head(m).cwiseAbs();
-    const double scale = robust_deviation({residual.data(), residual.data() + m});
-    if (!(scale > 0)) break;
-    Eigen::MatrixXd weighted = A;
-    Eigen::VectorXd target = b;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      // Reweighting needs loss'(s)/2s, which for Huber is knee/s and for Cauchy 1/(1 + z^2).
-      const double z = residual[i] / ((loss == FitLoss::huber ? 3 : 2.5) * scale);
-      const double w = loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
-      weighted.row(i) *= std::sqrt(w);
-      target[i] *= std::sqrt(w);
-    }
-    increments = bounded_least_squares(weighted, target, lower);
+  Eigen::MatrixXd system(m + faint.matrix.rows(), n);
+  Eigen::VectorXd right(m + faint.matrix.rows()), increments;
+  // The scatter needs a few rounds to settle; reweighting reaches 1e-3 of the noise in 12.
+  const int rounds = m <= n ? 1 : loss == FitLoss::squared ? 3 : 12;
+  for (int round = 0; round < rounds; ++round) {
+    system << weight.asDiagonal() * A, faint.strength * faint.matrix;
+    right << weight.cwiseProduct(b), faint.strength * faint.target;
+    increments = bounded_least_squares(system, right, lower);
+    if (round + 1 == rounds) break;
+    const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
+    const double scatter = robust_deviation({size.data(), size.data() + m}) *
+                           std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
+    for (Eigen::Index i = 0; i < m; ++i) weight[i] = std::sqrt(reweight(loss, size[i], scatter));
+    if (largest > 0)
+      faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
   }
   return increments;
 }

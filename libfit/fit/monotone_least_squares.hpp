@@ -19,6 +19,10 @@ struct CurveRow {
   int group = 0;
 };
 
+/// Least strength of faint knowledge relative to a row of unit weight: recovers exact curves to
+/// 1e-7 and still decides what no row says.
+inline constexpr double kFaint = 1e-6;
+
 /// Control values b (size()) from increments a (size() - 1): b_0 = 0, b_{j+1} = b_j + a_j.
 Eigen::VectorXd controls_of(const Eigen::VectorXd& increments);
 Eigen::VectorXd increments_of(const Eigen::VectorXd& controls);
@@ -29,16 +33,20 @@ Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x);
 /// Increment j of a curve with slope 1 everywhere: the step between Greville abscissae [m].
 Eigen::VectorXd greville_steps(const CurveBasis& basis);
 
-/// Faint knowledge that decides what rows leave open, rows of (matrix, right side) to be appended
-/// to a least-squares problem whose rows have unit weight.
+/// Knowledge that decides what rows leave open: `strength` times (matrix, right side) is appended
+/// to a least-squares problem whose rows have a mean square weight of 1.
+/// per_noise > 0: the strength grows to per_noise times the rows' relative scatter, so that each
+/// row of the matrix weighs like one observation; exact rows leave it at `strength`.
 struct Faint {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd target;
+  double strength = kFaint;
+  double per_noise = 0;
 };
-/// "Slope changes little": differences of neighbouring slopes, over a curve of size `force`.
-Faint faint_smoothness(const CurveBasis& basis, double strength);
+/// "Slopes change little": differences of neighbouring slopes over the range.
+Faint faint_smoothness(const CurveBasis& basis);
 /// "Increments are these".
-Faint faint_pull(const Eigen::VectorXd& increments, double strength);
+Faint faint_pull(const Eigen::VectorXd& increments);
 
 /// x >= lower minimising |A x - b|, exactly (active sets on a QR factor of A).
 /// A: m x n of full column rank, m >= n. Source: Lawson and Hanson, Solving Least Squares Problems
@@ -74,8 +82,13 @@ double median(std::vector<double> values);
 double quantile(std::vector<double> values, double share);
 
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
-/// Robust losses by iterated reweighting.
+/// Robust losses by iterated reweighting. faint.strength becomes what was used.
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, const Faint& faint, FitLoss loss);
+                               const Eigen::VectorXd& lower, Faint& faint, FitLoss loss);
+inline Eigen::VectorXd fit_increments(const runtime::SplineView& spline,
+                                      const std::vector<CurveRow>& rows,
+                                      const Eigen::VectorXd& lower, Faint&& faint, FitLoss loss) {
+  return fit_increments(spline, rows, lower, faint, loss);
+}
 
 }  // namespace palpate::fit

@@ -7,16 +7,18 @@
 namespace palpate::fit {
 namespace {
 
+constexpr double kExactRows = 1e-5;  // of the force: rows this close to a curve need no smoothing
 constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
 
-// |matrix x - target| on one slice of the parameters.
+// strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
 struct FaintResidual {
   const Faint* faint;
   Eigen::Index offset;
-  double strength;
+  double weight;
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
+    const double strength = weight * faint->strength;
     for (Eigen::Index i = 0; i < faint->matrix.rows(); ++i) {
       residual[i] = T(-strength * faint->target[i]);
       for (Eigen::Index j = 0; j < faint->matrix.cols(); ++j)
@@ -77,7 +79,7 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
   return robust_deviation(std::move(sizes));
 }
 
-double mean_square_weight(const PointData& point) {
+double root_mean_square_weight(const PointData& point) {
   double sum = 0, rows = 0;
   for (const Experiment& e : point.experiments)
     for (const double w : e.weight) sum += w * w, ++rows;
@@ -97,39 +99,30 @@ ceres::Solver::Options solver_options() {
   return options;
 }
 
-}  // namespace
-
-void solve_point(const PointData& point, const Bases& bases,
-                 const std::array<CurveBasis, kCurveKinds>& basis, const FitOptions& options,
-                 PointCurves& curves) {
+// One solve from the curves as they are; rows further than the robust `scale` count less.
+void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
+            PointCurves& curves) {
   Eigen::VectorXd parameters = pack(curves, curves.increments);
-  if (parameters.size() == 0) return;
   const Eigen::VectorXd lower = pack(curves, curves.lower);
-  // Residuals below a thousandth of the weight floor are rounding: no outlier is told from them.
-  const double scale = std::max(residual_scale(point, bases, curves, parameters), 1e-3);
-
   ceres::Problem problem;
   problem.AddParameterBlock(parameters.data(), static_cast<int>(parameters.size()));
   for (Eigen::Index j = 0; j < lower.size(); ++j)
     problem.SetParameterLowerBound(parameters.data(), static_cast<int>(j), lower[j]);
   for (const Experiment& e : point.experiments) {
     auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
-    residual->loss = options.loss;
+    residual->loss = loss;
     residual->loss_scale = scale;
     problem.AddResidualBlock(automatic(residual, parameters.size(),
                                        static_cast<Eigen::Index>(3 * e.row.size())),
                              nullptr, parameters.data());
   }
-  const std::array<Faint, kCurveKinds> faint{faint_smoothness(basis[0], kFaint),
-                                             faint_smoothness(basis[1], kFaint),
-                                             curves.limit_pull};
-  const double strength = mean_square_weight(point);
+  const double weight = root_mean_square_weight(point);
   Eigen::Index offset = 0;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!curves.is_identified[kind]) continue;
     problem.AddResidualBlock(
-        automatic(new FaintResidual{&faint[kind], offset, strength}, parameters.size(),
-                  faint[kind].matrix.rows()),
+        automatic(new FaintResidual{&curves.faint[kind], offset, weight}, parameters.size(),
+                  curves.faint[kind].matrix.rows()),
         nullptr, parameters.data());
     offset += curves.increments[kind].size();
   }
@@ -139,6 +132,32 @@ void solve_point(const PointData& point, const Bases& bases,
   if (!summary.IsSolutionUsable() || !parameters.allFinite()) return;
   if (!(summary.final_cost <= summary.initial_cost)) return;
   unpack(parameters.cwiseMax(lower), curves);
+}
+
+}  // namespace
+
+void solve_point(const PointData& point, const Bases& bases, const FitOptions& options,
+                 PointCurves& curves) {
+  if (pack(curves, curves.increments).size() == 0) return;
+  // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
+  const auto scale_of = [&](const PointCurves& c) {
+    return std::max(residual_scale(point, bases, c, pack(c, c.increments)), 1e-3);
+  };
+  const PointCurves start = curves;
+  for (Faint& faint : curves.faint) faint.strength = kFaint;
+  refine(point, bases, options.loss, scale_of(curves), curves);
+
+  // What the best curves leave unexplained is the rows' scatter, and faint knowledge weighs by it.
+  const double scale = scale_of(curves);
+  const double noise = scale / std::sqrt(3.0) / root_mean_square_weight(point);
+  if (noise < kExactRows) return;
+  PointCurves again = start;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    if (again.is_identified[kind])
+      again.faint[kind].strength =
+          again.faint[kind].per_noise * noise / start.increments[kind].sum();
+  refine(point, bases, options.loss, scale, again);
+  curves = again;
 }
 
 }  // namespace palpate::fit

@@ -54,8 +54,9 @@ void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptio
     return;
   }
   const SplineTables tables = tabulate(basis);
-  out.increments[0] = fit_increments(view(tables), unit_weights(data), out.lower[0],
-                                     faint_smoothness(basis, kFaint), options.loss);
+  out.faint[0] = faint_smoothness(basis);
+  out.increments[0] =
+      fit_increments(view(tables), unit_weights(data), out.lower[0], out.faint[0], options.loss);
   out.is_identified[0] = true;
   if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
 }
@@ -92,8 +93,9 @@ void start_lateral(const PointData& point, const PointRows& rows, const CurveBas
   }
   out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
   const SplineTables tables = tabulate(basis);
-  out.increments[1] = fit_increments(view(tables), unit_weights(data), out.lower[1],
-                                     faint_smoothness(basis, kFaint), options.loss);
+  out.faint[1] = faint_smoothness(basis);
+  out.increments[1] =
+      fit_increments(view(tables), unit_weights(data), out.lower[1], out.faint[1], options.loss);
   out.is_identified[1] = true;
   if (data.size() <= 2)
     say(out, std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
@@ -118,10 +120,10 @@ void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBas
                  (out.friction > options.default_friction ? ", just above what held" : ""));
     return;
   }
-  out.limit_pull = faint_pull(transfer(normal, out.increments[0], basis, out.friction), kFaint);
+  out.faint[2] = faint_pull(transfer(normal, out.increments[0], basis, out.friction));
   const SplineTables tables = tabulate(basis);
-  out.increments[2] = fit_increments(view(tables), unit_weights(data), out.lower[2],
-                                     out.limit_pull, options.loss);
+  out.increments[2] =
+      fit_increments(view(tables), unit_weights(data), out.lower[2], out.faint[2], options.loss);
   out.is_identified[2] = true;
 }
 

@@ -13,7 +13,7 @@ struct PointCurves {
   std::array<Eigen::VectorXd, kCurveKinds> increments;
   std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
   std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
-  Faint limit_pull;        ///< what decides a limit curve between the depths that slipped
+  std::array<Faint, kCurveKinds> faint;  ///< what decides where rows are silent, of identified ones
   double friction = 0;     ///< L / f^z where rows do not say otherwise
   std::string problem;     ///< no curve can be made; empty otherwise
   std::string message;     ///< sentences on what is missing and what stands in for it
