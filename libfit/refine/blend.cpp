@@ -35,41 +35,64 @@ std::vector<Facet> facets_of(const FittedCurves& curves, const Triangles& triang
   return facets;
 }
 
-// Triangles at each test point, ascending.
-Lists triangles_at(const Triangles& triangles, std::size_t points) {
-  Lists lists(points);
+// Triangles that hold the test point or a neighbour of it, ascending: one of them is nearest to a
+// vertex whose nearest test point this is, unless the triangulation is far from Delaunay.
+Lists triangles_around(const Triangles& triangles, std::size_t points) {
+  Lists at(points), around(points);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k)
-      lists[static_cast<std::size_t>(triangles(t, k))].push_back(static_cast<std::int32_t>(t));
-  return lists;
+      at[static_cast<std::size_t>(triangles(t, k))].push_back(static_cast<std::int32_t>(t));
+  for (std::size_t p = 0; p < points; ++p) {
+    for (const std::int32_t t : at[p])
+      for (int k = 0; k < 3; ++k) {
+        const auto& more = at[static_cast<std::size_t>(triangles(t, k))];
+        around[p].insert(around[p].end(), more.begin(), more.end());
+      }
+    std::sort(around[p].begin(), around[p].end());
+    around[p].erase(std::unique(around[p].begin(), around[p].end()), around[p].end());
+  }
+  return around;
 }
 
-// Candidate triangles of each vertex: those with a corner near it along the surface.
-Lists candidates_of(const Surface& fine, const Lists& at_point, const std::vector<Facet>& facets,
-                    const std::vector<EdgePathSeeds>& seeds, EdgePaths& paths,
-                    double largest_path_edges) {
-  Lists candidates(static_cast<std::size_t>(fine.vertices.rows()));
-  for (std::size_t p = 0; p < at_point.size(); ++p) {
-    double longest_m = 0;
-    for (const std::int32_t t : at_point[p])
-      longest_m = std::max(longest_m, facets[static_cast<std::size_t>(t)].longest_m);
-    if (longest_m == 0) continue;
-    for (const std::int32_t vertex : paths.within(seeds[p], largest_path_edges * longest_m)) {
-      auto& list = candidates[static_cast<std::size_t>(vertex)];
-      list.insert(list.end(), at_point[p].begin(), at_point[p].end());
+// How far along the surface each test point answers for vertices [m]; negative without triangle.
+std::vector<double> ranges_of(const Triangles& triangles, const std::vector<Facet>& facets,
+                              std::size_t points, double largest_path_edges) {
+  std::vector<double> ranges(points, -1);
+  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      double& range = ranges[static_cast<std::size_t>(triangles(t, k))];
+      range = std::max(range, largest_path_edges * facets[static_cast<std::size_t>(t)].longest_m);
     }
-  }
-  for (auto& list : candidates) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  return candidates;
+  return ranges;
 }
 
 bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, double least_cosine) {
   Vec3 normal = Vec3::Zero();
   for (int k = 0; k < 3; ++k) normal += weight[k] * facet.outward[k];
   return normal.dot(outward) > least_cosine * normal.norm();
+}
+
+struct Projection {
+  std::int32_t triangle = -1;
+  TrianglePoint point{Vec3::Zero(), std::numeric_limits<double>::infinity()};
+};
+
+// Nearest of the candidate triangles that face alike and are near enough; the lowest among equals.
+Projection project(const Vec3& position, const Vec3& outward,
+                   const std::vector<std::int32_t>& candidates, const std::vector<Facet>& facets,
+                   const RefineOptions& options) {
+  const double least_cosine = std::cos(options.largest_angle_rad);
+  Projection best;
+  for (const std::int32_t t : candidates) {
+    const Facet& facet = facets[static_cast<std::size_t>(t)];
+    const TrianglePoint point =
+        nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
+    if (point.distance_m < best.point.distance_m &&
+        point.distance_m <= options.largest_distance_edges * facet.longest_m &&
+        faces_alike(facet, point.weight, outward, least_cosine))
+      best = {t, point};
+  }
+  return best;
 }
 
 // Exactly (1,0,0) and the like for a vertex that is a test point.
@@ -96,37 +119,33 @@ Vec3 without_unusable(Vec3 weight, const bool (&is_usable)[3]) {
 Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                     const std::vector<char>& is_wanted, const Triangles& triangles,
                     const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds,
-                    EdgePaths& paths, const RefineOptions& options) {
+                    const RefineOptions& options) {
   const auto facets = facets_of(curves, triangles);
-  const Lists candidates = candidates_of(fine, triangles_at(triangles, seeds.size()), facets, seeds,
-                                         paths, options.largest_path_edges);
-  const double least_cosine = std::cos(options.largest_angle_rad);
+  const Lists around = triangles_around(triangles, seeds.size());
+  const auto ranges = ranges_of(triangles, facets, seeds.size(), options.largest_path_edges);
+  std::vector<EdgePathSeeds> sources(seeds.size());
+  for (std::size_t p = 0; p < seeds.size(); ++p)
+    if (!around[p].empty()) sources[p] = seeds[p];
+  const NearestSource nearest = nearest_source(fine, sources);
+
   Blend blend{Triangles::Zero(fine.vertices.rows(), 3), Points::Zero(fine.vertices.rows(), 3), 0};
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
-    if (is_wanted[static_cast<std::size_t>(v)] == 0) continue;
-    const Vec3 position = fine.vertices.row(v), outward = outward_normal.row(v);
-    TrianglePoint best{Vec3::Zero(), std::numeric_limits<double>::infinity()};
-    std::int32_t nearest = -1;
-    for (const std::int32_t t : candidates[static_cast<std::size_t>(v)]) {
-      const Facet& facet = facets[static_cast<std::size_t>(t)];
-      const TrianglePoint point =
-          nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
-      if (point.distance_m < best.distance_m &&
-          point.distance_m <= options.largest_distance_edges * facet.longest_m &&
-          faces_alike(facet, point.weight, outward, least_cosine)) {
-        best = point;
-        nearest = t;
-      }
-    }
-    if (nearest < 0) continue;
-    const auto corners = triangles.row(nearest);
+    const auto i = static_cast<std::size_t>(v);
+    if (is_wanted[i] == 0 || nearest.source[i] < 0) continue;
+    const auto point = static_cast<std::size_t>(nearest.source[i]);
+    if (nearest.distance_m[i] > ranges[point]) continue;
+    const Vec3 position = fine.vertices.row(v);
+    const Projection hit =
+        project(position, outward_normal.row(v), around[point], facets, options);
+    if (hit.triangle < 0) continue;
+    const auto corners = triangles.row(hit.triangle);
     const auto usable = [&](int k) { return is_usable[static_cast<std::size_t>(corners[k])] != 0; };
     blend.point.row(v) = corners;
     blend.weight.row(v) = without_unusable(
-        snapped(facets[static_cast<std::size_t>(nearest)], position, best.weight),
+        snapped(facets[static_cast<std::size_t>(hit.triangle)], position, hit.point.weight),
         {usable(0), usable(1), usable(2)});
     if (blend.weight.row(v).sum() > 0)
-      blend.largest_projection_m = std::max(blend.largest_projection_m, best.distance_m);
+      blend.largest_projection_m = std::max(blend.largest_projection_m, hit.point.distance_m);
   }
   return blend;
 }

@@ -88,20 +88,19 @@ Model refine(const FittedCurves& curves, const Surface& fine,
       curves.position, curves.normal, fine, outward_normal, options.largest_angle_rad,
       options.largest_stray_diagonals * extent_m(fine.vertices).norm());
   const auto is_usable = usable_points(curves, seeds, found.left_out);
-  EdgePaths paths(fine);
 
   found.triangles = test_triangles;
   found.is_own_triangulation = test_triangles.rows() == 0;
   std::vector<std::int32_t> cell;
   if (found.is_own_triangulation) {
-    cell = paths.nearest_source(seeds_of(is_usable, seeds));
+    cell = nearest_source(fine, seeds_of(is_usable, seeds)).source;
     found.triangles = triangulate_over(fine, cell, curves.position, curves.normal,
                                        options.largest_angle_rad);
   }
   Blend blend = found.triangles.rows() == 0
                     ? blend_by_cell(cell, is_reachable)
                     : blend_by_area(curves, fine, outward_normal, is_reachable, found.triangles,
-                                    is_usable, seeds, paths, options);
+                                    is_usable, seeds, options);
   found.largest_projection_m = blend.largest_projection_m;
   Model model = model_of(curves, fine, outward_normal, std::move(blend));
   for (std::size_t v = 0; v < is_reachable.size(); ++v)

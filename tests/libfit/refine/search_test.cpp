@@ -66,23 +66,48 @@ TEST(TriangleTree, an_empty_surface_has_no_nearest_triangle) {
 
 TEST(EdgePaths, cells_split_a_strip_halfway_and_ties_go_to_the_lower_index) {
   const Surface strip = plate(10, 1, 1, 0.1);  // vertex 2 i at x = i / 10
-  const EdgePaths paths(strip);
-  const auto cell = paths.nearest_source({{{0, 0}}, {{20, 0}}, {}});
-  for (int i = 0; i <= 10; ++i) EXPECT_EQ(cell[static_cast<std::size_t>(2 * i)], i <= 5 ? 0 : 1);
+  const NearestSource found = nearest_source(strip, {{}, {{20, 0}}, {{0, 0}}});
+  for (int i = 0; i <= 10; ++i) {
+    const auto v = static_cast<std::size_t>(2 * i);
+    EXPECT_EQ(found.source[v], i < 5 ? 2 : 1);
+    EXPECT_NEAR(found.distance_m[v], std::min(i, 10 - i) / 10.0, 1e-15);
+  }
 }
 
-TEST(EdgePaths, stop_at_their_bound_and_at_gaps) {
-  const Surface both = together(plate(10, 1, 1, 0.1), plate(10, 1, 1, 0.1, 1e-6));
-  EdgePaths paths(both);
-  for (int round = 0; round < 2; ++round) {  // the second finds what the first found
-    const auto found = paths.within({{0, 0.05}}, 0.351);
-    std::vector<std::int32_t> along;
-    for (const std::int32_t v : found)
-      if (both.vertices(v, 1) == 0) along.push_back(v);
-    EXPECT_EQ(along, (std::vector<std::int32_t>{0, 2, 4, 6}));
+TEST(EdgePaths, agree_with_relaxing_every_edge_until_nothing_changes) {
+  const Surface sphere = icosphere(3, 1);
+  std::mt19937 random(4);
+  std::vector<EdgePathSeeds> sources(6);
+  for (auto& seeds : sources)
+    for (int k = 0; k < 3; ++k)
+      seeds.push_back({int(random() % unsigned(sphere.vertices.rows())), double(random() % 100) / 300});
+  std::vector<double> expected(static_cast<std::size_t>(sphere.vertices.rows()), 1e9);
+  for (const auto& seeds : sources)
+    for (const auto& seed : seeds)
+      expected[std::size_t(seed.vertex)] = std::min(expected[std::size_t(seed.vertex)], seed.distance_m);
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    for (Eigen::Index i = 0; i < sphere.triangles.size(); ++i) {
+      const int a = sphere.triangles.data()[i], b = sphere.triangles(i / 3, (i + 1) % 3);
+      const double length = (sphere.vertices.row(a) - sphere.vertices.row(b)).norm();
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+        if (expected[std::size_t(from)] + length < expected[std::size_t(to)] - 1e-12) {
+          expected[std::size_t(to)] = expected[std::size_t(from)] + length;
+          is_changed = true;
+        }
+    }
   }
-  EXPECT_EQ(paths.within({{3, 9}}, 1), std::vector<std::int32_t>{3}) << "a seed is always within";
-  EXPECT_EQ(paths.nearest_source({{{0, 0}}}).back(), -1);
+  const NearestSource found = nearest_source(sphere, sources);
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    EXPECT_NEAR(found.distance_m[v], expected[v], 1e-11) << "seed 4, vertex " << v;
+}
+
+TEST(EdgePaths, do_not_jump_gaps) {
+  const Surface both = together(plate(10, 1, 1, 0.1), plate(10, 1, 1, 0.1, 1e-6));
+  const NearestSource found = nearest_source(both, {{{0, 0}}});
+  EXPECT_EQ(found.source.front(), 0);
+  EXPECT_EQ(found.source.back(), -1);
+  EXPECT_EQ(found.distance_m.back(), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace
