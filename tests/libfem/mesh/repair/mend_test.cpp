@@ -1,0 +1,291 @@
+// Each defect by name: mended with a sentence, or refused with triangles and places.
+#include "libfem/mesh/repair/mend.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfit/core/error.hpp"
+#include "tests/libfem/mesh/repair/shapes.hpp"
+
+namespace palpate {
+namespace {
+
+using namespace mesh_repair_test;
+
+std::string all_changes(const Mended& mended) {
+  std::string text;
+  for (const std::string& change : mended.changes) text += change + "\n";
+  return text;
+}
+
+testing::AssertionResult says(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "'" << part << "' is not in: " << text;
+}
+
+testing::AssertionResult is_sound(const Surface& surface) {
+  const SurfaceFacts facts = surface_facts(surface);
+  if (facts.is_closed && facts.is_manifold && facts.is_oriented && facts.volume_m3 > 0 &&
+      facts.unused_vertices == 0)
+    return testing::AssertionSuccess();
+  return testing::AssertionFailure()
+         << "border " << facts.border_edges << ", non-manifold " << facts.non_manifold_edges
+         << ", pinched " << facts.pinched_vertices << ", unlike " << facts.unlike_edges
+         << ", volume " << facts.volume_m3;
+}
+
+std::string refusal(const Surface& surface, const MendOptions& options = {}) {
+  try {
+    mend_surface(surface, options, "body.obj");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "not refused";
+}
+
+TEST(Mend, a_sound_surface_comes_back_as_it_was_with_nothing_to_report) {
+  const Surface cube = box(0.1);
+  const Mended mended = mend_surface(cube, {}, "body.obj");
+  EXPECT_TRUE(mended.changes.empty()) << all_changes(mended);
+  EXPECT_EQ(mended.surface.vertices, cube.vertices);
+  EXPECT_EQ(mended.surface.triangles, cube.triangles);
+}
+
+TEST(Mend, vertices_apart_by_roundoff_are_welded) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Surface cube = box(1);
+    const Mended mended = mend_surface(torn(cube, 2e-10, seed), {}, "body.obj");
+    EXPECT_EQ(mended.surface.vertices.rows(), cube.vertices.rows()) << "seed " << seed;
+    EXPECT_TRUE(is_sound(mended.surface)) << "seed " << seed;
+    EXPECT_TRUE(says(all_changes(mended), "welded 268 duplicate vertices"));
+    EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1, 1e-8);
+  }
+}
+
+TEST(Mend, vertices_further_apart_are_welded_only_when_asked) {
+  const Surface cube = torn(box(1), 1e-6, 1);
+  EXPECT_TRUE(is_sound(mend_surface(cube, {.weld_m = 5e-6}, "body.obj").surface));
+  EXPECT_FALSE(says(refusal(cube), "not refused"));
+}
+
+TEST(Mend, inside_out_is_turned_outward) {
+  const Mended mended = mend_surface(turned(box(0.1)), {}, "body.obj");
+  EXPECT_TRUE(says(all_changes(mended), "turned 108 triangles outward"));
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 1e-15);
+}
+
+TEST(Mend, some_triangles_turned_are_turned_back_and_only_they_are_counted) {
+  Surface cube = box(0.1);
+  for (const int f : {0, 17, 50}) std::swap(cube.triangles(f, 0), cube.triangles(f, 1));
+  const Mended mended = mend_surface(cube, {}, "body.obj");
+  EXPECT_TRUE(says(all_changes(mended), "turned 3 triangles outward"));
+  EXPECT_TRUE(is_sound(mended.surface));
+}
+
+TEST(Mend, a_cavity_points_inward_whatever_it_did_before) {
+  const double solid = surface_facts(ball(0.1)).volume_m3,
+               hollow = surface_facts(ball(0.04)).volume_m3;
+  for (const Surface& inner : {ball(0.04), turned(ball(0.04))}) {
+    const Mended mended = mend_surface(together(ball(0.1), inner), {}, "body.obj");
+    EXPECT_TRUE(is_sound(mended.surface));
+    EXPECT_NEAR(surface_facts(mended.surface).volume_m3, solid - hollow, 1e-12);
+  }
+}
+
+TEST(Mend, zero_area_duplicate_and_unused_are_dropped) {
+  Surface cube = box(0.1);
+  const Vec3 a = cube.vertices.row(cube.triangles(0, 0)),
+             b = cube.vertices.row(cube.triangles(0, 1));
+  cube =
+      with_triangle(cube, a, b, 0.5 * (a + b));  // without area, and its third vertex unused then
+  cube = with_triangle(cube, a, b, Vec3(cube.vertices.row(cube.triangles(0, 2))));
+  const Mended mended = mend_surface(cube, {}, "body.obj");
+  EXPECT_TRUE(is_sound(mended.surface));
+  EXPECT_EQ(mended.surface.triangles.rows(), 108);
+  EXPECT_TRUE(says(all_changes(mended), "dropped 1 triangle without area"));
+  EXPECT_TRUE(says(all_changes(mended), "dropped 1 duplicate triangle"));
+}
+
+TEST(Mend, a_t_junction_is_split_without_changing_the_volume) {
+  // One triangle of the box is replaced by two over the middle of its longest side: the neighbour
+  // there still has the whole side.
+  Surface cube = box(0.1);
+  const Eigen::Vector3i t = cube.triangles.row(0);
+  int k = 0;  // the side opposite to the right angle
+  for (int i = 0; i < 3; ++i)
+    if ((cube.vertices.row(t[i]) - cube.vertices.row(t[(i + 1) % 3])).norm() > 0.04) k = i;
+  const Vec3 a = cube.vertices.row(t[k]), b = cube.vertices.row(t[(k + 1) % 3]),
+             c = cube.vertices.row(t[(k + 2) % 3]);
+  cube = without(cube, {0});
+  cube = with_triangle(with_triangle(cube, a, 0.5 * (a + b), c), 0.5 * (a + b), b, c);
+  const Mended mended = mend_surface(cube, {}, "body.obj");
+  EXPECT_TRUE(is_sound(mended.surface));
+  EXPECT_TRUE(says(all_changes(mended), "split 1 triangle"));
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 1e-12);
+}
+
+TEST(Mend, a_cap_triangle_gives_its_side_to_the_neighbour) {
+  // A triangle whose three vertices lie on a line closes a T-junction only by topology.
+  Surface cube = box(0.1);
+  const Eigen::Vector3i t = cube.triangles.row(0);
+  const Vec3 a = cube.vertices.row(t[0]), b = cube.vertices.row(t[1]), c = cube.vertices.row(t[2]);
+  const Vec3 m = 0.5 * (a + b);
+  cube = without(cube, {0});
+  cube = with_triangle(with_triangle(with_triangle(cube, a, m, c), m, b, c), a, b, m);
+  const Mended mended = mend_surface(cube, {}, "body.obj");
+  EXPECT_TRUE(is_sound(mended.surface)) << all_changes(mended);
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 1e-12);
+}
+
+TEST(Mend, a_hole_is_filled_and_its_width_told) {
+  const Mended mended = mend_surface(without(box(0.1), {8, 9}), {}, "body.obj");
+  EXPECT_TRUE(is_sound(mended.surface));
+  EXPECT_TRUE(says(all_changes(mended), "filled 1 hole (widest 47.1 mm)"));
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 1e-12);
+}
+
+TEST(Mend, an_open_border_stays_when_allowed) {
+  const Mended mended =
+      mend_surface(turned(without(box(0.1), {8, 9})), {.allow_open = true}, "body.obj");
+  const SurfaceFacts facts = surface_facts(mended.surface);
+  EXPECT_EQ(facts.border_edges, 4);
+  EXPECT_TRUE(facts.is_manifold && facts.is_oriented);
+  EXPECT_GT(facts.volume_m3, 0);  // about the first vertex, which the border hardly changes
+}
+
+TEST(Mend, stray_pieces_are_dropped_and_larger_ones_kept) {
+  const Surface three =
+      together(together(box(0.1), box(0.0005, {0.3, 0, 0}, 1)), box(0.02, {0.2, 0, 0}));
+  const Mended mended = mend_surface(three, {}, "body.obj");
+  EXPECT_EQ(surface_facts(mended.surface).components, 2);
+  EXPECT_TRUE(says(all_changes(mended), "dropped 1 stray piece of 12 triangles"));
+  EXPECT_EQ(surface_facts(mend_surface(three, {.smallest_component = 0}, "").surface).components,
+            3);
+  EXPECT_EQ(surface_facts(mend_surface(three, {.smallest_component = 0.5}, "").surface).components,
+            1);
+}
+
+TEST(Mend, boxes_that_share_an_edge_or_a_corner_are_separated) {
+  for (const Vec3& low : {Vec3(0.1, 0.1, 0), Vec3(0.1, 0.1, 0.1)}) {
+    const Surface two = together(box(0.1), box(0.1, low));
+    const Mended mended = mend_surface(two, {}, "body.obj");
+    EXPECT_TRUE(is_sound(mended.surface)) << all_changes(mended);
+    EXPECT_EQ(surface_facts(mended.surface).components, 2);
+    EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 2e-3, 2e-6);
+    EXPECT_TRUE(says(all_changes(mended), "separated"));
+  }
+}
+
+TEST(Mend, a_fin_on_an_edge_is_never_kept) {
+  // A third triangle on an edge of the box: a non-manifold edge.
+  const Surface cube = box(0.1);
+  const Vec3 a = cube.vertices.row(cube.triangles(0, 0)),
+             b = cube.vertices.row(cube.triangles(0, 1));
+  const Surface fin = with_triangle(cube, a, b, Vec3(-0.05, -0.05, -0.05));
+  try {
+    EXPECT_TRUE(is_sound(mend_surface(fin, {}, "body.obj").surface));
+  } catch (const Error& error) {
+    EXPECT_TRUE(says(error.what(), "m\n") || says(error.what(), "after mending"));
+  }
+}
+
+TEST(Mend, folds_are_removed_and_the_volume_change_told) {
+  const Surface sphere = ball(0.05, Vec3::Zero(), 24);
+  int removed = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    // One vertex is moved by two edge lengths, so that its triangles may cross those near it.
+    std::mt19937 random(seed);
+    Surface folded = sphere;
+    Vec3 move;
+    for (double& x : move) x = std::uniform_real_distribution<double>(-1, 1)(random);
+    folded.vertices.row(static_cast<Eigen::Index>(random() % 800)) +=
+        0.015 * move.normalized().transpose();
+    const Mended mended = mend_surface(folded, {}, "body.obj");
+    EXPECT_TRUE(is_sound(mended.surface)) << "seed " << seed;
+    const bool was_crossing = all_changes(mended).find("crossing pair") != std::string::npos;
+    if (was_crossing) {
+      EXPECT_TRUE(says(all_changes(mended), "changed the volume by"));
+    }
+    removed += was_crossing;
+    EXPECT_NEAR(surface_facts(mended.surface).volume_m3 / surface_facts(sphere).volume_m3, 1, 0.01);
+  }
+  EXPECT_GE(removed, 3);
+}
+
+TEST(Mend, two_bodies_through_each_other_are_refused_with_triangles_and_place) {
+  const std::string text = refusal(together(ball(0.05), ball(0.05, {0.04, 0, 0})));
+  EXPECT_TRUE(says(text, "body.obj: the surface crosses itself"));
+  EXPECT_TRUE(says(text, "triangles "));
+  EXPECT_TRUE(says(text, ") m"));
+  EXPECT_TRUE(says(text, "wrap"));
+}
+
+TEST(Mend, wrapping_makes_one_body_of_two_through_each_other_and_tells_the_distance) {
+  const Mended mended = mend_surface(together(ball(0.05), ball(0.05, {0.04, 0, 0})),
+                                     {.wrap = true, .wrap_alpha_m = 0.006}, "body.obj");
+  EXPECT_TRUE(is_sound(mended.surface));
+  EXPECT_EQ(surface_facts(mended.surface).components, 1);
+  EXPECT_TRUE(says(all_changes(mended), "Hausdorff distance"));
+  // Lens-shaped overlap of two balls of radius R with middles d apart: pi (4R + d)(2R - d)^2 / 12.
+  const double R = 0.05, d = 0.04, pi = std::acos(-1.0);
+  const double both =
+      2 * 4 / 3.0 * pi * R * R * R - pi * (4 * R + d) * (2 * R - d) * (2 * R - d) / 12;
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3 / both, 1, 0.05);
+}
+
+TEST(Mend, wrapping_is_not_done_where_mending_is_enough) {
+  const Mended mended = mend_surface(turned(box(0.1)), {.wrap = true}, "body.obj");
+  EXPECT_EQ(mended.surface.triangles.rows(), 108);
+}
+
+TEST(Mend, a_moebius_strip_is_refused_as_one_sided) {
+  constexpr int n = 12;
+  Surface strip{Points(2 * n, 3), Triangles(2 * n, 3)};
+  for (int i = 0; i < n; ++i) {
+    const double turn = 2 * std::acos(-1.0) * i / n;
+    for (const int s : {0, 1}) {
+      const double w = (s - 0.5) * 0.4, r = 1 + w * std::cos(turn / 2);
+      strip.vertices.row(2 * i + s) << r * std::cos(turn), r * std::sin(turn),
+          w * std::sin(turn / 2);
+    }
+    const int a = 2 * i, b = a + 1, c = i + 1 < n ? a + 2 : 1, d = i + 1 < n ? a + 3 : 0;
+    strip.triangles.row(2 * i) << a, b, c;
+    strip.triangles.row(2 * i + 1) << b, d, c;
+  }
+  EXPECT_TRUE(says(refusal(strip), "only one side"));
+}
+
+TEST(Mend, a_flat_sheet_encloses_nothing) {
+  Surface sheet{Points(4, 3), Triangles(2, 3)};
+  sheet.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
+  sheet.triangles << 0, 1, 2, 0, 2, 3;
+  EXPECT_FALSE(says(refusal(sheet), "not refused"));
+  EXPECT_EQ(mend_surface(sheet, {.allow_open = true}, "").surface.triangles.rows(), 2);
+}
+
+TEST(Mend, what_is_no_surface_is_refused) {
+  EXPECT_TRUE(says(refusal({Points(0, 3), Triangles(0, 3)}), "no triangles"));
+  Surface cube = box(0.1);
+  cube.triangles(6, 1) = 4000;
+  EXPECT_TRUE(says(refusal(cube), "triangle 7 uses a vertex that is not there"));
+  cube = box(0.1);
+  cube.vertices(4, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(says(refusal(cube), "vertex 5 has a coordinate that is not finite"));
+  cube = box(0.1);
+  cube.vertices.setZero();
+  EXPECT_TRUE(says(refusal(cube), "one place"));
+  cube = box(0.1);
+  cube.vertices.col(1).setZero();
+  cube.vertices.col(2).setZero();
+  EXPECT_TRUE(says(refusal(cube), "no triangle of the surface has an area"));
+  EXPECT_TRUE(says(refusal(box(0.1), {.weld_m = 1}), "welding distance"));
+}
+
+}  // namespace
+}  // namespace palpate
