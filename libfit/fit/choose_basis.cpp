@@ -32,7 +32,8 @@ Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const Curv
 // Errors of rows, each predicted by a fit that left its fold out. Only interpolation is judged: the
 // deepest group is always seen, and of a limit curve the shallowest too.
 struct HeldOut {
-  std::vector<double> relative, weighted;  // sizes
+  std::vector<double> relative;  // sizes over the row's force
+  std::vector<double> weighted;  // sizes over the point's rms force, both weighted
 };
 HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
                  const CurveBasis& basis, FitLoss loss) {
@@ -41,6 +42,9 @@ HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
   const Faint faint = faint_for(point, normal, basis);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
   const int first = point.normal.size() > 0 ? 0 : -1, last = point.rows.back().group;
+  double force_square = 0;
+  for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
+  const double rms = std::sqrt(force_square / static_cast<double>(point.rows.size()));
   HeldOut errors;
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<CurveRow> seen, unseen;
@@ -53,7 +57,7 @@ HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
       const double size = std::abs(increment_weights(spline, row.x).dot(increments) - row.f);
       errors.relative.push_back(size /
                                 std::max(std::abs(row.f), kRelativeFloor * point.largest));
-      errors.weighted.push_back(size * row.weight);
+      errors.weighted.push_back(size * row.weight / rms);
     }
   }
   return errors;
@@ -97,10 +101,12 @@ Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& norm
   return candidate;
 }
 
-// Whether a candidate's held-out errors are, row by row, within their scatter of the best one's.
-bool is_as_good(const Candidate& candidate, const Candidate& best) {
+// Whether a candidate's held-out errors exceed the best one's by no more than the tolerance or, row
+// by row, their scatter: what both leave is noise.
+bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance) {
   const auto n = static_cast<double>(best.squared.size());
   const double worse = candidate.mean_square - best.mean_square;
+  if (worse <= tolerance * tolerance) return true;
   double square = 0;
   for (std::size_t i = 0; i < best.squared.size(); ++i)
     square += std::pow(candidate.squared[i] - best.squared[i] - worse, 2);
@@ -202,7 +208,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   std::size_t chosen = meets(candidates.back()) ? candidates.size() - 1 : best;
   if (!meets(candidates.back()))
     for (std::size_t i = best + 1; i-- > 0;)
-      if (is_as_good(candidates[i], candidates[best])) chosen = i;
+      if (is_as_good(candidates[i], candidates[best], options.tolerance)) chosen = i;
   const BasisEvidence& evidence = candidates[chosen].evidence;
   report.basis = candidates[chosen].basis;
   report.reason =
@@ -211,7 +217,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
           ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
                 " meets the tolerance"
           : "held-out error of " + percent(evidence.heldout_error) +
-                " is above the tolerance, and more pieces do not lower it";
+                " is above the tolerance, but mostly noise: more pieces hardly lower it";
   return report;
 }
 
