@@ -12,11 +12,4 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
                                                   std::vector<PointRows>& rows,
                                                   const FitOptions& options);
 
-/// Increments of `factor` times a curve on another basis, by least squares on its range.
-Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
-                         const CurveBasis& to, double factor);
-
-/// Rows with weights scaled to a mean square of 1.
-std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
-
 }  // namespace palpate::fit

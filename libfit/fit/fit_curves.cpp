@@ -11,6 +11,7 @@
 #include <mutex>
 
 #include "libfit/core/error.hpp"
+#include "libfit/fit/choose_basis.hpp"
 #include "libfit/fit/score.hpp"
 #include "libfit/fit/solve_point.hpp"
 

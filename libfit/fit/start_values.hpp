@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "libfit/fit/choose_basis.hpp"
+#include "libfit/fit/held_out.hpp"
 
 namespace palpate::fit {
 

@@ -154,6 +154,42 @@ TEST(drag, three_depths_suffice_for_a_coulomb_limit_at_every_depth) {
     EXPECT_NEAR(found_limit(d), limit(d), 0.02 * limit(0.01)) << "depth " << d;
 }
 
+// Cattaneo-Mindlin: a rigid sphere on a half-space slips partially before it slides, and is
+// laterally stiffer the deeper it sits. Outside the separable model, as every simulated body is.
+TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {
+  const double radius_m = 0.01, young_Pa = 10e3, poisson = 0.45, friction = 0.5;
+  const double shear_Pa = young_Pa / (2 * (1 + poisson));
+  const Curve normal = [&](double d) {
+    return 4.0 / 3 * young_Pa / (1 - poisson * poisson) * std::sqrt(radius_m) * std::pow(d, 1.5);
+  };
+  const auto slide_m = [&](double d) {
+    return 3 * friction * normal(d) * (2 - poisson) / (16 * shear_Pa * std::sqrt(radius_m * d));
+  };
+  Recorder rig;
+  const int p = rig.add_point(Vec3(0, 1, 1));
+  rig.press(p, normal, 0.005, 12);
+  for (const double depth_m : {0.002, 0.0035, 0.005}) {
+    const Curve lateral = [&](double r) {
+      const double rest = std::max(0.0, 1 - r / slide_m(depth_m));
+      return friction * normal(depth_m) * (1 - std::pow(rest, 1.5));
+    };
+    for (const double angle : {0.0, 2.1, 4.2})
+      rig.flat_drag(p, normal, lateral, [&](double) { return friction * normal(depth_m); },
+                    depth_m, 2 * slide_m(depth_m), 8, angle);
+  }
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  const Curve limit = fitted_curve(fitted, p, CurveKind::limit);
+  EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
+  EXPECT_LT(report.median_relative_error, 0.02);
+  EXPECT_LT(report.p95_relative_error, 0.07);
+  for (const double depth_m : {0.002, 0.0035, 0.005})
+    EXPECT_NEAR(limit(depth_m), friction * normal(depth_m), 0.03 * limit(depth_m));
+  RecordProperty("p95", std::to_string(report.p95_relative_error));
+  RecordProperty("median", std::to_string(report.median_relative_error));
+  RecordProperty("max", std::to_string(report.max_relative_error));
+}
+
 TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {
   const Truth truth = random_truth(5);
   Recorder rig;
