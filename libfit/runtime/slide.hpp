@@ -29,6 +29,7 @@ constexpr int kMaxSegments = 16;    ///< straight pieces of one slip per tick; 1
 constexpr double kLateralZero_m = 1e-12;   ///< below a picometre the lateral direction is noise
 constexpr double kSlipTolerance = 1e-10;   ///< of f^r: keeps a solved slip from slipping again
 constexpr double kRootTolerance = 1e-13;   ///< of f^r: where Newton stops
+constexpr double kInside = 1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
 
 /// The bases of the three curves, shared by the body.
 struct CurveViews {
@@ -114,16 +115,17 @@ struct SlipRoot {
 };
 
 /// Safeguarded Newton with exact slopes inside a bisection bracket: excess(0) > 0 >= excess(end).
-/// At most kMaxRootSteps evaluations; unfinished, it returns the side that holds.
+/// scale: f^r at the start, what the tolerance is a share of; of the excess itself it would fall
+/// below rounding when slips are small. At most kMaxRootSteps evaluations; unfinished, it returns
+/// the side that holds.
 template <class Path>
 SlipRoot slip_root(const CurveViews& views, const Path& path, const Vec3d& x, double end,
-                   bool frictionless) noexcept {
+                   double scale, bool frictionless) noexcept {
   const Vec3<Dual> tip = widened<Dual>(x);
-  double lo = 0, hi = end, s = 0, slope = 0, scale = 0;
+  double lo = 0, hi = end, s = 0, slope = 0;
   for (int i = 0; i < kMaxRootSteps; ++i) {
     const Dual excess = slip_excess_along(views, path, tip, Dual(s, 1), frictionless);
     slope = excess.v;
-    if (i == 0) scale = excess.a;
     if (std::fabs(excess.a) <= kRootTolerance * scale) return {s, slope};
     if (excess.a > 0) lo = s; else hi = s;
     const double newton = s - excess.a / excess.v;
@@ -178,13 +180,16 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noex
     const double end = path.end() < lateral_m ? path.end() : lateral_m;
     const auto plain = path.plain();
     if (path.is_blocked() || flees(plain, values_of(x), lateral_m, end)) return SlideEnd::stopped;
+    const double inside = kInside * end;
     const bool holds_within =
-        slip_excess_along(views, plain, values_of(x), end, frictionless) < 0;
+        slip_excess_along(views, plain, values_of(x), inside, frictionless) < 0;
     T s = path.end() < lateral_m ? T(path.end()) : d.lateral_m;
-    if (holds_within)
-      s = differentiable_root(views, path, x,
-                              slip_root(views, plain, values_of(x), end, frictionless),
-                              frictionless);
+    if (holds_within) {
+      const double scale =
+          frictionless ? lateral_m : value_of(curve_at(views, spot, kLateral, d.lateral_m));
+      const SlipRoot root = slip_root(views, plain, values_of(x), inside, scale, frictionless);
+      s = differentiable_root(views, path, x, root, frictionless);
+    }
     if (surface.move(path, s, x) == Move::stopped) return SlideEnd::stopped;
     if (holds_within) return SlideEnd::slid;
   }

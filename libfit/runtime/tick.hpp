@@ -52,27 +52,20 @@ inline void forget(Contact& contact) noexcept {
   contact.has_tip = false;
 }
 
-/// A contact point whose curves are all zero: the outer rim of a skirt.
+/// A contact point whose curves are all zero: the outer rim of a skirt. There contact ends: coming
+/// back at depth would store energy that nobody supplied.
 inline bool is_powerless(const AssetView& asset, const Contact& contact) noexcept {
   for (int k = 0; k < 3; ++k)
     if (contact.weight[k] > 0 && asset.covered[asset.corner(contact.triangle, k)]) return false;
   return true;
 }
 
-/// Begins contact where the way from p to x enters the body. A powerless contact gives way to a
-/// new one, and ends when it is farther off than the surface is deep.
+/// Begins contact where the way from p to x enters the body, if it does.
 inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
                          const Vec3d& x) noexcept {
   const Entry entry = first_entry(asset, p, x);
-  if (entry.triangle >= 0) {
-    contact.triangle = entry.triangle;
-    for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
-    return;
-  }
-  if (contact.triangle < 0) return;
-  const Vec3d delta = x - MeshSurface(asset, contact.triangle, contact.weight).standing().point;
-  const double reach_m = double(asset.max_depth_m[contact.triangle]);
-  if (dot(delta, delta) > reach_m * reach_m) release(contact);
+  contact.triangle = entry.triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
 }
 
 inline void account(Contact& contact, const MeshSurface& surface) noexcept {
@@ -94,7 +87,8 @@ inline Status answer(const AssetView& asset, Contact& contact, const Vec3d& x,
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weights()[k];
   const MeshSpot<double> spot = surface.standing();
   const Deflection<double> d = split(x - spot.point, spot.normal);
-  if (!(d.normal_m > 0) && end != SlideEnd::unfinished) {
+  const bool is_lifted = !(d.normal_m > 0) && end != SlideEnd::unfinished;
+  if (is_lifted || is_powerless(asset, contact)) {
     release(contact);
     return Status::ok;
   }
@@ -126,7 +120,8 @@ inline Status answer(const AssetView& asset, Contact& contact, const Vec3d& x,
 /// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
 /// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
 /// the tip is; a tip that starts inside the body feels nothing until it has come out and entered
-/// again through a covered triangle. Touch is swept from the previous tip, so nothing tunnels.
+/// again through a covered triangle; so does one that slid off over the rim of the covered surface,
+/// where forces have faded to zero. Touch is swept from the previous tip, so nothing tunnels.
 /// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
 /// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
 /// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
@@ -159,7 +154,7 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
     release(contact);
     return Status::tip_teleported;
   }
-  if (contact.triangle < 0 || is_powerless(asset, contact)) seek_contact(asset, contact, before, x);
+  if (contact.triangle < 0) seek_contact(asset, contact, before, x);
   if (contact.triangle < 0) return Status::ok;
   const Status status = answer(asset, contact, x, out);
   out.dissipated_J = contact.dissipated_J;

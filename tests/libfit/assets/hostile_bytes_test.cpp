@@ -1,0 +1,168 @@
+// Opening an asset trusts nothing. Run under sanitizers this is the proof that it reads no byte
+// outside and overflows nowhere.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+using runtime::Header;
+
+AssetBytes small_asset() { return make_asset_bytes(sphere_model(0.03, 6, uniform(400, 300, 0.3)), {.meta_json = "{\"a\": 1}"}); }
+
+Header header_of(const AssetBytes& bytes) {
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  return header;
+}
+
+void fix_checksum(AssetBytes& bytes, std::size_t size) {
+  const std::uint64_t sum = runtime::asset_checksum(bytes.data(), size);
+  std::memcpy(bytes.data() + offsetof(Header, checksum), &sum, sizeof sum);
+}
+
+Status open(const AssetBytes& bytes, std::size_t size) {
+  Status status;
+  const Asset asset = Asset::open(bytes.data(), size, &status);
+  EXPECT_EQ(asset.is_open(), status == Status::ok);
+  return status;
+}
+
+// The asset with one change and a good checksum.
+Status open_changed(const std::function<void(unsigned char*, Header&)>& change) {
+  AssetBytes bytes = small_asset();
+  Header header = header_of(bytes);
+  change(bytes.data(), header);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  fix_checksum(bytes, bytes.size());
+  return open(bytes, bytes.size());
+}
+
+template <class T>
+void poke(unsigned char* data, const Header& header, int section, std::size_t index, T value) {
+  std::memcpy(data + header.offset[section] + index * sizeof(T), &value, sizeof value);
+}
+
+TEST(hostile_bytes, the_asset_itself_opens) {
+  const AssetBytes bytes = small_asset();
+  EXPECT_EQ(open(bytes, bytes.size()), Status::ok);
+  EXPECT_EQ(bytes.size() % 64, 0U);
+}
+
+TEST(hostile_bytes, every_truncation_is_refused) {
+  const AssetBytes bytes = small_asset();
+  for (std::size_t size = 0; size < bytes.size(); size += size < 1024 ? 1 : 61) {
+    AssetBytes cut(bytes.size());
+    std::memcpy(cut.data(), bytes.data(), size);
+    EXPECT_NE(open(cut, size), Status::ok) << size;
+    if (size < sizeof(Header)) continue;
+    const std::uint64_t claimed = size;  // and with a header that agrees
+    std::memcpy(cut.data() + offsetof(Header, file_bytes), &claimed, sizeof claimed);
+    fix_checksum(cut, size);
+    EXPECT_NE(open(cut, size), Status::ok) << size;
+  }
+}
+
+TEST(hostile_bytes, every_changed_byte_is_refused_by_the_checksum_or_before) {
+  const AssetBytes bytes = small_asset();
+  std::mt19937 random(5);
+  for (int round = 0; round < 3000; ++round) {
+    AssetBytes changed = bytes;
+    changed.data()[random() % bytes.size()] ^= static_cast<unsigned char>(1 + random() % 255);
+    ASSERT_NE(open(changed, changed.size()), Status::ok) << "seed 5, round " << round;
+  }
+}
+
+TEST(hostile_bytes, changed_bytes_with_a_good_checksum_never_harm) {
+  // Many such assets are good (a moved vertex, another friction): then their forces are finite.
+  const AssetBytes bytes = small_asset();
+  std::mt19937 random(6);
+  int refused = 0, opened = 0;
+  for (int round = 0; round < 6000; ++round) {
+    AssetBytes changed = bytes;
+    const int flips = 1 + static_cast<int>(random() % 4);
+    for (int i = 0; i < flips; ++i) {
+      const std::size_t reach = round % 3 == 0 ? sizeof(Header) : bytes.size();
+      changed.data()[random() % reach] ^= static_cast<unsigned char>(1 << random() % 8);
+    }
+    fix_checksum(changed, changed.size());
+    Status status;
+    Asset asset = Asset::open(changed.data(), changed.size(), &status);
+    if (status == Status::replay_differs)  // what an attacker would do next: touch it nevertheless
+      asset = Asset::open_without_replay(changed.data(), changed.size(), &status);
+    ++(status == Status::ok ? opened : refused);
+    if (!asset.is_open()) continue;
+    Tool tool(asset);
+    for (int tick = 0; tick < 60; ++tick) {
+      const double t = tick / 60.0;
+      const Vec3 f = tool.tick({0.03 * std::sin(4 * t), 0.02 * std::sin(9 * t), 0.033 - 0.02 * std::sin(6 * t)});
+      ASSERT_TRUE(f.allFinite()) << "seed 6, round " << round;
+    }
+  }
+  EXPECT_GT(refused, 1000);
+  EXPECT_GT(opened, 500);
+}
+
+TEST(hostile_bytes, each_fault_has_its_status) {
+  const auto nan = std::numeric_limits<float>::quiet_NaN();
+  using D = unsigned char*;
+  EXPECT_EQ(open_changed([](D, Header& h) { h.magic[0] = 'Q'; }), Status::not_an_asset);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.endian_mark = 0x04030201; }), Status::other_endianness);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.version = 2; }), Status::other_version);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.file_bytes += 64; }), Status::size_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.vertices = -1; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.triangles = 1 << 30; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.meta_bytes = ~std::uint64_t{0}; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.offset[3] += 64; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.degree[1] = 5; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.origin_m[1] = std::numeric_limits<double>::infinity(); }), Status::numbers_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.max_step_m = 0; }), Status::numbers_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kVertices, 7, nan); }), Status::vertices_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, h.vertices); }), Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, -1); }), Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, h.triangles); }), Status::neighbours_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, 5); }), Status::neighbours_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormals, 2, 3.0F); }), Status::normals_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kNormals, 0, nan); }), Status::normals_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 3, -1.0F); }), Status::controls_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kControls, 3, nan); }), Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 0, 1.0F); }), Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }), Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormalTable, 2, 0.0); }), Status::curves_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kLimitTable, 12, 0.5); }), Status::curves_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 1, nan); }), Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, 0); }), Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, h.tree_nodes); }), Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeItems, 0, h.triangles); }), Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kCheckTicks, 15 * 6 + 5, 1.0); }), Status::replay_differs);
+}
+
+TEST(hostile_bytes, nothing_null_and_misaligned_are_refused) {
+  const AssetBytes bytes = small_asset();
+  Status status;
+  EXPECT_FALSE(Asset::open(nullptr, 1000, &status).is_open());
+  EXPECT_EQ(status, Status::bytes_missing);
+  AssetBytes moved(bytes.size() + 64);
+  std::memcpy(moved.data() + 8, bytes.data(), bytes.size());
+  EXPECT_FALSE(Asset::open(moved.data() + 8, bytes.size(), &status).is_open());
+  EXPECT_EQ(status, Status::bytes_misaligned);
+  EXPECT_TRUE(Asset::open(bytes.data(), bytes.size(), nullptr).is_open());
+}
+
+TEST(hostile_bytes, every_status_has_a_sentence) {
+  for (int i = 0; i <= static_cast<int>(Status::replay_differs); ++i) {
+    const std::string text = sentence(static_cast<Status>(i));
+    EXPECT_EQ(text.back(), '.') << i;
+    EXPECT_NE(text, "Unknown status.") << i;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,200 @@
+// The stick/slip law by itself, in double and with derivatives.
+
+#include "libfit/runtime/slide.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include "libfit/core/curve_basis.hpp"
+#include "libfit/runtime/quadric.hpp"
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+using runtime::Vec3d;
+
+// A value with three derivatives, as the fitter's Jets.
+struct Jet {
+  double a = 0, v[3] = {0, 0, 0};
+  Jet() = default;
+  explicit Jet(double value) : a(value) {}
+};
+template <class F>
+Jet combine(double a, const Jet& x, const Jet& y, F f) {
+  Jet out(a);
+  for (int i = 0; i < 3; ++i) out.v[i] = f(x.v[i], y.v[i]);
+  return out;
+}
+Jet operator+(const Jet& x, const Jet& y) { return combine(x.a + y.a, x, y, [](double p, double q) { return p + q; }); }
+Jet operator-(const Jet& x, const Jet& y) { return combine(x.a - y.a, x, y, [](double p, double q) { return p - q; }); }
+Jet operator*(const Jet& x, const Jet& y) {
+  return combine(x.a * y.a, x, y, [&](double p, double q) { return p * y.a + x.a * q; });
+}
+Jet operator/(const Jet& x, const Jet& y) {
+  return combine(x.a / y.a, x, y, [&](double p, double q) { return (p - x.a / y.a * q) / y.a; });
+}
+Jet operator+(const Jet& x, double y) { return x + Jet(y); }
+Jet operator-(const Jet& x, double y) { return x - Jet(y); }
+Jet operator*(const Jet& x, double y) { return x * Jet(y); }
+Jet operator*(double x, const Jet& y) { return Jet(x) * y; }
+Jet operator/(const Jet& x, double y) { return x / Jet(y); }
+Jet operator/(double x, const Jet& y) { return Jet(x) / y; }
+Jet sqrt(const Jet& x) {
+  const double root = std::sqrt(x.a);
+  return combine(root, x, x, [&](double p, double) { return p / (2 * root); });
+}
+
+// Three straight curves over [0, 1] m: slopes are the only controls.
+struct StraightCurves {
+  SplineTables tables = tabulate({1, {0, 1}});
+  runtime::CurveViews views;
+  StraightCurves() {
+    for (auto& view : views.view)
+      view = {1, 1, tables.knots.data(), tables.weights.data(), tables.integrals.data()};
+  }
+};
+
+template <class T>
+std::vector<runtime::Vec3<T>> replay(const std::array<T, 3>& slope, const runtime::Quadric& quadric,
+                                     const std::vector<double>& deflection, int* slipped = nullptr) {
+  const StraightCurves curves;
+  const T normal[2] = {T(0), slope[0]}, lateral[2] = {T(0), slope[1]}, limit[2] = {T(0), slope[2]};
+  const runtime::ControlPointers<T> controls{{normal, lateral, limit}};
+  const int rows = static_cast<int>(deflection.size() / 3);
+  std::vector<runtime::Vec3<T>> force(deflection.size() / 3);
+  const int count = runtime::replay_drag(curves.views, controls, quadric, deflection.data(), rows, force.data());
+  if (slipped) *slipped = count;
+  return force;
+}
+
+std::vector<double> curved_drag() {  // press 4 mm deep, then a bent way that slips, then a lift
+  std::vector<double> out;
+  for (int i = 0; i <= 8; ++i) out.insert(out.end(), {0, 0, 0.0005 * i});
+  for (int i = 1; i <= 20; ++i) out.insert(out.end(), {3e-4 * i, 1e-5 * i * i, 0.004 - 5e-5 * i});
+  for (int i = 1; i <= 8; ++i) out.insert(out.end(), {0.006, 0.004, 0.003 - 4e-4 * i});
+  return out;
+}
+
+TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
+  const Surface surface = cylinder_surface();
+  std::ifstream file(PALPATE_REFERENCE "/fixed_contact.csv");
+  std::string line;
+  int rows = 0;
+  while (std::getline(file, line)) {
+    std::stringstream cells(line);
+    std::vector<double> c;
+    for (std::string cell; std::getline(cells, cell, ',');) c.push_back(std::strtod(cell.c_str(), nullptr));
+    if (c.size() != 12 || line[0] == 't') continue;
+    ++rows;
+    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+    double k = 0, lateral = 0;
+    for (int j = 0; j < 3; ++j) {
+      const Vec3 x = surface.vertices.row(surface.triangles(static_cast<int>(c[0]), j));
+      const double n = c[static_cast<std::size_t>(j) + 1];
+      point += n * x;
+      normal -= n * Vec3(x[0], x[1], 0).normalized();
+      k += n * cylinder_normal_N_m(x);
+      lateral += n * cylinder_lateral_N_m(x);
+    }
+    const Vec3d u = runtime::normalized(Vec3d{normal[0], normal[1], normal[2]});
+    const Vec3d delta{c[4] - point[0], c[5] - point[1], c[6] - point[2]};
+    const auto d = runtime::split(delta, u);
+    EXPECT_NEAR(d.normal_m, c[7], 1e-15) << line;
+    EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << line;
+    const bool touches = d.normal_m > 0;
+    const Vec3d f = touches ? u * (k * d.normal_m * d.normal_m / 0.01) + d.lateral * (lateral * d.lateral_m)
+                            : Vec3d{0, 0, 0};
+    const double size = std::hypot(c[9], c[10], c[11]);
+    EXPECT_NEAR(f.x, c[9], 1e-9 * size) << line;
+    EXPECT_NEAR(f.y, c[10], 1e-9 * size) << line;
+    EXPECT_NEAR(f.z, c[11], 1e-9 * size) << line;
+  }
+  EXPECT_EQ(rows, 60);
+}
+
+TEST(law, forces_of_a_flat_drag_are_those_of_the_closed_form) {
+  // k_z 400, k_r 300, mu 0.25 on a plane: f^r = min(300 d, 0.25 * 400 * depth).
+  std::vector<double> deflection;
+  for (int i = 0; i <= 40; ++i) deflection.insert(deflection.end(), {2e-4 * i, 0, 0.004});
+  int slipped = 0;
+  const auto force = replay<double>({400, 300, 100}, {{0, 0, 1}, {}}, deflection, &slipped);
+  for (int i = 0; i <= 40; ++i) {
+    EXPECT_NEAR(force[static_cast<std::size_t>(i)].x, std::min(300 * 2e-4 * i, 0.4), 1e-12) << i;
+    EXPECT_NEAR(force[static_cast<std::size_t>(i)].z, 1.6, 1e-14) << i;
+  }
+  EXPECT_EQ(slipped, 34);
+}
+
+TEST(law, a_frictionless_drag_on_a_sphere_is_radial) {
+  const double radius = 0.05;
+  const runtime::Quadric sphere{{0, 0, 1}, {-1 / radius, 0, 0, 0, -1 / radius, 0, 0, 0, 0}};
+  const auto force = replay<double>({400, 300, 0}, sphere, {0, 0, 0.003, 0.001, 0, 0.003, 0.002, 0, 0.003});
+  for (std::size_t i : {1U, 2U}) {
+    const double x = 0.001 * static_cast<double>(i), down = radius - 0.003;
+    const double distance = std::hypot(x, down);
+    // The quadric's normal field turns as p / R: second order in p / R from the sphere's own.
+    EXPECT_NEAR(force[i].x / force[i].z, -x / down, 5e-3 * x / down) << i;
+    EXPECT_NEAR(std::hypot(force[i].x, force[i].z), 400 * (radius - distance), 2e-3 * 1.2) << i;
+  }
+}
+
+TEST(law, derivatives_flow_through_slips_and_lifts) {
+  const runtime::Quadric quadric{{0, 0, 1}, {-10, 2, 0, 2, -20, 0, 0, 0, 0}};
+  const std::array<double, 3> slope{400, 300, 100};
+  const std::vector<double> deflection = curved_drag();
+  std::array<Jet, 3> jets{Jet(400), Jet(300), Jet(100)};
+  for (std::size_t i = 0; i < 3; ++i) jets[i].v[i] = 1;
+  int slipped = 0;
+  const auto force = replay<Jet>(jets, quadric, deflection, &slipped);
+  EXPECT_GT(slipped, 15);
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto up = slope, down = slope;
+    up[i] += 1e-3;
+    down[i] -= 1e-3;
+    const auto plus = replay<double>(up, quadric, deflection), minus = replay<double>(down, quadric, deflection);
+    for (std::size_t row = 0; row < force.size(); ++row) {
+      EXPECT_NEAR(force[row].x.v[i], (plus[row].x - minus[row].x) / 2e-3, 1e-10) << row << ' ' << i;
+      EXPECT_NEAR(force[row].y.v[i], (plus[row].y - minus[row].y) / 2e-3, 1e-10) << row << ' ' << i;
+      EXPECT_NEAR(force[row].z.v[i], (plus[row].z - minus[row].z) / 2e-3, 1e-10) << row << ' ' << i;
+    }
+  }
+}
+
+TEST(law, values_of_jets_and_doubles_agree) {
+  const runtime::Quadric quadric{{0, 0, 1}, {-10, 2, 0, 2, -20, 0, 0, 0, 0}};
+  const auto plain = replay<double>({400, 300, 100}, quadric, curved_drag());
+  const auto jets = replay<Jet>({Jet(400), Jet(300), Jet(100)}, quadric, curved_drag());
+  for (std::size_t row = 0; row < plain.size(); ++row) {
+    EXPECT_NEAR(plain[row].x, jets[row].x.a, 1e-12) << row;
+    EXPECT_NEAR(plain[row].z, jets[row].z.a, 1e-12) << row;
+  }
+}
+
+TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
+  const runtime::Quadric quadric{{0, 0, 1}, {-15, 0, 0, 0, 5, 0, 0, 0, 0}};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int round = 0; round < 200; ++round) {
+    const StraightCurves curves;
+    const double normal[2] = {0, 400 * (0.2 + share(random))}, lateral[2] = {0, 300 * (0.2 + share(random))};
+    const double limit[2] = {0, 150 * share(random)};
+    runtime::QuadricSurface<double> surface{&quadric, {{normal, lateral, limit}}, {0, 0, 0}};
+    const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
+    const auto end = runtime::slide(curves.views, x, surface);
+    const auto spot = surface.standing();
+    const auto d = runtime::split(x - spot.point, spot.normal);
+    const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
+    if (end == runtime::SlideEnd::slid)
+      EXPECT_NEAR(pull, hold, 1e-9 * (pull + hold)) << "seed 7, round " << round;
+    else
+      EXPECT_LE(pull, hold) << "seed 7, round " << round;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,21 @@
+// Exports a sphere and the engine's folder for the compiler checks: make_probe_asset FOLDER.
+#include <filesystem>
+
+#include "libfit/assets/exporters.hpp"
+#include "tests/libfit/runtime/models.hpp"
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  const std::filesystem::path folder = argv[1];
+  std::filesystem::create_directories(folder);
+  const auto curves = [](const palpate::Vec3& x) {
+    const double k = 400 * (1 + 10 * x[0]);
+    return palpate::test::PointCurves{[=](double d) { return k * d * (1 + d / 0.01); },
+                                      [](double d) { return 300 * d; },
+                                      [=](double d) { return 0.4 * k * d; }};
+  };
+  palpate::ExportOptions options;
+  options.engine_dir = folder / "engine";
+  palpate::export_palp(palpate::test::sphere_model(0.03, 24, curves), folder / "probe.palp", options);
+  return 0;
+}

@@ -1,0 +1,43 @@
+// Hashes the outputs of 100000 ticks of a winding path: equal on every compiler and level.
+#include <cstdio>
+#include <cstdlib>
+
+#include "engine.hpp"
+using namespace palpate::runtime;
+
+int main(int argc, char** argv) {
+  std::FILE* file = argc > 1 ? std::fopen(argv[1], "rb") : nullptr;
+  if (!file) return 2;
+  std::fseek(file, 0, SEEK_END);
+  const auto size = static_cast<std::size_t>(std::ftell(file));
+  std::rewind(file);
+  void* bytes = std::aligned_alloc(64, size);
+  if (std::fread(bytes, 1, size, file) != size) return 2;
+  std::fclose(file);
+  Status status;
+  const Asset asset = Asset::open(bytes, size, &status);
+  if (status != Status::ok) return std::puts(sentence(status)), 1;
+  Contact contact;
+  Output out;
+  std::uint64_t hash = 0, random = 1;
+  long touching = 0, slipping = 0;
+  double tip[3] = {0.04, 0, 0}, goal[3] = {0, 0, 0.02};
+  for (int tick = 0; tick < 100000; ++tick) {
+    if (tick % 200 == 0)
+      for (double& g : goal) {
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        g = (double(random >> 11) / 9007199254740992.0 - 0.5) * 0.06;
+      }
+    for (int k = 0; k < 3; ++k) tip[k] += (goal[k] - tip[k]) * 0.01;
+    if (touch(asset, contact, tip, out) != Status::ok) return 1;
+    const double words[6] = {out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
+                             out.contact_m[0], out.stored_J, out.dissipated_J};
+    hash = hash * 31 + checksum(words, sizeof words);
+    touching += out.state != ContactState::air;
+    slipping += out.state == ContactState::slip;
+  }
+  std::printf("%016llx after %ld ticks in contact, %ld slipping\n",
+              static_cast<unsigned long long>(hash), touching, slipping);
+  std::free(bytes);
+  return touching > 1000 && slipping > 1000 ? 0 : 1;
+}

@@ -1,0 +1,152 @@
+// First touch and lift-off.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+Loaded load_sphere() { return load(sphere_model(0.03, 20, uniform(400, 300, 0.3))); }
+
+TEST(touch, no_speed_tunnels_through) {
+  const Loaded sphere = load_sphere();
+  for (double speed_m_s : {0.001, 0.05, 1.0, 20.0, 80.0}) {
+    Tool tool(sphere.asset);
+    tool.tick({0.0005, 0.0003, 0.0301});
+    const double step = speed_m_s * 1e-3;
+    double z = 0.0301;
+    for (int tick = 0; tick < 400 && tool.out.state == ContactState::air; ++tick) tool.tick({0.0005, 0.0003, z -= step});
+    ASSERT_EQ(tool.status, Status::ok) << speed_m_s;
+    EXPECT_NE(tool.out.state, ContactState::air) << speed_m_s << " m/s";
+    EXPECT_GT(tool.out.force_on_tool_N[2], 0) << speed_m_s << " m/s";
+  }
+}
+
+TEST(touch, contact_point_is_where_the_way_enters_not_the_nearest_point) {
+  const Loaded plate = load(plate_model(0.1, 10, uniform(400, 300, 100)));
+  Tool tool(plate.asset);
+  tool.tick({0.0, 0.001, 0.002});
+  tool.tick({0.004, 0.001, -0.002});  // in one tick, slanting
+  EXPECT_NEAR(tool.out.contact_m[0], 0.002, 1e-8);
+  EXPECT_NEAR(tool.out.contact_m[1], 0.001, 1e-8);
+  EXPECT_NEAR(tool.out.normal_m, 0.002, 1e-9);
+  EXPECT_NEAR(tool.out.lateral_m, 0.002, 1e-8);
+  EXPECT_NEAR(tool.out.force_on_tool_N[0], -300 * 0.002, 1e-5);
+  EXPECT_NEAR(tool.out.force_on_tool_N[2], 400 * 0.002, 1e-5);
+}
+
+TEST(touch, random_ways_into_a_closed_body_always_touch_on_the_near_side) {
+  const Loaded sphere = load_sphere();
+  std::mt19937 random(11);
+  std::normal_distribution<double> gauss;
+  for (int round = 0; round < 5000; ++round) {
+    const Vec3 from = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.04;
+    const Vec3 to = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.02;
+    Tool tool(sphere.asset);
+    tool.tick(from);
+    tool.tick(to);
+    ASSERT_NE(tool.out.state, ContactState::air) << "seed 11, round " << round;
+    ASSERT_EQ(tool.status, Status::ok);
+  }
+}
+
+TEST(touch, ways_through_vertices_and_edges_touch) {
+  const Model model = sphere_model(0.03, 20, uniform(400, 300, 0.3));
+  const Loaded sphere = load(model);
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    const Vec3 x = model.surface.vertices.row(v).cast<float>().cast<double>();
+    Tool tool(sphere.asset);
+    tool.tick(1.1 * x);
+    tool.tick(0.95 * x);
+    ASSERT_NE(tool.out.state, ContactState::air) << "vertex " << v;
+  }
+  for (Eigen::Index t = 0; t < model.surface.triangles.rows(); ++t) {
+    const Vec3 a = model.surface.vertices.row(model.surface.triangles(t, 0)), b = model.surface.vertices.row(model.surface.triangles(t, 1));
+    Tool tool(sphere.asset);
+    tool.tick(0.55 * (a + b));
+    tool.tick(0.475 * (a + b));
+    ASSERT_NE(tool.out.state, ContactState::air) << "edge of triangle " << t;
+  }
+}
+
+TEST(touch, a_tip_resting_on_the_surface_is_not_lost) {
+  const Loaded plate = load(plate_model(0.1, 10, uniform(400, 300, 0.3)));
+  Tool tool(plate.asset);
+  tool.tick({0.0013, 0.0007, 0.001});
+  tool.tick({0.0013, 0.0007, 0});
+  EXPECT_EQ(tool.out.state, ContactState::air);
+  tool.tick({0.0013, 0.0007, 0});
+  tool.tick({0.0013, 0.0007, -0.001});
+  EXPECT_EQ(tool.out.state, ContactState::stick);
+  EXPECT_NEAR(tool.out.force_on_tool_N[2], 0.4, 1e-6);
+}
+
+TEST(touch, lifting_off_pops_by_no_more_than_an_ordinary_tick) {
+  const Loaded sphere = load_sphere();
+  for (double sideways : {0.0, 0.5, 2.0, 8.0}) {
+    Tool tool(sphere.asset);
+    tool.go({0, 0, 0.031}, {0, 0, 0.028}, 1e-4);
+    tool.go({0, 0, 0.028}, {0.002, 0.001, 0.028}, 2e-5);
+    Vec3 before = tool.tick({0.002, 0.001, 0.028});
+    double jump_N = 0, last_N = 0;
+    Vec3 x(0.002, 0.001, 0.028);
+    for (int tick = 0; tick < 2000 && tool.contact.triangle >= 0; ++tick) {
+      x += Vec3(sideways, 0, 1) * 5e-6;
+      const Vec3 f = tool.tick(x);
+      jump_N = std::max(jump_N, (f - before).norm());
+      if (f.norm() > 0) last_N = f.norm();
+      before = f;
+    }
+    EXPECT_EQ(tool.contact.triangle, -1) << sideways;
+    EXPECT_LT(last_N, 500 * 5e-6 * (1 + sideways)) << "sideways " << sideways;
+    EXPECT_LT(jump_N, 700 * 5e-6 * (1 + sideways)) << "sideways " << sideways;
+  }
+}
+
+TEST(touch, leaving_from_inside_through_the_surface_makes_no_contact) {
+  const Loaded sphere = load_sphere();
+  Tool tool(sphere.asset);
+  tool.go({0, 0, 0.01}, {0, 0, 0.05}, 1e-4);
+  EXPECT_EQ(tool.out.state, ContactState::air);
+  EXPECT_EQ(tool.contact.dissipated_J, 0);
+  tool.go({0, 0, 0.05}, {0, 0, 0.029}, 1e-4);
+  EXPECT_EQ(tool.out.state, ContactState::stick);
+}
+
+TEST(touch, uncovered_triangles_are_air) {
+  Model model = sphere_model(0.03, 20, uniform(400, 300, 0.3));
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    if (model.surface.vertices(v, 2) > 0) continue;
+    model.is_covered[static_cast<std::size_t>(v)] = 0;
+    for (Controls& control : model.curves.control) control.row(v).setZero();
+  }
+  const Loaded half = load(model);
+  Tool above(half.asset), below(half.asset);
+  above.go({0.001, 0.002, 0.031}, {0.001, 0.002, 0.028}, 1e-4);
+  below.go({0.001, 0.002, -0.031}, {0.001, 0.002, -0.028}, 1e-4);
+  EXPECT_NE(above.out.state, ContactState::air);
+  EXPECT_EQ(below.out.state, ContactState::air);
+}
+
+TEST(touch, ten_thousand_random_walks_end_finite_and_bounded) {
+  const Loaded sphere = load_sphere();
+  std::mt19937 random(3);
+  std::normal_distribution<double> gauss;
+  for (int walk = 0; walk < 200; ++walk) {
+    Tool tool(sphere.asset);
+    Vec3 x = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.033;
+    const double step = std::pow(10.0, -5 + 3 * (walk / 200.0));
+    for (int tick = 0; tick < 500; ++tick) {
+      const Vec3 f = tool.tick(x += step * Vec3(gauss(random), gauss(random), gauss(random)) - x * 0.002);
+      ASSERT_TRUE(f.allFinite()) << "seed 3, walk " << walk << ", tick " << tick;
+      const double reach = x.norm() + 0.03;
+      ASSERT_LE(f.norm(), (400 + 300) * reach) << "seed 3, walk " << walk << ", tick " << tick;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
