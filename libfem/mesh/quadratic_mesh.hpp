@@ -13,13 +13,15 @@ namespace palpate::fem {
 /// where the boundary is curved they lie on it (isoparametric).
 /// region: #T, index of the tet's material (0: the body's own); empty means all 0.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
-/// and the surface it should lie on, where it could not be moved there without spoiling an element.
+/// and the surface it should lie on, where it could not be moved there without spoiling an element;
+/// contact_deviation_m: the same where the mesh is finest, which is what bears on a force.
 struct QuadraticMesh {
   Points nodes;
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 10, Eigen::RowMajor> tets;
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 6, Eigen::RowMajor> faces;
   std::vector<char> is_held;
   double deviation_m = 0;
+  double contact_deviation_m = 0;
   Eigen::VectorXi region;
 };
 

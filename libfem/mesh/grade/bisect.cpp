@@ -104,8 +104,8 @@ class Bisection {
     return middle;
   }
 
-  // Tet t becomes the half at one end of its longest edge; the other half is appended. Each half has
-  // the far face of its end, half of the two faces at the edge, and the cut, which is inside.
+  // Tet t becomes the half at one end of its longest edge; the other half is appended. Each half
+  // has the far face of its end, half of the two faces at the edge, and the cut, which is inside.
   void halve(std::size_t t) {
     const int edge = longest_edge(mesh_.tets[t]);
     const int a = kTetEdge[edge][0], b = kTetEdge[edge][1];
@@ -126,10 +126,10 @@ class Bisection {
   const GradeOptions& options_;
   BisectedMesh mesh_;
   EdgeMap midpoint_;
-  std::int64_t clock_ = 0;                 // edges halved so far
-  std::vector<std::int64_t> halved_at_;    // per node: clock when an edge at it was halved last
-  std::vector<std::int64_t> checked_at_;   // per tet: clock when last found without hanging node
-  std::vector<char> is_fine_;              // per tet: known to be small enough
+  std::int64_t clock_ = 0;                // edges halved so far
+  std::vector<std::int64_t> halved_at_;   // per node: clock when an edge at it was halved last
+  std::vector<std::int64_t> checked_at_;  // per tet: clock when last found without hanging node
+  std::vector<char> is_fine_;             // per tet: known to be small enough
 };
 
 }  // namespace

@@ -49,8 +49,7 @@ Triangles boundary_triangles(const Tets& tets) {
   Triangles triangles(static_cast<Eigen::Index>(faces.size()), 3);
   for (std::size_t f = 0; f < faces.size(); ++f)
     for (int k = 0; k < 3; ++k)
-      triangles(static_cast<Eigen::Index>(f), k) =
-          tets(faces[f].tet, kTetFace[faces[f].face][k]);
+      triangles(static_cast<Eigen::Index>(f), k) = tets(faces[f].tet, kTetFace[faces[f].face][k]);
   return triangles;
 }
 

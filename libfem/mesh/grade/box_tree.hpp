@@ -41,12 +41,12 @@ class BoxTree {
       if (squared > squared_best) continue;
       const Node& node = nodes_[index];
       if (node.count > 0) {
-        for (std::int32_t k = 0; k < node.count; ++k)
-          visit(order_[node.first + k], squared_best);
+        for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k], squared_best);
         continue;
       }
       std::pair<double, std::int32_t> left{squared_distance(nodes_[index + 1], point), index + 1};
-      std::pair<double, std::int32_t> right{squared_distance(nodes_[node.first], point), node.first};
+      std::pair<double, std::int32_t> right{squared_distance(nodes_[node.first], point),
+                                            node.first};
       if (left.first < right.first) std::swap(left, right);
       stack[size++] = left;
       stack[size++] = right;

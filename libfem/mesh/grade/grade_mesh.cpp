@@ -113,13 +113,22 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const BisectedM
   }
 }
 
+void note_deviation(const Placement& placed, const GradeOptions& options, QuadraticMesh& out) {
+  for (std::size_t n = 0; n < placed.nodes.size(); ++n) {
+    if (placed.off_m[n] == 0) continue;
+    out.deviation_m = std::max(out.deviation_m, placed.off_m[n]);
+    if (wanted_size_m(options, placed.nodes[n]) <= options.h_contact_m)
+      out.contact_deviation_m = std::max(out.contact_deviation_m, placed.off_m[n]);
+  }
+}
+
 }  // namespace
 
 double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double six_volumes = std::abs((b - a).cross(c - a).dot(d - a));
-  const double longest = std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(),
-                                             (c - a).squaredNorm(), (a - d).squaredNorm(),
-                                             (b - d).squaredNorm(), (c - d).squaredNorm()}));
+  const double longest =
+      std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm(),
+                          (a - d).squaredNorm(), (b - d).squaredNorm(), (c - d).squaredNorm()}));
   return std::max(std::cbrt(six_volumes), longest / std::sqrt(3.0));
 }
 
@@ -146,7 +155,8 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   number_nodes(mesh, boundary, corners, middles, out);
   list_faces(mesh, boundary, out);
   hold(base, is_held, mesh, boundary, out);
-  out.deviation_m = std::max(corners.deviation_m, middles.deviation_m);
+  note_deviation(corners, options, out);
+  note_deviation(middles, options, out);
   if (base.region.size() > 0) {
     out.region.resize(out.tets.rows());
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)

@@ -27,26 +27,29 @@ struct GradeOptions {
 };
 
 /// The base mesh bisected where contact will be, with quadratic nodes on the smooth surface.
-/// base: coarse tets [m], any conforming mesh. is_held: #base nodes. Returned regions are the base's.
-/// Corner nodes come first, the base's own among them with their indices, then mid-edge nodes.
+/// base: coarse tets [m], any conforming mesh. is_held: #base nodes. Returned regions are the
+/// base's. Corner nodes come first, the base's own among them with their indices, then mid-edge
+/// nodes.
 ///
 /// Refinement halves longest edges until every tet is small enough and none has a halved edge
 /// (Rivara 1984, doi:10.1002/nme.1620200412): conforming always. Boundary nodes are then moved onto
-/// the smooth surface in the order they were born, each from the middle of its moved parents, so that
-/// the inside follows. Nodes on creases (boundary edges sharper than 40 degrees in the base, with a
-/// crease of the surface nearby) go to the crease only. A move that would leave an element less than
-/// a fifth of its straight volume, or a determinant that small at a quadrature point, a corner or the
-/// centroid, is halved, and in the end dropped: `deviation_m` tells how far off that left a node.
-/// A new node is held when it lies on a boundary face or in a tet of the base whose corners all are.
+/// the smooth surface in the order they were born, each from the middle of its moved parents, so
+/// that the inside follows. Nodes on creases (boundary edges sharper than 40 degrees in the base,
+/// with a crease of the surface nearby) go to the crease only. A move that would leave an element
+/// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
+/// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
+/// far off that left a node, `contact_deviation_m` the same where size(x) is h_contact_m. A new
+/// node is held when it lies on a boundary face or in a tet of the base whose corners all are.
 ///
-/// Throws Error on options out of range, on is_held of another length, on a tet that is not positive
-/// and when max_corners is passed. Depends on nothing but its arguments; thread-safe.
+/// Throws Error on options out of range, on is_held of another length, on a tet that is not
+/// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.
 QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
                          const SmoothSurface& surface, const GradeOptions& options);
 
 /// Size of a tet [m]: the edge of the cube that six of its volume fill, or, if larger, its longest
-/// edge / sqrt(3) (the cube's diagonal), so that a flat tet cannot pass for a small one. A cube split
-/// in six has its own edge as size, so h means what it means on a grid; a regular tet 0.89 edges.
+/// edge / sqrt(3) (the cube's diagonal), so that a flat tet cannot pass for a small one. A cube
+/// split in six has its own edge as size, so h means what it means on a grid; a regular tet 0.89
+/// edges.
 double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// The size that grading asks for at x [m]; see GradeOptions.

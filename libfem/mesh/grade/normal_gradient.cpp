@@ -10,9 +10,10 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kTerms = 10;              // 1, x, y, x^2, xy, y^2 and the four cubics
-constexpr double kSamplesPerRadius = 4;  // twelve or more samples a fit of 10 terms even at a corner
-constexpr int kMaxSplit = 32;            // a triangle far larger than the patch is sampled no finer
+constexpr int kTerms = 10;  // 1, x, y, x^2, xy, y^2 and the four cubics
+constexpr double kSamplesPerRadius =
+    4;                         // twelve or more samples a fit of 10 terms even at a corner
+constexpr int kMaxSplit = 32;  // a triangle far larger than the patch is sampled no finer
 
 struct Sample {
   Vec3 position;

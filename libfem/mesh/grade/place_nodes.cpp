@@ -12,10 +12,11 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kCompatibleCosine = 0.5;  // 60 degrees: never the other side, nor across an edge
-// A right angle between neighbouring facets bulges by 0.21 of an edge; farther off is another sheet.
+// A right angle between neighbouring facets bulges by 0.21 of an edge; farther off is another
+// sheet.
 constexpr double kMoveLimit = 0.35;
 constexpr double kSpoilt = 0.2;  // of the straight element: below it Newton steps start to invert
-constexpr double kSmallestScale = 0.25;  // two halvings, then the move is dropped
+constexpr double kSmallestScale = 0.125;  // three halvings, then the move is dropped
 
 double six_volumes(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
   return (x[n[1]] - x[n[0]]).cross(x[n[2]] - x[n[0]]).dot(x[n[3]] - x[n[0]]);
@@ -33,6 +34,12 @@ std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, No
   const auto hit = surface.closest(guess, direction, kCompatibleCosine);
   if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
   return hit->position;
+}
+
+// A node without a goal is as far off as the surface's nearest facet.
+double distance_off(const SmoothSurface& surface, const Vec3& node, const Vec3& goal,
+                    char is_lost) {
+  return is_lost ? surface.closest(node).distance_m : (node - goal).norm();
 }
 
 // Mean length of the boundary edges at each base node, 0 inside. Every edge counts twice.
@@ -160,18 +167,15 @@ Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
 
   Placement out;
   out.nodes = move_unless_spoilt(
-      mesh.nodes, goal, mesh.tets.size(),
-      [&](std::size_t t) { return mesh.tets[t].node; },
+      mesh.nodes, goal, mesh.tets.size(), [&](std::size_t t) { return mesh.tets[t].node; },
       [&](std::size_t t, const std::vector<Vec3>& at) {
         return six_volumes(at, mesh.tets[t].node) <
                kSpoilt * six_volumes(mesh.nodes, mesh.tets[t].node);
       });
-  for (std::size_t n = 0; n < goal.size(); ++n) {
-    if (boundary.kind[n] == NodeKind::inside) continue;
-    const double off = is_lost[n] ? surface.closest(out.nodes[n]).distance_m
-                                  : (out.nodes[n] - goal[n]).norm();
-    out.deviation_m = std::max(out.deviation_m, off);
-  }
+  out.off_m.assign(goal.size(), 0.0);
+  for (std::size_t n = 0; n < goal.size(); ++n)
+    if (boundary.kind[n] != NodeKind::inside)
+      out.off_m[n] = distance_off(surface, out.nodes[n], goal[n], is_lost[n]);
   return out;
 }
 
@@ -221,11 +225,9 @@ Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
                              : Vec3(0.5 * (nodes[kTetEdge[k][0]] + nodes[kTetEdge[k][1]]));
         return smallest_jacobian(nodes) < kSpoilt * six_volumes(corners, n);
       });
-  for (std::size_t e = 0; e < count; ++e) {
-    const double off = is_lost[e] ? surface.closest(out.nodes[e]).distance_m
-                                  : (out.nodes[e] - goal[e]).norm();
-    out.deviation_m = std::max(out.deviation_m, off);
-  }
+  out.off_m.resize(count);
+  for (std::size_t e = 0; e < count; ++e)
+    out.off_m[e] = distance_off(surface, out.nodes[e], goal[e], is_lost[e]);
   return out;
 }
 

@@ -10,32 +10,32 @@
 
 namespace palpate::fem {
 
-/// What a node of the boundary may do: inside ones follow, `smooth` ones go to the surface, `crease`
-/// ones to the crease, `corner` ones (where creases meet) stay.
+/// What a node of the boundary may do: inside ones follow, `smooth` ones go to the surface,
+/// `crease` ones to the crease, `corner` ones (where creases meet) stay.
 enum class NodeKind : std::int8_t { inside, smooth, crease, corner };
 
 /// An edge of the boundary between two faces.
 struct BoundaryEdge {
   std::int32_t a, b;
-  Vec3 direction;   ///< sum of the base normals of its two faces
-  bool is_crease;   ///< they meet at more than the crease angle
+  Vec3 direction;  ///< sum of the base normals of its two faces
+  bool is_crease;  ///< they meet at more than the crease angle
 };
 
 /// The boundary of a bisected mesh, as the base mesh shapes it.
 struct Boundary {
   std::vector<BoundaryFace> faces;
   std::vector<BoundaryEdge> edges;
-  EdgeMap edge_of;                  ///< from two corner nodes to `edges`
-  std::vector<NodeKind> kind;       ///< per corner node
-  std::vector<Vec3> direction;      ///< per corner node: base normals weighted by face area
-  std::vector<double> spacing_m;    ///< per base node: mean length of its boundary edges
+  EdgeMap edge_of;                ///< from two corner nodes to `edges`
+  std::vector<NodeKind> kind;     ///< per corner node
+  std::vector<Vec3> direction;    ///< per corner node: base normals weighted by face area
+  std::vector<double> spacing_m;  ///< per base node: mean length of its boundary edges
 };
 Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad);
 
 /// Nodes on the surface, as far as elements allow.
 struct Placement {
-  std::vector<Vec3> nodes;  ///< [m]
-  double deviation_m = 0;   ///< largest distance of a boundary node to where it should be
+  std::vector<Vec3> nodes;    ///< [m]
+  std::vector<double> off_m;  ///< distance of each to where it should be; 0 inside
 };
 
 /// Corner nodes, each from the middle of its placed parents onto the surface (inside ones stay in

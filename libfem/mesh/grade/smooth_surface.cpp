@@ -178,7 +178,8 @@ std::optional<SurfaceHit> SmoothSurface::closest_where(const Vec3& point, Accept
 }
 
 SurfaceHit SmoothSurface::closest(const Vec3& point) const {
-  // Some triangle has an area (checked on construction), so there is always a hit for finite points.
+  // Some triangle has an area (checked on construction), so there is always a hit for finite
+  // points.
   return closest_where(point, [&](std::int32_t f) { return !facet_normal_.row(f).isZero(0); })
       .value_or(SurfaceHit{});
 }

@@ -28,15 +28,16 @@ struct CreaseHit {
 /// A smooth surface through the vertices of a triangulated one, its creases kept.
 /// Each corner of a triangle has the angle-weighted normal of the fan of triangles that reaches it
 /// without crossing a crease: an edge whose triangles meet at more than `crease_angle_rad`, or that
-/// has not exactly two triangles. Inside a triangle, with barycentric weights w and p = sum w_i p_i,
+/// has not exactly two triangles. Inside a triangle, with barycentric weights w and p = sum w_i
+/// p_i,
 ///
 ///     x(w) = p - 1/2 sum_i w_i ((p - p_i) . n_i) n_i        (Phong tessellation, factor 1/2)
 ///
 /// Boubekeur and Alexa 2008 (doi:10.1145/1409060.1409085) take 3/4 for the looks. 1/2 is the value
 /// that reproduces any quadric to second order: over z = x.Hx/2, sum w_i (p - p_i).n_i is twice the
 /// height of the facet above it. Edge midpoints agree with those of PN triangles. A box with sharp
-/// edges is reproduced exactly. On a crease the two sides may disagree by the facets' sagitta there.
-/// Const members are thread-safe; results depend on the surface alone.
+/// edges is reproduced exactly. On a crease the two sides may disagree by the facets' sagitta
+/// there. Const members are thread-safe; results depend on the surface alone.
 class SmoothSurface {
  public:
   static constexpr double kCreaseAngle_rad = 40 * 3.14159265358979323846 / 180;
@@ -49,7 +50,8 @@ class SmoothSurface {
   SurfaceHit closest(const Vec3& point) const;
 
   /// Nearest point over triangles whose outward normal is within the angle of cosine `min_cosine`
-  /// to `direction` (any length), so that a thin sheet's other side is never hit. Empty without one.
+  /// to `direction` (any length), so that a thin sheet's other side is never hit. Empty without
+  /// one.
   std::optional<SurfaceHit> closest(const Vec3& point, const Vec3& direction,
                                     double min_cosine) const;
 
@@ -63,11 +65,11 @@ class SmoothSurface {
   Vec3 normal(std::int32_t triangle, const Vec3& weights) const;
 
   /// du/dc [1/m] of the inward unit normal along the surface at a hit (or the point closest to
-  /// `point`): symmetric, its null space holds the hit's normal; -1/R on the tangents of a sphere of radius R.
-  /// Least squares of a cubic height function over the patch within `radius_m` [m] (the size of what
-  /// will touch it), weighted by area and falling to zero at the rim; the patch stops at creases.
-  /// A sphere is overestimated by about 0.15 (radius/R)^2. Throws Error unless radius_m > 0.
-  /// Source: Cazals and Pouget 2005 (doi:10.1016/j.cagd.2004.09.004).
+  /// `point`): symmetric, its null space holds the hit's normal; -1/R on the tangents of a sphere
+  /// of radius R. Least squares of a cubic height function over the patch within `radius_m` [m]
+  /// (the size of what will touch it), weighted by area and falling to zero at the rim; the patch
+  /// stops at creases. A sphere is overestimated by about 0.15 (radius/R)^2. Throws Error unless
+  /// radius_m > 0. Source: Cazals and Pouget 2005 (doi:10.1016/j.cagd.2004.09.004).
   Mat3 normal_gradient(const SurfaceHit& hit, double radius_m) const;
   Mat3 normal_gradient(const Vec3& point, double radius_m) const;
 
@@ -91,8 +93,8 @@ class SmoothSurface {
 
   Surface surface_;
   double crease_angle_rad_;
-  Points facet_normal_;     // #F x 3 unit, zero without area
-  Points corner_normal_;    // 3#F x 3 unit, row 3f + k
+  Points facet_normal_;         // #F x 3 unit, zero without area
+  Points corner_normal_;        // 3#F x 3 unit, row 3f + k
   Triangles smooth_neighbour_;  // #F x 3: triangle across edge (k, k+1), -1 at a crease
   std::vector<Edge> crease_;
   BoxTree triangle_tree_, crease_tree_;

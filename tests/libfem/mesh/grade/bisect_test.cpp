@@ -99,8 +99,8 @@ TEST(Bisect, every_inner_face_joins_two_tets_and_no_volume_is_lost) {
 TEST(Bisect, size_is_the_edge_of_the_cube_and_flat_tets_do_not_pass_for_small) {
   const TetMesh cube = structured_block({0.003, 0.003, 0.003}, {1, 1, 1});
   for (Eigen::Index t = 0; t < 6; ++t) EXPECT_NEAR(size_of(cube, t), 0.003, 1e-15);
-  EXPECT_NEAR(tet_size_m({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, 1e-9}),
-              std::sqrt(2.0 / 3), 1e-12);
+  EXPECT_NEAR(tet_size_m({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, 1e-9}), std::sqrt(2.0 / 3),
+              1e-12);
 }
 
 TEST(Bisect, every_tet_is_as_small_as_asked_and_far_ones_are_left_alone) {

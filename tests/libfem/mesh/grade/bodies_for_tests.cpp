@@ -12,12 +12,12 @@ namespace palpate::fem {
 
 Surface icosphere(double radius_m, int levels) {
   const double g = 0.5 * (1 + std::sqrt(5.0));
-  std::vector<Vec3> x{{-1, g, 0}, {1, g, 0},   {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+  std::vector<Vec3> x{{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
                       {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  std::vector<Eigen::Vector3i> f{
-      {0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-      {3, 8, 9},  {4, 9, 5},  {2, 4, 11},  {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  std::vector<Eigen::Vector3i> f{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<int, int>, int> middle;
     const auto between = [&](int a, int b) {
@@ -43,15 +43,18 @@ Surface icosphere(double radius_m, int levels) {
   return out;
 }
 
-TetMesh tet_ball(double radius_m, int levels) {
-  const Surface sphere = icosphere(radius_m, levels);
+TetMesh star(const Surface& surface, const Vec3& centre) {
   TetMesh mesh;
-  mesh.nodes.resize(sphere.vertices.rows() + 1, 3);
-  mesh.nodes << Points::Zero(1, 3), sphere.vertices;
-  mesh.tets.resize(sphere.triangles.rows(), 4);
+  mesh.nodes.resize(surface.vertices.rows() + 1, 3);
+  mesh.nodes << centre.transpose(), surface.vertices;
+  mesh.tets.resize(surface.triangles.rows(), 4);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
-    mesh.tets.row(t) << 0, sphere.triangles.row(t).array() + 1;
+    mesh.tets.row(t) << 0, surface.triangles.row(t).array() + 1;
   return mesh;
+}
+
+TetMesh tet_ball(double radius_m, int levels) {
+  return star(icosphere(radius_m, levels), Vec3::Zero());
 }
 
 Surface cylinder(double radius_m, double length_m, int around, int along) {

@@ -8,7 +8,10 @@ namespace palpate::fem {
 /// Sphere about the origin: an icosahedron, each triangle split 4^levels-fold, vertices on it.
 Surface icosphere(double radius_m, int levels);
 
-/// The icosphere's triangles joined to its centre, node 0.
+/// A star-shaped surface's triangles joined to a centre inside, node 0; vertex v is node v + 1.
+TetMesh star(const Surface& surface, const Vec3& centre);
+
+/// The star of an icosphere.
 TetMesh tet_ball(double radius_m, int levels);
 
 /// Closed cylinder about the z axis from 0 to length, `around` x `along` quads, capped by fans.

@@ -84,8 +84,8 @@ TEST(GradeMesh, faces_point_outward_with_mid_edge_nodes_in_order) {
   EXPECT_NEAR(volume_m3(Surface{mesh.nodes, mesh.faces.leftCols<3>()}), 4e-4, 4e-16);
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
     for (int k = 0; k < 3; ++k) {
-      const Vec3 middle = 0.5 * (mesh.nodes.row(mesh.faces(f, k)) +
-                                 mesh.nodes.row(mesh.faces(f, (k + 1) % 3)));
+      const Vec3 middle =
+          0.5 * (mesh.nodes.row(mesh.faces(f, k)) + mesh.nodes.row(mesh.faces(f, (k + 1) % 3)));
       EXPECT_LT((mesh.nodes.row(mesh.faces(f, 3 + k)).transpose() - middle).norm(), 1e-15);
     }
 }
@@ -167,19 +167,20 @@ TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
   double before = 1;
   for (const double h : {0.02, 0.01, 0.005}) {
     GradeOptions everywhere{.path = {{Vec3::Zero(), Vec3::Zero()}}, .h_contact_m = h, .reach_m = 1};
-    const QuadraticMesh mesh = grade_mesh(
-        base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
-        everywhere);
+    const QuadraticMesh mesh =
+        grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
+                   everywhere);
     const double error = std::abs(quadratic_volume_m3(mesh) / exact - 1);
     double least = 1;
     for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
       least = std::min(least, smallest_jacobian(nodes_of(mesh, t)));
     const DihedralRange angles = dihedral_range(mesh.nodes, corners_of(mesh));
-    std::printf("ball, h %4.1f mm: %6ld nodes, volume error %.1e (its facets %.1e, the base %.1e), "
-                "node error %.1e, dihedral >= %.1f, deviation %.1e m\n",
-                h * 1e3, static_cast<long>(mesh.nodes.rows()), error, 1 - facets / exact,
-                1 - volume_m3(icosphere(radius, 1)) / exact, sphere_error(mesh, radius),
-                angles.smallest_rad * 57.29578, mesh.deviation_m);
+    std::printf(
+        "ball, h %4.1f mm: %6ld nodes, volume error %.1e (its facets %.1e, the base %.1e), "
+        "node error %.1e, dihedral >= %.1f, deviation %.1e m\n",
+        h * 1e3, static_cast<long>(mesh.nodes.rows()), error, 1 - facets / exact,
+        1 - volume_m3(icosphere(radius, 1)) / exact, sphere_error(mesh, radius),
+        angles.smallest_rad * 57.29578, mesh.deviation_m);
     EXPECT_GT(least, 0);
     EXPECT_LT(mesh.deviation_m, 1e-9);
     EXPECT_LT(sphere_error(mesh, radius), 1e-5);
@@ -187,6 +188,27 @@ TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
     before = error;
   }
   EXPECT_LT(before, 1e-5);
+}
+
+TEST(GradeMesh, cylinder_becomes_round_and_its_rim_stays_a_rim) {
+  const double radius = 0.03, length = 0.1, sagitta = radius * (1 - std::cos(3.14159265 / 48));
+  const TetMesh base = star(cylinder(radius, length, 12, 5), {0, 0, length / 2});
+  const SmoothSurface surface(cylinder(radius, length, 48, 20));
+  const QuadraticMesh mesh =
+      grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
+                 {.path = {{{radius, 0, length}, {radius, 0, length}}}, .h_contact_m = 0.005});
+  int on_rim = 0;
+  for (Eigen::Index i = 0; i < mesh.faces.size(); ++i) {
+    const Vec3 x = mesh.nodes.row(mesh.faces.data()[i]);
+    const double off_side = radius - x.head<2>().norm();
+    const double off_cap = std::min(std::abs(x.z()), std::abs(x.z() - length));
+    EXPECT_GT(off_side, -0.02 * sagitta) << x.transpose();
+    EXPECT_TRUE(off_cap < 1e-15 || off_side < 0.02 * sagitta) << x.transpose();
+    // The rim itself is the fine surface's polygon, which is off the circle by its sagitta.
+    on_rim += off_cap < 1e-15 && off_side < 1.01 * sagitta;
+  }
+  EXPECT_GT(on_rim, 60);
+  EXPECT_LT(mesh.deviation_m, 1e-9);
 }
 
 TEST(GradeMesh, base_nodes_off_the_surface_are_moved_onto_it) {
@@ -213,6 +235,7 @@ TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
   const QuadraticMesh mesh = grade_mesh(
       base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface, options);
   EXPECT_GT(mesh.deviation_m, 0.0003);
+  EXPECT_EQ(mesh.contact_deviation_m, mesh.deviation_m);  // the whole slab is near
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
     EXPECT_GT(smallest_jacobian(nodes_of(mesh, t)), 0) << "tet " << t;
 }
@@ -220,7 +243,8 @@ TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
 TEST(GradeMesh, path_of_a_drag_is_fine_along_its_whole_length) {
   const Block block;
   GradeOptions options = kPress;
-  options.path = {{{0.05, 0.05, 0.04}, {0.075, 0.05, 0.04}}, {{0.05, 0.05, 0.04}, {0.05, 0.07, 0.04}}};
+  options.path = {{{0.05, 0.05, 0.04}, {0.075, 0.05, 0.04}},
+                  {{0.05, 0.05, 0.04}, {0.05, 0.07, 0.04}}};
   const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, options);
   GradeOptions inner = options;  // a tet counts by its centroid: stay a size inside the zone
   inner.reach_m -= options.h_contact_m;

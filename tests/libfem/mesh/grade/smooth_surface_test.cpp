@@ -106,8 +106,9 @@ TEST(SmoothSurface, closest_agrees_with_a_search_of_all_triangles) {
       }
     // Outside a convex body the nearest point is where the facet's normal points back.
     if (point.norm() > 0.05) {
-      EXPECT_LT((hit.on_facet + hit.distance_m * (point - hit.on_facet).normalized() - point).norm(),
-                1e-12);
+      EXPECT_LT(
+          (hit.on_facet + hit.distance_m * (point - hit.on_facet).normalized() - point).norm(),
+          1e-12);
       EXPECT_GT(hit.normal.dot((point - hit.on_facet).normalized()), 0.9);
     }
   }
