@@ -7,9 +7,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <optional>
@@ -62,13 +65,11 @@ bool write_reason(int file, const std::string& reason) {
 
 std::optional<Header> read_header(int file) {
   Header header;
-  struct Counts {
-    off_t size;
-  } counts{::lseek(file, 0, SEEK_END)};
+  const off_t size = ::lseek(file, 0, SEEK_END);
   if (!read_all(file, &header, sizeof header, 0)) return std::nullopt;
   const auto expected = static_cast<off_t>(sizeof header) + header.nodes * off_t{24} +
                         header.tets * off_t{16} + header.text_bytes;
-  if (header.nodes < 0 || header.tets < 0 || header.text_bytes < 0 || counts.size != expected)
+  if (header.nodes < 0 || header.tets < 0 || header.text_bytes < 0 || size != expected)
     return std::nullopt;
   return header;
 }
@@ -146,6 +147,12 @@ std::string described_signal(int signal) {
   return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
+std::string in_seconds(double time_s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g s", time_s);
+  return text.data();
+}
+
 /// Closes on leaving.
 struct File {
   int descriptor;
@@ -167,7 +174,7 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
 
   const auto status = wait_for(child, time_limit_s);
   if (!status)
-    return "took longer than " + std::to_string(static_cast<int>(time_limit_s)) + " s";
+    return "took longer than " + in_seconds(time_limit_s);
   if (WIFSIGNALED(*status)) return described_signal(WTERMSIG(*status));
   const int code = WEXITSTATUS(*status);
   if (code != kExitMesh && code != kExitReason)

@@ -42,9 +42,8 @@ void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
 /// with all means.
 std::array<char, 128> switches_of(const TetGenSettings& settings) {
   std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "pQ%sq%.3f/%.1fa%.15fO9/7",
-                settings.keeps_boundary ? "Y" : "", settings.radius_edge_ratio,
-                settings.min_dihedral_deg, settings.max_volume_m3);
+  std::snprintf(text.data(), text.size(), "pQYq%.3f/%.1fa%.15fO9/7",
+                settings.radius_edge_ratio, settings.min_dihedral_deg, settings.max_volume_m3);
   return text;
 }
 

@@ -18,7 +18,7 @@ struct MesherName {
   std::string_view summary;
 };
 inline constexpr std::array<MesherName, 3> kMeshers{{
-    {Mesher::automatic, "automatic", "TetGen, and CGAL Mesh_3 where TetGen fails"},
+    {Mesher::automatic, "automatic", "TetGen, and CGAL Mesh_3 where TetGen fails or leaves slivers"},
     {Mesher::tetgen, "tetgen", "TetGen 1.5: keeps the surface as given"},
     {Mesher::mesh_3, "mesh_3", "CGAL Mesh_3: new surface vertices, takes surfaces that cross themselves"},
 }};
@@ -43,7 +43,7 @@ struct FillReport {
 
 /// Fills a closed surface with tetrahedra, coarse inside, every one positive.
 /// closed: manifold, outward; pieces that point inward are cavities. TetGen keeps its triangles as
-/// the boundary; where no such mesh is good enough it may split some. Meshers run in a child process
+/// the boundary. Meshers run in a child process
 /// with a time limit: their crash is a note in the report or an Error, never the caller's.
 /// Throws Error when the surface bounds no volume (`why_not_closed`), when an option is out of
 /// range, and when no allowed mesher succeeds, with each one's reason. Deterministic.

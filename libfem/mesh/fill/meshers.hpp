@@ -13,11 +13,10 @@ namespace palpate {
 struct TetGenSettings {
   double radius_edge_ratio = 1.3;
   double min_dihedral_deg = 15;
-  double max_volume_m3 = 0;       ///< of any tet
-  bool keeps_boundary = true;     ///< no new vertex on the surface (Y)
+  double max_volume_m3 = 0;  ///< of any tet
 };
 
-/// Fills a closed surface with TetGen 1.5. Points in cavities are marked as holes.
+/// Fills a closed surface with TetGen 1.5; its triangles become the boundary unchanged. Points in cavities are marked as holes.
 /// Throws an int on failure, put into words by `tetgen_failure`.
 TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
                          const TetGenSettings& settings);

@@ -43,7 +43,7 @@ class EvenOut {
   }
 
   void run() {
-    constexpr int kRounds = 10;  // spacing changed by less than 1 % from 8 rounds on
+    constexpr int kRounds = 10;  // hops are half-way, so the last moves are a thousandth of the first
     for (int round = 0; round < kRounds; ++round) {
       flip_edges();
       for (const auto v : mesh_.vertices()) hop(v);

@@ -6,7 +6,7 @@ namespace palpate {
 
 Surface remesh(const Surface& fine, const SurfaceTree& tree, const Eigen::VectorXd& wanted_m,
                double feature_angle_deg) {
-  constexpr int kRounds = 12;  // the largest change of a vertex was below 2 % of its edge after 10
+  constexpr int kRounds = 12;  // Botsch and Kobbelt use 5 to 10; the first ones here only coarsen
   const Points fine_normals = vertex_normals(fine);
   Remeshing work{to_half_edges(fine), {}, fine, tree, wanted_m, fine_normals, {}, {}};
   work.lines = mark_features(work.mesh, feature_angle_deg, 2 * wanted_m.minCoeff());

@@ -11,6 +11,7 @@ struct SimulationSurfaceOptions {
   double deviation_ratio = 0.08;     ///< of the target edge, before a curve gets shorter edges
   double least_edge_ratio = 0.4;     ///< of the target edge, whatever the curve or thickness
   double volume_tolerance = 0.02;    ///< of the fine volume; beyond it a finer target is tried
+  double stray_tolerance = 0.3;      ///< of the target edge: deviation beyond it, likewise
   int attempts = 5;                  ///< targets tried, each 0.75 of the last, before `fine` itself
 };
 
@@ -27,7 +28,7 @@ struct SimulationSurface {
 /// A coarse surface of the body for filling: edges of about `target_edge_m` on flat, thick parts,
 /// shorter where curvature or thinness asks, vertices on the fine surface, features kept.
 /// fine: closed, manifold, outward. Every result has passed: closed and manifold, not crossing
-/// itself, volume within tolerance. What fails is tried again with a finer target, at last with
+/// itself, volume and deviation within tolerance. What fails is tried again with a finer target, at last with
 /// the fine surface itself. Throws Error when the target is not positive, when `fine` bounds no
 /// volume, or when even the fine one crosses itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,

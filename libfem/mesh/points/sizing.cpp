@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "libfem/mesh/points/feature_lines.hpp"
+
 namespace palpate {
 namespace {
 
@@ -18,6 +20,17 @@ Neighbours vertex_neighbours(const Surface& surface) {
   for (const auto& t : surface.triangles.rowwise())
     for (int k = 0; k < 3; ++k)  // closed surface: each edge is met once in either direction
       neighbours[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
+  return neighbours;
+}
+
+/// Without the vertices on features: normals there belong to no side, and a crease is no curvature.
+Neighbours without_features(Neighbours neighbours, const HalfEdgeMesh& mesh) {
+  for (std::size_t v = 0; v < neighbours.size(); ++v)
+    if (mesh.status(OpenMesh::VertexHandle(static_cast<int>(v))).feature()) neighbours[v].clear();
+  for (auto& around : neighbours)
+    std::erase_if(around, [&](std::int32_t w) {
+      return mesh.status(OpenMesh::VertexHandle(w)).feature();
+    });
   return neighbours;
 }
 
@@ -61,6 +74,20 @@ double curvature_1_m(const Surface& fine, const Points& normals, const Neighbour
   return largest;
 }
 
+/// Turn of a feature line at a vertex over the length it turns in; 0 off lines and at corners.
+double line_curvature_1_m(const HalfEdgeMesh& mesh, OpenMesh::VertexHandle v) {
+  if (!mesh.status(v).feature() || mesh.status(v).locked()) return 0;
+  Vec3 turn = Vec3::Zero();
+  double length = 0;
+  for (const auto h : mesh.voh_range(v)) {
+    if (!mesh.status(mesh.edge_handle(h)).feature()) continue;
+    const Vec3 arm = position(mesh, mesh.to_vertex_handle(h)) - position(mesh, v);
+    turn += arm.normalized();
+    length += arm.norm() / 2;
+  }
+  return length > 0 ? turn.norm() / length : 0;
+}
+
 double edge_for_curvature_m(double curvature, double deviation_m) {
   const double radius = 1 / std::max(curvature, 1e-12);
   return std::sqrt(std::max(6 * deviation_m * radius - 3 * deviation_m * deviation_m, 0.0));
@@ -94,15 +121,19 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const SurfaceTree& tree,
   const Neighbours neighbours = vertex_neighbours(fine);
   const double edge_m = mean_edge_m(fine, neighbours);
   const Points normals = vertex_normals(fine);
-  const Points smooth = smoothed(normals, neighbours, 0.5 * options.target_edge_m, edge_m);
   const double least_m = options.least_edge_ratio * options.target_edge_m;
+  HalfEdgeMesh mesh = to_half_edges(fine);
+  mark_features(mesh, options.feature_angle_deg, 2 * least_m);
+  const Neighbours smooth_neighbours = without_features(neighbours, mesh);
+  const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * options.target_edge_m, edge_m);
   const double deviation = options.deviation_ratio * options.target_edge_m;
 
   Eigen::VectorXd size(fine.vertices.rows());
   for (Eigen::Index v = 0; v < size.size(); ++v) {
-    double wanted = std::min(
-        options.target_edge_m,
-        edge_for_curvature_m(curvature_1_m(fine, smooth, neighbours, v), deviation));
+    const double curvature =
+        std::max(curvature_1_m(fine, smooth, smooth_neighbours, v),
+                 line_curvature_1_m(mesh, OpenMesh::VertexHandle(static_cast<int>(v))));
+    double wanted = std::min(options.target_edge_m, edge_for_curvature_m(curvature, deviation));
     const Vec3 inward = -smooth.row(v).transpose();
     const auto thickness =
         tree.ray_distance_m(fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, least_m));

@@ -1,0 +1,55 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+
+#include "libfem/mesh/fill/fill_volume.hpp"
+#include "libfem/mesh/points/simulation_surface.hpp"
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
+
+namespace palpate {
+namespace {
+
+struct BodyFile {
+  const char* file;
+  double length_unit_m, target_edge_m;
+  int most_tets;
+};
+
+class RealBodies : public ::testing::TestWithParam<BodyFile> {};
+
+TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
+  const auto [file, length_unit_m, target_edge_m, most_tets] = GetParam();
+  const std::filesystem::path path =
+      std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces" / file;
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << file << " is not here";
+  const Surface fine = mend_surface(read_surface(path, length_unit_m), {}, file).surface;
+  const auto start = std::chrono::steady_clock::now();
+  const SimulationSurface coarse = simulation_surface(fine, target_edge_m);
+  FillReport report;
+  fill_volume(coarse.surface, {}, &report);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  std::printf("  %s: %d triangles at %g mm, off by %.2f mm and %.2f %% of the volume; %d nodes, "
+              "%d tets by %s, least angle %.1f deg; %.1f s\n",
+              file, static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
+              1e3 * coarse.deviation_m, 100 * (coarse.volume_ratio - 1), report.nodes, report.tets,
+              kMeshers[static_cast<std::size_t>(report.mesher)].name.data(), report.min_dihedral_deg, seconds);
+  EXPECT_NEAR(coarse.volume_ratio, 1, 0.02);
+  EXPECT_LT(coarse.deviation_m, 0.3 * target_edge_m);
+  EXPECT_NEAR(report.volume_ratio, 1, report.mesher == Mesher::tetgen ? 1e-6 : 0.02);
+  EXPECT_EQ(report.slivers, 0);
+  EXPECT_GT(report.min_dihedral_deg, 8);
+  EXPECT_LT(report.tets, most_tets);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, RealBodies,
+                         ::testing::Values(BodyFile{"sofa_liver2.obj", 0.110, 0.016, 4000},
+                                           BodyFile{"sofa_liver.vtk", 0.001, 0.016, 4000},
+                                           BodyFile{"odedstein_hand_closed.obj", 0.2, 0.012,
+                                                    15000}));
+
+}  // namespace
+}  // namespace palpate
