@@ -5,8 +5,6 @@
 namespace palpate::test {
 namespace {
 
-constexpr auto kGood = FitStatus::good;
-
 // Random monotone controls of a random size, in the model class.
 Eigen::VectorXd random_controls(const CurveBasis& basis, unsigned seed, double force_N) {
   std::mt19937 random(seed);
@@ -103,8 +101,7 @@ TEST(press, order_of_rows_does_not_matter) {
   const auto& b = mixed.curves.control[0];
   ASSERT_EQ(a.cols(), b.cols());
   EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 3e-7 * a.maxCoeff());  // one float32 step at most
-  EXPECT_EQ(forward.status[0], FitStatus::underdetermined);  // no drags
-  EXPECT_NE(forward.status[0], kGood);
+  EXPECT_EQ(forward.message, mixed.message);
 }
 
 }  // namespace

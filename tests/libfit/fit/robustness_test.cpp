@@ -23,8 +23,7 @@ void record_all(Recorder& rig, int p) {
 Recorder sound_body(int points, unsigned seed) {
   Recorder rig;
   for (int i = 0; i < points; ++i)
-    record_all(rig, rig.add_point(Vec3(std::sin(i), 1, std::cos(2.0 * i)),
-                                  i % 2 == 0 ? Mat3(Mat3::Zero()) : Mat3(Mat3::Zero())));
+    record_all(rig, rig.add_point(Vec3(std::sin(i), 1, std::cos(2.0 * i))));
   add_noise(rig.samples, 0.01, seed);
   return rig;
 }
