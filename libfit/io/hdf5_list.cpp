@@ -8,26 +8,6 @@
 
 namespace palpate::h5 {
 
-Attributes Reader::root_texts() const {
-  std::vector<std::string> names;
-  const auto collect = [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
-    static_cast<std::vector<std::string>*>(out)->emplace_back(name);
-    return 0;
-  };
-  hsize_t at = 0;
-  if (H5Aiterate2(file_.id(), H5_INDEX_NAME, H5_ITER_INC, &at, collect, &names) < 0)
-    throw error("", "attributes cannot be listed (HDF5: " + take_reason() + ")");
-  Attributes texts;
-  for (const auto& name : names) {
-    const Handle attribute = open_attribute("", name);
-    const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-    const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-    if (H5Tget_class(type.id()) == H5T_STRING && H5Sget_simple_extent_npoints(space.id()) == 1)
-      texts[name] = text_attribute("", name);
-  }
-  return texts;
-}
-
 std::vector<std::string> Reader::data_sets() const {
   std::vector<std::string> names;
   const auto collect = [](hid_t, const char* name, const H5O_info_t* info, void* out) -> herr_t {

@@ -1,9 +1,9 @@
 #include <hdf5.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "libfit/io/hdf5.hpp"
+#include "libfit/io/hdf5_strings.hpp"
 
 namespace palpate::h5 {
 namespace fs = std::filesystem;
@@ -13,34 +13,6 @@ namespace {
 constexpr std::size_t kMostCompression = 1100;  // deflate packs at most 1032:1: more is a lie
 constexpr hsize_t kMostRows = hsize_t{1} << 40;     // keep products of claimed extents below 2^64
 constexpr hsize_t kMostColumns = hsize_t{1} << 16;
-
-// A zero-padded or space-padded field of `size` bytes without its padding.
-std::string trimmed(const char* field, std::size_t size, bool is_space_padded) {
-  std::size_t length = ::strnlen(field, size);
-  while (is_space_padded && length > 0 && field[length - 1] == ' ') --length;
-  return std::string(field, length);
-}
-
-// Strings of a data set or attribute through `read(memory type, buffer)`, which returns < 0 on failure.
-// The file's own type is the memory type: HDF5 does not convert between character sets.
-template <class Read>
-bool read_strings(const Handle& type, const Handle& space, std::size_t count, const Read& read,
-                  std::vector<std::string>& out) {
-  if (H5Tis_variable_str(type.id()) > 0) {
-    std::vector<char*> pointers(count, nullptr);
-    const bool is_read = read(type.id(), static_cast<void*>(pointers.data())) >= 0;
-    for (const char* text : pointers) out.emplace_back(is_read && text != nullptr ? text : "");
-    if (is_read) H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, pointers.data());
-    return is_read;
-  }
-  const std::size_t size = H5Tget_size(type.id());
-  std::vector<char> packed(count * size);
-  if (read(type.id(), static_cast<void*>(packed.data())) < 0) return false;
-  const bool is_space_padded = H5Tget_strpad(type.id()) == H5T_STR_SPACEPAD;
-  for (std::size_t i = 0; i < count; ++i)
-    out.push_back(trimmed(packed.data() + i * size, size, is_space_padded));
-  return true;
-}
 
 // "N m" may be written with a middle dot or a star by others; "1" as nothing.
 std::string plain_unit(std::string unit) {
@@ -96,11 +68,6 @@ Reader::Reader(const fs::path& path, std::string remedy) : path_(path), remedy_(
 
 Error Reader::error(const std::string& name, const std::string& what) const {
   return Error(path_.string() + (name.empty() ? "" : ":" + name), what, remedy_);
-}
-
-Error Reader::attribute_error(const std::string& object, const std::string& name,
-                              const std::string& what) const {
-  return error(object, "attribute `" + name + "` " + what);
 }
 
 void Reader::expect(std::string_view schema, int newest) const {
@@ -267,53 +234,6 @@ std::vector<std::string> Reader::strings(const std::string& name, std::size_t ro
   if (shape.rows > 0 && !read_strings(type, space, shape.rows, read, values))
     throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
   return values;
-}
-
-bool Reader::has_attribute(const std::string& object, const std::string& name) const {
-  return H5Aexists(open_object(object).id(), name.c_str()) > 0;
-}
-
-Handle Reader::open_attribute(const std::string& object, const std::string& name) const {
-  const Handle owner = open_object(object);
-  if (H5Aexists(owner.id(), name.c_str()) <= 0) throw attribute_error(object, name, "is missing");
-  Handle attribute(H5Aopen(owner.id(), name.c_str(), H5P_DEFAULT), H5Aclose);
-  if (!attribute.is_valid()) throw attribute_error(object, name, "cannot be opened");
-  return attribute;
-}
-
-std::vector<std::string> Reader::texts_attribute(const std::string& object,
-                                                 const std::string& name) const {
-  const Handle attribute = open_attribute(object, name);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  if (H5Tget_class(type.id()) != H5T_STRING) throw attribute_error(object, name, "is not text");
-  const hssize_t count = H5Sget_simple_extent_npoints(space.id());
-  if (count < 0 || static_cast<std::uintmax_t>(count) * H5Tget_size(type.id()) > file_bytes_)
-    throw attribute_error(object, name, "claims more bytes than the file has");
-  std::vector<std::string> values;
-  const auto read = [&](hid_t memory_type, void* data) {
-    return H5Aread(attribute.id(), memory_type, data);
-  };
-  if (!read_strings(type, space, static_cast<std::size_t>(count), read, values))
-    throw attribute_error(object, name, "cannot be read");
-  return values;
-}
-
-std::string Reader::text_attribute(const std::string& object, const std::string& name) const {
-  const auto values = texts_attribute(object, name);
-  if (values.size() != 1) throw attribute_error(object, name, "is not a single text");
-  return values.front();
-}
-
-std::int64_t Reader::integer_attribute(const std::string& object, const std::string& name) const {
-  const Handle attribute = open_attribute(object, name);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  std::int64_t value = 0;
-  if (H5Tget_class(type.id()) != H5T_INTEGER || H5Sget_simple_extent_npoints(space.id()) != 1 ||
-      H5Aread(attribute.id(), H5T_NATIVE_INT64, &value) < 0)
-    throw attribute_error(object, name, "is not one integer");
-  return value;
 }
 
 }  // namespace palpate::h5
