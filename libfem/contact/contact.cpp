@@ -3,10 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace palpate::fem {
-static double cap_ = getenv("CAP")?atof(getenv("CAP")):1.0;
 namespace {
 
 // A face whose outward normal points this far along the probe's own is the far wall of a thin body.
@@ -33,7 +31,8 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
       faces_(faces),
       probe_(probe),
       rounding_m_(settings.rounding * probe.radius_m),
-      tangential_(settings.tangential) {
+      tangential_(settings.tangential),
+      curvature_limit_m_(settings.curvature * probe.radius_m / settings.stiffness) {
   const Points rest = Points::Zero(nodes.rows(), 3);
   for (int face = 0; face < faces.rows(); ++face) {
     bool is_open = false;
@@ -127,7 +126,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
-  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - std::min(law.pressure_Pa, cap_ * stiffness_[face]*probe_.radius_m/2000) * gap.hessian;
+  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - std::min(law.pressure_Pa, curvature_limit_m_ * stiffness_[face]) * gap.hessian;
   totals.energy_J += weight * law.energy_J_m2;
 
   if (probe_.friction > 0) {
@@ -244,6 +243,21 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
 
 ContactHistory Contact::untouched(const ProbePose& pose) const {
   return accepted(Points::Zero(nodes_.rows(), 3), pose, {});
+}
+
+std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,
+                                     double within_m) const {
+  std::vector<int> near;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    if (!is_open_[face]) continue;
+    bool is_near = false;
+    for (int a = 0; a < kFaceNodes && !is_near; ++a) {
+      const int node = faces_(face, a);
+      is_near = distance((nodes_.row(node) + u.row(node)).transpose(), pose).distance_m < within_m;
+    }
+    if (is_near) near.push_back(face);
+  }
+  return near;
 }
 
 double Contact::least_gap(const Points& u, const ProbePose& pose,

@@ -57,11 +57,13 @@ struct ContactTotals {
 /// Settings of the contact law; all without dimension.
 /// stiffness: penalty k = stiffness E / R [Pa/m]; 2000 costs -0.16 % of force and is what Newton
 /// bears (MEASURED). rounding: pressure grows quadratically up to this penetration, in radii.
-/// tangential: stick stiffness over k.
+/// tangential: stick stiffness over k. curvature: pressure, in E, up to which the curvature of the
+/// probe enters the stiffness; higher ones are overlaps on the way to a solution.
 struct ContactSettings {
   double stiffness = 2000;
   double rounding = 2e-5;
   double tangential = 0.5;
+  double curvature = 1;
 };
 
 /// Contact of the boundary faces of one mesh with a rigid probe: a penalty pressure at quadrature
@@ -94,6 +96,9 @@ class Contact {
   ContactHistory accepted(const Points& u, const ProbePose& pose,
                           const ContactHistory& history) const;
 
+  /// Faces of which a node is within a distance of the probe, in increasing order.
+  std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;
+
   /// Least signed distance of the surface points that face the probe [m].
   double least_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
 
@@ -121,6 +126,7 @@ class Contact {
   Probe probe_;
   double rounding_m_;
   double tangential_;
+  double curvature_limit_m_;  // penetration
   std::vector<char> is_open_;         // #F: not all held
   std::vector<double> area_weight_;   // #F * kFacePoints [m^2]
   std::vector<double> stiffness_;     // #F [Pa/m]

@@ -1,5 +1,6 @@
 #include "libfem/solve/equilibrium.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -57,30 +58,32 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
-// Fills K_ and residual_ (out-of-balance force, pointing where the body wants to go); returns energy.
-double Equilibrium::assemble(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                             double bend, BodyState& to) {
-  Points gradient = Points::Zero(u.rows(), 3), contact_force = gradient;
+void Equilibrium::assemble_elastic(double bend, Local& at) {
+  at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  const double elastic = body_.add_stiffness(u, bend, gradient, K_);
-  to.least_J = body_.least_J();
-  to.contact = contact_.evaluate(u, pose, history);
+  body_.add_stiffness(at.u, bend, at.elastic_force, K_);
+}
+
+// Adds the contact stiffness to K_ and forms the residual.
+void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
+                              BodyState& to) {
+  to.contact = contact_.evaluate(at.u, pose, from.history);
+  Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms()) {
     for (int a = 0; a < kFaceNodes; ++a)
       for (int i = 0; i < 3; ++i) contact_force(mesh_.faces(face.face, a), i) += face.force[3 * a + i];
     for (int block = 0; block < kFaceBlocks; ++block)
       K_.add(face_places_[kFaceBlocks * face.face + block], face.stiffness + 9 * block);
   }
-  residual_.resize(K_.size());
+  at.residual.resize(K_.size());
   double contact_squared = 0;
-  for (Eigen::Index n = 0; n < u.rows(); ++n) {
+  for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
     const std::int32_t i = body_.free_index()[n];
     if (i < 0) continue;
-    residual_.segment<3>(3 * i) = -(gradient.row(n) + contact_force.row(n)).transpose();
+    at.residual.segment<3>(3 * i) = -(at.elastic_force.row(n) + contact_force.row(n)).transpose();
     contact_squared += contact_force.row(n).squaredNorm();
   }
-  contact_scale_N_ = std::sqrt(contact_squared);
-  return elastic;
+  at.contact_scale_N = std::sqrt(contact_squared);
 }
 
 double Equilibrium::energy(const Points& u, const ProbePose& pose,
@@ -89,84 +92,200 @@ double Equilibrium::energy(const Points& u, const ProbePose& pose,
   return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
 }
 
-// Factors the tangent at u; where it is not positive definite, with ever less of the part that
-// carries the second derivative of J. The level that worked is remembered.
-void Equilibrium::refresh_factor(const Points& u, const ProbePose& pose, const BodyState& from,
+// Free nodes of faces that come within a distance of the probe.
+std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const ProbePose& pose,
+                                                        double within_m) const {
+  std::vector<std::int32_t> nodes;
+  for (const int face : contact_.faces_near(u, pose, within_m))
+    for (int a = 0; a < kFaceNodes; ++a)
+      if (const std::int32_t i = body_.free_index()[mesh_.faces(face, a)]; i >= 0) nodes.push_back(i);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the part
+// that carries the second derivative of J. The level that worked is remembered.
+void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
                                  BodyState& to) {
-  if (bend_ < 1) assemble(u, pose, from.history, bend_, to);
-  while (++counts_.factorizations, !factor_.factor(K_)) {
+  const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
+  for (;;) {
+    assemble_elastic(bend_, at);
+    ++counts_.factorizations;
+    if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
     if (bend_ <= 0) break;
     bend_ = bend_ > 0.5 ? 0.5 : 0.0;
-    assemble(u, pose, from.history, bend_, to);
   }
-  if (bend_ < 1) assemble(u, pose, from.history, 1.0, to);
+  contact_index_.assign(K_.nodes(), -1);
+  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
+    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
+  if (bend_ < 1) assemble_elastic(1.0, at);
+  add_contact(pose, from, at, to);
 }
 
-Eigen::VectorXd Equilibrium::newton_direction(const Points& u, const ProbePose& pose,
-                                              const BodyState& from, BodyState& to) {
+// Contact terms on the dense block of the factor: stiffness (lower triangle) and force.
+Eigen::MatrixXd Equilibrium::condensed_contact(Eigen::VectorXd& force) const {
+  const auto size = static_cast<Eigen::Index>(3 * factor_.contact_nodes().size());
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
+  force.setZero(size);
+  for (const FaceTerms& face : contact_.terms()) {
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t free_a = body_.free_index()[mesh_.faces(face.face, a)];
+      const std::int32_t i = free_a < 0 ? -1 : contact_index_[free_a];
+      if (i < 0) continue;
+      for (int c = 0; c < 3; ++c) force[3 * i + c] += face.force[3 * a + c];
+      for (int b = 0; b <= a; ++b) {
+        const std::int32_t free_b = body_.free_index()[mesh_.faces(face.face, b)];
+        const std::int32_t j = free_b < 0 ? -1 : contact_index_[free_b];
+        if (j < 0) continue;
+        const double* block = face.stiffness + 9 * (a * (a + 1) / 2 + b);
+        for (int r = 0; r < 3; ++r)
+          for (int c = 0; c < 3; ++c) {
+            if (3 * i + r >= 3 * j + c) C(3 * i + r, 3 * j + c) += block[3 * r + c];
+            if (a != b && 3 * j + c > 3 * i + r) C(3 * j + c, 3 * i + r) += block[3 * r + c];
+          }
+      }
+    }
+  }
+  return C;
+}
+
+bool Equilibrium::use_contact_stiffness() {
+  Eigen::VectorXd force;
+  return factor_.set_contact(condensed_contact(force));
+}
+
+// The step to where a body with the factor's tangent would rest: contact and friction solved on the
+// dense block by Newton's method, everything else follows linearly.
+std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
+                                                            const BodyState& from,
+                                                            const Local& at) {
+  const auto& nodes = factor_.contact_nodes();
+  if (nodes.empty()) return std::nullopt;
+  Eigen::VectorXd elastic(K_.size()), load, w, force, step;
+  std::vector<Eigen::Index> node_of(nodes.size());
+  for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
+    const std::int32_t i = body_.free_index()[n];
+    if (i < 0) continue;
+    elastic.segment<3>(3 * i) = -at.elastic_force.row(n).transpose();
+    if (contact_index_[i] >= 0) node_of[contact_index_[i]] = n;
+  }
+  factor_.reduce(elastic, load);
+  w.setZero(load.size());
+  Points u = at.u;
+  const auto place = [&](const Eigen::VectorXd& displacement, Points& out) {
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      out.row(node_of[i]) = at.u.row(node_of[i]) + displacement.segment<3>(3 * i).transpose();
+  };
+  const auto model_energy = [&](const Eigen::VectorXd& displacement, Points& scratch) {
+    place(displacement, scratch);
+    return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
+           contact_.energy(scratch, pose, from.history);
+  };
+  for (int iteration = 0; iteration < options_.most_model; ++iteration) {
+    contact_.evaluate(u, pose, from.history);
+    const Eigen::MatrixXd C = condensed_contact(force);
+    const Eigen::VectorXd residual = load - factor_.schur() * w - force;
+    if (residual.norm() <= options_.model * force.norm()) break;
+    ++counts_.model;
+    if (!factor_.set_contact(C)) return std::nullopt;
+    factor_.solve_contact(residual, step);
+    const double start = model_energy(w, u), slope = -residual.dot(step);
+    double length = 1;
+    for (int cut = 0; cut < 8; ++cut, length /= 2)
+      if (model_energy(w + length * step, u) <= start + 1e-4 * length * slope) break;
+    w += length * step;
+    place(w, u);
+  }
+  Eigen::VectorXd direction;
+  factor_.expand(w, direction);
+  return direction;
+}
+
+Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
+                                              Local& at, BodyState& to) {
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
     factor_.solve(b, x);
   };
   Eigen::VectorXd direction;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    if (!factor_.is_factored() || attempt == 1) refresh_factor(u, pose, from, to);
-    if (!factor_.is_factored()) break;
+    if (attempt == 1) refresh_factor(pose, from, at, to);
+    if (!factor_.is_factored()) continue;
+    use_contact_stiffness();
     const PcgOutcome outcome =
-        pcg(multiply, precondition, residual_, direction, options_.linear, options_.most_pcg);
+        pcg(multiply, precondition, at.residual, direction, options_.linear, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= options_.linear) return direction;
-    if (attempt == 1) return direction;
+    if (outcome.relative_residual <= options_.linear || attempt == 1) return direction;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
-  return residual_.cwiseQuotient(K_.diagonal().cwiseAbs());
+  return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
 }
 
 // Backtracks from a full step until the incremental energy falls enough (Armijo). Near the solution
 // the fall drowns in rounding, and a full step that leaves the energy level is taken.
 bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                              const ContactHistory& history, Points& u) {
+                              const ContactHistory& history, const Eigen::VectorXd& residual,
+                              Points& u) {
   constexpr double kSufficient = 1e-4, kRounding = 1e-13;
   const double start = energy(u, pose, history);
-  const double slope = -residual_.dot(direction);
+  const double slope = -residual.dot(direction);
   double length = 1;
   for (int cut = 0; cut < 12; ++cut, length /= 2) {
     const Points trial = moved(u, direction, length);
     const double there = energy(trial, pose, history);
-    static const bool free_ls = getenv("FREE");
-    if ((free_ls && std::isfinite(there)) || there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
+    if (there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
       u = trial;
       return true;
     }
-    ++counts_.line_searches;
+    ++counts_.backtracks;
   }
   return false;
 }
 
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                                BodyState& to) {
-  Points u = guess;
-  for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(u)); ++halving)
-    u = halving < 3 ? Points((u + from.u) / 2) : from.u;
+  Local at;
+  at.u = guess;
+  for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(at.u)); ++halving)
+    at.u = halving < 3 ? Points((at.u + from.u) / 2) : from.u;
   to.pose = pose;
-  double bend_reset = bend_;
-  (void)bend_reset;
+  step_m_ = (pose.tip - from.pose.tip).norm();
+  const int pcg_before = counts_.pcg;
+  bool factor_is_due = false;
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
-    const double elastic = assemble(u, pose, from.history, 1.0, to);
-    if (!std::isfinite(elastic)) return SolveStatus::inverted;
-    to.relative_residual = residual_.norm() / contact_scale_N_;
-    if (residual_.norm() <= options_.residual * contact_scale_N_) {
-      to.u = u;
-      to.history = contact_.accepted(u, pose, from.history);
+    if (iteration == 0 && is_stale_) factor_is_due = true;
+    if (!factor_.is_factored() || factor_is_due) {
+      factor_is_due = false;
+      is_stale_ = false;
+      refresh_factor(pose, from, at, to);
+    } else {
+      assemble_elastic(1.0, at);
+      add_contact(pose, from, at, to);
+    }
+    to.least_J = body_.least_J();
+    if (!(to.least_J > 0)) return SolveStatus::inverted;
+    to.relative_residual = at.residual.norm() / at.contact_scale_N;
+    if (getenv("DBG")) printf("   it %d res %.3e scale %.3e F %.5f pen %.5f pts %d J %.3f bend %.1f pcg %d model %d fac %d(%d) ls %d nc %d\n",iteration,at.residual.norm(),at.contact_scale_N,to.contact.force_N.norm(),to.contact.greatest_penetration_m*1e3,to.contact.points,to.least_J,bend_,counts_.pcg,counts_.model,counts_.factorizations,counts_.failed_factorizations,counts_.backtracks,(int)factor_.contact_nodes().size());
+    if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
+      is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
+      to.u = at.u;
+      to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
     ++counts_.newton;
-    if (getenv("DBG")) printf("   it %d res %.3e scale %.3e F %.5f pen %.5f pts %d J %.3f bend %.1f pcg %d fac %d(%d) ls %d\n",iteration,residual_.norm(),contact_scale_N_,to.contact.force_N.norm(),to.contact.greatest_penetration_m*1e3,to.contact.points,to.least_J,bend_,counts_.pcg,counts_.factorizations,counts_.failed_factorizations,counts_.line_searches);
-    const Eigen::VectorXd direction = newton_direction(u, pose, from, to);
-    if (!search_line(direction, pose, from.history, u)) break;
+    std::optional<Eigen::VectorXd> direction;
+    static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 1;
+    if (iteration < rounds) direction = model_direction(pose, from, at);
+    if (direction) {
+      contact_.evaluate(at.u, pose, from.history);  // freezes friction where the search starts
+      if (search_line(*direction, pose, from.history, at.residual, at.u)) continue;
+    }
+    if (!search_line(newton_direction(pose, from, at, to), pose, from.history, at.residual, at.u))
+      break;
   }
-  to.u = u;
+  to.u = at.u;
   return SolveStatus::not_converged;
 }
 

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
-#include "libfem/solve/cholesky.hpp"
 #include "libfem/solve/elastic_body.hpp"
+#include "libfem/solve/schur_factor.hpp"
 
 namespace palpate::fem {
 
@@ -14,11 +15,19 @@ struct EquilibriumOptions {
   double linear = 0.05;     ///< of the residual, per linear solve
   int most_newton = 30;     ///< iterations before a step is given up
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
+  int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
+  double model = 0.02;      ///< residual of the condensed model, of its contact force
+  int most_model = 15;      ///< iterations of the condensed model
+  double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
 
 /// What was spent; deterministic.
 struct SolverCounts {
-  int newton = 0, pcg = 0, factorizations = 0, failed_factorizations = 0, line_searches = 0;
+  int newton = 0;                ///< assemblies followed by a step
+  int pcg = 0;                   ///< applications of the factor in conjugate gradients
+  int model = 0;                 ///< iterations of the condensed contact model
+  int factorizations = 0, failed_factorizations = 0;
+  int backtracks = 0;
 };
 
 enum class SolveStatus { solved, not_converged, inverted };
@@ -33,9 +42,12 @@ struct BodyState {
   double least_J = 1;
 };
 
-/// Equilibrium of one body under one probe: Newton's method with conjugate gradients on the current
-/// tangent, preconditioned by the factor of an earlier one, and a line search on the incremental
-/// energy. Not thread-safe: owns matrices, factor and contact scratch.
+/// Equilibrium of one body under one probe.
+/// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
+/// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
+/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the current
+/// contact stiffness, and a line search on the incremental energy.
+/// Not thread-safe: owns matrices, factor and contact scratch.
 class Equilibrium {
  public:
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
@@ -58,19 +70,33 @@ class Equilibrium {
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
-  const Cholesky& factor() const { return factor_; }
+  const SchurFactor& factor() const { return factor_; }
   Contact& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 
  private:
-  double assemble(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                  double bend, BodyState& to);
-  void refresh_factor(const Points& u, const ProbePose& pose, const BodyState& from, BodyState& to);
-  Eigen::VectorXd newton_direction(const Points& u, const ProbePose& pose, const BodyState& from,
+  /// The equations at one displacement.
+  struct Local {
+    Points u;
+    Points elastic_force;      // dE/du of all nodes [N]
+    Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
+    double contact_scale_N = 0;
+  };
+
+  void assemble_elastic(double bend, Local& at);
+  void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
+                                             double within_m) const;
+  bool use_contact_stiffness();
+  Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
+  std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
+                                                 const Local& at);
+  Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
   bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                   const ContactHistory& history, Points& u);
+                   const ContactHistory& history, const Eigen::VectorXd& residual, Points& u);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
@@ -79,10 +105,11 @@ class Equilibrium {
   Contact contact_;
   SymmetricBlockMatrix K_;
   std::vector<BlockPlace> face_places_;  // #F x kFaceBlocks
-  Cholesky factor_;
-  double bend_ = 1;          // ladder level of the factor: 1, 0.5, 0
-  Eigen::VectorXd residual_;  // over the unknowns [N]
-  double contact_scale_N_ = 0;
+  SchurFactor factor_;
+  std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
+  double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
+  double step_m_ = 0;                        // of the probe, in this solve
+  bool is_stale_ = false;
   SolverCounts counts_;
 };
 

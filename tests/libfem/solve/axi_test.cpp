@@ -19,7 +19,7 @@ TEST(Axi, press){
   s.materials={{"neo-hookean",{10e3,nu}}}; s.probe_radius_m=10*S; s.friction=env("MU",0);
   auto&o=s.options; o.element_size=env("H",o.element_size); o.growth=env("G",o.growth); o.reach=env("REACH",o.reach); o.twin_ratio=env("TWIN",o.twin_ratio);
   o.equilibrium.residual=env("TOL",o.equilibrium.residual); o.equilibrium.linear=env("LIN",o.equilibrium.linear); o.equilibrium.most_pcg=(int)env("PCG",o.equilibrium.most_pcg);
-  o.contact.stiffness=env("K",o.contact.stiffness); o.contact.rounding=env("ROUND",o.contact.rounding);
+  o.equilibrium.model=env("MODEL",o.equilibrium.model); o.equilibrium.contact_margin=env("MARGIN",o.equilibrium.contact_margin); o.contact.curvature=env("CURV",1); o.equilibrium.stale_pcg=(int)env("STALE",10); o.contact.stiffness=env("K",o.contact.stiffness); o.contact.rounding=env("ROUND",o.contact.rounding);
   Simulator sim(s);
   Experiments e; e.depth_m=10*S; e.press_steps=(int)env("STEPS",10);
   if(env("DRAG",0)>0){ e.drag_depths_m={4*S,8*S}; e.drag_distance_m=8*S; }
@@ -31,6 +31,6 @@ TEST(Axi, press){
   for(auto&row:r.rows){ int k=(int)std::lround(row.deflection.norm()*1e3); bool p=row.kind==ExperimentKind::press;
     double ref=p&&k>=1&&k<=10?(nu>0.47?F49:F45)[k-1]:NAN; Vec3 f=row.force;
     printf("%d/%d st %d d (%.2f %.2f %.2f) F (%.5f %.5f %.5f) err %.4f  true %+.2f %%  est %.2f %%\n",row.experiment,row.step,(int)row.status,row.deflection.x()*1e3,row.deflection.y()*1e3,row.deflection.z()*1e3,f.x(),f.y(),f.z(),row.force_error,100*(-f.z()/ref-1),100*row.force_error/f.norm()); }
-  auto c=r.cost; auto pr=[](const char*w,int nn,SolverCounts k){printf("%s nodes %d newton %d pcg %d fac %d(%d) ls %d\n",w,nn,k.newton,k.pcg,k.factorizations,k.failed_factorizations,k.line_searches);};
+  auto c=r.cost; auto pr=[](const char*w,int nn,SolverCounts k){printf("%s nodes %d newton %d pcg %d model %d fac %d(%d) ls %d\n",w,nn,k.newton,k.pcg,k.model,k.factorizations,k.failed_factorizations,k.backtracks);};
   pr("fine",c.nodes,c.solver); pr("twin",c.twin_nodes,c.twin_solver); printf("touch %.3e cpu %.3f\n",r.touch_offset_m,t1);
 }

@@ -24,7 +24,7 @@ TEST(First, press){
     Points guess = k>1? Points(a.u+(a.u-prev.u)) : a.u;
     auto st=eq.solve(a,pose,guess,b); (void)dprev;
     auto c=eq.counts();
-    printf("d %2d st %d F %.6f pen %.4f mm area %.2f pts %d res %.1e J %.3f newton %d pcg %d fac %d(%d) ls %d cpu %.3f reac %.6f\n",k,(int)st,b.contact.force_N.z(),b.contact.greatest_penetration_m*1e3,b.contact.area_m2*1e6,b.contact.points,b.relative_residual,b.least_J,c.newton,c.pcg,c.factorizations,c.failed_factorizations,c.line_searches,cpu()-t0,eq.reaction_N(b.u).z());
+    printf("d %2d st %d F %.6f pen %.4f mm area %.2f pts %d res %.1e J %.3f newton %d pcg %d model %d fac %d(%d) ls %d cpu %.3f reac %.6f\n",k,(int)st,b.contact.force_N.z(),b.contact.greatest_penetration_m*1e3,b.contact.area_m2*1e6,b.contact.points,b.relative_residual,b.least_J,c.newton,c.pcg,c.model,c.factorizations,c.failed_factorizations,c.backtracks,cpu()-t0,eq.reaction_N(b.u).z());
     if(st!=SolveStatus::solved) break;
     prev=a;a=b;
   }
