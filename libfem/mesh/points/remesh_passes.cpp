@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpate {
 namespace {
@@ -17,6 +18,10 @@ constexpr double kShortest = 4.0 / 5.0;
 /// Least cosine between a triangle and the fine surface's normal at its corners: 66 degrees. A
 /// triangle steeper than that folds over a neighbour or cuts through a crease.
 constexpr double kLeastFacing = 0.4;
+/// How far a point may be left behind, of the wanted edge: by the collapse of its vertex, and by one
+/// move of it, of which there are several.
+constexpr double kLeftByCollapse = 0.12;
+constexpr double kLeftByMove = 0.03;
 
 std::size_t at(VertexHandle v) { return static_cast<std::size_t>(v.idx()); }
 
@@ -84,14 +89,20 @@ bool Remeshing::may_collapse(HalfedgeHandle h) const {
   const VertexHandle gone = mesh.from_vertex_handle(h), kept = mesh.to_vertex_handle(h);
   if (mesh.status(gone).locked()) return false;
   if (mesh.status(gone).feature() && !mesh.status(mesh.edge_handle(h)).feature()) return false;
+  double left_behind = std::numeric_limits<double>::infinity();
   for (const auto around : mesh.voh_range(gone)) {
     const VertexHandle far = mesh.to_vertex_handle(around);
     if (far == kept) continue;
     if ((position(mesh, far) - position(mesh, kept)).norm() > kLongest * edge_size_m(far, kept))
       return false;
     const VertexHandle next = mesh.to_vertex_handle(mesh.next_halfedge_handle(around));
-    if (next != kept && !faces_outward(kept, far, next)) return false;
+    if (next == kept) continue;
+    if (!faces_outward(kept, far, next)) return false;
+    left_behind = std::min(left_behind,
+                           distance_to_triangle(position(mesh, gone), position(mesh, kept),
+                                                position(mesh, far), position(mesh, next)));
   }
+  if (left_behind > kLeftByCollapse * edge_size_m(gone, kept)) return false;
   // A feature line may not swing onto another: the two wings of the edge keep their own status.
   for (const HalfedgeHandle side : {h, mesh.opposite_halfedge_handle(h)}) {
     const auto wing = mesh.edge_handle(side == h ? mesh.prev_halfedge_handle(side)
@@ -163,6 +174,16 @@ void Remeshing::flip_edges() {
   }
 }
 
+double Remeshing::distance_around_m(VertexHandle v, const Vec3& query) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto h : mesh.voh_range(v))
+    least = std::min(
+        least, distance_to_triangle(
+                   query, position(mesh, v), position(mesh, mesh.to_vertex_handle(h)),
+                   position(mesh, mesh.to_vertex_handle(mesh.next_halfedge_handle(h)))));
+  return least;
+}
+
 void Remeshing::relax_vertex(VertexHandle v) {
   if (mesh.status(v).locked()) return;
   const bool is_feature = mesh.status(v).feature();
@@ -188,6 +209,7 @@ void Remeshing::relax_vertex(VertexHandle v) {
   for (const auto h : mesh.voh_range(v))
     is_good = is_good && faces_outward(v, mesh.to_vertex_handle(h),
                                        mesh.to_vertex_handle(mesh.next_halfedge_handle(h)));
+  is_good = is_good && distance_around_m(v, old) < kLeftByMove * old_size;
   if (is_good) return;
   mesh.set_point(v, to_open_mesh(old));
   size_m[at(v)] = old_size;

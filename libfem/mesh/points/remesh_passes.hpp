@@ -7,8 +7,9 @@
 namespace palpate {
 
 /// A surface under remeshing and what it must look like. The passes of one round, in order; each
-/// leaves features (edge status) and locked vertices in place and refuses every change that turns
-/// a triangle against the fine surface's normal.
+/// leaves features (edge status) and locked vertices in place, and refuses every change that turns
+/// a triangle against the fine surface's normal or that leaves behind the point a vertex was at:
+/// without that, the tips and rims of thin lobes retract (by 17 mm on a liver at 12 mm).
 struct Remeshing {
   HalfEdgeMesh mesh;
   FeatureLines lines;
@@ -34,6 +35,7 @@ struct Remeshing {
   bool faces_outward(OpenMesh::VertexHandle a, OpenMesh::VertexHandle b,
                      OpenMesh::VertexHandle c) const;
   void relax_vertex(OpenMesh::VertexHandle v);
+  double distance_around_m(OpenMesh::VertexHandle v, const Vec3& query) const;
 };
 
 }  // namespace palpate

@@ -53,8 +53,8 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
     result.target_edge_m = target;
     result.volume_ratio = volume_m3(result.surface) / fine_volume;
     result.deviation_m = deviation_m(fine, tree, result.surface);
-    const auto fault =
-        find_fault(result, options.stray_tolerance * target, options.volume_tolerance);
+    const auto fault = find_fault(result, options.stray_tolerance * target_edge_m,
+                                  options.volume_tolerance);
     if (!fault) return result;
     result.refused = "with a target of " + std::to_string(target * 1e3) + " mm " + *fault;
   }

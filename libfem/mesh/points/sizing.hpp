@@ -12,7 +12,7 @@ struct SizingOptions {
   double thickness_ratio = 1.0;       ///< edge over local thickness, so that tets fit in thin parts
   double least_edge_ratio = 0.4;      ///< of target_edge_m: never shorter than this
   double growth = 0.5;                ///< of size per distance along the surface
-  double feature_angle_deg = 40;      ///< sharper edges are features: curvature stops at them
+  double feature_angle_deg = 60;      ///< sharper edges are features: curvature stops at them
 };
 
 /// Wanted edge length at each vertex of a fine surface, #V [m].

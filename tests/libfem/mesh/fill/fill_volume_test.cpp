@@ -77,7 +77,7 @@ TEST(FillVolume, a_surface_that_crosses_itself_goes_to_mesh_3_or_is_refused) {
   }
   FillReport report;
   try {
-    const TetMesh mesh = fill_volume(crossing, {.time_limit_s = 20}, &report);
+    const TetMesh mesh = fill_volume(crossing, {.time_limit_s = 2}, &report);
     EXPECT_EQ(report.mesher, Mesher::mesh_3);
     EXPECT_GT(report.worst_mean_ratio, 0);
     EXPECT_NEAR(report.volume_ratio, 1, 0.1);
