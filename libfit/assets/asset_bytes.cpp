@@ -39,11 +39,13 @@ std::vector<double> table_of(const CurveBasis& basis) {
 Parts make_parts(const Model& model, const ExportOptions& options) {
   Parts parts;
   parts.surface = make_asset_surface(model, options.fades_borders);
-  parts.tree = make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
+  parts.tree =
+      make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const CurveBasis& basis = model.curves.basis[kind];
     if (basis.pieces() > runtime::kMaxPieces)
-      throw Error("model", "a curve basis has more than " + std::to_string(runtime::kMaxPieces) + " pieces",
+      throw Error("model",
+                  "a curve basis has more than " + std::to_string(runtime::kMaxPieces) + " pieces",
                   "Fit with fewer pieces.");
     parts.table[kind] = table_of(basis);
   }
@@ -116,7 +118,8 @@ int record_check_forces(AssetBytes& bytes, const Header& header) {
   if (status != runtime::Status::ok)
     throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
                 "Check the model's numbers with `palpate inspect`.");
-  auto* check = reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
+  auto* check =
+      reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
   int touching = 0;
   runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
     std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
@@ -139,9 +142,10 @@ void fill_report(const Parts& parts, const Header& header, int touching, ExportR
   for (float depth : surface.max_depth_m)
     if (depth > 0) report.least_max_depth_m = std::min(report.least_max_depth_m, double(depth));
   if (surface.folded_triangles > 0)
-    report.remarks.push_back(std::to_string(surface.folded_triangles) +
-                             " covered triangles have no area or a normal that does not point through "
-                             "them; they cannot be touched.");
+    report.remarks.push_back(
+        std::to_string(surface.folded_triangles) +
+        " covered triangles have no area or a normal that does not point through "
+        "them; they cannot be touched.");
   if (surface.faded_vertices > 0)
     report.remarks.push_back(std::to_string(surface.faded_vertices) +
                              " covered vertices lie on open borders, where forces fade to zero.");
@@ -151,7 +155,8 @@ void fill_report(const Parts& parts, const Header& header, int touching, ExportR
 
 }  // namespace
 
-AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options, ExportReport* report) {
+AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
+                            ExportReport* report) {
   const Parts parts = make_parts(model, options);
   const Header header = make_header(model, options, parts);
   AssetBytes bytes(header.file_bytes);

@@ -11,8 +11,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kDepthShare = 0.8;   // of 1/|du/dc|: beyond it slides are ill-conditioned (METHOD 4)
-constexpr double kLeastFacing = 0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
+constexpr double kDepthShare =
+    0.8;  // of 1/|du/dc|: beyond it slides are ill-conditioned (METHOD 4)
+constexpr double kLeastFacing =
+    0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
 
 std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
 
@@ -35,7 +37,8 @@ void check_sizes(const Model& model) {
 void check_vertices(const Model& model) {
   const double extent = extent_m(model.surface.vertices).norm();
   if (!model.surface.vertices.allFinite() || !(extent > 0) || extent > 1e3)
-    throw Error("model surface", "vertices are not finite, all in one place, or farther than 1 km apart",
+    throw Error("model surface",
+                "vertices are not finite, all in one place, or farther than 1 km apart",
                 "Check the unit the surface was read with.");
   for (Eigen::Index v = 0; v < model.inward_normal.rows(); ++v) {
     if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
@@ -68,9 +71,10 @@ void check_controls(const Model& model) {
       for (Eigen::Index j = 1; j < control.cols(); ++j)
         is_good = is_good && control(v, j) >= control(v, j - 1);
       if (!is_good)
-        throw Error("model " + at("vertex", v),
-                    "its " + std::string(kCurveNames[kind]) + " curve does not start at 0 and increase",
-                    "Fit the curves again with `palpate fit`.");
+        throw Error(
+            "model " + at("vertex", v),
+            "its " + std::string(kCurveNames[kind]) + " curve does not start at 0 and increase",
+            "Fit the curves again with `palpate fit`.");
     }
   }
 }
@@ -106,8 +110,8 @@ void round_controls(const Model& model, AssetSurface& out) {
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
     for (const Controls& control : model.curves.control)
       for (Eigen::Index j = 0; j < control.cols(); ++j)
-        out.control.push_back(out.covered[static_cast<std::size_t>(v)] ? static_cast<float>(control(v, j))
-                                                                       : 0.0F);
+        out.control.push_back(
+            out.covered[static_cast<std::size_t>(v)] ? static_cast<float>(control(v, j)) : 0.0F);
 }
 
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
@@ -135,8 +139,8 @@ double depth_bound_m(const AssetSurface& surface, std::size_t t) {
   }
   if (!(least > kLeastFacing)) return 0;
   const Mat3 square = gradient.transpose() * gradient;
-  const double norm = std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
+  const double norm = std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
   return std::min(surface.diagonal_m, kDepthShare * least / std::max(norm, 1e-12));
 }
 
@@ -164,9 +168,10 @@ std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
     for (int k = 0; k < 3; ++k) {
       const std::int32_t from = triangles(t, k), to = triangles(t, (k + 1) % 3);
       if (!half_edge.emplace(key(from, to), static_cast<std::int32_t>(t)).second)
-        throw Error("model edge " + std::to_string(from) + "-" + std::to_string(to),
-                    "two triangles run along it the same way: not manifold, or not all outward",
-                    "Make the body again with `palpate prepare`, which mends or names such places.");
+        throw Error(
+            "model edge " + std::to_string(from) + "-" + std::to_string(to),
+            "two triangles run along it the same way: not manifold, or not all outward",
+            "Make the body again with `palpate prepare`, which mends or names such places.");
     }
   std::vector<std::int32_t> neighbour;
   neighbour.reserve(static_cast<std::size_t>(triangles.size()));

@@ -17,8 +17,8 @@ struct AssetSurface {
   std::vector<std::uint8_t> covered;  ///< V
   std::vector<float> control;         ///< V x (normal, lateral, limit) [N], 0 where not covered
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
-  std::vector<float> max_depth_m;     ///< F, 0: air
-  double diagonal_m = 0;              ///< of the bounding box
+  std::vector<float> max_depth_m;                 ///< F, 0: air
+  double diagonal_m = 0;                          ///< of the bounding box
 
   int faded_vertices = 0;    ///< covered in the model, on a border, so part of the skirt
   int folded_triangles = 0;  ///< no area, or a corner's normal does not point through: made air

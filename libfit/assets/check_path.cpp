@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kPlaces = 12;  // 768 ticks: about 1 ms on loading
+constexpr int kPlaces = 12;             // 768 ticks: about 1 ms on loading
 constexpr int kPress = 20, kDrag = 48;  // last tick of the press, of the drag
 
 std::uint64_t next(std::uint64_t& state) {  // splitmix64 (Steele, Lea and Flood 2014)
@@ -33,7 +33,8 @@ std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, dou
   for (int place = 0; place < kPlaces; ++place) {
     const std::size_t t = solid[next(seed) % solid.size()];
     const double a = 0.2 + 0.3 * unit_share(seed), b = 0.2 + 0.3 * unit_share(seed);
-    const double depth = std::min(depth_m, double(surface.max_depth_m[t])) * (0.3 + 0.7 * unit_share(seed));
+    const double depth =
+        std::min(depth_m, double(surface.max_depth_m[t])) * (0.3 + 0.7 * unit_share(seed));
     Vec3 x = Vec3::Zero(), u = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       const double n = k == 0 ? a : (k == 1 ? b : 1 - a - b);
@@ -46,8 +47,9 @@ std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, dou
     const Vec3 along = u.cross(any).normalized(), aside = u.cross(along);
     for (int tick = 0; tick < kCheckPathTicks; ++tick) {
       const double down = tick <= kPress ? double(tick) / kPress
-                          : tick <= kDrag ? 1.0
-                                          : 1 - double(tick - kDrag) / (kCheckPathTicks - 1 - kDrag);
+                          : tick <= kDrag
+                              ? 1.0
+                              : 1 - double(tick - kDrag) / (kCheckPathTicks - 1 - kDrag);
       const double drag = double(std::clamp(tick - kPress, 0, kDrag - kPress)) / (kDrag - kPress);
       const Vec3 tip = surface.origin + x + u * depth * (1.25 * down - 0.25) +
                        depth * (3 * drag * along + drag * drag * aside);

@@ -16,7 +16,8 @@ ExportReport export_palp(const Model& model, const std::filesystem::path& path,
   runtime::Status status;
   runtime::Asset::open(bytes.data(), bytes.size(), &status);
   if (status != runtime::Status::ok)
-    throw Error(path.string(), std::string("the new asset does not open: ") + runtime::sentence(status),
+    throw Error(path.string(),
+                std::string("the new asset does not open: ") + runtime::sentence(status),
                 "Report this: the engine refuses what it has just recorded.");
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   if (!options.engine_dir.empty()) write_engine_folder(options.engine_dir);

@@ -17,7 +17,8 @@ constexpr std::array<double, 4> kDepthShares{0.25, 0.5, 0.75, 1.0};  // of the n
 class VtuWriter {
  public:
   template <class T>
-  void add(const char* type, const std::string& name, int components, const std::vector<T>& values) {
+  void add(const char* type, const std::string& name, int components,
+           const std::vector<T>& values) {
     arrays_ += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
                "\" NumberOfComponents=\"" + std::to_string(components) +
                "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
@@ -33,9 +34,9 @@ class VtuWriter {
     return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
            "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n"
            "    <Piece NumberOfPoints=\"" +
-           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" + body_ +
-           "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _" + data_ +
-           "\n  </AppendedData>\n</VTKFile>\n";
+           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" +
+           body_ + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _" +
+           data_ + "\n  </AppendedData>\n</VTKFile>\n";
   }
 
  private:
@@ -53,15 +54,20 @@ struct NodeCurve {
     return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
             tables.integrals.data()};
   }
-  double value(Eigen::Index v, double x) const { return runtime::curve_value(view(), control.row(v).data(), x); }
-  double slope(Eigen::Index v, double x) const { return runtime::curve_slope(view(), control.row(v).data(), x); }
+  double value(Eigen::Index v, double x) const {
+    return runtime::curve_value(view(), control.row(v).data(), x);
+  }
+  double slope(Eigen::Index v, double x) const {
+    return runtime::curve_slope(view(), control.row(v).data(), x);
+  }
 };
 
 template <class F>
 std::vector<float> per_vertex(const Model& model, F value) {
   std::vector<float> out;
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
-    out.push_back(model.is_covered[static_cast<std::size_t>(v)] ? static_cast<float>(value(v)) : 0.0F);
+    out.push_back(model.is_covered[static_cast<std::size_t>(v)] ? static_cast<float>(value(v))
+                                                                : 0.0F);
   return out;
 }
 
@@ -73,16 +79,19 @@ std::string at_depth(double depth_m) {  // "_at_2.5mm"
 }
 
 void add_point_data(const Model& model, VtuWriter& vtu) {
-  const NodeCurve normal(model.curves, CurveKind::normal), lateral(model.curves, CurveKind::lateral),
-      limit(model.curves, CurveKind::limit);
+  const NodeCurve normal(model.curves, CurveKind::normal),
+      lateral(model.curves, CurveKind::lateral), limit(model.curves, CurveKind::limit);
   vtu.add("UInt8", "is_covered", 1, std::vector<char>(model.is_covered));
   vtu.add("Float64", "inward_normal", 3,
-          std::vector<double>(model.inward_normal.data(), model.inward_normal.data() + model.inward_normal.size()));
+          std::vector<double>(model.inward_normal.data(),
+                              model.inward_normal.data() + model.inward_normal.size()));
   for (double share : kDepthShares) {
     const double depth = share * normal.tables.knots.back();
     const std::string at = at_depth(depth);
     const auto force = [&](Eigen::Index v) { return normal.value(v, depth); };
-    const auto mu = [&](Eigen::Index v) { return force(v) > 0 ? limit.value(v, depth) / force(v) : 0; };
+    const auto mu = [&](Eigen::Index v) {
+      return force(v) > 0 ? limit.value(v, depth) / force(v) : 0;
+    };
     vtu.add("Float32", "normal_force_N" + at, 1, per_vertex(model, force));
     vtu.add("Float32", "normal_stiffness_N_m" + at, 1,
             per_vertex(model, [&](Eigen::Index v) { return normal.slope(v, depth); }));
@@ -100,12 +109,14 @@ void add_point_data(const Model& model, VtuWriter& vtu) {
 
 void add_geometry(const Surface& surface, VtuWriter& vtu) {
   vtu.add("Float64", "Points", 3,
-          std::vector<double>(surface.vertices.data(), surface.vertices.data() + surface.vertices.size()));
+          std::vector<double>(surface.vertices.data(),
+                              surface.vertices.data() + surface.vertices.size()));
   vtu.close("Points");
   std::vector<std::int64_t> offsets;
   for (Eigen::Index t = 1; t <= surface.triangles.rows(); ++t) offsets.push_back(3 * t);
   vtu.add("Int32", "connectivity", 1,
-          std::vector<std::int32_t>(surface.triangles.data(), surface.triangles.data() + surface.triangles.size()));
+          std::vector<std::int32_t>(surface.triangles.data(),
+                                    surface.triangles.data() + surface.triangles.size()));
   vtu.add("Int64", "offsets", 1, offsets);
   vtu.add("UInt8", "types", 1, std::vector<std::uint8_t>(offsets.size(), 5));  // VTK_TRIANGLE
   vtu.close("Cells");
@@ -125,7 +136,8 @@ void check(const Model& model) {
 
 }  // namespace
 
-ExportReport export_vtu(const Model& model, const std::filesystem::path& path, const ExportOptions&) {
+ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
+                        const ExportOptions&) {
   check(model);
   VtuWriter vtu;
   add_point_data(model, vtu);

@@ -13,12 +13,12 @@ namespace palpate {
 
 /// What an export may be told.
 struct ExportOptions {
-  bool has_guard = true;      ///< the engine refuses the energy-creating part of slips
-  bool fades_borders = true;  ///< forces fade out over the last ring before an open border
-  std::string meta_json = "{}";       ///< for people: error statement, scene hash
+  bool has_guard = true;         ///< the engine refuses the energy-creating part of slips
+  bool fades_borders = true;     ///< forces fade out over the last ring before an open border
+  std::string meta_json = "{}";  ///< for people: error statement, scene hash
   std::filesystem::path engine_dir = {};  ///< where the engine's folder goes; empty: not copied
-  double max_step_m = 0;  ///< a tip moving farther in a tick has teleported; 0: two diagonals
-  std::uint64_t seed = 1;             ///< of the check path
+  double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: two diagonals
+  std::uint64_t seed = 1;  ///< of the check path
 };
 
 /// What was exported; remarks are whole sentences for people.

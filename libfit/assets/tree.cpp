@@ -30,7 +30,8 @@ class TreeBuilder {
   runtime::TreeNode box(std::ptrdiff_t begin, std::ptrdiff_t end) const {
     runtime::TreeNode node{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      node.lo[axis] = node.hi[axis] = coordinate(tree_.items[static_cast<std::size_t>(begin)], 0, axis);
+      node.lo[axis] = node.hi[axis] =
+          coordinate(tree_.items[static_cast<std::size_t>(begin)], 0, axis);
       for (std::ptrdiff_t i = begin; i < end; ++i)
         for (std::size_t corner = 0; corner < 3; ++corner) {
           const float x = coordinate(tree_.items[static_cast<std::size_t>(i)], corner, axis);

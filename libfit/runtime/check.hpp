@@ -10,10 +10,10 @@
 namespace palpate {
 namespace runtime {
 
-constexpr double kMaxCoordinate_m = 1e3;   ///< of vertices about the origin: floats keep 0.1 mm
-constexpr double kMaxNumber = 1e15;        ///< of curve data: products of a few stay finite
-constexpr double kUnitTolerance = 1e-4;    ///< of a normal's squared length; float rounding is 2e-7
-constexpr double kMinFacing = 0.01;        ///< least cosine of a corner's normal to its triangle's
+constexpr double kMaxCoordinate_m = 1e3;  ///< of vertices about the origin: floats keep 0.1 mm
+constexpr double kMaxNumber = 1e15;       ///< of curve data: products of a few stay finite
+constexpr double kUnitTolerance = 1e-4;   ///< of a normal's squared length; float rounding is 2e-7
+constexpr double kMinFacing = 0.01;       ///< least cosine of a corner's normal to its triangle's
 
 inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= bound; }
 
@@ -74,8 +74,7 @@ inline Status check_spline(const SplineView& spline) noexcept {
 /// Finite, zero at zero, increasing; all zero where not covered.
 inline Status check_controls(const AssetView& view) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
-    const float* control =
-        view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
+    const float* control = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
     if (view.covered[v] > 1) return Status::controls_wrong;
     for (int curve = 0; curve < kCurves; ++curve) {
       const float* b = control + view.control_offset[curve];
@@ -156,7 +155,8 @@ inline bool holds_triangle(const TreeNode& node, const AssetView& view, int t) n
 }
 
 /// Leaves name solid triangles that lie inside their boxes, items in order, each used once.
-inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items, int& next_item) noexcept {
+inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items,
+                         int& next_item) noexcept {
   if (node.items > kMaxLeafTriangles || node.at != next_item || node.items > items - next_item)
     return false;
   for (int i = 0; i < node.items; ++i) {
@@ -171,7 +171,9 @@ inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items,
 /// A preorder binary tree no deeper than kMaxTreeDepth, boxes within their parents' boxes, all
 /// nodes and all items used exactly once.
 inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
-  struct Range { int begin, end, parent, depth; };  // a subtree fills nodes begin to end
+  struct Range {
+    int begin, end, parent, depth;
+  };  // a subtree fills nodes begin to end
   Range stack[kMaxTreeDepth + 2];
   int size = 0, next_item = 0;
   stack[size++] = {0, nodes, 0, 0};

@@ -39,8 +39,8 @@ enum Section : int {
   kNormalTable,  ///< double: knots, weights, integrals of a SplineView; likewise the next two
   kLateralTable,
   kLimitTable,
-  kCheckTicks,   ///< CheckTick: a path and the exact forces on the tool it must bring
-  kMeta,         ///< JSON for people: error statement, scene hash; the engine does not read it
+  kCheckTicks,  ///< CheckTick: a path and the exact forces on the tool it must bring
+  kMeta,        ///< JSON for people: error statement, scene hash; the engine does not read it
   kSections
 };
 
@@ -67,9 +67,9 @@ struct Header {
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
   std::int32_t degree[3], pieces[3];           ///< normal, lateral, limit
-  double origin_m[3];       ///< body coordinates are origin + vertex
-  double max_step_m;        ///< a tip that moves farther in one tick has teleported
-  double probe_radius_m;    ///< of the probe the curves were measured with; 0 unknown
+  double origin_m[3];                          ///< body coordinates are origin + vertex
+  double max_step_m;      ///< a tip that moves farther in one tick has teleported
+  double probe_radius_m;  ///< of the probe the curves were measured with; 0 unknown
   std::uint64_t meta_bytes;
   std::uint64_t offset[kSections];
 };
@@ -78,7 +78,9 @@ static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(Header) == 128 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
-inline int curve_size(const Header& h, int curve) noexcept { return h.pieces[curve] + h.degree[curve]; }
+inline int curve_size(const Header& h, int curve) noexcept {
+  return h.pieces[curve] + h.degree[curve];
+}
 inline int controls_per_vertex(const Header& h) noexcept {
   return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2);
 }
@@ -94,17 +96,30 @@ inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
   const auto v = static_cast<std::uint64_t>(h.vertices);
   const auto f = static_cast<std::uint64_t>(h.triangles);
   switch (section) {
-    case kVertices: case kNormals: return 12 * v;
-    case kCovered: return v;
-    case kControls: return 4 * v * static_cast<std::uint64_t>(controls_per_vertex(h));
-    case kTriangles: case kNeighbours: return 12 * f;
-    case kMaxDepth: return 4 * f;
-    case kTreeNodes: return sizeof(TreeNode) * static_cast<std::uint64_t>(h.tree_nodes);
-    case kTreeItems: return 4 * static_cast<std::uint64_t>(h.tree_items);
-    case kNormalTable: case kLateralTable: case kLimitTable:
+    case kVertices:
+    case kNormals:
+      return 12 * v;
+    case kCovered:
+      return v;
+    case kControls:
+      return 4 * v * static_cast<std::uint64_t>(controls_per_vertex(h));
+    case kTriangles:
+    case kNeighbours:
+      return 12 * f;
+    case kMaxDepth:
+      return 4 * f;
+    case kTreeNodes:
+      return sizeof(TreeNode) * static_cast<std::uint64_t>(h.tree_nodes);
+    case kTreeItems:
+      return 4 * static_cast<std::uint64_t>(h.tree_items);
+    case kNormalTable:
+    case kLateralTable:
+    case kLimitTable:
       return 8 * table_doubles(h, section - kNormalTable);
-    case kCheckTicks: return sizeof(CheckTick) * static_cast<std::uint64_t>(h.check_ticks);
-    default: return h.meta_bytes;
+    case kCheckTicks:
+      return sizeof(CheckTick) * static_cast<std::uint64_t>(h.check_ticks);
+    default:
+      return h.meta_bytes;
   }
 }
 

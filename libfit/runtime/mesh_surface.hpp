@@ -11,14 +11,15 @@ namespace runtime {
 
 constexpr double kAlongEdge = 1e-12;    ///< share of a direction below which it follows the edge
 constexpr double kEnergyNoise = 1e-13;  ///< rounding of a stored energy, relative; measured 2e-15
-constexpr int kMaxGuardSteps = 12;      ///< bisections for the harmless part of a slip: 1/4096 of it
+constexpr int kMaxGuardSteps = 12;  ///< bisections for the harmless part of a slip: 1/4096 of it
 
 // What happened at a tick besides the state, or-ed together.
-constexpr unsigned kFlagUnfinished = 1;    ///< the slip goes on at the next tick
-constexpr unsigned kFlagBorder = 2;        ///< the contact point was at a border that held it
-constexpr unsigned kFlagHeldBack = 4;      ///< the guard refused part of a slip
-constexpr unsigned kFlagTooDeep = 8;       ///< dz is beyond the triangle's max_depth_m
-constexpr unsigned kFlagFrictionless = 16; ///< no lateral stiffness here: slides as if frictionless
+constexpr unsigned kFlagUnfinished = 1;  ///< the slip goes on at the next tick
+constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border that held it
+constexpr unsigned kFlagHeldBack = 4;    ///< the guard refused part of a slip
+constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
+constexpr unsigned kFlagFrictionless =
+    16;  ///< no lateral stiffness here: slides as if frictionless
 
 /// A spot of the mesh: everything blended by area coordinates n [1].
 template <class S>
@@ -37,10 +38,10 @@ struct MeshSpot {
 struct MeshPath {
   const AssetView* asset;
   int triangle;
-  double n[3], rate[3];   ///< [1], [1/m]
-  double end_m;           ///< where a coordinate reaches zero
-  int exit;               ///< which one
-  bool blocked;           ///< a border leaves no way to go
+  double n[3], rate[3];  ///< [1], [1/m]
+  double end_m;          ///< where a coordinate reaches zero
+  int exit;              ///< which one
+  bool blocked;          ///< a border leaves no way to go
 
   double end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
@@ -56,8 +57,7 @@ struct MeshPath {
       spot.n[k] = s * rate[k] + n[k];
       spot.point = spot.point + widened<S>(asset->vertex_at(v)) * spot.n[k];
       field = field + widened<S>(asset->normal_at(v)) * spot.n[k];
-      spot.node[k] = asset->control +
-                     static_cast<std::ptrdiff_t>(v) * asset->controls_per_vertex;
+      spot.node[k] = asset->control + static_cast<std::ptrdiff_t>(v) * asset->controls_per_vertex;
     }
     spot.normal = normalized(field);
     spot.offset = asset->control_offset;
@@ -71,10 +71,9 @@ inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& s
   const auto d = split(x - spot.point, spot.normal);
   double sum = 0;
   for (int k = 0; k < 3; ++k)
-    sum += spot.n[k] * (curve_energy(views.view[kNormal], spot.node[k] + spot.offset[kNormal],
-                                     d.normal_m) +
-                        curve_energy(views.view[kLateral], spot.node[k] + spot.offset[kLateral],
-                                     d.lateral_m));
+    sum += spot.n[k] *
+           (curve_energy(views.view[kNormal], spot.node[k] + spot.offset[kNormal], d.normal_m) +
+            curve_energy(views.view[kLateral], spot.node[k] + spot.offset[kLateral], d.lateral_m));
   return sum;
 }
 
@@ -155,7 +154,8 @@ class MeshSurface {
     return asset_.vertex_at(asset_.corner(triangle_, (k + 2) % 3)) -
            asset_.vertex_at(asset_.corner(triangle_, (k + 1) % 3));
   }
-  void follow_edge(MeshPath& path, int k, const Vec3d& lateral, const Vec3d& normal) const noexcept {
+  void follow_edge(MeshPath& path, int k, const Vec3d& lateral,
+                   const Vec3d& normal) const noexcept {
     const Vec3d e = edge(k), shadow = e - normal * dot(e, normal);
     const double squared = dot(shadow, shadow);
     const double rate = squared > 0 ? dot(lateral, shadow) / squared : 0;

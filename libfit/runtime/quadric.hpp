@@ -90,7 +90,8 @@ struct QuadricSurface {
   Vec3<T> p;  ///< shadow of the contact point on the tangent plane [m]
 
   QuadricSpot<T, T, false> standing() const noexcept { return aim({T(0), T(0), T(0)}).at(T(0)); }
-  /// The direction is tangent to the quadric (its normal is the field's), so only its shadow counts.
+  /// The direction is tangent to the quadric (its normal is the field's), so only its shadow
+  /// counts.
   QuadricPath<T, T> aim(const Vec3<T>& direction) const noexcept {
     const Vec3<T> u0 = widened<T>(quadric->u0);
     return {quadric, p, direction - u0 * dot(direction, u0), controls};
@@ -106,7 +107,10 @@ struct QuadricSurface {
 inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) noexcept {
   for (int i = 0; i < 50; ++i) {
     const Vec3d middle = (outside + inside) * 0.5;
-    if (depth_below(quadric, middle) > 0) inside = middle; else outside = middle;
+    if (depth_below(quadric, middle) > 0)
+      inside = middle;
+    else
+      outside = middle;
   }
   return inside - quadric.u0 * dot(inside, quadric.u0);
 }
@@ -118,9 +122,8 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
 /// steps should not be much longer than the lateral deflection at which the tool slips.
 /// Returns how many rows slipped. Derivatives flow through every slip's root.
 template <class T>
-int replay_drag(const CurveViews& views, const ControlPointers<T>& controls,
-                const Quadric& quadric, const double* deflection_m, int rows,
-                Vec3<T>* force_N) noexcept {
+int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
+                const double* deflection_m, int rows, Vec3<T>* force_N) noexcept {
   const Vec3<T> nothing{T(0), T(0), T(0)};
   QuadricSurface<T> surface{&quadric, controls, nothing};
   bool in_contact = true;

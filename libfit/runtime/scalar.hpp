@@ -7,7 +7,8 @@
 #include <cmath>
 
 #ifdef __FAST_MATH__
-#error "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
+#error \
+    "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
 #endif
 
 namespace palpate {

@@ -24,12 +24,14 @@ namespace runtime {
 constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
 constexpr int kCurves = 3;
 
-constexpr int kMaxRootSteps = 12;   ///< Newton needs 3 or 4; 12 bisections leave 1/4096 of a slip
-constexpr int kMaxSegments = 16;    ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
-constexpr double kLateralZero_m = 1e-12;   ///< below a picometre the lateral direction is noise
-constexpr double kSlipTolerance = 1e-10;   ///< of f^r: keeps a solved slip from slipping again
-constexpr double kRootTolerance = 1e-13;   ///< of f^r: where Newton stops
-constexpr double kInside = 1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
+constexpr int kMaxRootSteps = 12;  ///< Newton needs 3 or 4; 12 bisections leave 1/4096 of a slip
+constexpr int kMaxSegments =
+    16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
+constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
+constexpr double kSlipTolerance = 1e-10;  ///< of f^r: keeps a solved slip from slipping again
+constexpr double kRootTolerance = 1e-13;  ///< of f^r: where Newton stops
+constexpr double kInside =
+    1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
 
 /// The bases of the three curves, shared by the body.
 struct CurveViews {
@@ -39,9 +41,9 @@ struct CurveViews {
 /// A tool's deflection in the frame of its contact point.
 template <class T>
 struct Deflection {
-  T normal_m;        ///< dz, > 0 in contact
-  T lateral_m;       ///< dr >= 0; exactly 0 below kLateralZero_m
-  Vec3<T> lateral;   ///< u^r; zero vector where dr is 0
+  T normal_m;       ///< dz, > 0 in contact
+  T lateral_m;      ///< dr >= 0; exactly 0 below kLateralZero_m
+  Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
 };
 
 /// delta = x - c [m], normal the inward unit vector at c.
@@ -110,8 +112,8 @@ bool is_slipping(const CurveViews& views, const Spot& spot, const Deflection<T>&
 
 /// Root of the excess on [0, end] and its slope there.
 struct SlipRoot {
-  double s;        ///< [m]
-  double slope;    ///< d excess / d s at s [N/m], < 0 where it can be trusted
+  double s;      ///< [m]
+  double slope;  ///< d excess / d s at s [N/m], < 0 where it can be trusted
 };
 
 /// Safeguarded Newton with exact slopes inside a bisection bracket: excess(0) > 0 >= excess(end).
@@ -127,7 +129,10 @@ SlipRoot slip_root(const CurveViews& views, const Path& path, const Vec3d& x, do
     const Dual excess = slip_excess_along(views, path, tip, Dual(s, 1), frictionless);
     slope = excess.v;
     if (std::fabs(excess.a) <= kRootTolerance * scale) return {s, slope};
-    if (excess.a > 0) lo = s; else hi = s;
+    if (excess.a > 0)
+      lo = s;
+    else
+      hi = s;
     const double newton = s - excess.a / excess.v;
     s = newton > lo && newton < hi ? newton : 0.5 * (lo + hi);
   }

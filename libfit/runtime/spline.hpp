@@ -6,7 +6,8 @@
 // -ffp-contract=off: a compiler that fuses a*b+c rounds the two differently.
 
 #ifdef __FAST_MATH__
-#error "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
+#error \
+    "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
 #endif
 
 namespace palpate {
@@ -30,10 +31,10 @@ struct SplineView {
 /// value, slope and integral of any curve b are sums over k of b[first + k] times these.
 template <class T>
 struct SplineWeights {
-  int first = 0;              ///< index of the first live control value
-  int piece = 0;              ///< interval, `pieces` past the last knot
-  T value[kMaxDegree + 1];    ///< [1]
-  T slope[kMaxDegree + 1];    ///< [1/m]
+  int first = 0;            ///< index of the first live control value
+  int piece = 0;            ///< interval, `pieces` past the last knot
+  T value[kMaxDegree + 1];  ///< [1]
+  T slope[kMaxDegree + 1];  ///< [1/m]
 };
 
 /// Interval of x [m]: 0 below the first knot, `pieces` at and beyond the last. At most 8 steps for
@@ -43,7 +44,10 @@ inline int find_piece(const SplineView& spline, double x) noexcept {
   if (!(x < spline.knots[hi])) return hi;
   while (hi - lo > 1) {
     const int middle = (lo + hi) / 2;
-    if (x < spline.knots[middle]) hi = middle; else lo = middle;
+    if (x < spline.knots[middle])
+      hi = middle;
+    else
+      lo = middle;
   }
   return lo;
 }

@@ -35,8 +35,10 @@ enum class Status {
 /// One sentence per status, never null.
 inline const char* sentence(Status status) noexcept {
   switch (status) {
-    case Status::ok: return "All is well.";
-    case Status::tip_not_finite: return "The tip position is not a finite number; the force is zero.";
+    case Status::ok:
+      return "All is well.";
+    case Status::tip_not_finite:
+      return "The tip position is not a finite number; the force is zero.";
     case Status::tip_teleported:
       return "The tip moved farther in one tick than the asset's max_step_m; the force is zero and "
              "contact begins again from outside.";
@@ -44,27 +46,39 @@ inline const char* sentence(Status status) noexcept {
       return "The contact does not belong to this asset; it was reset and the force is zero.";
     case Status::force_not_finite:
       return "The force was not a finite number; it is zero and the contact was reset.";
-    case Status::bytes_missing: return "There are too few bytes for an asset's header.";
-    case Status::bytes_misaligned: return "The bytes do not begin at a multiple of 64.";
-    case Status::not_an_asset: return "The bytes do not begin with PALP.";
-    case Status::other_endianness: return "The asset was written with the other byte order.";
-    case Status::other_version: return "The asset's version is not the one this engine reads.";
-    case Status::size_wrong: return "The size differs from the one in the asset's header.";
+    case Status::bytes_missing:
+      return "There are too few bytes for an asset's header.";
+    case Status::bytes_misaligned:
+      return "The bytes do not begin at a multiple of 64.";
+    case Status::not_an_asset:
+      return "The bytes do not begin with PALP.";
+    case Status::other_endianness:
+      return "The asset was written with the other byte order.";
+    case Status::other_version:
+      return "The asset's version is not the one this engine reads.";
+    case Status::size_wrong:
+      return "The size differs from the one in the asset's header.";
     case Status::layout_wrong:
       return "The counts or section offsets in the asset's header are impossible.";
-    case Status::checksum_wrong: return "The checksum differs: the asset was changed or cut.";
+    case Status::checksum_wrong:
+      return "The checksum differs: the asset was changed or cut.";
     case Status::numbers_wrong:
       return "The origin, step bound or probe radius is not a finite number in range.";
-    case Status::curves_wrong: return "A spline table is not a clamped basis on increasing knots.";
+    case Status::curves_wrong:
+      return "A spline table is not a clamped basis on increasing knots.";
     case Status::controls_wrong:
       return "Control values are not finite, zero at zero and increasing, or an uncovered vertex "
              "has some.";
-    case Status::vertices_wrong: return "A vertex is not finite or farther than 1 km from the origin.";
-    case Status::triangles_wrong: return "A triangle names a vertex that does not exist, or one twice.";
-    case Status::neighbours_wrong: return "The triangles' neighbours do not fit each other.";
+    case Status::vertices_wrong:
+      return "A vertex is not finite or farther than 1 km from the origin.";
+    case Status::triangles_wrong:
+      return "A triangle names a vertex that does not exist, or one twice.";
+    case Status::neighbours_wrong:
+      return "The triangles' neighbours do not fit each other.";
     case Status::normals_wrong:
       return "An inward normal is not a unit vector or does not point through its triangle.";
-    case Status::tree_wrong: return "The bounding tree is not a tree around the triangles.";
+    case Status::tree_wrong:
+      return "The bounding tree is not a tree around the triangles.";
     case Status::replay_differs:
       return "The engine does not reproduce the asset's check forces bit for bit: build it with "
              "-ffp-contract=off and without -ffast-math.";

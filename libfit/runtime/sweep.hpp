@@ -29,7 +29,8 @@ inline bool may_meet(const TreeNode& box, const Vec3d& p, const Vec3d& q, double
   }
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const double radius = half[i] * (std::fabs(reach[j]) + pad) + half[j] * (std::fabs(reach[i]) + pad);
+    const double radius =
+        half[i] * (std::fabs(reach[j]) + pad) + half[j] * (std::fabs(reach[i]) + pad);
     if (std::fabs(middle[i] * reach[j] - middle[j] * reach[i]) > radius) return false;
   }
   return true;

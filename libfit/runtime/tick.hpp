@@ -30,12 +30,12 @@ struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point in body coordinates
   int triangle = -1;
-  double weight[3] = {0, 0, 0};           ///< its area coordinates
-  double normal_m = 0, lateral_m = 0;     ///< dz, dr
+  double weight[3] = {0, 0, 0};        ///< its area coordinates
+  double normal_m = 0, lateral_m = 0;  ///< dz, dr
   ContactState state = ContactState::air;
-  unsigned flags = 0;                     ///< kFlag... of mesh_surface.hpp
-  double stored_J = 0;                    ///< elastic energy now
-  double dissipated_J = 0, refused_J = 0; ///< running sums of the Contact
+  unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
+  double stored_J = 0;                     ///< elastic energy now
+  double dissipated_J = 0, refused_J = 0;  ///< running sums of the Contact
   std::int64_t refused_ticks = 0;
 };
 
@@ -125,8 +125,8 @@ inline Status answer(const AssetView& asset, Contact& contact, const Vec3d& x,
 /// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
 /// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
 /// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
-/// kMaxRootSteps + 2 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a tick
-/// goes on at the next. Deterministic: the same bytes and tips give the same bits.
+/// kMaxRootSteps + 2 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
+/// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3],
                     Output& out) noexcept {
   out = Output();

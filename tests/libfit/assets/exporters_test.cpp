@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 
 class Exporting : public testing::Test {
  protected:
-  Exporting() : folder(fs::temp_directory_path() / ("palpate-assets-" + std::to_string(::getpid()))) {
+  Exporting()
+      : folder(fs::temp_directory_path() / ("palpate-assets-" + std::to_string(::getpid()))) {
     fs::create_directories(folder);
   }
   ~Exporting() override { fs::remove_all(folder); }
@@ -52,7 +53,8 @@ TEST_F(Exporting, every_row_of_the_table_writes_the_same_bytes_twice) {
     EXPECT_TRUE(extensions.insert(row.extension).second) << row.name;
     EXPECT_FALSE(row.summary.empty()) << row.name;
     EXPECT_EQ(&find_exporter(row.name), &row);
-    const fs::path first = (folder / "a").concat(row.extension), second = (folder / "b").concat(row.extension);
+    const fs::path first = (folder / "a").concat(row.extension),
+                   second = (folder / "b").concat(row.extension);
     const ExportReport report = row.write(model, first, {});
     row.write(model, second, {});
     EXPECT_EQ(report.bytes, fs::file_size(first)) << row.name;
@@ -68,7 +70,8 @@ TEST_F(Exporting, every_row_refuses_a_model_whose_arrays_differ_in_size_and_leav
     std::ofstream(path) << "old";
     Model bad = model;
     bad.is_covered.pop_back();
-    EXPECT_NE(error_of([&] { row.write(bad, path, {}); }).find("differ in size"), std::string::npos) << row.name;
+    EXPECT_NE(error_of([&] { row.write(bad, path, {}); }).find("differ in size"), std::string::npos)
+        << row.name;
     EXPECT_EQ(content(path), "old") << row.name;
   }
 }
@@ -92,10 +95,12 @@ TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
   for (int v = 0; v < file.asset().vertices; ++v) {
     const auto x = file.asset().vertex_at(v);
     const Vec3 expected = model.surface.vertices.row(v);
-    const Vec3 got(x.x + file.asset().origin_m[0], x.y + file.asset().origin_m[1], x.z + file.asset().origin_m[2]);
+    const Vec3 got(x.x + file.asset().origin_m[0], x.y + file.asset().origin_m[1],
+                   x.z + file.asset().origin_m[2]);
     EXPECT_LT((got - expected).norm(), 4e-9) << v;
     for (int j = 0; j < 9; ++j)
-      EXPECT_EQ(file.asset().control[v * file.asset().controls_per_vertex + j], static_cast<float>(model.curves.control[0](v, j)));
+      EXPECT_EQ(file.asset().control[v * file.asset().controls_per_vertex + j],
+                static_cast<float>(model.curves.control[0](v, j)));
   }
 }
 
@@ -106,7 +111,9 @@ TEST_F(Exporting, files_that_are_no_assets_are_refused_by_name) {
   EXPECT_NE(error_of([&] { read_asset_file(path); }).find("it is empty"), std::string::npos);
   std::ofstream(path) << std::string(4096, 'x');
   const std::string text = error_of([&] { read_asset_file(path); });
-  EXPECT_NE(text.find("not.palp: the asset cannot be read: The bytes do not begin with PALP."), std::string::npos) << text;
+  EXPECT_NE(text.find("not.palp: the asset cannot be read: The bytes do not begin with PALP."),
+            std::string::npos)
+      << text;
   EXPECT_NE(error_of([&] { read_asset_file(folder); }).find("it is not a file"), std::string::npos);
 }
 
@@ -116,19 +123,43 @@ TEST_F(Exporting, models_that_cannot_be_walked_are_refused_by_element) {
     spoil(bad);
     return error_of([&] { make_asset_bytes(bad, {}); });
   };
-  EXPECT_NE(refusal([](Model& m) { m.surface.triangles.row(3) = m.surface.triangles.row(4).eval(); }).find("run along it the same way"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { std::swap(m.surface.triangles(3, 0), m.surface.triangles(3, 1)); }).find("run along it the same way"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.surface.triangles(3, 0) = 100000; }).find("model triangle 3: it names a vertex that does not exist"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.surface.triangles(3, 0) = m.surface.triangles(3, 1); }).find("model triangle 3: it names a vertex twice"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.surface.vertices(5, 1) = std::nan(""); }).find("not finite"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.inward_normal.row(5) *= 2; }).find("model vertex 5: its inward normal is not a unit vector"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.curves.control[1](5, 4) = 1e-9; }).find("model vertex 5: its lateral curve does not start at 0 and increase"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { std::fill(m.is_covered.begin(), m.is_covered.end(), 0); }).find("no vertex is covered"), std::string::npos);
-  EXPECT_NE(refusal([](Model& m) { m.inward_normal *= -1; }).find("no triangle can be touched"), std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              m.surface.triangles.row(3) = m.surface.triangles.row(4).eval();
+            }).find("run along it the same way"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              std::swap(m.surface.triangles(3, 0), m.surface.triangles(3, 1));
+            }).find("run along it the same way"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              m.surface.triangles(3, 0) = 100000;
+            }).find("model triangle 3: it names a vertex that does not exist"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              m.surface.triangles(3, 0) = m.surface.triangles(3, 1);
+            }).find("model triangle 3: it names a vertex twice"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) { m.surface.vertices(5, 1) = std::nan(""); }).find("not finite"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              m.inward_normal.row(5) *= 2;
+            }).find("model vertex 5: its inward normal is not a unit vector"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              m.curves.control[1](5, 4) = 1e-9;
+            }).find("model vertex 5: its lateral curve does not start at 0 and increase"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) {
+              std::fill(m.is_covered.begin(), m.is_covered.end(), 0);
+            }).find("no vertex is covered"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Model& m) { m.inward_normal *= -1; }).find("no triangle can be touched"),
+            std::string::npos);
 }
 
 TEST_F(Exporting, depth_bound_is_the_curvature_radius_share) {
-  const AssetSurface sphere = make_asset_surface(sphere_model(0.03, 24, uniform(400, 300, 0.3)), true);
+  const AssetSurface sphere =
+      make_asset_surface(sphere_model(0.03, 24, uniform(400, 300, 0.3)), true);
   for (float depth : sphere.max_depth_m) {
     EXPECT_LE(depth, 0.8 * 0.03 * 1.001);
     EXPECT_GE(depth, 0.8 * 0.03 * 0.9);
@@ -143,7 +174,8 @@ TEST_F(Exporting, neighbours_point_at_each_other_on_closed_surfaces) {
     ASSERT_GE(neighbour[edge], 0);
     const auto other = 3 * static_cast<std::size_t>(neighbour[edge]);
     int back = 0;
-    for (std::size_t k = 0; k < 3; ++k) back += neighbour[other + k] == static_cast<std::int32_t>(edge / 3);
+    for (std::size_t k = 0; k < 3; ++k)
+      back += neighbour[other + k] == static_cast<std::int32_t>(edge / 3);
     EXPECT_EQ(back, 1);
   }
 }
@@ -151,10 +183,12 @@ TEST_F(Exporting, neighbours_point_at_each_other_on_closed_surfaces) {
 TEST_F(Exporting, the_engine_folder_holds_every_file_of_the_engine) {
   write_engine_folder(folder / "engine");
   int files = 0;
-  for (const auto& entry : fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime")) {
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime")) {
     if (entry.path().filename() == "CMakeLists.txt") continue;
     ++files;
-    EXPECT_EQ(content(folder / "engine" / entry.path().filename()), content(entry.path())) << entry.path();
+    EXPECT_EQ(content(folder / "engine" / entry.path().filename()), content(entry.path()))
+        << entry.path();
   }
   EXPECT_EQ(static_cast<std::size_t>(files), engine_files().size());
 }
@@ -166,7 +200,8 @@ TEST_F(Exporting, vtu_blocks_lie_where_the_header_says) {
   const std::size_t end = text.rfind("\n  </AppendedData>");
   std::size_t next = 0;
   int arrays = 0;
-  for (std::size_t at = text.find("offset=\""); at < data && at != std::string::npos; at = text.find("offset=\"", at + 1)) {
+  for (std::size_t at = text.find("offset=\""); at < data && at != std::string::npos;
+       at = text.find("offset=\"", at + 1)) {
     const std::size_t offset = std::stoul(text.substr(at + 8));
     EXPECT_EQ(offset, next);
     std::uint64_t bytes = 0;

@@ -15,7 +15,10 @@ namespace {
 
 using runtime::Header;
 
-AssetBytes small_asset() { return make_asset_bytes(sphere_model(0.03, 6, uniform(400, 300, 0.3)), {.meta_json = "{\"a\": 1}"}); }
+AssetBytes small_asset() {
+  return make_asset_bytes(sphere_model(0.03, 6, uniform(400, 300, 0.3)),
+                          {.meta_json = "{\"a\": 1}"});
+}
 
 Header header_of(const AssetBytes& bytes) {
   Header header;
@@ -102,7 +105,8 @@ TEST(hostile_bytes, changed_bytes_with_a_good_checksum_never_harm) {
     Tool tool(asset);
     for (int tick = 0; tick < 60; ++tick) {
       const double t = tick / 60.0;
-      const Vec3 f = tool.tick({0.03 * std::sin(4 * t), 0.02 * std::sin(9 * t), 0.033 - 0.02 * std::sin(6 * t)});
+      const Vec3 f = tool.tick(
+          {0.03 * std::sin(4 * t), 0.02 * std::sin(9 * t), 0.033 - 0.02 * std::sin(6 * t)});
       ASSERT_TRUE(f.allFinite()) << "seed 6, round " << round;
     }
   }
@@ -114,34 +118,56 @@ TEST(hostile_bytes, each_fault_has_its_status) {
   const auto nan = std::numeric_limits<float>::quiet_NaN();
   using D = unsigned char*;
   EXPECT_EQ(open_changed([](D, Header& h) { h.magic[0] = 'Q'; }), Status::not_an_asset);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.endian_mark = 0x04030201; }), Status::other_endianness);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.endian_mark = 0x04030201; }),
+            Status::other_endianness);
   EXPECT_EQ(open_changed([](D, Header& h) { h.version = 2; }), Status::other_version);
   EXPECT_EQ(open_changed([](D, Header& h) { h.file_bytes += 64; }), Status::size_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.vertices = -1; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.triangles = 1 << 30; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.meta_bytes = ~std::uint64_t{0}; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.meta_bytes = ~std::uint64_t{0}; }),
+            Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.offset[3] += 64; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.degree[1] = 5; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.origin_m[1] = std::numeric_limits<double>::infinity(); }), Status::numbers_wrong);
+  EXPECT_EQ(
+      open_changed([](D, Header& h) { h.origin_m[1] = std::numeric_limits<double>::infinity(); }),
+      Status::numbers_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.max_step_m = 0; }), Status::numbers_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kVertices, 7, nan); }), Status::vertices_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, h.vertices); }), Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, -1); }), Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, h.triangles); }), Status::neighbours_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, 5); }), Status::neighbours_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormals, 2, 3.0F); }), Status::normals_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kNormals, 0, nan); }), Status::normals_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 3, -1.0F); }), Status::controls_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kControls, 3, nan); }), Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 0, 1.0F); }), Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }), Status::controls_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormalTable, 2, 0.0); }), Status::curves_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kLimitTable, 12, 0.5); }), Status::curves_wrong);
-  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 1, nan); }), Status::triangles_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, 0); }), Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, h.tree_nodes); }), Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeItems, 0, h.triangles); }), Status::tree_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kCheckTicks, 15 * 6 + 5, 1.0); }), Status::replay_differs);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kVertices, 7, nan); }),
+            Status::vertices_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, h.vertices); }),
+            Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTriangles, 4, -1); }),
+            Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, h.triangles); }),
+            Status::neighbours_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNeighbours, 0, 5); }),
+            Status::neighbours_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormals, 2, 3.0F); }),
+            Status::normals_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kNormals, 0, nan); }),
+            Status::normals_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 3, -1.0F); }),
+            Status::controls_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kControls, 3, nan); }),
+            Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 0, 1.0F); }),
+            Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }),
+            Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kNormalTable, 2, 0.0); }),
+            Status::curves_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kLimitTable, 12, 0.5); }),
+            Status::curves_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 1, nan); }),
+            Status::triangles_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, 0); }),
+            Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeNodes, 6, h.tree_nodes); }),
+            Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kTreeItems, 0, h.triangles); }),
+            Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kCheckTicks, 15 * 6 + 5, 1.0); }),
+            Status::replay_differs);
 }
 
 TEST(hostile_bytes, nothing_null_and_misaligned_are_refused) {

@@ -50,7 +50,8 @@ TEST(allocation, a_million_ticks_take_no_heap) {
   for (int tick = 0; tick < 1000000; ++tick) {
     const double t = tick * 1e-3, radius = 0.029 + 0.002 * std::sin(t);
     const double angle = 0.3 * t, polar = 1.5 + std::sin(0.11 * t);
-    double tip[3] = {radius * std::sin(polar) * std::cos(angle), radius * std::sin(polar) * std::sin(angle), radius * std::cos(polar)};
+    double tip[3] = {radius * std::sin(polar) * std::cos(angle),
+                     radius * std::sin(polar) * std::sin(angle), radius * std::cos(polar)};
     if (tick % 9973 == 0) tip[1] = std::numeric_limits<double>::quiet_NaN();
     statuses += touch(sphere.asset, contact, tip, out) != Status::ok;
     touching += out.state != ContactState::air;

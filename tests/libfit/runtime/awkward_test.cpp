@@ -119,7 +119,8 @@ TEST(awkward, slides_along_edges_and_through_vertices_go_on) {
     tool.go(start + Vec3(0, 0, 0.001), start - Vec3(0, 0, 0.002), 1e-4);
     ASSERT_NE(tool.out.state, ContactState::air);
     tool.go(start - Vec3(0, 0, 0.002), start - Vec3(0, 0, 0.002) + 0.03 * along, 1e-4);
-    const Vec3 c = Vec3::Map(tool.out.contact_m), expected = start + 0.03 * along - along.normalized() * (0.16 / 300);
+    const Vec3 c = Vec3::Map(tool.out.contact_m),
+               expected = start + 0.03 * along - along.normalized() * (0.16 / 300);
     EXPECT_LT((c - expected).norm(), 1e-6) << along.transpose();
   }
 }
@@ -168,8 +169,9 @@ TEST(awkward, an_unfaded_border_holds_the_contact_point_and_says_so) {
 
 TEST(awkward, degenerate_and_folded_triangles_are_air_and_counted) {
   Model model = plate_model(0.1, 20, uniform(400, 300, 0.3));
-  model.surface.vertices.row(10 * 21 + 10) = model.surface.vertices.row(10 * 21 + 11);  // two without area
-  model.inward_normal.row(5 * 21 + 5) << 0, 0, 1;                                       // inside out
+  model.surface.vertices.row(10 * 21 + 10) =
+      model.surface.vertices.row(10 * 21 + 11);    // two without area
+  model.inward_normal.row(5 * 21 + 5) << 0, 0, 1;  // inside out
   ExportReport report;
   make_asset_bytes(model, {}, &report);
   EXPECT_EQ(report.folded_triangles, 2 + 6);

@@ -42,8 +42,8 @@ TEST(energy, closed_loops_at_a_fixed_contact_do_no_work) {
   tool.go({0, 0.001, 0.001}, {0, 0.001, -0.002}, 1e-4);
   Work work{tool, {0, 0.001, -0.002}, tool.tick({0, 0.001, -0.002})};
   double path_J = 0;
-  for (const Vec3& corner : {Vec3(0.004, 0.001, -0.003), Vec3(0.002, 0.006, -0.001), Vec3(-0.003, 0.004, -0.004),
-                             Vec3(0, 0.001, -0.002)}) {
+  for (const Vec3& corner : {Vec3(0.004, 0.001, -0.003), Vec3(0.002, 0.006, -0.001),
+                             Vec3(-0.003, 0.004, -0.004), Vec3(0, 0.001, -0.002)}) {
     const double start_J = work.sum_J;
     work.go(corner, 1e-5);
     path_J += std::abs(work.sum_J - start_J);
@@ -75,7 +75,8 @@ TEST(energy, work_of_a_slide_is_stored_plus_dissipated) {
   work.go({0.02, 0.004, -0.003}, 1e-5);
   // A tick of h lets f^r overshoot L by k_r h before it slips: the ledger is ahead by k_r h / 2 L.
   const double ahead = 300 * 1e-5 / (2 * 0.48);
-  EXPECT_NEAR(work.sum_J * (1 + ahead), tool.out.stored_J + tool.out.dissipated_J, 0.2 * ahead * work.sum_J);
+  EXPECT_NEAR(work.sum_J * (1 + ahead), tool.out.stored_J + tool.out.dissipated_J,
+              0.2 * ahead * work.sum_J);
   work.go({0.02, 0.004, 0.001}, 1e-5);
   EXPECT_EQ(tool.out.state, ContactState::air);
   EXPECT_NEAR(work.sum_J * (1 + ahead), tool.out.dissipated_J, 0.2 * ahead * work.sum_J);
@@ -101,7 +102,8 @@ double soft_to_stiff_work_J(double mu, bool has_guard, Contact* contact, double 
 }
 
 TEST(energy, the_published_rule_creates_energy_and_the_guard_refuses_it) {
-  const double created_J = 0.5 * 400 * 8 * 0.06 * 0.003 * 0.003;  // F(stiff) - F(soft) stored at 3 mm
+  const double created_J =
+      0.5 * 400 * 8 * 0.06 * 0.003 * 0.003;  // F(stiff) - F(soft) stored at 3 mm
   Contact without, with;
   const double work_J = soft_to_stiff_work_J(0, false, &without);
   EXPECT_NEAR(work_J, -created_J, 0.02 * created_J);
@@ -127,8 +129,10 @@ TEST(energy, slips_never_raise_the_stored_energy_with_the_guard) {
   double before_J = 0;
   tool.tick({0.035, 0.012, 0.05});
   for (int tick = 0; tick < 20000; ++tick) {
-    const double t = tick * 1e-3, angle = 0.4 + 0.7 * std::sin(3 * t), radius = 0.0275 + 0.002 * std::sin(1.7 * t);
-    tool.tick({radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
+    const double t = tick * 1e-3, angle = 0.4 + 0.7 * std::sin(3 * t),
+                 radius = 0.0275 + 0.002 * std::sin(1.7 * t);
+    tool.tick(
+        {radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
     ASSERT_GE(tool.out.dissipated_J, before_J * (1 - 1e-15) - 1e-16) << tick;
     before_J = tool.out.dissipated_J;
   }

@@ -30,8 +30,12 @@ Jet combine(double a, const Jet& x, const Jet& y, F f) {
   for (int i = 0; i < 3; ++i) out.v[i] = f(x.v[i], y.v[i]);
   return out;
 }
-Jet operator+(const Jet& x, const Jet& y) { return combine(x.a + y.a, x, y, [](double p, double q) { return p + q; }); }
-Jet operator-(const Jet& x, const Jet& y) { return combine(x.a - y.a, x, y, [](double p, double q) { return p - q; }); }
+Jet operator+(const Jet& x, const Jet& y) {
+  return combine(x.a + y.a, x, y, [](double p, double q) { return p + q; });
+}
+Jet operator-(const Jet& x, const Jet& y) {
+  return combine(x.a - y.a, x, y, [](double p, double q) { return p - q; });
+}
 Jet operator*(const Jet& x, const Jet& y) {
   return combine(x.a * y.a, x, y, [&](double p, double q) { return p * y.a + x.a * q; });
 }
@@ -61,13 +65,15 @@ struct StraightCurves {
 
 template <class T>
 std::vector<runtime::Vec3<T>> replay(const std::array<T, 3>& slope, const runtime::Quadric& quadric,
-                                     const std::vector<double>& deflection, int* slipped = nullptr) {
+                                     const std::vector<double>& deflection,
+                                     int* slipped = nullptr) {
   const StraightCurves curves;
   const T normal[2] = {T(0), slope[0]}, lateral[2] = {T(0), slope[1]}, limit[2] = {T(0), slope[2]};
   const runtime::ControlPointers<T> controls{{normal, lateral, limit}};
   const int rows = static_cast<int>(deflection.size() / 3);
   std::vector<runtime::Vec3<T>> force(deflection.size() / 3);
-  const int count = runtime::replay_drag(curves.views, controls, quadric, deflection.data(), rows, force.data());
+  const int count =
+      runtime::replay_drag(curves.views, controls, quadric, deflection.data(), rows, force.data());
   if (slipped) *slipped = count;
   return force;
 }
@@ -88,7 +94,8 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
   while (std::getline(file, line)) {
     std::stringstream cells(line);
     std::vector<double> c;
-    for (std::string cell; std::getline(cells, cell, ',');) c.push_back(std::strtod(cell.c_str(), nullptr));
+    for (std::string cell; std::getline(cells, cell, ',');)
+      c.push_back(std::strtod(cell.c_str(), nullptr));
     if (c.size() != 12 || line[0] == 't') continue;
     ++rows;
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
@@ -107,8 +114,9 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << line;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << line;
     const bool touches = d.normal_m > 0;
-    const Vec3d f = touches ? u * (k * d.normal_m * d.normal_m / 0.01) + d.lateral * (lateral * d.lateral_m)
-                            : Vec3d{0, 0, 0};
+    const Vec3d f =
+        touches ? u * (k * d.normal_m * d.normal_m / 0.01) + d.lateral * (lateral * d.lateral_m)
+                : Vec3d{0, 0, 0};
     const double size = std::hypot(c[9], c[10], c[11]);
     EXPECT_NEAR(f.x, c[9], 1e-9 * size) << line;
     EXPECT_NEAR(f.y, c[10], 1e-9 * size) << line;
@@ -133,7 +141,8 @@ TEST(law, forces_of_a_flat_drag_are_those_of_the_closed_form) {
 TEST(law, a_frictionless_drag_on_a_sphere_is_radial) {
   const double radius = 0.05;
   const runtime::Quadric sphere{{0, 0, 1}, {-1 / radius, 0, 0, 0, -1 / radius, 0, 0, 0, 0}};
-  const auto force = replay<double>({400, 300, 0}, sphere, {0, 0, 0.003, 0.001, 0, 0.003, 0.002, 0, 0.003});
+  const auto force =
+      replay<double>({400, 300, 0}, sphere, {0, 0, 0.003, 0.001, 0, 0.003, 0.002, 0, 0.003});
   for (std::size_t i : {1U, 2U}) {
     const double x = 0.001 * static_cast<double>(i), down = radius - 0.003;
     const double distance = std::hypot(x, down);
@@ -156,7 +165,8 @@ TEST(law, derivatives_flow_through_slips_and_lifts) {
     auto up = slope, down = slope;
     up[i] += 1e-3;
     down[i] -= 1e-3;
-    const auto plus = replay<double>(up, quadric, deflection), minus = replay<double>(down, quadric, deflection);
+    const auto plus = replay<double>(up, quadric, deflection),
+               minus = replay<double>(down, quadric, deflection);
     for (std::size_t row = 0; row < force.size(); ++row) {
       EXPECT_NEAR(force[row].x.v[i], (plus[row].x - minus[row].x) / 2e-3, 1e-10) << row << ' ' << i;
       EXPECT_NEAR(force[row].y.v[i], (plus[row].y - minus[row].y) / 2e-3, 1e-10) << row << ' ' << i;
@@ -181,7 +191,8 @@ TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
   std::uniform_real_distribution<double> share(0, 1);
   for (int round = 0; round < 200; ++round) {
     const StraightCurves curves;
-    const double normal[2] = {0, 400 * (0.2 + share(random))}, lateral[2] = {0, 300 * (0.2 + share(random))};
+    const double normal[2] = {0, 400 * (0.2 + share(random))},
+                 lateral[2] = {0, 300 * (0.2 + share(random))};
     const double limit[2] = {0, 150 * share(random)};
     runtime::QuadricSurface<double> surface{&quadric, {{normal, lateral, limit}}, {0, 0, 0}};
     const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};

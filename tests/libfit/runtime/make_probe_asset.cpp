@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   };
   palpate::ExportOptions options;
   options.engine_dir = folder / "engine";
-  palpate::export_palp(palpate::test::sphere_model(0.03, 24, curves), folder / "probe.palp", options);
+  palpate::export_palp(palpate::test::sphere_model(0.03, 24, curves), folder / "probe.palp",
+                       options);
   return 0;
 }

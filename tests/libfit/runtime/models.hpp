@@ -46,9 +46,11 @@ inline void set_curves(Model& model, const std::function<PointCurves(const Vec3&
 }
 
 /// k d, k_r d and mu k d: the same everywhere.
-inline std::function<PointCurves(const Vec3&)> uniform(double k_N_m, double lateral_N_m, double mu) {
+inline std::function<PointCurves(const Vec3&)> uniform(double k_N_m, double lateral_N_m,
+                                                       double mu) {
   return [=](const Vec3&) {
-    return PointCurves{[=](double x) { return k_N_m * x; }, [=](double x) { return lateral_N_m * x; },
+    return PointCurves{[=](double x) { return k_N_m * x; },
+                       [=](double x) { return lateral_N_m * x; },
                        [=](double x) { return mu * k_N_m * x; }};
   };
 }
@@ -62,7 +64,8 @@ inline Surface cylinder_surface() {
   for (int j = 0; j <= kAlong; ++j)
     for (int i = 0; i < kAround; ++i) {
       const double angle = 2 * std::numbers::pi * i / kAround;
-      surface.vertices.row(j * kAround + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle), 0.01 * j;
+      surface.vertices.row(j * kAround + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle),
+          0.01 * j;
     }
   for (int j = 0; j < kAlong; ++j)
     for (int i = 0; i < kAround; ++i) {
@@ -75,7 +78,8 @@ inline Surface cylinder_surface() {
 
 /// f^z = k d^2 / 10 mm, f^r = k_r d, L = mu(d) f^z.
 inline double cylinder_normal_N_m(const Vec3& x) {
-  return 400 * (1 + 0.3 * x[0] / std::hypot(x[0], x[1]) + 0.2 * std::sin(2 * std::numbers::pi * x[2] / 0.1));
+  return 400 * (1 + 0.3 * x[0] / std::hypot(x[0], x[1]) +
+                0.2 * std::sin(2 * std::numbers::pi * x[2] / 0.1));
 }
 inline double cylinder_lateral_N_m(const Vec3& x) {
   return 300 * (1 + 0.25 * x[1] / std::hypot(x[0], x[1])) * (1 + 0.1 * x[2] / 0.1);
@@ -88,12 +92,18 @@ inline Model cylinder_model() {
   model.inward_normal = Points::Zero(model.surface.vertices.rows(), 3);
   model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
   constexpr double kRange_m = 0.008;
-  const auto normal_N = [](const Vec3& x, double d) { return cylinder_normal_N_m(x) * d * d / 0.01; };
-  set_curves(model, [&](const Vec3& x) {
-    const double lateral = cylinder_lateral_N_m(x);
-    return PointCurves{[=](double d) { return normal_N(x, d); }, [=](double d) { return lateral * d; },
-                       [=](double d) { return cylinder_friction(d) * normal_N(x, d); }};
-  }, kRange_m, 200);
+  const auto normal_N = [](const Vec3& x, double d) {
+    return cylinder_normal_N_m(x) * d * d / 0.01;
+  };
+  set_curves(
+      model,
+      [&](const Vec3& x) {
+        const double lateral = cylinder_lateral_N_m(x);
+        return PointCurves{[=](double d) { return normal_N(x, d); },
+                           [=](double d) { return lateral * d; },
+                           [=](double d) { return cylinder_friction(d) * normal_N(x, d); }};
+      },
+      kRange_m, 200);
   model.curves.basis[0] = {2, {0, kRange_m}};  // a parabola exactly
   model.curves.control[0] = Controls::Zero(model.surface.vertices.rows(), 3);
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
@@ -102,13 +112,15 @@ inline Model cylinder_model() {
 }
 
 /// A closed sphere about the origin: `rings` bands between the poles, twice as many around.
-inline Model sphere_model(double radius_m, int rings, const std::function<PointCurves(const Vec3&)>& curves) {
+inline Model sphere_model(double radius_m, int rings,
+                          const std::function<PointCurves(const Vec3&)>& curves) {
   const int around = 2 * rings;
   Model model;
   model.surface.vertices.resize(around * (rings - 1) + 2, 3);
   for (int j = 1; j < rings; ++j)
     for (int i = 0; i < around; ++i) {
-      const double polar = std::numbers::pi * j / rings, angle = 2 * std::numbers::pi * (i + 0.5 * (j % 2)) / around;
+      const double polar = std::numbers::pi * j / rings,
+                   angle = 2 * std::numbers::pi * (i + 0.5 * (j % 2)) / around;
       model.surface.vertices.row((j - 1) * around + i) << std::sin(polar) * std::cos(angle),
           std::sin(polar) * std::sin(angle), std::cos(polar);
     }
@@ -141,7 +153,8 @@ inline Model sphere_model(double radius_m, int rings, const std::function<PointC
 }
 
 /// A square plate in z = 0 of `cells` x `cells` x 2 triangles, outward +z.
-inline Model plate_model(double side_m, int cells, const std::function<PointCurves(const Vec3&)>& curves) {
+inline Model plate_model(double side_m, int cells,
+                         const std::function<PointCurves(const Vec3&)>& curves) {
   Model model;
   const int row = cells + 1;
   model.surface.vertices = Points::Zero(row * row, 3);

@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
     for (int k = 0; k < 3; ++k) tip[k] += (goal[k] - tip[k]) * 0.01;
     if (touch(asset, contact, tip, out) != Status::ok) return 1;
     const double words[6] = {out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
-                             out.contact_m[0], out.stored_J, out.dissipated_J};
+                             out.contact_m[0],       out.stored_J,           out.dissipated_J};
     hash = hash * 31 + checksum(words, sizeof words);
     touching += out.state != ContactState::air;
     slipping += out.state == ContactState::slip;

@@ -14,7 +14,8 @@ namespace {
 constexpr double kPeak_N = 0.9397;  // of the reference slide
 
 Vec3 reference_tip(int tick) {  // in 0.2 s, along in 0.8 s, out in 0.2 s at 1 kHz
-  const double in = std::clamp(tick / 200.0, 0.0, 1.0), along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
+  const double in = std::clamp(tick / 200.0, 0.0, 1.0),
+               along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
   const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
   const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
   return {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
@@ -26,7 +27,8 @@ std::map<int, Vec3> reference_forces() {
   for (std::string line; std::getline(file, line);) {
     int tick = 0, triangle = 0;
     Vec3 f;
-    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5) out[tick] = f;
+    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5)
+      out[tick] = f;
   }
   return out;
 }
@@ -70,9 +72,11 @@ TEST(slide, edge_crossings_are_no_larger_than_two_ordinary_ticks) {
   for (int tick = 0; tick <= 8000; ++tick) {  // eight ticks for one of the reference's
     const double t = 200 + tick * 0.1;
     const double angle = 0.4 + 0.64 * (t - 200) / 800;
-    if (tick == 0) before_N = tool.go({0.031 * std::cos(0.4), 0.031 * std::sin(0.4), 0.03},
-                                      {0.026 * std::cos(0.4), 0.026 * std::sin(0.4), 0.03}, 1e-4);
-    const Vec3 f = tool.tick({0.026 * std::cos(angle), 0.026 * std::sin(angle), 0.03 + 0.04 * (t - 200) / 800});
+    if (tick == 0)
+      before_N = tool.go({0.031 * std::cos(0.4), 0.031 * std::sin(0.4), 0.03},
+                         {0.026 * std::cos(0.4), 0.026 * std::sin(0.4), 0.03}, 1e-4);
+    const Vec3 f = tool.tick(
+        {0.026 * std::cos(angle), 0.026 * std::sin(angle), 0.03 + 0.04 * (t - 200) / 800});
     const double jump = (f - before_N).norm();
     if (tick > 0 && tool.out.triangle != triangle) {
       crossing_N = std::max(crossing_N, jump);
@@ -117,7 +121,8 @@ TEST(slide, a_long_slip_goes_on_at_the_next_ticks) {
     ++ticks;
   }
   EXPECT_LT(ticks, 20);
-  EXPECT_NEAR(std::hypot(tool.out.force_on_tool_N[0], tool.out.force_on_tool_N[1]), 0.3 * 400 * 0.002, 1e-6);
+  EXPECT_NEAR(std::hypot(tool.out.force_on_tool_N[0], tool.out.force_on_tool_N[1]),
+              0.3 * 400 * 0.002, 1e-6);
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ TEST(touch, no_speed_tunnels_through) {
     tool.tick({0.0005, 0.0003, 0.0301});
     const double step = speed_m_s * 1e-3;
     double z = 0.0301;
-    for (int tick = 0; tick < 400 && tool.out.state == ContactState::air; ++tick) tool.tick({0.0005, 0.0003, z -= step});
+    for (int tick = 0; tick < 400 && tool.out.state == ContactState::air; ++tick)
+      tool.tick({0.0005, 0.0003, z -= step});
     ASSERT_EQ(tool.status, Status::ok) << speed_m_s;
     EXPECT_NE(tool.out.state, ContactState::air) << speed_m_s << " m/s";
     EXPECT_GT(tool.out.force_on_tool_N[2], 0) << speed_m_s << " m/s";
@@ -64,7 +65,8 @@ TEST(touch, ways_through_vertices_and_edges_touch) {
     ASSERT_NE(tool.out.state, ContactState::air) << "vertex " << v;
   }
   for (Eigen::Index t = 0; t < model.surface.triangles.rows(); ++t) {
-    const Vec3 a = model.surface.vertices.row(model.surface.triangles(t, 0)), b = model.surface.vertices.row(model.surface.triangles(t, 1));
+    const Vec3 a = model.surface.vertices.row(model.surface.triangles(t, 0)),
+               b = model.surface.vertices.row(model.surface.triangles(t, 1));
     Tool tool(sphere.asset);
     tool.tick(0.55 * (a + b));
     tool.tick(0.475 * (a + b));
@@ -140,7 +142,8 @@ TEST(touch, ten_thousand_random_walks_end_finite_and_bounded) {
     Vec3 x = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.033;
     const double step = std::pow(10.0, -5 + 3 * (walk / 200.0));
     for (int tick = 0; tick < 500; ++tick) {
-      const Vec3 f = tool.tick(x += step * Vec3(gauss(random), gauss(random), gauss(random)) - x * 0.002);
+      const Vec3 f =
+          tool.tick(x += step * Vec3(gauss(random), gauss(random), gauss(random)) - x * 0.002);
       ASSERT_TRUE(f.allFinite()) << "seed 3, walk " << walk << ", tick " << tick;
       const double reach = x.norm() + 0.03;
       ASSERT_LE(f.norm(), (400 + 300) * reach) << "seed 3, walk " << walk << ", tick " << tick;
