@@ -13,6 +13,11 @@
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/io/tamper.hpp"
 
+// HDF5 1.10 leaks 392 bytes of its own whenever it gives up on a damaged file. That no handle of
+// ours stays open is checked apart, below.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
+
 namespace palpate::testing_io {
 namespace {
 
@@ -116,6 +121,7 @@ TEST_F(Damage, a_flipped_byte_is_refused_or_harmless) {
   RecordProperty("tried", static_cast<int>(tried));
   RecordProperty("refused", static_cast<int>(refused));
   EXPECT_GT(refused, tried / 2);
+  EXPECT_EQ(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0) << "handles left open";
 }
 
 TEST_F(Damage, wrong_kind_and_version_are_named) {
