@@ -22,7 +22,7 @@ class Fit final : public Command {
     const FittedCurves curves = fit_samples(read_samples(samples_), section_, ProbeSection{}.friction, jobs_);
     write_curves(output_, curves);
     say("wrote {}", output_);
-    return points_not_good(curves) ? kSomeFailed : kDone;
+    return list_bad_points(curves) ? kSomeFailed : kDone;
   }
 
  private:

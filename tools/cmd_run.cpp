@@ -112,15 +112,17 @@ class Run final : public Command {
     const std::string inputs = statement_inputs(scene_, file("asset.palp"), file("body.h5"));
     if (!is_stale("validate", output, inputs_of_json(output), inputs)) return;
     const Statement statement = validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")), {.points = scene_.validate.points, .seed = scene_.validate.seed, .jobs = jobs_, .rows_csv = file("validation.csv")});
-    write_file_atomically(output, with_inputs(to_json(statement), inputs));
+    write_file_atomically(output, to_json(statement, inputs));
   }
 
   int done() {
     if (stages_done_ == 0) say("nothing to do: everything in {} is up to date", folder_);
-    const Statement statement = read_statement(file("statement.json"));
+    const fs::path output = file("statement.json");
+    const Statement statement = parse_statement(read_whole_file(output), output.string());
     fmt::print("{}\n", in_words(statement));
-    const std::size_t failed = list_failures(read_samples(file("samples.h5")), read_curves(file("curves.h5")));
-    return failed ? kSomeFailed : kDone;
+    const std::size_t failed =
+        list_bad_experiments(read_samples(file("samples.h5"))) + list_bad_points(read_curves(file("curves.h5")));
+    return failed || statement.reference_failures ? kSomeFailed : kDone;
   }
 
   std::string scene_path_, folder_;

@@ -1,6 +1,4 @@
-#include <optional>
-
-#include "libfit/core/error.hpp"
+#include "libfem/solve/simulate.hpp"
 #include "libfit/io/body_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/tables.hpp"
@@ -61,7 +59,7 @@ class Simulate final : public Command {
   Samples follow_paths() {
     const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
     ConsoleProgress progress("simulate");
-    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.deflections, job_count(jobs_), progress.progress());
+    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.paths, {.jobs = job_count(jobs_), .already_done = {}}, {}, progress.progress());
   }
 
   std::string input_, output_, points_, paths_;

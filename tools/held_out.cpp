@@ -95,7 +95,7 @@ HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range
     out.points.position.row(i) = position;
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
-    out.deflections.push_back(draw_path(i % 3, normal, range, uniform));
+    out.paths.push_back({i, draw_path(i % 3, normal, range, uniform)});
   }
   return out;
 }

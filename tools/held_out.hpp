@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libfem/solve/simulate.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/runtime/view.hpp"
 
@@ -11,7 +12,7 @@ namespace palpate::tools {
 /// Experiments that no fit saw, for validation.
 struct HeldOut {
   TestPoints points;                ///< contact points on the asset's facets, engine's inward normals
-  std::vector<Points> deflections;  ///< per point, K x 3 [m], from first touch
+  std::vector<fem::ProbePath> paths;  ///< one per point
 };
 
 struct HeldOutRange {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "libfem/solve/simulate.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/io/tables.hpp"
 
@@ -17,7 +18,7 @@ TestPoints place_points(const PointTable& points, const Surface& surface, const 
 /// The same for tool paths; deflections stay as they are. normal: inward, one row per path.
 struct PlacedPaths {
   TestPoints points;
-  std::vector<Points> deflections;  ///< per path, K x 3 [m]
+  std::vector<fem::ProbePath> paths;  ///< one per point
 };
 PlacedPaths place_paths(const std::vector<ToolPath>& paths, const Surface& surface, const std::string& where);
 

@@ -8,6 +8,8 @@
 namespace palpate::tools {
 namespace {
 
+constexpr std::size_t kListed = 15;  // points named before "and N more"
+
 void say_report(const FitReport& report) {
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
@@ -49,9 +51,14 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   return curves;
 }
 
-std::size_t points_not_good(const FittedCurves& curves) {
-  return static_cast<std::size_t>(
-      std::count_if(curves.status.begin(), curves.status.end(), [](FitStatus s) { return s != FitStatus::good; }));
+std::size_t list_bad_points(const FittedCurves& curves) {
+  std::size_t bad = 0;
+  for (std::size_t p = 0; p < curves.status.size(); ++p) {
+    if (curves.status[p] != FitStatus::underdetermined && curves.status[p] != FitStatus::failed) continue;
+    if (++bad <= kListed) say("  no curves of its own: {}: {}", curves.name[p], curves.message[p]);
+  }
+  if (bad > kListed) say("  and {} more points", bad - kListed);
+  return bad;
 }
 
 }  // namespace palpate::tools

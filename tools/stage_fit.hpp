@@ -10,7 +10,8 @@ namespace palpate::tools {
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction, int jobs);
 
-/// Points whose status is not `good`; decides between exit status 0 and 3.
-std::size_t points_not_good(const FittedCurves& curves);
+/// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
+/// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.
+std::size_t list_bad_points(const FittedCurves& curves);
 
 }  // namespace palpate::tools

@@ -11,6 +11,7 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/io/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/place_points.hpp"
@@ -18,9 +19,9 @@
 namespace palpate::tools {
 namespace {
 
-// Base volume edge over the cube root of the volume: about 2000 tets in a liver. Grading refines it
-// where the probe goes; elsewhere it is fine enough for 0.3 % of force (docs/validation.md).
-constexpr double kMeshSizeRatio = 0.14;
+// Base volume edge over the cube root of the volume: 22 mm and about 1500 tets in a liver. Grading
+// refines it around the probe; what is far only has to bend.
+constexpr double kMeshSizeRatio = 0.2;
 
 // The boundary of a volume mesh with the vertices it uses.
 Surface boundary_surface(const TetMesh& volume) {

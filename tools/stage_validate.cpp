@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "libfem/solve/simulate.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/csv.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -53,7 +54,7 @@ class EngineFollower {
 
 Points follow_all(EngineFollower& engine, const HeldOut& held_out, std::size_t point, double depth_m) {
   const auto i = static_cast<Eigen::Index>(point);
-  return engine.follow(held_out.points.position.row(i), held_out.points.normal.row(i), held_out.deflections[point],
+  return engine.follow(held_out.points.position.row(i), held_out.points.normal.row(i), held_out.paths[point].deflections,
                        kApproachRatio * depth_m);
 }
 
@@ -62,7 +63,7 @@ double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, d
   EngineFollower engine(asset);
   const double started = wall_seconds();
   while (engine.ticks() < kTimedTicks)
-    for (std::size_t point = 0; point < held_out.deflections.size(); ++point) follow_all(engine, held_out, point, depth_m);
+    for (std::size_t point = 0; point < held_out.paths.size(); ++point) follow_all(engine, held_out, point, depth_m);
   return 1e9 * (wall_seconds() - started) / static_cast<double>(engine.ticks());
 }
 
@@ -97,13 +98,13 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   Samples reference;
   {
     ConsoleProgress progress("validate");
-    reference = fem::simulate_paths(make_simulator(scene, body), held_out.points, held_out.deflections,
-                                    job_count(request.jobs), progress.progress());
+    reference = fem::simulate_paths(make_simulator(scene, body), held_out.points, held_out.paths,
+                                    {.jobs = job_count(request.jobs), .already_done = {}}, {}, progress.progress());
   }
   if (is_interrupted()) throw Interrupted("validate: nothing was written");
   EngineFollower engine(asset);
   std::vector<Points> answers;
-  for (std::size_t point = 0; point < held_out.deflections.size(); ++point)
+  for (std::size_t point = 0; point < held_out.paths.size(); ++point)
     answers.push_back(follow_all(engine, held_out, point, depth_m));
   std::vector<ComparedRow> rows;
   std::size_t failures = 0;
@@ -118,7 +119,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   }
   if (!request.rows_csv.empty()) write_rows(request.rows_csv, reference, answers);
   Statement statement = summarize(rows);
-  statement.probes = held_out.deflections.size();
+  statement.probes = held_out.paths.size();
   statement.reference_failures = failures;
   statement.tick_ns = time_ticks_ns(asset, held_out, depth_m);
   statement.asset_bytes = asset.file_bytes;

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "libfit/core/error.hpp"
+#include "tools/freshness.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -15,6 +19,40 @@ double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
   return values[std::min(values.size(), std::max<std::size_t>(rank, 1)) - 1];
+}
+
+struct NumberField {
+  std::string_view name;
+  double Statement::*member;
+};
+struct CountField {
+  std::string_view name;
+  std::size_t Statement::*member;
+};
+
+constexpr NumberField kErrorFields[] = {
+    {"median_N", &Statement::median_N},     {"p95_N", &Statement::p95_N},     {"max_N", &Statement::max_N},
+    {"median_rel", &Statement::median_rel}, {"p95_rel", &Statement::p95_rel}, {"max_rel", &Statement::max_rel},
+    {"within_jnd", &Statement::within_jnd},
+};
+constexpr CountField kCountFields[] = {
+    {"probes", &Statement::probes},
+    {"rows", &Statement::rows},
+    {"rows_above_floor", &Statement::rows_above_floor},
+    {"reference_failures", &Statement::reference_failures},
+    {"asset_bytes", &Statement::asset_bytes},
+};
+constexpr NumberField kNumberFields[] = {
+    {"reference_p95_rel", &Statement::reference_p95_rel},
+    {"tick_ns", &Statement::tick_ns},
+};
+
+nlohmann::ordered_json json_of(const Statement& statement) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, member] : kErrorFields) json["force_error"][std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kCountFields) json[std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
+  return json;
 }
 
 }  // namespace
@@ -44,25 +82,25 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
   return statement;
 }
 
-std::string to_json(const Statement& s) {
-  const nlohmann::ordered_json json{
-      {"force_error",
-       {{"median_N", s.median_N},
-        {"p95_N", s.p95_N},
-        {"max_N", s.max_N},
-        {"median_rel", s.median_rel},
-        {"p95_rel", s.p95_rel},
-        {"max_rel", s.max_rel},
-        {"within_jnd", s.within_jnd}}},
-      {"probes", s.probes},
-      {"rows", s.rows},
-      {"rows_above_floor", s.rows_above_floor},
-      {"reference_failures", s.reference_failures},
-      {"reference_p95_rel", s.reference_p95_rel},
-      {"tick_ns", s.tick_ns},
-      {"asset_bytes", s.asset_bytes},
-  };
-  return json.dump();
+std::string to_json(const Statement& statement) { return json_of(statement).dump(); }
+
+std::string to_json(const Statement& statement, const std::string& inputs) {
+  nlohmann::ordered_json json = json_of(statement);
+  json[kInputsAttribute] = inputs;
+  return json.dump(2) + "\n";
+}
+
+Statement parse_statement(const std::string& text, const std::string& where) {
+  Statement s;
+  try {
+    const auto json = nlohmann::json::parse(text);
+    for (const auto& [name, member] : kErrorFields) s.*member = json.at("force_error").at(std::string(name));
+    for (const auto& [name, member] : kCountFields) s.*member = json.at(std::string(name));
+    for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
+  } catch (const nlohmann::json::exception& e) {
+    throw Error(where, e.what(), "Make it again with palpate run.");
+  }
+  return s;
 }
 
 std::string in_words(const Statement& s) {

@@ -39,6 +39,12 @@ Statement summarize(const std::vector<ComparedRow>& rows);
 /// The object others read (docs/formats.md); one line.
 std::string to_json(const Statement& statement);
 
+/// The same with the hash of what it was made from, as statement.json holds it.
+std::string to_json(const Statement& statement, const std::string& inputs);
+
+/// Reads what to_json wrote. Throws Error at `where` when a name is missing or no number.
+Statement parse_statement(const std::string& json, const std::string& where);
+
 /// Four lines for people.
 std::string in_words(const Statement& statement);
 

@@ -26,7 +26,7 @@ inline CgalMesh to_cgal(const Surface& surface) {
   const SurfaceFacts facts = surface_facts(surface);
   const auto refuse = []() {
     throw Error("surface", "is not manifold and oriented, which this repair needs",
-                "Set body.wrap = true to wrap the surface.");
+                "Wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than that.");
   };
   if (!facts.is_manifold || !facts.is_oriented || facts.triangles == 0) refuse();
   CgalMesh mesh;

@@ -97,7 +97,7 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
               "the surface has only one side (a Moebius strip) at " +
                   name_faces(soup, {sheet[i], n.face}) + ", near " +
                   place(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
-              "Remove inner sheets in a mesh editor, or set body.wrap = true to wrap the surface.");
+              "Remove inner sheets in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than that.");
         }
       }
     if (2 * turned > sheet.size())
