@@ -42,9 +42,9 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
     for (const FacePoint& point : kFaceRule)
       area_weight_.push_back(point.weight * face_normal(nodes, rest, faces, face, point).norm());
   }
-  freeze_.limit_Pa.assign(area_weight_.size(), 0.0);
-  freeze_.normal.assign(area_weight_.size(), Vec3::Zero());
-  freeze_.share.assign(area_weight_.size(), 1.0);
+  limit_Pa_.assign(area_weight_.size(), 0.0);
+  share_.assign(area_weight_.size(), 1.0);
+  normal_.assign(area_weight_.size(), Vec3::Zero());
 }
 
 Vec3 Contact::place(const Points& u, int face, int q) const {
@@ -107,14 +107,15 @@ Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal
 }
 
 void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                        int face, int q, FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                        int face, int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals, double& normal_force,
                         bool& touches) {
   const int point = kFacePoints * face + q;
-  freeze_.limit_Pa[point] = 0;
   if (!history.faces_probe[point]) return;
   const Vec3 x = place(u, face, q);
   const SignedDistance gap = distance(x, pose);
-  if (gap.distance_m >= 0) return;
+  // A limit that is held acts also where the surface has just come off: else the energy would jump.
+  const bool is_pressed = gap.distance_m < 0;
+  if (!is_pressed && limit_Pa_[point] <= 0) return;
   if (!touches) {
     touches = true;
     terms.face = face;
@@ -126,20 +127,18 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
-  Mat3 stiffness = law.slope_Pa_m * n * n.transpose() - std::min(law.pressure_Pa, curvature_limit_m_ * stiffness_[face]) * gap.hessian;
+  Mat3 stiffness = law.slope_Pa_m * n * n.transpose();
+  if (with_curvature)
+    stiffness -= std::min(law.pressure_Pa, curvature_limit_m_ * stiffness_[face]) * gap.hessian;
   totals.energy_J += weight * law.energy_J_m2;
 
-  if (probe_.friction > 0) {
-    const double limit = probe_.friction * law.pressure_Pa;
-    const double share = share_in_contact(gap.distance_m, point, history);
+  if (limit_Pa_[point] > 0) {
+    const double limit = limit_Pa_[point], share = share_[point];
     const double spring = tangential_ * stiffness_[face];
     const Friction friction =
-        friction_law(x - pose.tip, n, limit, share, spring, point, history);
-    freeze_.limit_Pa[point] = limit;
-    freeze_.normal[point] = n;
-    freeze_.share[point] = share;
+        friction_law(x - pose.tip, normal_[point], limit, share, spring, point, history);
     pull += friction.traction_Pa;
-    const Mat3 plane = Mat3::Identity() - n * n.transpose();
+    const Mat3 plane = Mat3::Identity() - normal_[point] * normal_[point].transpose();
     if (!friction.slides) {
       stiffness += share * spring * plane;
     } else {
@@ -153,14 +152,15 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
     for (int i = 0; i < 3; ++i) terms.force[3 * a + i] += weight * shape[a] * pull[i];
     for (int b = 0; b <= a; ++b) {
       const double factor = weight * shape[a] * shape[b];
-      double* block = terms.stiffness + 9 * (a * (a + 1) / 2 + b);
+      const int block = 9 * (a * (a + 1) / 2 + b);
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) block[3 * i + j] += factor * stiffness(i, j);
+        for (int j = 0; j < 3; ++j) terms.stiffness[block + 3 * i + j] += factor * stiffness(i, j);
     }
   }
   const Vec3 force = -weight * pull;
   totals.force_N += force;
   totals.torque_Nm += (x - pose.tip).cross(force);
+  if (!is_pressed) return;
   totals.area_m2 += weight;
   totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
   totals.mean_penetration_m += weight * law.pressure_Pa * -gap.distance_m;
@@ -168,8 +168,41 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   ++totals.points;
 }
 
+void Contact::hold_friction_limit(const ContactHistory& history) {
+  for (std::size_t point = 0; point < limit_Pa_.size(); ++point) {
+    limit_Pa_[point] = probe_.friction * history.pressure_Pa[point];
+    share_[point] = 1;
+    normal_[point] = history.normal[point];
+  }
+}
+
+double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
+                                    const ContactHistory& history) {
+  if (probe_.friction <= 0) return 0;
+  double change = 0, sum = 0;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    const bool is_near = may_touch(u, pose, face);
+    for (int q = 0; q < kFacePoints; ++q) {
+      const int point = kFacePoints * face + q;
+      double limit = 0;
+      if (is_near && history.faces_probe[point]) {
+        const SignedDistance gap = distance(place(u, face, q), pose);
+        limit = probe_.friction * pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+        if (limit > 0) {
+          share_[point] = share_in_contact(gap.distance_m, point, history);
+          normal_[point] = gap.gradient;
+        }
+      }
+      change += area_weight_[point] * std::abs(limit - limit_Pa_[point]);
+      sum += area_weight_[point] * limit;
+      limit_Pa_[point] = limit;
+    }
+  }
+  return sum > 0 ? change / sum : 0;
+}
+
 ContactTotals Contact::evaluate(const Points& u, const ProbePose& pose,
-                                const ContactHistory& history) {
+                                const ContactHistory& history, bool with_curvature) {
   ContactTotals totals;
   terms_.clear();
   double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
@@ -178,7 +211,7 @@ ContactTotals Contact::evaluate(const Points& u, const ProbePose& pose,
     bool touches = false;
     if (may_touch(u, pose, face)) {
       for (int q = 0; q < kFacePoints; ++q) {
-        add_point(u, pose, history, face, q, terms, totals, normal_force, touches);
+        add_point(u, pose, history, face, q, with_curvature, terms, totals, normal_force, touches);
       }
     }
     if (touches) terms_.push_back(terms);
@@ -196,13 +229,13 @@ double Contact::energy(const Points& u, const ProbePose& pose,
       const int point = kFacePoints * face + q;
       if (!history.faces_probe[point]) continue;
       const Vec3 x = place(u, face, q);
-      const double gap = distance(x, pose).distance_m;
-      energy += area_weight_[point] * pressure_law(gap, stiffness_[face]).energy_J_m2;
-      const double limit = freeze_.limit_Pa[point];
+      const SignedDistance gap = distance(x, pose);
+      energy += area_weight_[point] * pressure_law(gap.distance_m, stiffness_[face]).energy_J_m2;
+      const double limit = limit_Pa_[point], share = share_[point];
       if (limit <= 0) continue;
-      const double spring = tangential_ * stiffness_[face], share = freeze_.share[point];
-      const Friction friction = friction_law(x - pose.tip, freeze_.normal[point], limit, share,
-                                             spring, point, history);
+      const double spring = tangential_ * stiffness_[face];
+      const Friction friction =
+          friction_law(x - pose.tip, normal_[point], limit, share, spring, point, history);
       const double slip = friction.slip.norm();
       energy += area_weight_[point] / share *
                 (friction.slides ? limit * slip - limit * limit / (2 * spring)
@@ -219,6 +252,8 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
   next.elastic_slip.assign(points, Vec3::Zero());
   next.relative.resize(points);
   next.gap.resize(points);
+  next.normal.resize(points);
+  next.pressure_Pa.assign(points, 0.0);
   next.faces_probe.assign(points, 0);
   for (int face = 0; face < faces_.rows(); ++face) {
     for (int q = 0; q < kFacePoints; ++q) {
@@ -227,10 +262,13 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
       const SignedDistance gap = distance(x, pose);
       next.relative[point] = x - pose.tip;
       next.gap[point] = gap.distance_m;
+      next.normal[point] = gap.gradient;
       const Vec3 outward = face_normal(nodes_, u, faces_, face, kFaceRule[q]).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (gap.distance_m >= 0 || probe_.friction <= 0 || history.gap.empty()) continue;
-      const double limit = probe_.friction * pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+      if (gap.distance_m >= 0 || history.gap.empty()) continue;
+      next.pressure_Pa[point] = pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+      const double limit = probe_.friction * next.pressure_Pa[point];
+      if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
       const Friction friction =
           friction_law(next.relative[point], gap.gradient, limit,

@@ -19,20 +19,15 @@ struct ProbePose {
 
 /// What the interface remembers of the last accepted state, per quadrature point.
 /// elastic_slip: tangential spring of the friction law [m]. relative: place of the surface point
-/// relative to the tip [m]. gap [m], < 0 in contact. faces_probe: 0 on the far wall of a thin body.
+/// relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the probe. faces_probe: 0 on the far wall of
+/// a thin body.
 struct ContactHistory {
   std::vector<Vec3> elastic_slip;
   std::vector<Vec3> relative;
   std::vector<double> gap;
-  std::vector<char> faces_probe;
-};
-
-/// What is held constant while one Newton step searches along its line: the friction limit [Pa],
-/// the tangent plane and the share of the load step that a point has spent in contact.
-struct FrictionFreeze {
-  std::vector<double> limit_Pa;
+  std::vector<double> pressure_Pa;
   std::vector<Vec3> normal;
-  std::vector<double> share;
+  std::vector<char> faces_probe;
 };
 
 /// Derivatives of the contact terms on one face. force: dE/du_a [N]; stiffness: blocks a >= b,
@@ -80,16 +75,23 @@ class Contact {
   /// The history of a body at rest with the probe at `pose`.
   ContactHistory untouched(const ProbePose& pose) const;
 
-  /// Energy, forces and stiffness at displacement u (#N x 3). The friction limit follows the current
-  /// pressure; the stiffness leaves that coupling out and so stays symmetric. Fills terms() and
-  /// freezes the friction for energy().
-  ContactTotals evaluate(const Points& u, const ProbePose& pose, const ContactHistory& history);
+  /// Takes the friction limit and the tangent plane of every point from the pressure and place there,
+  /// at the last accepted state or at displacement u, and holds them. With both given, friction has a
+  /// potential; Coulomb's law is met when they no longer change. Returns by how much the limit did:
+  /// sum of |change| over sum.
+  void hold_friction_limit(const ContactHistory& history);
+  double hold_friction_limit(const Points& u, const ProbePose& pose, const ContactHistory& history);
+
+  /// Energy, forces and stiffness at displacement u (#N x 3) for the friction limit held. Fills
+  /// terms(). with_curvature: the stiffness knows that the probe is curved, which may make it
+  /// indefinite.
+  ContactTotals evaluate(const Points& u, const ProbePose& pose, const ContactHistory& history,
+                         bool with_curvature = true);
 
   /// The terms of evaluate(), faces in increasing order.
   const std::vector<FaceTerms>& terms() const { return terms_; }
 
-  /// Incremental energy [J] with friction frozen by the last evaluate(): its gradient there is the
-  /// sum of terms().
+  /// Incremental energy [J] for the friction limit held; its gradient is the sum of terms().
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
 
   /// The history once (u, pose) is accepted.
@@ -118,7 +120,7 @@ class Contact {
   Vec3 place(const Points& u, int face, int point) const;
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,
-                 int q, FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                 int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals, double& normal_force,
                  bool& touches);
 
   const Points& nodes_;
@@ -131,7 +133,9 @@ class Contact {
   std::vector<double> area_weight_;   // #F * kFacePoints [m^2]
   std::vector<double> stiffness_;     // #F [Pa/m]
   std::vector<FaceTerms> terms_;
-  FrictionFreeze freeze_;
+  std::vector<double> limit_Pa_;       // friction limit held, per point
+  std::vector<Vec3> normal_;            // of the plane it acts in
+  std::vector<double> share_;          // of the load step that a point has spent in contact
 };
 
 }  // namespace palpate::fem

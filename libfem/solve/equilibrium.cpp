@@ -1,6 +1,7 @@
 #include "libfem/solve/equilibrium.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -124,27 +125,26 @@ void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, L
   add_contact(pose, from, at, to);
 }
 
-// Contact terms on the dense block of the factor: stiffness (lower triangle) and force.
+// Contact terms on the dense block of the factor: stiffness (all entries) and force.
 Eigen::MatrixXd Equilibrium::condensed_contact(Eigen::VectorXd& force) const {
   const auto size = static_cast<Eigen::Index>(3 * factor_.contact_nodes().size());
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
   force.setZero(size);
   for (const FaceTerms& face : contact_.terms()) {
+    std::array<std::int32_t, kFaceNodes> at;
     for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t free_a = body_.free_index()[mesh_.faces(face.face, a)];
-      const std::int32_t i = free_a < 0 ? -1 : contact_index_[free_a];
-      if (i < 0) continue;
-      for (int c = 0; c < 3; ++c) force[3 * i + c] += face.force[3 * a + c];
+      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
+      at[a] = i < 0 ? -1 : 3 * contact_index_[i];
+    }
+    for (int a = 0; a < kFaceNodes; ++a) {
+      if (at[a] < 0) continue;
+      force.segment<3>(at[a]) += Eigen::Map<const Vec3>(face.force + 3 * a);
       for (int b = 0; b <= a; ++b) {
-        const std::int32_t free_b = body_.free_index()[mesh_.faces(face.face, b)];
-        const std::int32_t j = free_b < 0 ? -1 : contact_index_[free_b];
-        if (j < 0) continue;
-        const double* block = face.stiffness + 9 * (a * (a + 1) / 2 + b);
-        for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) {
-            if (3 * i + r >= 3 * j + c) C(3 * i + r, 3 * j + c) += block[3 * r + c];
-            if (a != b && 3 * j + c > 3 * i + r) C(3 * j + c, 3 * i + r) += block[3 * r + c];
-          }
+        if (at[b] < 0) continue;
+        using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+        const int block = 9 * (a * (a + 1) / 2 + b);
+        C.block<3, 3>(at[a], at[b]) += Block(face.stiffness + block);
+        if (a != b) C.block<3, 3>(at[b], at[a]) += Block(face.stiffness + block);  // symmetric
       }
     }
   }
@@ -154,6 +154,23 @@ Eigen::MatrixXd Equilibrium::condensed_contact(Eigen::VectorXd& force) const {
 bool Equilibrium::use_contact_stiffness() {
   Eigen::VectorXd force;
   return factor_.set_contact(condensed_contact(force));
+}
+
+// Puts the contact stiffness on the dense block: as it is, else without the curvature of the probe,
+// else with ever stiffer springs on all contact nodes.
+bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u,
+                                         const ProbePose& pose, const BodyState& from) {
+  if (factor_.set_contact(C)) return true;
+  Eigen::VectorXd force;
+  contact_.evaluate(u, pose, from.history, false);
+  Eigen::MatrixXd stiffer = condensed_contact(force);
+  if (factor_.set_contact(stiffer)) return true;
+  const double unit = factor_.schur().diagonal().cwiseAbs().maxCoeff();
+  for (const double springs : {0.03, 0.3, 3.0}) {
+    stiffer.diagonal().array() += springs * unit;
+    if (factor_.set_contact(stiffer)) return true;
+  }
+  return false;
 }
 
 // The step to where a body with the factor's tangent would rest: contact and friction solved on the
@@ -183,13 +200,21 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
     return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
            contact_.energy(scratch, pose, from.history);
   };
+  int round = 0;
   for (int iteration = 0; iteration < options_.most_model; ++iteration) {
     contact_.evaluate(u, pose, from.history);
     const Eigen::MatrixXd C = condensed_contact(force);
     const Eigen::VectorXd residual = load - factor_.schur() * w - force;
-    if (residual.norm() <= options_.model * force.norm()) break;
+    if (getenv("DBG2")) printf("      model %d res %.3e force %.3e\n", iteration, residual.norm(), force.norm());
+    if (residual.norm() <= options_.model * force.norm()) {
+      if (++round > 3) break;
+      const double change = contact_.hold_friction_limit(u, pose, from.history);
+      if (getenv("DBG2")) printf("      limit change %.3e\n", change);
+      if (change < 0.02) break;
+      continue;
+    }
     ++counts_.model;
-    if (!factor_.set_contact(C)) return std::nullopt;
+    if (!set_contact_or_stiffer(C, u, pose, from)) return std::nullopt;
     factor_.solve_contact(residual, step);
     const double start = model_energy(w, u), slope = -residual.dot(step);
     double length = 1;
@@ -250,10 +275,14 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   at.u = guess;
   for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(at.u)); ++halving)
     at.u = halving < 3 ? Points((at.u + from.u) / 2) : from.u;
+  contact_.hold_friction_limit(from.history);
+  if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
   to.pose = pose;
   step_m_ = (pose.tip - from.pose.tip).norm();
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
+  double residual_before = 0;
+  static const double contraction = getenv("CONTR") ? atof(getenv("CONTR")) : 0.3;
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
     if (iteration == 0 && is_stale_) factor_is_due = true;
     if (!factor_.is_factored() || factor_is_due) {
@@ -275,15 +304,20 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       return SolveStatus::solved;
     }
     ++counts_.newton;
+    if (iteration >= 2 && iteration < 30 && at.residual.norm() > contraction * residual_before) {
+      refresh_factor(pose, from, at, to);
+      residual_before = 1e300;
+    } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();
     std::optional<Eigen::VectorXd> direction;
     static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 1;
     if (iteration < rounds) direction = model_direction(pose, from, at);
-    if (direction) {
-      contact_.evaluate(at.u, pose, from.history);  // freezes friction where the search starts
-      if (search_line(*direction, pose, from.history, at.residual, at.u)) continue;
+    if (direction && search_line(*direction, pose, from.history, at.residual, at.u)) {
+      contact_.hold_friction_limit(at.u, pose, from.history);
+      continue;
     }
     if (!search_line(newton_direction(pose, from, at, to), pose, from.history, at.residual, at.u))
       break;
+    contact_.hold_friction_limit(at.u, pose, from.history);
   }
   to.u = at.u;
   return SolveStatus::not_converged;

@@ -89,6 +89,8 @@ class Equilibrium {
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
   bool use_contact_stiffness();
+  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u, const ProbePose& pose,
+                              const BodyState& from);
   Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
   std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
                                                  const Local& at);

@@ -34,6 +34,10 @@ struct Panel {
   std::size_t entries, row_ids;  // into State::entries, State::rows
 };
 
+/// Springs on contact nodes, over the largest diagonal entry there: stiff enough to hold the patch,
+/// soft enough to lose two digits only when they are taken off again.
+constexpr double kSpring = 10;
+
 using FloatMatrix = Eigen::Map<const Eigen::MatrixXf>;
 
 }  // namespace
@@ -52,6 +56,7 @@ struct SchurFactor::State {
   Eigen::MatrixXd schur;
   Eigen::MatrixXf dense;  // lower factor of S + C
   bool is_factored = false;
+  double spring = 0;  // on the contact nodes while factoring [N/m]
   Eigen::VectorXf x, below;
 
   State() {
@@ -175,7 +180,11 @@ struct SchurFactor::State {
     const double one = 1, zero = 0;
     dsyrk_("L", "N", &size, &size, &one, last.data(), &size, &zero, schur.data(), &size);
     schur.triangularView<Eigen::StrictlyUpper>() = schur.transpose();
-    dense = last.cast<float>();
+    schur.diagonal().array() -= spring;
+    dense = schur.cast<float>();
+    int info = 0;
+    spotrf_("L", &size, dense.data(), &size, &info);
+    if (info != 0) dense = last.cast<float>();  // not stable without the probe: keep the springs
   }
 
   void forward() {
@@ -225,7 +234,7 @@ SchurFactor::~SchurFactor() = default;
 SchurFactor::SchurFactor(SchurFactor&&) noexcept = default;
 SchurFactor& SchurFactor::operator=(SchurFactor&&) noexcept = default;
 
-bool SchurFactor::factor(const SymmetricBlockMatrix& K,
+bool SchurFactor::factor(SymmetricBlockMatrix& K,
                          const std::vector<std::int32_t>& contact_nodes) {
   use_one_thread();
   State& state = *state_;
@@ -236,8 +245,13 @@ bool SchurFactor::factor(const SymmetricBlockMatrix& K,
     state.contact_nodes = wanted;
     state.analyse();
   }
+  state.spring = 0;
+  for (const std::int32_t node : state.contact_nodes)
+    state.spring = std::max(state.spring, kSpring * K.diagonal_entry(3 * node));
+  for (const std::int32_t node : state.contact_nodes) K.add_to_diagonal(node, state.spring);
   cholmod_sparse matrix = State::view(K.size(), K.column_start(), K.row_index(), K.values().data());
   cholmod_factorize(&matrix, state.factor, &state.common);
+  for (const std::int32_t node : state.contact_nodes) K.add_to_diagonal(node, -state.spring);
   if (state.common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
   state.is_factored = state.common.status == CHOLMOD_OK;
   if (state.is_factored) state.keep_factor();

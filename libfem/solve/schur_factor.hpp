@@ -24,8 +24,10 @@ class SchurFactor {
   SchurFactor& operator=(SchurFactor&&) noexcept;
 
   /// Factors K, which has the pattern, with `contact_nodes` last. False when K is not positive
-  /// definite; there is no factor then. Contact stiffness is zero until set_contact().
-  bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
+  /// definite even with springs on the contact nodes; there is no factor then. The springs are put
+  /// on K for the factorization and taken off S again: a body under high pressure may be held up by
+  /// the probe alone. Contact stiffness is zero until set_contact().
+  bool factor(SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
   bool is_factored() const;
 
   /// Nodes of the dense block in its order: entry 3 i + c is direction c of contact_nodes()[i].
