@@ -101,6 +101,9 @@ class Contact {
   /// Faces of which a node is within a distance of the probe, in increasing order.
   std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;
 
+  /// Nodes of faces that bore pressure, in increasing order.
+  std::vector<std::int32_t> pressed_nodes(const ContactHistory& history) const;
+
   /// Least signed distance of the surface points that face the probe [m].
   double least_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
 

@@ -177,7 +177,7 @@ bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points&
 // dense block by Newton's method, everything else follows linearly.
 std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
                                                             const BodyState& from,
-                                                            const Local& at) {
+                                                            const Local& at, bool is_first) {
   const auto& nodes = factor_.contact_nodes();
   if (nodes.empty()) return std::nullopt;
   Eigen::VectorXd elastic(K_.size()), load, w, force, step;
@@ -200,6 +200,21 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
     return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
            contact_.energy(scratch, pose, from.history);
   };
+  static const bool try_follow = getenv("FOLLOW");
+  if (is_first && try_follow) {
+    // Where the probe was touched before, the surface may follow it instead.
+    Eigen::VectorXd follow = Eigen::VectorXd::Zero(w.size());
+    const Vec3 way = pose.tip - from.pose.tip;
+    for (const std::int32_t n : contact_.pressed_nodes(from.history)) {
+      const std::int32_t i = body_.free_index()[n];
+      if (i >= 0 && contact_index_[i] >= 0)
+        follow.segment<3>(3 * contact_index_[i]) = (from.u.row(n) - at.u.row(n)).transpose() + way;
+    }
+    const double e0 = model_energy(w, u), e1 = model_energy(follow, u);
+    if (getenv("DBG2")) printf("      follow %.4e against %.4e\n", e1, e0);
+    if (e1 < e0) w = follow;
+    place(w, u);
+  }
   int round = 0;
   for (int iteration = 0; iteration < options_.most_model; ++iteration) {
     contact_.evaluate(u, pose, from.history);
@@ -210,7 +225,8 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
       if (++round > 3) break;
       const double change = contact_.hold_friction_limit(u, pose, from.history);
       if (getenv("DBG2")) printf("      limit change %.3e\n", change);
-      if (change < 0.02) break;
+      static const double lim = getenv("LIMTOL") ? atof(getenv("LIMTOL")) : 0.02;
+      if (change < lim) break;
       continue;
     }
     ++counts_.model;
@@ -281,8 +297,9 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   step_m_ = (pose.tip - from.pose.tip).norm();
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
-  double residual_before = 0;
-  static const double contraction = getenv("CONTR") ? atof(getenv("CONTR")) : 0.3;
+  double best_residual = 1e300;
+  int since_model = 0, since_refresh = 2;
+  static const double contraction = getenv("CONTR") ? atof(getenv("CONTR")) : 0.5;
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
     if (iteration == 0 && is_stale_) factor_is_due = true;
     if (!factor_.is_factored() || factor_is_due) {
@@ -303,14 +320,22 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
+    static const double hopeless = getenv("HOPE") ? atof(getenv("HOPE")) : 0.3;
+    if (iteration >= 2 && at.residual.norm() > hopeless * at.contact_scale_N) break;
     ++counts_.newton;
-    if (iteration >= 2 && iteration < 30 && at.residual.norm() > contraction * residual_before) {
+    bool use_model = since_model != 1;
+    static const double trust = getenv("TRUST") ? atof(getenv("TRUST")) : 0.05;
+    const bool is_poor = at.residual.norm() > trust * at.contact_scale_N && since_model == 1;
+    if (iteration >= 1 && since_refresh > 0 && (is_poor || (iteration > 1 && at.residual.norm() > contraction * best_residual))) {
       refresh_factor(pose, from, at, to);
-      residual_before = 1e300;
-    } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();
+      since_refresh = 0;
+      use_model = true;
+    }
+    ++since_refresh;
+    if (iteration >= 1) best_residual = std::min(best_residual, at.residual.norm());
+    since_model = use_model ? 1 : 0;
     std::optional<Eigen::VectorXd> direction;
-    static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 1;
-    if (iteration < rounds) direction = model_direction(pose, from, at);
+    if (use_model) direction = model_direction(pose, from, at, iteration == 0);
     if (direction && search_line(*direction, pose, from.history, at.residual, at.u)) {
       contact_.hold_friction_limit(at.u, pose, from.history);
       continue;

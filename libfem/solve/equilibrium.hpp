@@ -13,7 +13,7 @@ namespace palpate::fem {
 struct EquilibriumOptions {
   double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
   double linear = 0.05;     ///< of the residual, per linear solve
-  int most_newton = 30;     ///< iterations before a step is given up
+  int most_newton = 12;     ///< iterations before a step is given up
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
@@ -93,7 +93,7 @@ class Equilibrium {
                               const BodyState& from);
   Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
   std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
-                                                 const Local& at);
+                                                 const Local& at, bool is_first);
   Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;

@@ -239,7 +239,6 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
 PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
                                     const Experiments& experiments,
                                     const Progress& progress) const {
-  check_experiments(state_->setup, experiments, position, normal);
   return state_->experiment(press_and_drag_script(experiments, normal), position, normal, progress);
 }
 
