@@ -57,7 +57,7 @@ struct ContactTotals {
 struct ContactSettings {
   double stiffness = 2000;
   double rounding = 2e-5;
-  double tangential = 0.5;
+  double tangential = 0.1;
   double curvature = 1;
 };
 

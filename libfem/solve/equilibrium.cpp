@@ -1,10 +1,8 @@
 #include "libfem/solve/equilibrium.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include <limits>
 
 #include "libfem/solve/pcg.hpp"
 
@@ -34,7 +32,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()),
-      factor_(K_) {
+      model_(mesh, body_, contact_, factor_) {
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
     for (int a = 0; a < kFaceNodes; ++a)
       for (int b = 0; b <= a; ++b)
@@ -59,6 +57,22 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
+double Equilibrium::energy(const Points& u, const ProbePose& pose,
+                           const ContactHistory& history) const {
+  const double elastic = body_.energy(u);
+  return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
+}
+
+// The guess, drawn back towards the last state until no element is inside out, or that state itself
+// when its energy is less.
+Points Equilibrium::start_of_search(const BodyState& from, const ProbePose& pose,
+                                    const Points& guess) const {
+  Points u = guess;
+  for (int halving = 0; halving < 3 && !std::isfinite(body_.energy(u)); ++halving)
+    u = (u + from.u) / 2;
+  return energy(u, pose, from.history) < energy(from.u, pose, from.history) ? u : from.u;
+}
+
 void Equilibrium::assemble_elastic(double bend, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
@@ -66,9 +80,8 @@ void Equilibrium::assemble_elastic(double bend, Local& at) {
 }
 
 // Adds the contact stiffness to K_ and forms the residual.
-void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
-                              BodyState& to) {
-  to.contact = contact_.evaluate(at.u, pose, from.history);
+void Equilibrium::add_contact(const BodyState& from, Local& at, BodyState& to) {
+  to.contact = contact_.evaluate(at.u, to.pose, from.history);
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms()) {
     for (int a = 0; a < kFaceNodes; ++a)
@@ -84,13 +97,15 @@ void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Loca
     at.residual.segment<3>(3 * i) = -(at.elastic_force.row(n) + contact_force.row(n)).transpose();
     contact_squared += contact_force.row(n).squaredNorm();
   }
-  at.contact_scale_N = std::sqrt(contact_squared);
+  // A body that the probe leaves springs back; what it was pressed with then sets the scale.
+  to.contact_scale_N = std::max(std::sqrt(contact_squared), 1e-2 * from.contact_scale_N);
+  to.relative_residual = at.residual.norm() / to.contact_scale_N;
 }
 
-double Equilibrium::energy(const Points& u, const ProbePose& pose,
-                           const ContactHistory& history) const {
-  const double elastic = body_.energy(u);
-  return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
+void Equilibrium::linearise(const BodyState& from, Local& at, BodyState& to) {
+  assemble_elastic(1.0, at);
+  to.least_J = body_.least_J();
+  add_contact(from, at, to);
 }
 
 // Free nodes of faces that come within a distance of the probe.
@@ -105,175 +120,63 @@ std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const P
   return nodes;
 }
 
-// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the part
-// that carries the second derivative of J. The level that worked is remembered.
-void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
-                                 BodyState& to) {
-  const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
+// Factors the elastic tangent at `at`, and linearises there; where it is not positive definite, with
+// ever less of the part that carries the second derivative of J. The level that worked is remembered.
+void Equilibrium::refresh_factor(const BodyState& from, Local& at, BodyState& to) {
+  const auto nodes = nodes_near_probe(at.u, to.pose, options_.contact_margin * step_m_);
   for (;;) {
     assemble_elastic(bend_, at);
+    to.least_J = body_.least_J();
     ++counts_.factorizations;
-    if (factor_.factor(K_, nodes)) break;
+    if (!(to.least_J > 0) || factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
     if (bend_ <= 0) break;
     bend_ = bend_ > 0.5 ? 0.5 : 0.0;
   }
-  contact_index_.assign(K_.nodes(), -1);
-  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
-    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
+  model_.settle();
   if (bend_ < 1) assemble_elastic(1.0, at);
-  add_contact(pose, from, at, to);
+  add_contact(from, at, to);
 }
 
-// Contact terms on the dense block of the factor: stiffness (all entries) and force.
-Eigen::MatrixXd Equilibrium::condensed_contact(Eigen::VectorXd& force) const {
-  const auto size = static_cast<Eigen::Index>(3 * factor_.contact_nodes().size());
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
-  force.setZero(size);
-  for (const FaceTerms& face : contact_.terms()) {
-    std::array<std::int32_t, kFaceNodes> at;
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      at[a] = i < 0 ? -1 : 3 * contact_index_[i];
-    }
-    for (int a = 0; a < kFaceNodes; ++a) {
-      if (at[a] < 0) continue;
-      force.segment<3>(at[a]) += Eigen::Map<const Vec3>(face.force + 3 * a);
-      for (int b = 0; b <= a; ++b) {
-        if (at[b] < 0) continue;
-        using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
-        const int block = 9 * (a * (a + 1) / 2 + b);
-        C.block<3, 3>(at[a], at[b]) += Block(face.stiffness + block);
-        if (a != b) C.block<3, 3>(at[b], at[a]) += Block(face.stiffness + block);  // symmetric
-      }
-    }
-  }
-  return C;
+// To where the condensed model rests. False when that is no progress.
+bool Equilibrium::step_by_model(const BodyState& from, const ProbePose& pose, bool is_first,
+                                Local& at) {
+  std::optional<Points> stuck;
+  if (is_first) stuck = from.u.rowwise() + (pose.tip - from.pose.tip).transpose();
+  const std::optional<Eigen::VectorXd> direction = model_.solve(
+      at.u, at.elastic_force, pose, from.history, stuck, options_.model, counts_.model);
+  return direction && search_line(*direction, 0.0, pose, from.history, at.u);
 }
 
-bool Equilibrium::use_contact_stiffness() {
-  Eigen::VectorXd force;
-  return factor_.set_contact(condensed_contact(force));
-}
-
-// Puts the contact stiffness on the dense block: as it is, else without the curvature of the probe,
-// else with ever stiffer springs on all contact nodes.
-bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u,
-                                         const ProbePose& pose, const BodyState& from) {
-  if (factor_.set_contact(C)) return true;
-  Eigen::VectorXd force;
-  contact_.evaluate(u, pose, from.history, false);
-  Eigen::MatrixXd stiffer = condensed_contact(force);
-  if (factor_.set_contact(stiffer)) return true;
-  const double unit = factor_.schur().diagonal().cwiseAbs().maxCoeff();
-  for (const double springs : {0.03, 0.3, 3.0}) {
-    stiffer.diagonal().array() += springs * unit;
-    if (factor_.set_contact(stiffer)) return true;
-  }
-  return false;
-}
-
-// The step to where a body with the factor's tangent would rest: contact and friction solved on the
-// dense block by Newton's method, everything else follows linearly.
-std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
-                                                            const BodyState& from,
-                                                            const Local& at, bool is_first) {
-  const auto& nodes = factor_.contact_nodes();
-  if (nodes.empty()) return std::nullopt;
-  Eigen::VectorXd elastic(K_.size()), load, w, force, step;
-  std::vector<Eigen::Index> node_of(nodes.size());
-  for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
-    const std::int32_t i = body_.free_index()[n];
-    if (i < 0) continue;
-    elastic.segment<3>(3 * i) = -at.elastic_force.row(n).transpose();
-    if (contact_index_[i] >= 0) node_of[contact_index_[i]] = n;
-  }
-  factor_.reduce(elastic, load);
-  w.setZero(load.size());
-  Points u = at.u;
-  const auto place = [&](const Eigen::VectorXd& displacement, Points& out) {
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      out.row(node_of[i]) = at.u.row(node_of[i]) + displacement.segment<3>(3 * i).transpose();
-  };
-  const auto model_energy = [&](const Eigen::VectorXd& displacement, Points& scratch) {
-    place(displacement, scratch);
-    return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
-           contact_.energy(scratch, pose, from.history);
-  };
-  static const bool try_follow = getenv("FOLLOW");
-  if (is_first && try_follow) {
-    // Where the probe was touched before, the surface may follow it instead.
-    Eigen::VectorXd follow = Eigen::VectorXd::Zero(w.size());
-    const Vec3 way = pose.tip - from.pose.tip;
-    for (const std::int32_t n : contact_.pressed_nodes(from.history)) {
-      const std::int32_t i = body_.free_index()[n];
-      if (i >= 0 && contact_index_[i] >= 0)
-        follow.segment<3>(3 * contact_index_[i]) = (from.u.row(n) - at.u.row(n)).transpose() + way;
-    }
-    const double e0 = model_energy(w, u), e1 = model_energy(follow, u);
-    if (getenv("DBG2")) printf("      follow %.4e against %.4e\n", e1, e0);
-    if (e1 < e0) w = follow;
-    place(w, u);
-  }
-  int round = 0;
-  for (int iteration = 0; iteration < options_.most_model; ++iteration) {
-    contact_.evaluate(u, pose, from.history);
-    const Eigen::MatrixXd C = condensed_contact(force);
-    const Eigen::VectorXd residual = load - factor_.schur() * w - force;
-    if (getenv("DBG2")) printf("      model %d res %.3e force %.3e\n", iteration, residual.norm(), force.norm());
-    if (residual.norm() <= options_.model * force.norm()) {
-      if (++round > 3) break;
-      const double change = contact_.hold_friction_limit(u, pose, from.history);
-      if (getenv("DBG2")) printf("      limit change %.3e\n", change);
-      static const double lim = getenv("LIMTOL") ? atof(getenv("LIMTOL")) : 0.02;
-      if (change < lim) break;
-      continue;
-    }
-    ++counts_.model;
-    if (!set_contact_or_stiffer(C, u, pose, from)) return std::nullopt;
-    factor_.solve_contact(residual, step);
-    const double start = model_energy(w, u), slope = -residual.dot(step);
-    double length = 1;
-    for (int cut = 0; cut < 8; ++cut, length /= 2)
-      if (model_energy(w + length * step, u) <= start + 1e-4 * length * slope) break;
-    w += length * step;
-    place(w, u);
-  }
-  Eigen::VectorXd direction;
-  factor_.expand(w, direction);
-  return direction;
-}
-
-Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
-                                              Local& at, BodyState& to) {
+// To where the current tangent says; a factor that costs too many iterations is refreshed.
+bool Equilibrium::step_by_newton(const BodyState& from, Local& at, BodyState& to) {
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
     factor_.solve(b, x);
   };
   Eigen::VectorXd direction;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    if (attempt == 1) refresh_factor(pose, from, at, to);
+  for (const bool is_fresh : {false, true}) {
+    if (is_fresh) refresh_factor(from, at, to);
     if (!factor_.is_factored()) continue;
-    use_contact_stiffness();
+    model_.use_contact_stiffness(at.u, to.pose, from.history);
     const PcgOutcome outcome =
         pcg(multiply, precondition, at.residual, direction, options_.linear, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= options_.linear || attempt == 1) return direction;
+    if (outcome.relative_residual <= options_.linear) break;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
-  return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
+  if (!factor_.is_factored()) direction = at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
+  return search_line(direction, -at.residual.dot(direction), to.pose, from.history, at.u);
 }
 
 // Backtracks from a full step until the incremental energy falls enough (Armijo). Near the solution
 // the fall drowns in rounding, and a full step that leaves the energy level is taken.
-bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                              const ContactHistory& history, const Eigen::VectorXd& residual,
-                              Points& u) {
-  constexpr double kSufficient = 1e-4, kRounding = 1e-13;
+bool Equilibrium::search_line(const Eigen::VectorXd& direction, double slope, const ProbePose& pose,
+                              const ContactHistory& history, Points& u) {
+  constexpr double kSufficient = 1e-4, kRounding = 1e-9;
   const double start = energy(u, pose, history);
-  const double slope = -residual.dot(direction);
   double length = 1;
-  for (int cut = 0; cut < 12; ++cut, length /= 2) {
+  for (int cut = 0; cut < 8; ++cut, length /= 2) {
     const Points trial = moved(u, direction, length);
     const double there = energy(trial, pose, history);
     if (there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
@@ -287,63 +190,42 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose&
 
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                                BodyState& to) {
-  Local at;
-  at.u = guess;
-  for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(at.u)); ++halving)
-    at.u = halving < 3 ? Points((at.u + from.u) / 2) : from.u;
   contact_.hold_friction_limit(from.history);
-  if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
+  Local at;
+  at.u = start_of_search(from, pose, guess);
   to.pose = pose;
   step_m_ = (pose.tip - from.pose.tip).norm();
   const int pcg_before = counts_.pcg;
-  bool factor_is_due = false;
-  double best_residual = 1e300;
-  int since_model = 0, since_refresh = 2;
-  static const double contraction = getenv("CONTR") ? atof(getenv("CONTR")) : 0.5;
+  double least_residual = std::numeric_limits<double>::infinity();
+  bool came_by_model = false, is_fresh = is_stale_;
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
-    if (iteration == 0 && is_stale_) factor_is_due = true;
-    if (!factor_.is_factored() || factor_is_due) {
-      factor_is_due = false;
-      is_stale_ = false;
-      refresh_factor(pose, from, at, to);
-    } else {
-      assemble_elastic(1.0, at);
-      add_contact(pose, from, at, to);
-    }
-    to.least_J = body_.least_J();
+    if (iteration > 0) contact_.hold_friction_limit(at.u, pose, from.history);
+    if (is_stale_) refresh_factor(from, at, to); else linearise(from, at, to);
+    is_stale_ = false;
     if (!(to.least_J > 0)) return SolveStatus::inverted;
-    to.relative_residual = at.residual.norm() / at.contact_scale_N;
-    if (getenv("DBG")) printf("   it %d res %.3e scale %.3e F %.5f pen %.5f pts %d J %.3f bend %.1f pcg %d model %d fac %d(%d) ls %d nc %d\n",iteration,at.residual.norm(),at.contact_scale_N,to.contact.force_N.norm(),to.contact.greatest_penetration_m*1e3,to.contact.points,to.least_J,bend_,counts_.pcg,counts_.model,counts_.factorizations,counts_.failed_factorizations,counts_.backtracks,(int)factor_.contact_nodes().size());
-    if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
+    if (to.relative_residual <= options_.residual) {
       is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
       to.u = at.u;
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
-    static const double hopeless = getenv("HOPE") ? atof(getenv("HOPE")) : 0.3;
-    if (iteration >= 2 && at.residual.norm() > hopeless * at.contact_scale_N) break;
+    if (iteration >= 2 && to.relative_residual > options_.hopeless) break;
     ++counts_.newton;
-    bool use_model = since_model != 1;
-    static const double trust = getenv("TRUST") ? atof(getenv("TRUST")) : 0.05;
-    const bool is_poor = at.residual.norm() > trust * at.contact_scale_N && since_model == 1;
-    if (iteration >= 1 && since_refresh > 0 && (is_poor || (iteration > 1 && at.residual.norm() > contraction * best_residual))) {
-      refresh_factor(pose, from, at, to);
-      since_refresh = 0;
-      use_model = true;
-    }
-    ++since_refresh;
-    if (iteration >= 1) best_residual = std::min(best_residual, at.residual.norm());
-    since_model = use_model ? 1 : 0;
-    std::optional<Eigen::VectorXd> direction;
-    if (use_model) direction = model_direction(pose, from, at, iteration == 0);
-    if (direction && search_line(*direction, pose, from.history, at.residual, at.u)) {
-      contact_.hold_friction_limit(at.u, pose, from.history);
-      continue;
-    }
-    if (!search_line(newton_direction(pose, from, at, to), pose, from.history, at.residual, at.u))
-      break;
-    contact_.hold_friction_limit(at.u, pose, from.history);
+    const bool is_poor = (came_by_model && to.relative_residual > options_.trusted) ||
+                         to.relative_residual > options_.contraction * least_residual;
+    const bool must_refresh = iteration > 0 && is_poor && !is_fresh;
+    if (must_refresh) refresh_factor(from, at, to);
+    is_fresh = must_refresh;
+    if (iteration > 0) least_residual = std::min(least_residual, to.relative_residual);
+    came_by_model = (must_refresh || !came_by_model) &&
+                    step_by_model(from, pose, iteration == 0, at);
+    if (came_by_model) continue;
+    // The model may have left another friction limit.
+    if (iteration > 0) contact_.hold_friction_limit(at.u, pose, from.history);
+    linearise(from, at, to);
+    if (!step_by_newton(from, at, to)) break;
   }
+  is_stale_ = true;
   to.u = at.u;
   return SolveStatus::not_converged;
 }

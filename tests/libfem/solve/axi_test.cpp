@@ -19,7 +19,7 @@ TEST(Axi, press){
   s.materials={{"neo-hookean",{10e3,nu}}}; s.probe_radius_m=10*S; s.friction=env("MU",0);
   auto&o=s.options; o.element_size=env("H",o.element_size); o.growth=env("G",o.growth); o.reach=env("REACH",o.reach); o.twin_ratio=env("TWIN",o.twin_ratio);
   o.equilibrium.residual=env("TOL",o.equilibrium.residual); o.equilibrium.linear=env("LIN",o.equilibrium.linear); o.equilibrium.most_pcg=(int)env("PCG",o.equilibrium.most_pcg);
-  o.equilibrium.model=env("MODEL",o.equilibrium.model); o.equilibrium.contact_margin=env("MARGIN",o.equilibrium.contact_margin); o.contact.curvature=env("CURV",1); o.equilibrium.stale_pcg=(int)env("STALE",10); o.contact.tangential=env("KT",o.contact.tangential); o.equilibrium.most_model=(int)env("MOST",15); o.contact.stiffness=env("K",o.contact.stiffness); o.contact.rounding=env("ROUND",o.contact.rounding);
+  o.equilibrium.model.residual=env("MODEL",o.equilibrium.model.residual); o.equilibrium.contact_margin=env("MARGIN",o.equilibrium.contact_margin); o.contact.curvature=env("CURV",1); o.equilibrium.stale_pcg=(int)env("STALE",10); o.contact.tangential=env("KT",o.contact.tangential); o.equilibrium.trusted=env("TRUST",0.05); o.contact.stiffness=env("K",o.contact.stiffness); o.contact.rounding=env("ROUND",o.contact.rounding);
   Simulator sim(s);
   Experiments e; e.depth_m=10*S; e.press_steps=(int)env("STEPS",10);
   if(env("DRAG",0)>0){ e.drag_depths_m={4*S,8*S}; e.drag_distance_m=8*S; }
