@@ -45,41 +45,6 @@ cholmod_sparse pattern_view(std::size_t size, const std::vector<std::int32_t>& s
   return matrix;
 }
 
-/// Order of a graph (lower triangle with diagonal) by nested dissection.
-std::vector<std::int32_t> dissect(Cholmod& cholmod, const std::vector<std::int32_t>& starts,
-                                  const std::vector<std::int32_t>& rows) {
-  std::vector<std::int32_t> order(starts.size() - 1);
-  if (order.empty()) return order;
-  cholmod_sparse graph = pattern_view(order.size(), starts, rows);
-  // METIS draws from one random sequence per process, seeded at its start: one call at a time, or
-  // the order (and with it the last bits of every force) depends on what other threads do.
-  static std::mutex one_at_a_time;
-  const std::lock_guard<std::mutex> lock(one_at_a_time);
-  if (!cholmod_metis(&graph, nullptr, 0, 1, order.data(), &cholmod.common) &&
-      !cholmod_amd(&graph, nullptr, 0, order.data(), &cholmod.common))
-    throw std::bad_alloc();
-  return order;
-}
-
-/// All nodes in elimination order, `last_nodes` at the end.
-std::vector<std::int32_t> node_order(Cholmod& cholmod, const SymmetricBlockMatrix& pattern,
-                                     const std::vector<std::int32_t>& last_nodes) {
-  std::vector<std::int32_t> inner_index(pattern.nodes(), 0), nodes;
-  for (const std::int32_t node : last_nodes) inner_index[node] = -1;
-  for (std::int32_t j = 0; j < pattern.nodes(); ++j)
-    if (inner_index[j] == 0) inner_index[j] = static_cast<std::int32_t>(nodes.size()), nodes.push_back(j);
-  std::vector<std::int32_t> starts{0}, rows;
-  for (const std::int32_t j : nodes) {
-    for (std::int32_t b = pattern.block_start()[j]; b < pattern.block_start()[j + 1]; ++b)
-      if (const std::int32_t i = inner_index[pattern.block_row()[b]]; i >= 0) rows.push_back(i);
-    starts.push_back(static_cast<std::int32_t>(rows.size()));
-  }
-  std::vector<std::int32_t> order;
-  for (const std::int32_t i : dissect(cholmod, starts, rows)) order.push_back(nodes[i]);
-  order.insert(order.end(), last_nodes.begin(), last_nodes.end());
-  return order;
-}
-
 /// CHOLMOD post-orders what it is given. The last nodes are a chain at the top of the elimination
 /// tree and so stay last, node by node, unless the body falls apart.
 void settle_dense_block(const SymmetricBlockMatrix& pattern, Elimination& out) {
@@ -97,12 +62,31 @@ void settle_dense_block(const SymmetricBlockMatrix& pattern, Elimination& out) {
 
 }  // namespace
 
+std::vector<std::int32_t> dissect(const SymmetricBlockMatrix& pattern) {
+  Cholmod cholmod;
+  std::vector<std::int32_t> order(pattern.nodes());
+  if (order.empty()) return order;
+  cholmod_sparse graph = pattern_view(order.size(), pattern.block_start(), pattern.block_row());
+  // METIS draws from one random sequence per process, seeded at its start: one call at a time, or
+  // the order (and with it the last bits of every force) depends on what other threads do.
+  static std::mutex one_at_a_time;
+  const std::lock_guard<std::mutex> lock(one_at_a_time);
+  if (!cholmod_metis(&graph, nullptr, 0, 1, order.data(), &cholmod.common) &&
+      !cholmod_amd(&graph, nullptr, 0, order.data(), &cholmod.common))
+    throw std::bad_alloc();
+  return order;
+}
+
 Elimination analyse_elimination(const SymmetricBlockMatrix& pattern,
+                                const std::vector<std::int32_t>& node_order,
                                 const std::vector<std::int32_t>& last_nodes) {
   Cholmod cholmod;
+  std::vector<char> is_last(pattern.nodes(), 0);
+  for (const std::int32_t node : last_nodes) is_last[node] = 1;
   std::vector<std::int32_t> unknowns;
-  for (const std::int32_t node : node_order(cholmod, pattern, last_nodes))
-    for (int c = 0; c < 3; ++c) unknowns.push_back(3 * node + c);
+  for (const bool last : {false, true})
+    for (const std::int32_t node : node_order)
+      for (int c = 0; c < 3 && is_last[node] == last; ++c) unknowns.push_back(3 * node + c);
   cholmod_sparse matrix =
       pattern_view(unknowns.size(), pattern.column_start(), pattern.row_index());
   cholmod.factor = cholmod_analyze_p(&matrix, unknowns.data(), nullptr, 0, &cholmod.common);

@@ -19,11 +19,17 @@ struct Elimination {
   double flops = 0;
 };
 
-/// Nested dissection of the graph of all nodes but `last_nodes`, which are eliminated last.
+/// Order of the nodes by nested dissection (METIS, Karypis and Kumar 1998,
+/// doi:10.1137/S1064827595287997). Thread-safe; depends on its argument alone.
+std::vector<std::int32_t> dissect(const SymmetricBlockMatrix& pattern);
+
+/// The elimination that follows node_order but for `last_nodes`, which come last. (A separator without
+/// some of its nodes still separates what is left, so one dissection serves every set of them.)
 /// last_nodes come back empty where the body falls apart so that they would not be last.
-/// METIS and the symbolic analysis of CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008,
+/// Symbolic analysis by CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008,
 /// doi:10.1145/1391989.1391995). Thread-safe; depends on its arguments alone.
 Elimination analyse_elimination(const SymmetricBlockMatrix& pattern,
+                                const std::vector<std::int32_t>& node_order,
                                 const std::vector<std::int32_t>& last_nodes);
 
 }  // namespace palpate::fem

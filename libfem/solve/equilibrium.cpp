@@ -209,7 +209,8 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
-    if (iteration >= 2 && to.relative_residual > options_.hopeless) break;
+    const double hopeless = iteration == 1 ? options_.hopeless_at_first : options_.hopeless;
+    if (iteration >= 1 && to.relative_residual > hopeless) break;
     ++counts_.newton;
     const bool is_poor = (came_by_model && to.relative_residual > options_.trusted) ||
                          to.relative_residual > options_.contraction * least_residual;

@@ -20,6 +20,7 @@ struct EquilibriumOptions {
   double trusted = 0.05;     ///< residual over contact force that the condensed model may leave
   double contraction = 0.5;  ///< of the residual, without which the factor is refreshed
   double hopeless = 0.3;     ///< residual over contact force at which a step is cut instead
+  double hopeless_at_first = 0.8;  ///< the same after the first iteration
   double contact_margin = 0.7;  ///< gap, in steps of the probe, up to which nodes are contact nodes
   ContactModelOptions model;
 };

@@ -38,6 +38,7 @@ using FloatMatrix = Eigen::Map<const Eigen::MatrixXf>;
 }  // namespace
 
 struct SchurFactor::State {
+  std::vector<std::int32_t> node_order;     // of the pattern, whatever the contact nodes
   Elimination plan;
   std::vector<Entry> entries;               // of K by column of the elimination
   std::vector<std::int32_t> entry_start;    // size + 1
@@ -58,7 +59,8 @@ struct SchurFactor::State {
   int dense_size() const { return static_cast<int>(plan.order.size()) - plan.inner; }
 
   void analyse(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes) {
-    plan = analyse_elimination(K, contact_nodes);
+    if (node_order.empty()) node_order = dissect(K);
+    plan = analyse_elimination(K, node_order, contact_nodes);
     place_entries(K);
     panel_start.assign(1, 0);
     children.assign(supernodes(), {});

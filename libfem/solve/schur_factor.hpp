@@ -23,7 +23,7 @@ class SchurFactor {
   SchurFactor(SchurFactor&&) noexcept;
   SchurFactor& operator=(SchurFactor&&) noexcept;
 
-  /// Factors K with `contact_nodes` (at least) in the dense block; an earlier analysis is used again
+  /// Factors K, always of one pattern, with `contact_nodes` (at least) in the dense block; an earlier analysis is used again
   /// while its block holds them and is not much larger. False when K without the contact nodes is not
   /// positive definite; there is no factor then. Contact stiffness is zero until set_contact().
   bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
