@@ -298,18 +298,6 @@ std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,
   return near;
 }
 
-std::vector<std::int32_t> Contact::pressed_nodes(const ContactHistory& history) const {
-  std::vector<std::int32_t> nodes;
-  for (int face = 0; face < faces_.rows(); ++face) {
-    const auto first = history.pressure_Pa.begin() + kFacePoints * face;
-    if (std::any_of(first, first + kFacePoints, [](double p) { return p > 0; }))
-      for (int a = 0; a < kFaceNodes; ++a) nodes.push_back(faces_(face, a));
-  }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return nodes;
-}
-
 double Contact::least_gap(const Points& u, const ProbePose& pose,
                           const ContactHistory& history) const {
   double least = 1e300;

@@ -1,8 +1,8 @@
 #include "libfem/solve/equilibrium.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include "libfem/solve/pcg.hpp"
 
@@ -32,7 +32,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()),
-      model_(mesh, body_, contact_, factor_) {
+      factor_(K_) {
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
     for (int a = 0; a < kFaceNodes; ++a)
       for (int b = 0; b <= a; ++b)
@@ -57,22 +57,6 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
-double Equilibrium::energy(const Points& u, const ProbePose& pose,
-                           const ContactHistory& history) const {
-  const double elastic = body_.energy(u);
-  return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
-}
-
-// The guess, drawn back towards the last state until no element is inside out, or that state itself
-// when its energy is less.
-Points Equilibrium::start_of_search(const BodyState& from, const ProbePose& pose,
-                                    const Points& guess) const {
-  Points u = guess;
-  for (int halving = 0; halving < 3 && !std::isfinite(body_.energy(u)); ++halving)
-    u = (u + from.u) / 2;
-  return energy(u, pose, from.history) < energy(from.u, pose, from.history) ? u : from.u;
-}
-
 void Equilibrium::assemble_elastic(double bend, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
@@ -80,8 +64,9 @@ void Equilibrium::assemble_elastic(double bend, Local& at) {
 }
 
 // Adds the contact stiffness to K_ and forms the residual.
-void Equilibrium::add_contact(const BodyState& from, Local& at, BodyState& to) {
-  to.contact = contact_.evaluate(at.u, to.pose, from.history);
+void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
+                              BodyState& to) {
+  to.contact = contact_.evaluate(at.u, pose, from.history);
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms()) {
     for (int a = 0; a < kFaceNodes; ++a)
@@ -97,15 +82,13 @@ void Equilibrium::add_contact(const BodyState& from, Local& at, BodyState& to) {
     at.residual.segment<3>(3 * i) = -(at.elastic_force.row(n) + contact_force.row(n)).transpose();
     contact_squared += contact_force.row(n).squaredNorm();
   }
-  // A body that the probe leaves springs back; what it was pressed with then sets the scale.
-  to.contact_scale_N = std::max(std::sqrt(contact_squared), 1e-2 * from.contact_scale_N);
-  to.relative_residual = at.residual.norm() / to.contact_scale_N;
+  at.contact_scale_N = std::sqrt(contact_squared);
 }
 
-void Equilibrium::linearise(const BodyState& from, Local& at, BodyState& to) {
-  assemble_elastic(1.0, at);
-  to.least_J = body_.least_J();
-  add_contact(from, at, to);
+double Equilibrium::energy(const Points& u, const ProbePose& pose,
+                           const ContactHistory& history) const {
+  const double elastic = body_.energy(u);
+  return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
 }
 
 // Free nodes of faces that come within a distance of the probe.
@@ -120,63 +103,157 @@ std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const P
   return nodes;
 }
 
-// Factors the elastic tangent at `at`, and linearises there; where it is not positive definite, with
-// ever less of the part that carries the second derivative of J. The level that worked is remembered.
-void Equilibrium::refresh_factor(const BodyState& from, Local& at, BodyState& to) {
-  const auto nodes = nodes_near_probe(at.u, to.pose, options_.contact_margin * step_m_);
+// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the part
+// that carries the second derivative of J. The level that worked is remembered.
+void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
+                                 BodyState& to) {
+  const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
   for (;;) {
     assemble_elastic(bend_, at);
-    to.least_J = body_.least_J();
     ++counts_.factorizations;
-    if (!(to.least_J > 0) || factor_.factor(K_, nodes)) break;
+    if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
     if (bend_ <= 0) break;
     bend_ = bend_ > 0.5 ? 0.5 : 0.0;
   }
-  model_.settle();
+  contact_index_.assign(K_.nodes(), -1);
+  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
+    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
   if (bend_ < 1) assemble_elastic(1.0, at);
-  add_contact(from, at, to);
+  add_contact(pose, from, at, to);
 }
 
-// To where the condensed model rests. False when that is no progress.
-bool Equilibrium::step_by_model(const BodyState& from, const ProbePose& pose, bool is_first,
-                                Local& at) {
-  std::optional<Points> stuck;
-  if (is_first) stuck = from.u.rowwise() + (pose.tip - from.pose.tip).transpose();
-  const std::optional<Eigen::VectorXd> direction = model_.solve(
-      at.u, at.elastic_force, pose, from.history, stuck, options_.model, counts_.model);
-  return direction && search_line(*direction, 0.0, pose, from.history, at.u);
+// Contact terms on the dense block of the factor: stiffness (all entries) and force.
+Eigen::MatrixXd Equilibrium::condensed_contact(Eigen::VectorXd& force) const {
+  const auto size = static_cast<Eigen::Index>(3 * factor_.contact_nodes().size());
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
+  force.setZero(size);
+  for (const FaceTerms& face : contact_.terms()) {
+    std::array<std::int32_t, kFaceNodes> at;
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
+      at[a] = i < 0 ? -1 : 3 * contact_index_[i];
+    }
+    for (int a = 0; a < kFaceNodes; ++a) {
+      if (at[a] < 0) continue;
+      force.segment<3>(at[a]) += Eigen::Map<const Vec3>(face.force + 3 * a);
+      for (int b = 0; b <= a; ++b) {
+        if (at[b] < 0) continue;
+        using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+        const int block = 9 * (a * (a + 1) / 2 + b);
+        C.block<3, 3>(at[a], at[b]) += Block(face.stiffness + block);
+        if (a != b) C.block<3, 3>(at[b], at[a]) += Block(face.stiffness + block);  // symmetric
+      }
+    }
+  }
+  return C;
 }
 
-// To where the current tangent says; a factor that costs too many iterations is refreshed.
-bool Equilibrium::step_by_newton(const BodyState& from, Local& at, BodyState& to) {
+bool Equilibrium::use_contact_stiffness() {
+  Eigen::VectorXd force;
+  return factor_.set_contact(condensed_contact(force));
+}
+
+// Puts the contact stiffness on the dense block: as it is, else without the curvature of the probe,
+// else with ever stiffer springs on all contact nodes.
+bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u,
+                                         const ProbePose& pose, const BodyState& from) {
+  if (factor_.set_contact(C)) return true;
+  Eigen::VectorXd force;
+  contact_.evaluate(u, pose, from.history, false);
+  Eigen::MatrixXd stiffer = condensed_contact(force);
+  if (factor_.set_contact(stiffer)) return true;
+  const double unit = factor_.schur().diagonal().cwiseAbs().maxCoeff();
+  for (const double springs : {0.03, 0.3, 3.0}) {
+    stiffer.diagonal().array() += springs * unit;
+    if (factor_.set_contact(stiffer)) return true;
+  }
+  return false;
+}
+
+// The step to where a body with the factor's tangent would rest: contact and friction solved on the
+// dense block by Newton's method, everything else follows linearly.
+std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
+                                                            const BodyState& from,
+                                                            const Local& at) {
+  const auto& nodes = factor_.contact_nodes();
+  if (nodes.empty()) return std::nullopt;
+  Eigen::VectorXd elastic(K_.size()), load, w, force, step;
+  std::vector<Eigen::Index> node_of(nodes.size());
+  for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
+    const std::int32_t i = body_.free_index()[n];
+    if (i < 0) continue;
+    elastic.segment<3>(3 * i) = -at.elastic_force.row(n).transpose();
+    if (contact_index_[i] >= 0) node_of[contact_index_[i]] = n;
+  }
+  factor_.reduce(elastic, load);
+  w.setZero(load.size());
+  Points u = at.u;
+  const auto place = [&](const Eigen::VectorXd& displacement, Points& out) {
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      out.row(node_of[i]) = at.u.row(node_of[i]) + displacement.segment<3>(3 * i).transpose();
+  };
+  const auto model_energy = [&](const Eigen::VectorXd& displacement, Points& scratch) {
+    place(displacement, scratch);
+    return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
+           contact_.energy(scratch, pose, from.history);
+  };
+  int round = 0;
+  for (int iteration = 0; iteration < options_.most_model; ++iteration) {
+    contact_.evaluate(u, pose, from.history);
+    const Eigen::MatrixXd C = condensed_contact(force);
+    const Eigen::VectorXd residual = load - factor_.schur() * w - force;
+    if (residual.norm() <= options_.model * force.norm()) {
+      if (++round > 3) break;
+      const double change = contact_.hold_friction_limit(u, pose, from.history);
+      if (change < 0.02) break;
+      continue;
+    }
+    ++counts_.model;
+    if (!set_contact_or_stiffer(C, u, pose, from)) return std::nullopt;
+    factor_.solve_contact(residual, step);
+    const double start = model_energy(w, u), slope = -residual.dot(step);
+    double length = 1;
+    for (int cut = 0; cut < 8; ++cut, length /= 2)
+      if (model_energy(w + length * step, u) <= start + 1e-4 * length * slope) break;
+    w += length * step;
+    place(w, u);
+  }
+  Eigen::VectorXd direction;
+  factor_.expand(w, direction);
+  return direction;
+}
+
+Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
+                                              Local& at, BodyState& to) {
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
     factor_.solve(b, x);
   };
   Eigen::VectorXd direction;
-  for (const bool is_fresh : {false, true}) {
-    if (is_fresh) refresh_factor(from, at, to);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (attempt == 1) refresh_factor(pose, from, at, to);
     if (!factor_.is_factored()) continue;
-    model_.use_contact_stiffness(at.u, to.pose, from.history);
+    use_contact_stiffness();
     const PcgOutcome outcome =
         pcg(multiply, precondition, at.residual, direction, options_.linear, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= options_.linear) break;
+    if (outcome.relative_residual <= options_.linear || attempt == 1) return direction;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
-  if (!factor_.is_factored()) direction = at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
-  return search_line(direction, -at.residual.dot(direction), to.pose, from.history, at.u);
+  return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
 }
 
 // Backtracks from a full step until the incremental energy falls enough (Armijo). Near the solution
 // the fall drowns in rounding, and a full step that leaves the energy level is taken.
-bool Equilibrium::search_line(const Eigen::VectorXd& direction, double slope, const ProbePose& pose,
-                              const ContactHistory& history, Points& u) {
-  constexpr double kSufficient = 1e-4, kRounding = 1e-9;
+bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
+                              const ContactHistory& history, const Eigen::VectorXd& residual,
+                              Points& u) {
+  constexpr double kSufficient = 1e-4, kRounding = 1e-13;
   const double start = energy(u, pose, history);
+  const double slope = -residual.dot(direction);
   double length = 1;
-  for (int cut = 0; cut < 8; ++cut, length /= 2) {
+  for (int cut = 0; cut < 12; ++cut, length /= 2) {
     const Points trial = moved(u, direction, length);
     const double there = energy(trial, pose, history);
     if (there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
@@ -190,43 +267,52 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, double slope, co
 
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                                BodyState& to) {
-  contact_.hold_friction_limit(from.history);
   Local at;
-  at.u = start_of_search(from, pose, guess);
+  at.u = guess;
+  for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(at.u)); ++halving)
+    at.u = halving < 3 ? Points((at.u + from.u) / 2) : from.u;
+  contact_.hold_friction_limit(from.history);
+  if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
   to.pose = pose;
   step_m_ = (pose.tip - from.pose.tip).norm();
   const int pcg_before = counts_.pcg;
-  double least_residual = std::numeric_limits<double>::infinity();
-  bool came_by_model = false, is_fresh = is_stale_;
+  bool factor_is_due = false;
+  double residual_before = 0;
+  constexpr double kSlow = 0.3;  // a step that leaves more of the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
-    if (iteration > 0) contact_.hold_friction_limit(at.u, pose, from.history);
-    if (is_stale_) refresh_factor(from, at, to); else linearise(from, at, to);
-    is_stale_ = false;
+    if (iteration == 0 && is_stale_) factor_is_due = true;
+    if (!factor_.is_factored() || factor_is_due) {
+      factor_is_due = false;
+      is_stale_ = false;
+      refresh_factor(pose, from, at, to);
+    } else {
+      assemble_elastic(1.0, at);
+      add_contact(pose, from, at, to);
+    }
+    to.least_J = body_.least_J();
     if (!(to.least_J > 0)) return SolveStatus::inverted;
-    if (to.relative_residual <= options_.residual) {
+    to.relative_residual = at.residual.norm() / at.contact_scale_N;
+    if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
       is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
       to.u = at.u;
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
-    const double hopeless = iteration == 1 ? options_.hopeless_at_first : options_.hopeless;
-    if (iteration >= 1 && to.relative_residual > hopeless) break;
     ++counts_.newton;
-    const bool is_poor = (came_by_model && to.relative_residual > options_.trusted) ||
-                         to.relative_residual > options_.contraction * least_residual;
-    const bool must_refresh = iteration > 0 && is_poor && !is_fresh;
-    if (must_refresh) refresh_factor(from, at, to);
-    is_fresh = must_refresh;
-    if (iteration > 0) least_residual = std::min(least_residual, to.relative_residual);
-    came_by_model = (must_refresh || !came_by_model) &&
-                    step_by_model(from, pose, iteration == 0, at);
-    if (came_by_model) continue;
-    // The model may have left another friction limit.
-    if (iteration > 0) contact_.hold_friction_limit(at.u, pose, from.history);
-    linearise(from, at, to);
-    if (!step_by_newton(from, at, to)) break;
+    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kSlow * residual_before) {
+      refresh_factor(pose, from, at, to);
+      residual_before = 1e300;
+    } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();
+    std::optional<Eigen::VectorXd> direction;
+    if (iteration == 0) direction = model_direction(pose, from, at);
+    if (direction && search_line(*direction, pose, from.history, at.residual, at.u)) {
+      contact_.hold_friction_limit(at.u, pose, from.history);
+      continue;
+    }
+    if (!search_line(newton_direction(pose, from, at, to), pose, from.history, at.residual, at.u))
+      break;
+    contact_.hold_friction_limit(at.u, pose, from.history);
   }
-  is_stale_ = true;
   to.u = at.u;
   return SolveStatus::not_converged;
 }

@@ -4,34 +4,29 @@
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
-#include "libfem/solve/contact_model.hpp"
 #include "libfem/solve/elastic_body.hpp"
 #include "libfem/solve/schur_factor.hpp"
 
 namespace palpate::fem {
 
-/// Tolerances and limits of one equilibrium; all relative, all found by measurement.
+/// Tolerances of one equilibrium; all relative.
 struct EquilibriumOptions {
-  double residual = 3e-3;    ///< out-of-balance force over nodal contact force, 2-norms
-  double linear = 0.05;      ///< of the residual, per linear solve
-  int most_newton = 12;      ///< iterations before a step is given up
-  int most_pcg = 12;         ///< applications of the factor that are worth a fresh one
-  int stale_pcg = 10;        ///< applications in a solve after which the next starts afresh
-  double trusted = 0.05;     ///< residual over contact force that the condensed model may leave
-  double contraction = 0.5;  ///< of the residual, without which the factor is refreshed
-  double hopeless = 0.3;     ///< residual over contact force at which a step is cut instead
-  double hopeless_at_first = 0.8;  ///< the same after the first iteration
-  double contact_margin = 0.7;  ///< gap, in steps of the probe, up to which nodes are contact nodes
-  ContactModelOptions model;
+  double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
+  double linear = 0.05;     ///< of the residual, per linear solve
+  int most_newton = 30;     ///< iterations before a step is given up
+  int most_pcg = 12;        ///< iterations that are worth a fresh factor
+  int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
+  double model = 0.02;      ///< residual of the condensed model, of its contact force
+  int most_model = 15;      ///< iterations of the condensed model
+  double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
 
 /// What was spent; deterministic.
 struct SolverCounts {
-  int newton = 0;          ///< linearisations followed by a step
-  int pcg = 0;             ///< applications of the factor in conjugate gradients
-  int model = 0;           ///< iterations of the condensed model
-  int factorizations = 0;
-  int failed_factorizations = 0;
+  int newton = 0;                ///< assemblies followed by a step
+  int pcg = 0;                   ///< applications of the factor in conjugate gradients
+  int model = 0;                 ///< iterations of the condensed contact model
+  int factorizations = 0, failed_factorizations = 0;
   int backtracks = 0;
 };
 
@@ -43,27 +38,22 @@ struct BodyState {
   ProbePose pose;
   ContactHistory history;
   ContactTotals contact;
-  double contact_scale_N = 0;    ///< 2-norm of the nodal contact forces
-  double relative_residual = 0;  ///< of it
+  double relative_residual = 0;
   double least_J = 1;
 };
 
 /// Equilibrium of one body under one probe.
-///
-/// A step starts on the condensed ContactModel, which finds contact and friction on an earlier
-/// elastic tangent. Where that leaves little out of balance, Newton's method follows: conjugate
-/// gradients on the current tangent, preconditioned by the earlier one plus the current contact
-/// stiffness, and a line search on the incremental energy with the friction limit held. Where it
-/// leaves much, the tangent is factored anew. Decisions follow counts and residuals, never clocks.
+/// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
+/// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
+/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the current
+/// contact stiffness, and a line search on the incremental energy.
 /// Not thread-safe: owns matrices, factor and contact scratch.
 class Equilibrium {
  public:
-  /// mesh must outlive this. The contact stiffness of a face follows the material at its centre.
+  /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, const Probe& probe,
               const ContactSettings& contact = {}, const EquilibriumOptions& options = {});
-  Equilibrium(const Equilibrium&) = delete;
-  Equilibrium& operator=(const Equilibrium&) = delete;
 
   /// The body at rest with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
@@ -81,6 +71,7 @@ class Equilibrium {
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const SchurFactor& factor() const { return factor_; }
+  Contact& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 
  private:
@@ -89,20 +80,25 @@ class Equilibrium {
     Points u;
     Points elastic_force;      // dE/du of all nodes [N]
     Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
+    double contact_scale_N = 0;
   };
 
-  Points start_of_search(const BodyState& from, const ProbePose& pose, const Points& guess) const;
   void assemble_elastic(double bend, Local& at);
-  void add_contact(const BodyState& from, Local& at, BodyState& to);
-  void linearise(const BodyState& from, Local& at, BodyState& to);
-  void refresh_factor(const BodyState& from, Local& at, BodyState& to);
+  void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
-  bool step_by_model(const BodyState& from, const ProbePose& pose, bool is_first, Local& at);
-  bool step_by_newton(const BodyState& from, Local& at, BodyState& to);
+  bool use_contact_stiffness();
+  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u, const ProbePose& pose,
+                              const BodyState& from);
+  Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
+  std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
+                                                 const Local& at);
+  Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
+                                   BodyState& to);
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
-  bool search_line(const Eigen::VectorXd& direction, double slope, const ProbePose& pose,
-                   const ContactHistory& history, Points& u);
+  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
+                   const ContactHistory& history, const Eigen::VectorXd& residual, Points& u);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
@@ -112,10 +108,10 @@ class Equilibrium {
   SymmetricBlockMatrix K_;
   std::vector<BlockPlace> face_places_;  // #F x kFaceBlocks
   SchurFactor factor_;
-  ContactModel model_;
-  double bend_ = 1;        // ladder level of the factor: 1, 0.5, 0
-  bool is_stale_ = true;   // the factor, at the next solve
-  double step_m_ = 0;      // of the probe, in this solve
+  std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
+  double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
+  double step_m_ = 0;                        // of the probe, in this solve
+  bool is_stale_ = false;
   SolverCounts counts_;
 };
 

@@ -26,9 +26,9 @@ struct Experiments {
 
 /// How fine, how exact.
 struct SolverOptions {
-  double element_size = 0.4;  ///< h at the contact, over the contact radius sqrt(R d) at half depth
-  double growth = 0.45;       ///< size gained per distance away from it
-  double reach = 1.0;         ///< how far from the probe's way it stays fine, in contact radii
+  double element_size = 0.6;  ///< h at the contact, over the contact radius sqrt(R d) at half depth
+  double growth = 0.6;        ///< size gained per distance away from it
+  double reach = 0.5;         ///< how far from the probe's way it stays fine, in contact radii
   double twin_ratio = 1.6;    ///< element size of the coarser twin that gives force_error; 0: none
   EquilibriumOptions equilibrium;
   ContactSettings contact;
