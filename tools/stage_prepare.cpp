@@ -19,9 +19,11 @@
 namespace palpate::tools {
 namespace {
 
-// Base volume edge over the cube root of the volume: 22 mm and about 1500 tets in a liver. Grading
-// refines it around the probe; what is far only has to bend.
-constexpr double kMeshSizeRatio = 0.2;
+// Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around the
+// probe and bends its boundary back onto the fine surface, which is why chords may lose this much
+// volume; what is far only has to give way.
+constexpr double kMeshSizeRatio = 0.28;
+constexpr double kChordVolumeLoss = 0.08;
 
 // The boundary of a volume mesh with the vertices it uses.
 Surface boundary_surface(const TetMesh& volume) {
@@ -77,7 +79,7 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
 void fill(const Scene& scene, Body& body) {
   const double volume = volume_m3(body.surface);
   const double edge = scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume));
-  const SimulationSurface coarse = simulation_surface(body.surface, edge);
+  const SimulationSurface coarse = simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
   if (!coarse.refused.empty()) say("  simulation surface: {}", coarse.refused);
   FillOptions options;
   options.target_edge_m = edge;

@@ -67,7 +67,7 @@ std::vector<BadInput> bad_inputs() {
 class BadInputTest : public testing::TestWithParam<BadInput> {};
 
 INSTANTIATE_TEST_SUITE_P(Every, BadInputTest, testing::ValuesIn(bad_inputs()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(BadInputTest, is_refused_with_place_and_remedy_and_nothing_is_written) {
   const Folder folder;

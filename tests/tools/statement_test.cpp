@@ -44,6 +44,13 @@ TEST(statement, unknown_reference_errors_do_not_count) {
   EXPECT_EQ(summarize({unknown}).reference_p95_rel, 0);
 }
 
+TEST(statement, reads_back_what_it_wrote) {
+  Statement s = summarize({row(1, 0.02), row(3, 0.5)});
+  s.probes = 2, s.tick_ns = 123.5, s.asset_bytes = 4567, s.reference_failures = 1;
+  const Statement back = parse_statement(to_json(s, "0123"), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+}
+
 TEST(statement, json_holds_the_names_others_read) {
   const auto json = nlohmann::json::parse(to_json(summarize({row(1, 0.02)})));
   for (const char* name : {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})
