@@ -19,8 +19,12 @@ bash tools/install_packages.sh
 cmake --preset "$preset"
 cmake --build --preset "$preset"
 if $sanitize; then
+  tests=(test_runtime test_assets test_io test_mesh_read)
   cmake --preset ci-sanitize
-  cmake --build --preset ci-sanitize --target sanitized_tests
-  ctest --test-dir build/ci-sanitize -L sanitized --output-on-failure -j2
+  cmake --build --preset ci-sanitize --target "${tests[@]}"
+  for test in "${tests[@]}"; do
+    echo "== $test under sanitizers"
+    "$(find build/ci-sanitize/tests -type f -name "$test")" --gtest_brief=1
+  done
 fi
 ctest --test-dir "build/$preset" "${select[@]}" --output-on-failure -j2
