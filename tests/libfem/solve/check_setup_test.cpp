@@ -1,0 +1,79 @@
+#include <gtest/gtest.h>
+
+#include "block.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate::fem {
+namespace {
+
+std::string message_of(const SimulationSetup& setup) {
+  try {
+    check_setup(setup);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string message_of(const Experiments& experiments) {
+  try {
+    check_experiments(block_setup(0.3), experiments, block_top(), -Vec3::UnitZ());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CheckSetup, accepts_the_block_of_these_tests) {
+  EXPECT_EQ(message_of(block_setup(0.3)), "accepted");
+  EXPECT_EQ(message_of(press_and_one_drag()), "accepted");
+}
+
+TEST(CheckSetup, refuses_a_body_that_nothing_holds) {
+  SimulationSetup setup = block_setup(0.3);
+  setup.is_held.assign(setup.is_held.size(), 0);
+  EXPECT_EQ(message_of(setup),
+            "[body] fixed: no node is held, so a press would push the body away\n"
+            "  Give `fixed` a region that holds part of the body, such as the face it lies on.");
+  setup.is_held[0] = setup.is_held[1] = 1;
+  EXPECT_EQ(message_of(setup),
+            "[body] fixed: fewer than three nodes are held, so a press would turn the body about "
+            "them\n"
+            "  Give `fixed` a region that holds part of the body, such as the face it lies on.");
+  EXPECT_THROW(Simulator{setup}, Error);
+}
+
+TEST(CheckSetup, refuses_a_probe_larger_than_the_body) {
+  SimulationSetup setup = block_setup(0.3);
+  setup.probe_radius_m = 8;
+  EXPECT_EQ(message_of(setup),
+            "[probe] radius: the probe (1.6e+04 mm wide) is larger than the body (60 mm)\n"
+            "  Check length_unit and the probe's radius.");
+}
+
+TEST(CheckSetup, says_which_material_is_wrong) {
+  SimulationSetup setup = block_setup(0.3);
+  setup.materials.push_back({"neo-hookean", {1e4, 0.5}});
+  EXPECT_EQ(message_of(setup),
+            "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.500000\n"
+            "  Correct the material; law neo-hookean takes young, poisson.");
+}
+
+TEST(CheckExperiments, refuses_a_press_through_the_body) {
+  Experiments experiments = press_and_one_drag();
+  experiments.depth_m = 0.031;
+  EXPECT_EQ(message_of(experiments),
+            "[experiments]: depth 31 mm is more than the body is thick (30 mm) at a test point\n"
+            "  Press less deep, or restrict the region of test points.");
+}
+
+TEST(CheckExperiments, refuses_a_drag_deeper_than_the_press) {
+  Experiments experiments = press_and_one_drag();
+  experiments.drag_depths_m = {0.005};
+  EXPECT_EQ(message_of(experiments),
+            "[experiments]: drag depth 5 mm is not within the press (4 mm)\n"
+            "  Keep drag_depths between 0 and depth.");
+}
+
+}  // namespace
+}  // namespace palpate::fem

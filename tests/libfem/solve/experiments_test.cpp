@@ -1,0 +1,169 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "block.hpp"
+#include "libfem/solve/equilibrium.hpp"
+
+namespace palpate::fem {
+namespace {
+
+const Vec3 kInward = -Vec3::UnitZ();
+constexpr double kFriction = 0.3;
+
+PointRows run(const SimulationSetup& setup, double scale = 1, const Vec3& moved = Vec3::Zero()) {
+  return Simulator(setup).press_and_drag(block_top(scale) + moved, kInward,
+                                         press_and_one_drag(scale));
+}
+
+/// The reference run, made once.
+const PointRows& with_friction() {
+  static const PointRows rows = run(block_setup(kFriction));
+  return rows;
+}
+
+/// Greatest difference of force between runs, over the greatest force.
+double difference(const PointRows& a, const PointRows& b, double factor = 1) {
+  double largest = 0, worst = 0;
+  for (std::size_t i = 0; i < a.rows.size(); ++i) {
+    largest = std::max(largest, a.rows[i].force.norm());
+    worst = std::max(worst, (a.rows[i].force - factor * b.rows[i].force).norm());
+  }
+  return worst / largest;
+}
+
+TEST(PressAndDrag, every_row_on_a_flat_block_is_good) {
+  const PointRows& result = with_friction();
+  EXPECT_TRUE(result.is_complete);
+  EXPECT_NEAR(result.touch_offset_m, 0, 1e-9);
+  ASSERT_EQ(result.rows.size(), 7u);
+  for (const PointRow& row : result.rows)
+    EXPECT_EQ(row.status, RowStatus::good) << "experiment " << row.experiment << " step " << row.step;
+}
+
+TEST(PressAndDrag, press_force_points_into_the_body_and_rises_faster_than_depth) {
+  const PointRows& result = with_friction();
+  double before = 0, before_slope = 0;
+  for (int i = 0; i < 3; ++i) {
+    const PointRow& row = result.rows[i];
+    const double force = row.force.dot(kInward), slope = force / row.deflection.norm();
+    EXPECT_EQ(row.kind, ExperimentKind::press);
+    EXPECT_GT(force, before);
+    EXPECT_GT(slope, before_slope);
+    EXPECT_LT((row.force - force * kInward).norm(), 0.05 * force);  // no side is preferred
+    before = force, before_slope = slope;
+  }
+}
+
+// Thick layers of Hertz: 4/3 E* sqrt(R d) d is a lower bound on a block held at its bottom, and at
+// half an R of depth on 4 R of thickness it is exceeded by less than three times.
+TEST(PressAndDrag, press_force_exceeds_hertz_by_no_more_than_the_bottom_explains) {
+  for (int i = 0; i < 3; ++i) {
+    const PointRow& row = with_friction().rows[i];
+    const double d = row.deflection.norm();
+    const double hertz =
+        4.0 / 3 * kYoung_Pa / (1 - kPoisson * kPoisson) * std::sqrt(0.008 * d) * d;
+    EXPECT_GT(row.force.dot(kInward), 0.95 * hertz) << d;
+    EXPECT_LT(row.force.dot(kInward), 3 * hertz) << d;
+  }
+}
+
+TEST(PressAndDrag, drag_pushes_the_body_along_the_motion_and_reaches_a_plateau) {
+  const PointRows& result = with_friction();
+  double before = 0;
+  for (std::size_t i = 3; i < result.rows.size(); ++i) {
+    const PointRow& row = result.rows[i];
+    EXPECT_EQ(row.kind, ExperimentKind::drag);
+    const Vec3 lateral = row.deflection - kInward * kInward.dot(row.deflection);
+    const double along = row.force.dot(lateral.normalized()), normal = row.force.dot(kInward);
+    EXPECT_GT(along, 0.99 * before) << "step " << row.step;
+    EXPECT_LT(along, normal) << "step " << row.step;
+    EXPECT_GT(along, 0.05 * normal) << "step " << row.step;
+    before = along;
+  }
+  const auto along = [&](std::size_t i) { return result.rows[i].force.x(); };
+  EXPECT_LT(along(6) - along(5), 0.15 * (along(3))) << "no plateau";
+  EXPECT_GT(along(6), 0.8 * kFriction * result.rows[6].force.dot(kInward));
+}
+
+TEST(PressAndDrag, drag_without_friction_costs_almost_nothing_on_a_flat_block) {
+  const PointRows result = run(block_setup(0));
+  for (std::size_t i = 3; i < result.rows.size(); ++i) {
+    const PointRow& row = result.rows[i];
+    ASSERT_EQ(row.status, RowStatus::good);
+    EXPECT_LT((row.force - kInward * kInward.dot(row.force)).norm(), 0.05 * row.force.norm())
+        << "step " << row.step;
+  }
+}
+
+TEST(PressAndDrag, force_over_modulus_and_area_does_not_know_the_unit_of_length) {
+  constexpr double kScale = 1e3, kSofter = 1e-6;
+  SimulationSetup setup = block_setup(kFriction, kScale);
+  setup.materials[0].values[0] *= kSofter;
+  const PointRows large = run(setup, kScale);
+  for (const PointRow& row : large.rows) EXPECT_EQ(row.status, RowStatus::good);
+  EXPECT_LT(difference(with_friction(), large, 1 / (kScale * kScale * kSofter)), 1e-6);
+}
+
+TEST(PressAndDrag, forces_do_not_depend_on_where_the_body_is) {
+  const Vec3 away(60, -45, 30);  // a thousand body lengths
+  SimulationSetup setup = block_setup(kFriction);
+  setup.volume.nodes.rowwise() += away.transpose();
+  setup.surface.vertices.rowwise() += away.transpose();
+  EXPECT_LT(difference(with_friction(), run(setup, 1, away)), 1e-6);
+}
+
+TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_force) {
+  SimulationSetup setup = block_setup(kFriction);
+  setup.probe_radius_m = 0.002;
+  Experiments experiments = press_only(3);
+  experiments.depth_m = 0.006;
+  const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, experiments);
+  ASSERT_EQ(result.rows.size(), 3u);
+  double before = 0;
+  for (const PointRow& row : result.rows) {
+    EXPECT_TRUE(row.force.allFinite());
+    if (row.status != RowStatus::good) {
+      EXPECT_EQ(row.force.norm(), 0) << "step " << row.step;
+      continue;
+    }
+    EXPECT_GT(row.force.dot(kInward), before) << "step " << row.step;
+    before = row.force.dot(kInward);
+  }
+}
+
+TEST(PressAndDrag, the_twin_gives_a_finite_error_of_a_few_percent) {
+  SimulationSetup setup = block_setup(0);
+  setup.options.twin_ratio = SolverOptions{}.twin_ratio;
+  const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
+  for (const PointRow& row : result.rows) {
+    ASSERT_EQ(row.status, RowStatus::good);
+    EXPECT_GT(row.force_error, 0);
+    EXPECT_LT(row.force_error, 0.2 * row.force.norm());
+  }
+  EXPECT_LT(result.cost.twin_nodes, result.cost.nodes);
+  EXPECT_TRUE(std::isnan(with_friction().rows[0].force_error)) << "no twin, no estimate";
+}
+
+TEST(Equilibrium, contact_force_is_minus_the_reaction_of_the_ground) {
+  const SimulationSetup setup = block_setup(kFriction);
+  GradeOptions grade;
+  grade.path = {{block_top(), block_top()}};
+  const QuadraticMesh mesh =
+      grade_mesh(setup.volume, setup.is_held, SmoothSurface(setup.surface), grade);
+  Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr,
+                          make_probe("sphere", setup.probe_radius_m, kFriction, "test"));
+  BodyState at = equilibrium.rest({block_top(), kInward}), next;
+  // Down and to the side, in steps.
+  for (const Vec3& by : {Vec3(0, 0, -0.001), Vec3(0, 0, -0.002), Vec3(0.0005, 0, -0.002)}) {
+    const ProbePose pose{block_top() + by, kInward};
+    ASSERT_EQ(equilibrium.solve(at, pose, at.u, next), SolveStatus::solved) << by.transpose();
+    at = next;
+    const Vec3 force = at.contact.force_N;
+    EXPECT_LT((force + equilibrium.reaction_N(at.u)).norm(), 1e-2 * force.norm());
+  }
+  EXPECT_GT(at.contact.force_N.x(), 0);
+}
+
+}  // namespace
+}  // namespace palpate::fem

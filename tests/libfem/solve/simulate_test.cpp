@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "block.hpp"
+#include "libfem/solve/simulate.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// Three points on top of the block.
+TestPoints three_points() {
+  TestPoints points;
+  points.position.resize(3, 3), points.normal.resize(3, 3);
+  for (int p = 0; p < 3; ++p) {
+    points.position.row(p) = (block_top() + p * Vec3(-0.006, 0.007, 0)).transpose();
+    points.normal.row(p) = -Vec3::UnitZ().transpose();
+    points.name.push_back(std::string(1, static_cast<char>(0x61 + p)));
+  }
+  return points;
+}
+
+const Simulator& simulator() {
+  static const Simulator one(block_setup(0.3));
+  return one;
+}
+
+/// One press and a drag of two rows.
+Experiments short_experiments() {
+  Experiments experiments = press_and_one_drag();
+  experiments.press_steps = 2;
+  experiments.drag_steps = 1;
+  experiments.drag_distance_m = 0.001;
+  return experiments;
+}
+
+template <class Matrix>
+bool same_bits(const Matrix& a, const Matrix& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+void expect_same(const Samples& a, const Samples& b) {
+  EXPECT_EQ(a.point, b.point);
+  EXPECT_EQ(a.experiment, b.experiment);
+  EXPECT_EQ(a.kind, b.kind);
+  EXPECT_EQ(a.step, b.step);
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_TRUE(same_bits(a.deflection, b.deflection));
+  EXPECT_TRUE(same_bits(a.force, b.force));
+  EXPECT_TRUE(same_bits(a.torque, b.torque));
+  EXPECT_TRUE(same_bits(a.force_error, b.force_error));
+  EXPECT_TRUE(same_bits(a.point_normal_gradient, b.point_normal_gradient));
+}
+
+const Samples& uninterrupted() {
+  static const Samples samples =
+      simulate(simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = {}});
+  return samples;
+}
+
+TEST(Simulate, one_and_two_threads_give_the_same_bits) {
+  ASSERT_EQ(uninterrupted().rows(), 9);
+  for (const RowStatus status : uninterrupted().status) EXPECT_EQ(status, RowStatus::good);
+  EXPECT_EQ(uninterrupted().experiment, (std::vector<std::int32_t>{0, 0, 1, 2, 2, 3, 4, 4, 5}));
+  expect_same(uninterrupted(), simulate(simulator(), three_points(), short_experiments(),
+                                        {.jobs = 2, .already_done = {}}));
+}
+
+TEST(Simulate, a_stopped_run_keeps_finished_points_and_resumes_to_the_same_bits) {
+  bool stop = false;
+  std::size_t reported = 0;
+  Progress progress;
+  progress.is_stopped = [&] { return stop; };
+  progress.step = [&](std::size_t done, std::size_t total, const std::string&) {
+    EXPECT_EQ(total, 3u);
+    reported = done;
+  };
+  Samples saved;
+  const Samples stopped = simulate(
+      simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = {}},
+      [&](const std::function<Samples()>& so_far) {
+        saved = so_far();
+        stop = true;
+      },
+      progress);
+  EXPECT_EQ(reported, 1u);
+  ASSERT_EQ(stopped.rows(), 3) << "the finished point and nothing else";
+  expect_same(stopped, saved);
+
+  int simulated = 0;
+  const Samples resumed = simulate(simulator(), three_points(), short_experiments(),
+                                   {.jobs = 1, .already_done = saved},
+                                   [&](const std::function<Samples()>&) { ++simulated; });
+  EXPECT_EQ(simulated, 2);
+  expect_same(resumed, uninterrupted());
+}
+
+TEST(Simulate, a_point_stopped_half_way_leaves_no_rows) {
+  int polls = 0;
+  Progress progress;
+  progress.is_stopped = [&] { return ++polls > 2; };
+  const Samples stopped = simulate(simulator(), three_points(), short_experiments(),
+                                   {.jobs = 1, .already_done = {}}, {}, progress);
+  EXPECT_EQ(stopped.rows(), 0);
+  EXPECT_EQ(stopped.points(), 3);
+}
+
+TEST(Simulate, a_path_repeats_the_press_it_describes) {
+  ProbePath path;
+  path.deflections.resize(2, 3);
+  path.deflections << 0, 0, -0.002, 0, 0, -0.004;
+  const Samples samples = simulate_paths(simulator(), three_points(), {path}, {.jobs = 1, .already_done = {}});
+  ASSERT_EQ(samples.rows(), 2);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(samples.kind[i], ExperimentKind::path);
+    EXPECT_EQ(samples.status[i], RowStatus::good);
+    // Another mesh (no drag to refine for), so only the physics agrees.
+    const Vec3 press = uninterrupted().force.row(i), again = samples.force.row(i);
+    EXPECT_LT((press - again).norm(), 0.05 * press.norm()) << i;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::fem
