@@ -33,6 +33,11 @@ void check_experiments(const Scene& scene, const Body& body) {
   } catch (const Error& e) {
     throw in_scene(e);
   }
+  const double thinnest_m = extent_m(body.surface.vertices).minCoeff();
+  if (scene.experiments.depth_m >= thinnest_m)
+    throw Error(file + ": [experiments] depth",
+                fmt::format("the depth of {:.4g} mm is more than the body is thick ({:.4g} mm)", 1e3 * scene.experiments.depth_m, 1e3 * thinnest_m),
+                "Press less deep, or check the unit of depth and length_unit.");
   // A depth beyond the thickness is an error of the scene when it is so at most points; a few
   // points on a thin rim bend out of the way, and their rows tell how far that went.
   std::optional<Error> first;

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <optional>
 
 #include "libfit/assets/exporters.hpp"
 #include "libfit/io/atomic_file.hpp"
@@ -79,6 +80,7 @@ class Run final : public Command {
     const Samples samples = simulate_body(scene_, read_body(file("body.h5")), {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
     write_samples(output, samples, {{kInputsAttribute, inputs}});
     remove_partial(output);
+    bad_experiments_ = list_bad_experiments(samples);
   }
 
   void fit() {
@@ -120,8 +122,8 @@ class Run final : public Command {
     const fs::path output = file("statement.json");
     const Statement statement = parse_statement(read_whole_file(output), output.string());
     fmt::print("{}\n", in_words(statement));
-    const std::size_t failed =
-        list_bad_experiments(read_samples(file("samples.h5"))) + list_bad_points(read_curves(file("curves.h5")));
+    if (!bad_experiments_) bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
+    const std::size_t failed = *bad_experiments_ + list_bad_points(read_curves(file("curves.h5")));
     return failed || statement.reference_failures ? kSomeFailed : kDone;
   }
 
@@ -130,6 +132,7 @@ class Run final : public Command {
   bool force_ = false;
   Scene scene_;
   int stages_done_ = 0;
+  std::optional<std::size_t> bad_experiments_;  // listed already, while simulating
 };
 
 }  // namespace

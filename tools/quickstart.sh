@@ -11,5 +11,7 @@ step "building (a few minutes the first time)"
 cmake --preset native
 cmake --build --preset native --target palpate
 step "liver phantom to runtime asset"
-build/native/tools/palpate run data/scenes/liver.toml -o out/liver
+status=0
+build/native/tools/palpate run data/scenes/liver.toml -o out/liver || status=$?
+[ "$status" -eq 0 ] || [ "$status" -eq 3 ] || exit "$status"  # 3: done, some items failed and are listed
 step "done: out/liver/asset.palp, its engine in out/liver/engine, its statement in out/liver/statement.json"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "libfit/core/error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "tools/console.hpp"
 
@@ -48,6 +49,9 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   }
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
+  if (report.failed == curves.status.size())
+    throw Error("fit", fmt::format("none of the {} test points has a usable row", report.failed),
+                "See the list of experiments that are not good; press less deep or in smaller steps.");
   return curves;
 }
 

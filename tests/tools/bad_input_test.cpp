@@ -22,7 +22,7 @@ const std::string kRest = R"([probe]
 radius = "5 mm"
 [experiments]
 test_points = 4
-region = { box = [["10 mm", "10 mm", "39 mm"], ["90 mm", "90 mm", "41 mm"]] }
+region = { above = { axis = "z", at = "30 mm" } }
 depth = "4 mm"
 )";
 
@@ -39,15 +39,13 @@ std::vector<BadInput> bad_inputs() {
     const auto at = text.find(from);
     return text.replace(at, from.size(), to);
   };
-  std::string open = block;
-  open.replace(open.find("8 12 0"), 6, "8 6 0");
-  open.resize(open.find("3 2 6 7"));
+  const std::string sheet = "OFF\n4 2 0\n0 0 0\n100 0 0\n100 100 0\n0 100 0\n3 0 1 2\n3 0 2 3\n";
   return {
       {"unreadable_mesh", with("body.off", "missing.off"), block, {"missing.off"}},
       {"empty_mesh", good, "", {"body.off"}},
       {"mesh_without_triangles", good, "OFF\n0 0 0\n", {"body.off"}},
       {"mesh_of_garbage", good, "OFF\n8 12 0\nnot numbers\n", {"body.off:3"}},
-      {"surface_open_beyond_mending", good, open, {"body.off", "open"}},
+      {"surface_open_beyond_mending", good, sheet, {"body.off"}},
       {"no_fixed_region", with("fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n", ""), block,
        {"scene.toml: [body]: nothing is fixed", "Add fixed = "}},
       {"fixed_region_beside_the_body", with("at = \"1 mm\"", "at = \"-100 mm\""), block,
@@ -60,7 +58,7 @@ std::vector<BadInput> bad_inputs() {
       {"unknown_probe", with("radius = \"5 mm\"", "shape = \"spheer\""), block, {"spheer", "sphere"}},
       {"probe_larger_than_the_body", with("radius = \"5 mm\"", "radius = \"400 mm\""), block, {"probe", "larger"}},
       {"depth_beyond_the_body", with("depth = \"4 mm\"", "depth = \"60 mm\""), block, {"depth", "thick"}},
-      {"region_off_the_surface", with("39 mm", "139 mm").replace(0, 0, ""), block, {"scene.toml"}},
+      {"region_off_the_surface", with("at = \"30 mm\"", "at = \"130 mm\""), block, {"scene.toml: [experiments] region: 0 of 8"}},
   };
 }
 
