@@ -44,7 +44,7 @@ std::vector<BadInput> bad_inputs() {
       {"unreadable_mesh", with("body.off", "missing.off"), block, {"missing.off"}},
       {"empty_mesh", good, "", {"body.off"}},
       {"mesh_without_triangles", good, "OFF\n0 0 0\n", {"body.off"}},
-      {"mesh_of_garbage", good, "OFF\n8 12 0\nnot numbers\n", {"body.off:3"}},
+      {"mesh_of_garbage", good, "OFF\n8 12 0\nnot numbers\n", {"body.off:2", "announces 8 vertices"}},
       {"surface_open_beyond_mending", good, sheet, {"body.off"}},
       {"no_fixed_region", with("fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n", ""), block,
        {"scene.toml: [body]: nothing is fixed", "Add fixed = "}},
