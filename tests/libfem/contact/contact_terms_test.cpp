@@ -204,5 +204,23 @@ TEST(Contact, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
   EXPECT_EQ(points_in_contact(pose_at(0, kDepth_m)), 0) << "far wall";
 }
 
+// Pressure k times penetration over a flat rigid surface: F = pi k (R - d) d^2.
+TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
+  const Sheet sheet;
+  const ContactSettings settings;
+  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                  make_probe("sphere", kRadius_m, 0, "test"), settings);
+  const ContactHistory history = contact.untouched(pose_at(0, 0));
+  const ContactTotals totals = contact.evaluate(Points::Zero(sheet.nodes.rows(), 3),
+                                                pose_at(0, kDepth_m), history);
+  const double k = settings.stiffness * kYoung_Pa / kRadius_m;
+  const double expected = M_PI * k * (kRadius_m - kDepth_m) * kDepth_m * kDepth_m;
+  EXPECT_NEAR(-totals.force_N.z() / expected, 1, 0.01);
+  EXPECT_LT(totals.force_N.head<2>().norm(), 0.005 * expected);
+  EXPECT_NEAR(totals.greatest_penetration_m / kDepth_m, 1, 0.02);
+  const double area = M_PI * kDepth_m * (2 * kRadius_m - kDepth_m);
+  EXPECT_NEAR(totals.area_m2 / area, 1, 0.02);
+}
+
 }  // namespace
 }  // namespace palpate::fem
