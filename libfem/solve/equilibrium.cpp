@@ -177,7 +177,7 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
                                                             const BodyState& from,
                                                             const Local& at) {
   const auto& nodes = factor_.contact_nodes();
-  if (nodes.empty()) return std::nullopt;
+  if (nodes.empty() || !factor_.is_factored()) return std::nullopt;
   Eigen::VectorXd elastic(K_.size()), load, w, force, step;
   std::vector<Eigen::Index> node_of(nodes.size());
   for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
