@@ -176,6 +176,7 @@ struct SchurFactor::State {
           last(ids[r] - inner, c - inner) = panel[std::size_t(c - first) * height + r];
     }
     schur.resize(size, size);
+    dense.resize(0, 0);  // never the block of an earlier analysis
     if (size == 0) return;
     const double one = 1, zero = 0;
     dsyrk_("L", "N", &size, &size, &one, last.data(), &size, &zero, schur.data(), &size);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "tests/tools/command_line.hpp"
 
 namespace palpate::tools {
@@ -31,6 +33,8 @@ struct BadInput {
   std::string scene, mesh;
   std::vector<std::string> expected;  ///< pieces of the message, the remedy among them
 };
+
+void PrintTo(const BadInput& input, std::ostream* out) { *out << input.name; }
 
 std::vector<BadInput> bad_inputs() {
   const std::string block = box_off(100, 100, 40), good = kBody + kMaterial + kRest;
