@@ -30,11 +30,11 @@ friction = 0.3
 test_points = 4
 region = { box = [["20 mm", "20 mm", "29 mm"], ["60 mm", "60 mm", "31 mm"]] }
 depth = "4 mm"
-press_steps = 4
+press_steps = 5
 drag_depths = ["3 mm"]
 drag_distance = "5 mm"
 drag_directions = 1
-drag_steps = 5
+drag_steps = 9
 [fit]
 tolerance = 0.02
 [validate]
