@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kListed = 15;  // points named before "and N more"
 
 void say_report(const FitReport& report) {
+  say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
+      report.family.reason);
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;
@@ -36,6 +38,8 @@ void say_report(const FitReport& report) {
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction, int jobs) {
   FitOptions options;
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (row.name == section.family) options.family = row.family;
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;
