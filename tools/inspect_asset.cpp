@@ -34,6 +34,9 @@ void print_asset(const std::filesystem::path& path) {
     fmt::print("  {:<8} {} pieces of degree {} to {} m\n", kCurveNames[static_cast<std::size_t>(kind)], spline.pieces,
                spline.degree, spline.knots[spline.pieces]);
   }
+  if (asset.curves.lean.pieces > 0)
+    fmt::print("  {:<8} {} pieces of degree {} to {} m\n", "lean", asset.curves.lean.pieces, asset.curves.lean.degree,
+               asset.curves.lean.knots[asset.curves.lean.pieces]);
   fmt::print("  check path: {} ticks, reproduced bit for bit\n", asset.check_ticks);
   fmt::print("  meta: {}\n", file.meta_json());
 }
