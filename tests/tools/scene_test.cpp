@@ -29,7 +29,7 @@ TEST(scene, fills_in_defaults_and_turns_everything_into_si) {
   EXPECT_EQ(scene.body.surface->string(), "/scenes/liver.obj");
   EXPECT_DOUBLE_EQ(scene.body.length_unit_m, 1e-3);
   EXPECT_DOUBLE_EQ(scene.material->young_Pa, 5000);
-  EXPECT_EQ(scene.probe.shape, "sphere");
+  EXPECT_EQ(scene.probe.spec.shape, "sphere");
   ASSERT_EQ(scene.body.fixed.size(), 1u);
   EXPECT_TRUE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0019)));
   EXPECT_FALSE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0021)));
