@@ -4,6 +4,7 @@
 #include <numeric>
 #include <set>
 
+#include "libfem/mesh/read/read.hpp"
 #include "libfem/solve/simulate.hpp"
 #include "libfit/io/describe.hpp"
 #include "libfit/io/samples_file.hpp"
