@@ -58,6 +58,9 @@ struct CapsuleShape {
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     return std::sqrt(radius_m(probe) * std::min(depth_m, radius_m(probe)));
   }
+  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
+    return contact_radius_m(probe, depth_m);
+  }
   /// Lying it touches along its whole segment at once, tilted from one end on.
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     const double along = inward(probe).head<2>().norm(), down = std::abs(inward(probe).z());

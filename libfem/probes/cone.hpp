@@ -66,6 +66,9 @@ struct ConeShape {
     }
     return high;
   }
+  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
+    return contact_radius_m(probe, depth_m);
+  }
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     return contact_radius_m(probe, depth_m);
   }

@@ -118,6 +118,9 @@ struct EllipsoidShape {
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     return half_widths_m(probe, depth_m)[0];
   }
+  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
+    return contact_radius_m(probe, depth_m);
+  }
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     return half_widths_m(probe, depth_m)[1];
   }

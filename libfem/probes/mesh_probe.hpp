@@ -53,6 +53,9 @@ struct MeshShape {
     const double area = section(probe, depth_m).area_m2;
     return std::max(std::sqrt(area / 6.283185307179586), probe.mesh->smoothing_m());
   }
+  static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
+    return contact_radius_m(probe, depth_m);
+  }
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     return std::max(section(probe, depth_m).farthest_m, contact_radius_m(probe, depth_m));
   }

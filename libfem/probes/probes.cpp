@@ -26,6 +26,7 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
           Shape::signed_distance,
           Shape::bounding_ball,
           Shape::contact_radius_m,
+          Shape::mesh_length_m,
           Shape::contact_reach_m,
           Shape::tip_radius_m,
           Shape::half_width_m};

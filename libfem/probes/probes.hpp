@@ -80,7 +80,8 @@ struct BoundingBall {
 /// cannot be used, empty when they can. signed_distance: at `offset` from the reference point [m];
 /// exact (a mesh: smoothed, see mesh_field.hpp), without allocation, C1 away from the medial axis.
 /// contact_radius_m: expected smaller half-width of the contact with a flat soft body at a depth;
-/// contact_reach_m: the larger one, from the axis. tip_radius_m: smallest radius of curvature where it
+/// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks at
+/// an edge; contact_reach_m: how far from the axis they count, the larger half-width or more. tip_radius_m: smallest radius of curvature where it
 /// touches first, no more than the half width; of a flat its own radius. half_width_m: across the axis,
 /// +inf when it widens without end.
 struct ShapeRow {
@@ -92,6 +93,7 @@ struct ShapeRow {
   SignedDistance (*signed_distance)(const ProbeGeometry&, const Vec3& axis, const Vec3& offset);
   BoundingBall (*bounding_ball)(const ProbeGeometry&);
   double (*contact_radius_m)(const ProbeGeometry&, double depth_m);
+  double (*mesh_length_m)(const ProbeGeometry&, double depth_m);
   double (*contact_reach_m)(const ProbeGeometry&, double depth_m);
   double (*tip_radius_m)(const ProbeGeometry&);
   double (*half_width_m)(const ProbeGeometry&);
@@ -129,10 +131,12 @@ struct Probe {
       return (offset - ball.along_axis_m * axis).norm() - ball.radius_m;
     return distance(axis, offset).distance_m;
   }
-  /// Expected smaller half-width of the contact at a depth, what mesh sizes are measured in: the
-  /// linear elastic half-space without friction (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4).
+  /// Expected smaller half-width of the contact at a depth, on a linear elastic half-space without
+  /// friction (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4).
   double contact_radius_m(double depth_m) const { return shape->contact_radius_m(geometry, depth_m); }
-  /// The larger half-width of that contact: how far from the axis the mesh has to be that fine.
+  /// The length that element sizes are given in: the contact radius of round shapes.
+  double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
+  /// How far from the axis the mesh has to be that fine: the contact radius of round shapes.
   double contact_reach_m(double depth_m) const { return shape->contact_reach_m(geometry, depth_m); }
 };
 

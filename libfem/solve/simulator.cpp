@@ -173,10 +173,10 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& scri
                                         double coarsening) const {
   const SolverOptions& options = setup.options;
   GradeOptions grade;
-  const double a = probe.contact_radius_m(script.depth_m);
+  const double length = probe.mesh_length_m(script.depth_m);
   grade.h_contact_m =
-      coarsening * options.element_size * probe.contact_radius_m(script.depth_m / 2);
-  grade.reach_m = options.reach * a + (probe.contact_reach_m(script.depth_m) - a);
+      coarsening * options.element_size * probe.mesh_length_m(script.depth_m / 2);
+  grade.reach_m = options.reach * length + (probe.contact_reach_m(script.depth_m) - length);
   grade.growth = std::min(1.0, options.growth * coarsening);
   grade.path.clear();
   for (const Segment& segment : script.path)

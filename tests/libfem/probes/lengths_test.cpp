@@ -23,6 +23,8 @@ TEST(Lengths, a_flat_has_its_own_radius_at_every_depth) {
   for (const double depth : {1e-6, 1e-3, 0.01}) {
     EXPECT_GE(flat.contact_radius_m(depth), 0.0054);
     EXPECT_LE(flat.contact_radius_m(depth), 0.006);
+    EXPECT_LT(flat.mesh_length_m(depth), flat.contact_radius_m(depth));
+    EXPECT_GT(flat.contact_reach_m(depth), 0.006);
     EXPECT_EQ(pressed_to(flat, depth).length_m, 0.006);
   }
 }
