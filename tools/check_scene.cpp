@@ -21,7 +21,7 @@ void check_choices(const Scene& scene) {
   };
   check(*scene.material, "[material]");
   for (const InclusionSection& inclusion : scene.inclusions) check(inclusion.material, "[[inclusion]]");
-  fem::make_probe(scene.probe.shape, scene.probe.radius_m, scene.probe.friction, file + ": [probe]");
+  fem::make_probe(probe_spec(scene.probe), file + ": [probe]");
 }
 
 void check_experiments(const Scene& scene, const Body& body) {

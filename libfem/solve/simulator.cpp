@@ -150,8 +150,7 @@ Simulator::Simulator(SimulationSetup setup) {
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
     state->materials.push_back(make_material(
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
-  state->probe = make_probe(state->setup.probe_shape, state->setup.probe_radius_m,
-                            state->setup.friction, "[probe]");
+  state->probe = make_probe(state->setup.probe, "[probe]");
   state_ = std::move(state);
 }
 
@@ -166,17 +165,18 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
   // The sheet that faces the probe, not the other side of a thin body.
   const std::optional<SurfaceHit> hit = state_->surface.closest(place, -normal, 0.3);
   return state_->surface.normal_gradient(hit ? *hit : state_->surface.closest(place),
-                                         state_->probe.radius_m);
+                                         state_->probe.half_width_m);
 }
 
 /// The graded mesh about a test point, in coordinates whose origin is the test point.
 QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& script,
                                         double coarsening) const {
-  const double R = probe.radius_m;
   const SolverOptions& options = setup.options;
   GradeOptions grade;
-  grade.h_contact_m = coarsening * options.element_size * std::sqrt(R * script.depth_m / 2);
-  grade.reach_m = options.reach * std::sqrt(R * std::min(script.depth_m, R));
+  const double length = probe.mesh_length_m(script.depth_m);
+  grade.h_contact_m =
+      coarsening * options.element_size * probe.mesh_length_m(script.depth_m / 2);
+  grade.reach_m = options.reach * length + (probe.contact_reach_m(script.depth_m) - length);
   grade.growth = std::min(1.0, options.growth * coarsening);
   grade.path.clear();
   for (const Segment& segment : script.path)
@@ -193,8 +193,9 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   const QuadraticMesh mesh = mesh_at(position, script, coarsening);
   nodes = static_cast<int>(mesh.nodes.rows());
   rows.assign(script.rows.size(), {});
-  const double R = probe.radius_m;
-  const std::optional<double> touch = first_touch_m(mesh, probe, {Vec3::Zero(), normal}, 2 * R, R);
+  const Probe here = pressed_to(probe, script.depth_m);
+  const std::optional<double> touch = first_touch_m(mesh, here, {Vec3::Zero(), normal},
+                                                    2 * here.half_width_m, here.half_width_m);
   if (!touch) {
     for (TrackRow& row : rows) row.status = RowStatus::no_contact;
     return true;
@@ -203,9 +204,9 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   const RegionAt local_region =
       setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
                       : RegionAt();
-  Equilibrium equilibrium(mesh, materials, local_region, probe, setup.options.contact,
+  Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
                           setup.options.equilibrium);
-  rows = walk_tracks(equilibrium, probe, {touch_m * normal, normal}, script.tracks,
+  rows = walk_tracks(equilibrium, here, {touch_m * normal, normal}, script.tracks,
                      static_cast<int>(script.rows.size()), setup.options.walk, progress);
   counts = equilibrium.counts();
   return !progress.stopped();

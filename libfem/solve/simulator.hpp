@@ -26,7 +26,7 @@ struct Experiments {
 
 /// How fine, how exact.
 struct SolverOptions {
-  double element_size = 0.8;  ///< h at the contact, over the contact radius sqrt(R d) at half depth
+  double element_size = 0.8;  ///< h at the contact, over the probe's contact radius at half depth
   double growth = 0.7;        ///< size gained per distance away from it
   double reach = 0.5;         ///< how far from the probe's way it stays fine, in contact radii
   double twin_ratio = 1.6;    ///< element size of the coarser twin that gives force_error; 0: none
@@ -44,9 +44,7 @@ struct SimulationSetup {
   Surface surface;
   std::vector<MaterialParameters> materials;
   RegionAt region_at;
-  std::string probe_shape = "sphere";
-  double probe_radius_m = 0;
-  double friction = 0;
+  ProbeSpec probe;
   SolverOptions options;
 };
 

@@ -103,8 +103,8 @@ TrackRow record(const Walker& walker, const Vec3& deflection, const StepRules& r
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<Track>& tracks, int rows,
                                   const WalkOptions& options, const Progress& progress) {
-  const StepRules rules{options.longest_step * probe.radius_m,
-                        options.greatest_penetration * probe.radius_m,
+  const StepRules rules{options.longest_step * probe.length_m,
+                        options.greatest_penetration * probe.length_m,
                         equilibrium.options().residual, options.most_cuts};
   std::vector<TrackRow> out(rows);
   std::map<std::pair<int, int>, Walker> kept;  // at waypoints where later tracks start

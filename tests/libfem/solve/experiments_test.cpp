@@ -115,7 +115,7 @@ TEST(PressAndDrag, forces_do_not_depend_on_where_the_body_is) {
 
 TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_force) {
   SimulationSetup setup = block_setup(kFriction);
-  setup.probe_radius_m = 0.002;
+  setup.probe.values["radius"] = {0.002};
   Experiments experiments = press_only(3);
   experiments.depth_m = 0.006;
   const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, experiments);
@@ -152,7 +152,7 @@ TEST(Equilibrium, contact_force_is_minus_the_reaction_of_the_ground) {
   const QuadraticMesh mesh =
       grade_mesh(setup.volume, setup.is_held, SmoothSurface(setup.surface), grade);
   Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr,
-                          make_probe("sphere", setup.probe_radius_m, kFriction, "test"));
+                          make_probe(setup.probe, "test"));
   BodyState at = equilibrium.rest({block_top(), kInward}), next;
   // Down and to the side, in steps.
   for (const Vec3& by : {Vec3(0, 0, -0.001), Vec3(0, 0, -0.002), Vec3(0.0005, 0, -0.002)}) {

@@ -44,7 +44,7 @@ void compare(double poisson, const std::array<double, 10>& reference_N, double s
   const TetMesh finer = cylinder(36, 3);
   setup.surface = {finer.nodes, boundary_triangles(finer.tets)};
   setup.materials = {{"neo-hookean", {10e3, poisson}}};
-  setup.probe_radius_m = 0.01;
+  setup.probe = sphere_spec(0.01);
   Experiments experiments;
   experiments.depth_m = 0.01;
   experiments.press_steps = 10;
