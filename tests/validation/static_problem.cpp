@@ -67,6 +67,7 @@ class Newton {
         K_(body_.pattern()),
         free_(problem.prescribed) {
     if (openblas_set_num_threads) openblas_set_num_threads(1);
+    solver_.cholmod().print = 0;
   }
 
   /// From equilibrium at share `from` to share `to` of prescribed displacement and load.
