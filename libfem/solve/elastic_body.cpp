@@ -60,6 +60,7 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   Batch batch;
   batch.law = material.law;
   batch.element = element;
+  batch.averaged = averaged_share(element, material);
   batch.kernels = cell_kernels(element, set_);
   const ElementShape shape = shape_of(element);
   const int constants = material.law->constants_used;
@@ -153,7 +154,7 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
     gather(batch, u, displacement);
     visit(batch,
           CellBatch{batch.gradient.data(), batch.weight.data(), batch.constants.data(),
-                    batch.mode.data(), batch.law->constants_used},
+                    batch.mode.data(), batch.law->constants_used, batch.averaged},
           batch.law->kernels->with(set_), displacement, result);
     for (int lane = 0; lane < kLanes; ++lane) {
       energy += result.energy[lane];

@@ -53,6 +53,7 @@ class ElasticBody {
   struct Batch {
     const LawRow* law;
     ElementKind element;
+    double averaged;
     CellKernels kernels;
     std::int32_t cell[kLanes];  // -1 on idle lanes
     PackArray gradient, weight, constants, mode;

@@ -124,7 +124,7 @@ PALPATE_INLINE void project(const CellBatch& batch, const LawKernels& law, const
   }
 }
 
-/// Replaces U(J) at a point by U(theta); P and A only as wanted.
+/// Replaces a share of U(J) at a point by U(theta); P and A only as wanted.
 template <Want kWant, int kPoints, int kModes>
 PALPATE_INLINE void use_projected(const Projected<kPoints, kModes>& projected, const CellBatch& batch,
                                   const LawKernels& law, int q, const Pack* H, double bend, Pack& W,
@@ -132,9 +132,10 @@ PALPATE_INLINE void use_projected(const Projected<kPoints, kModes>& projected, c
   Pack U, U1, U2;
   volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], projected.dilation[q],
              U, U1, U2);
-  W = projected.dilation[q] > -1.0 ? W - U + projected.U[q] : W;
+  W = projected.dilation[q] > -1.0 ? W + batch.averaged * (projected.U[q] - U) : W;
   const Pack* C = projected.cofactor + 9 * q;
-  const Pack pressure = projected.pressure[q] - U1;
+  const Pack pressure = batch.averaged * (projected.pressure[q] - U1);
+  U2 *= batch.averaged;
   if constexpr (kWant != Want::energy)
     for (int i = 0; i < 9; ++i) P[i] += pressure * C[i];
   if constexpr (kWant == Want::stiffness) {
@@ -165,7 +166,7 @@ PALPATE_INLINE void add_modes(const Projected<kPoints, kModes>& projected, const
       Pack D = zero;
       for (int q = 0; q < kPoints; ++q)
         D += batch.weight[q] * projected.U2[q] *
-             (batch.mode[kPoints * m + q] * batch.mode[kPoints * n + q]);
+             (batch.mode[kPoints * m + q] * batch.mode[kPoints * n + q] * batch.averaged);
       for (int i = 0; i < 3 * kNodes; ++i) DB[m][i] += D * B[n][i];
     }
   for (int m = 0; m < kModes; ++m)
@@ -256,6 +257,7 @@ CellKernels kernels_of(InstructionSet set) {
 CellKernels cell_kernels(ElementKind kind, InstructionSet set) {
   switch (kind) {
     case ElementKind::tet4: return kernels_of<ElementKind::tet4>(set);
+    case ElementKind::tet10_blend:
     case ElementKind::tet10_p0: return kernels_of<ElementKind::tet10_p0>(set);
     case ElementKind::tet10_p1: return kernels_of<ElementKind::tet10_p1>(set);
     default: return kernels_of<ElementKind::tet10>(set);

@@ -10,13 +10,14 @@ constexpr int blocks_of(int nodes) { return nodes * (nodes + 1) / 2; }  ///< nod
 /// Eight cells of one material. Index order is slowest first; the last one is the lane.
 /// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an idle
 /// lane and on a point of another material. constants: [point][constant], `constant_count` each.
-/// mode: see orthonormal_modes, [mode][point] [m^-1.5].
+/// mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
 struct CellBatch {
   const Pack* gradient;
   const Pack* weight;
   const Pack* constants;
   const Pack* mode;
   int constant_count;
+  double averaged;
 };
 
 /// What eight cells give. energy [J]; least_J over their points; force: dE/du_a, [node][i] [N];
@@ -29,12 +30,14 @@ struct CellResult {
 };
 
 /// Energy of a cell: the sum over its points of w W(F), where modes are none; otherwise
-///   sum w (W(F) - U(J)) + sum w U(theta),   theta - 1 = projection of J - 1 on the modes,
-/// U the law's part of W that carries the bulk modulus. This is the Hu-Washizu form with dilatation
-/// and pressure in the span of the modes, eliminated within the cell (Simo, Taylor and Pister 1985,
-/// doi:10.1016/0045-7825(85)90033-7); force and stiffness are its exact derivatives.
+///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta - 1 = projection of J - 1 on the modes,
+/// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
+/// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the cell
+/// (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are exact
+/// derivatives.
 /// displacement: [node][i] [m]. bend scales what carries the second derivative of J, see the law's
-/// evaluate(): at 0 the stiffness is positive definite where theta < e and the law without U is.
+/// evaluate(): at 0 the stiffness is positive
+/// definite where theta < e and the rest of the law is.
 struct CellKernels {
   void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
   void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);

@@ -1,14 +1,12 @@
 #include "libfem/solve/elements.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
-
-/// Above it `auto` averages the volume change. See docs/validation.md, elements.
-constexpr double kAveragedFrom = 0.495;
 
 // Middles of the edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3) follow the corners.
 constexpr std::array<std::array<int, 2>, 6> kTetEdges{
@@ -51,12 +49,19 @@ const ElementRow& find_element(std::string_view name, const std::string& where) 
 }
 
 ElementKind element_for(ElementKind wanted, const Material& material) {
-  if (wanted == ElementKind::automatic)
-    wanted = material.law->small_strain(material.constants).poisson() >= kAveragedFrom
-                 ? ElementKind::tet10_p0
-                 : ElementKind::tet10;
-  const bool is_mixed = shape_of(wanted).modes > 0;
-  return is_mixed && !material.law->kernels->splits_volume() ? ElementKind::tet10 : wanted;
+  if (wanted == ElementKind::automatic) wanted = ElementKind::tet10_blend;
+  const bool averages = shape_of(wanted).modes > 0;
+  return averages && !material.law->kernels->splits_volume() ? ElementKind::tet10 : wanted;
+}
+
+double averaged_share(ElementKind kind, const Material& material) {
+  if (kind != ElementKind::tet10_blend) return shape_of(kind).modes > 0 ? 1 : 0;
+  Pack constants[kMaxConstants], U, U1, U2;
+  for (int c = 0; c < kMaxConstants; ++c) constants[c] = Pack{} + material.constants[c];
+  material.law->kernels->with(InstructionSet::portable).volumetric(constants, Pack{}, U, U1, U2);
+  const SmallStrain hooke = material.law->small_strain(material.constants);
+  const double beyond_Pa = hooke.lambda_Pa - hooke.mu_Pa;
+  return beyond_Pa > 0 ? std::min(1.0, beyond_Pa / U2[0]) : 0;
 }
 
 std::vector<CellPoint> cell_points(const ElementShape& shape) {

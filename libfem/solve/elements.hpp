@@ -10,7 +10,7 @@
 namespace palpate::fem {
 
 /// How a tetrahedron of ten nodes becomes elastic energy; see kElements.
-enum class ElementKind { automatic, tet10, tet10_p0, tet10_p1, tet4 };
+enum class ElementKind { automatic, tet10, tet10_blend, tet10_p0, tet10_p1, tet4 };
 
 /// An element that a scene names.
 struct ElementRow {
@@ -19,11 +19,12 @@ struct ElementRow {
 };
 
 /// Every element there is.
-inline constexpr std::array<ElementRow, 5> kElements{{
-    {ElementKind::automatic, "auto",
-     "by Poisson's ratio of each material: tet10, or tet10-p0 where it is nearly incompressible"},
-    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes above 0.49"},
-    {ElementKind::tet10_p0, "tet10-p0", "ten nodes, volume change averaged over the element; never locks"},
+inline constexpr std::array<ElementRow, 6> kElements{{
+    {ElementKind::automatic, "auto", "tet10-blend for laws that split their bulk term off, else tet10"},
+    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes, more so above 0.49"},
+    {ElementKind::tet10_blend, "tet10-blend",
+     "between tet10 and tet10-p0: a third of the error of either, at any Poisson's ratio"},
+    {ElementKind::tet10_p0, "tet10-p0", "ten nodes, volume change averaged over the element; too soft"},
     {ElementKind::tet10_p1, "tet10-p1", "ten nodes, 14 points, volume change projected on linears"},
     {ElementKind::tet4, "tet4", "each ten-node element as eight linear ones; for comparison, locks"},
 }};
@@ -31,10 +32,15 @@ inline constexpr std::array<ElementRow, 5> kElements{{
 /// The element's row. Throws Error at `where` naming the known elements.
 const ElementRow& find_element(std::string_view name, const std::string& where);
 
-/// What is made of a material when `wanted` is asked for: itself, `automatic` decided by the law and
-/// Poisson's ratio at small strain, and tet10 in place of a mixed element where the law does not
-/// split its bulk term off.
+/// What is made of a material when `wanted` is asked for: itself, with `automatic` decided, and tet10
+/// in place of an element that averages where the law does not split its bulk term off.
 ElementKind element_for(ElementKind wanted, const Material& material);
+
+/// Share a of the law's U(J) that sees the averaged volume change. tet10-p0, tet10-p1: all of it.
+/// tet10-blend: all but what leaves a small-strain bulk modulus of 5/3 mu at each point, as a
+/// material with lambda = mu has, so nothing locks, and what the average cannot see is as stiff as a
+/// shear of the same size: a = (lambda - mu) / U''(1), within 0 and 1.
+double averaged_share(ElementKind kind, const Material& material);
 
 /// Numbers of an element's cells, the pieces that are integrated one by one.
 /// modes: functions that the volume change is projected on, 0 where it is taken as it is.
@@ -44,6 +50,7 @@ struct ElementShape {
 constexpr ElementShape shape_of(ElementKind kind) {
   switch (kind) {
     case ElementKind::tet4: return {4, 1, 0};
+    case ElementKind::tet10_blend:
     case ElementKind::tet10_p0: return {10, 4, 1};
     case ElementKind::tet10_p1: return {10, 14, 4};
     default: return {10, 4, 0};

@@ -340,11 +340,16 @@ TEST(Elements, eight_tets_fill_a_tet_whichever_diagonal_is_shortest) {
   EXPECT_TRUE(used[4] > 0 && used[5] > 0 && used[6] > 0);
 }
 
-TEST(Elements, auto_averages_the_volume_change_of_nearly_incompressible_materials_only) {
-  EXPECT_EQ(element_for(ElementKind::automatic, make_material({"neo-hookean", {1e4, 0.45}}, "")),
-            ElementKind::tet10);
-  EXPECT_EQ(element_for(ElementKind::automatic, kWatery), ElementKind::tet10_p0);
-  EXPECT_EQ(element_for(ElementKind::tet4, kWatery), ElementKind::tet4);
+TEST(Elements, blend_leaves_the_bulk_modulus_of_equal_lame_constants_at_each_point) {
+  for (const double poisson : {-0.5, 0.0, 0.25, 0.3, 0.45, 0.4999}) {
+    const Material material = make_material({"neo-hookean", {kYoung_Pa, poisson}}, "");
+    const SmallStrain hooke = material.law->small_strain(material.constants);
+    const double a = averaged_share(ElementKind::tet10_blend, material);
+    EXPECT_NEAR(hooke.lambda_Pa * (1 - a), std::min(hooke.lambda_Pa, hooke.mu_Pa), 1e-9 * kYoung_Pa);
+    EXPECT_TRUE(a >= 0 && a < 1) << poisson;
+    EXPECT_EQ(averaged_share(ElementKind::tet10_p0, material), 1);
+    EXPECT_EQ(element_for(ElementKind::automatic, material), ElementKind::tet10_blend);
+  }
 }
 
 TEST(Elements, a_law_that_does_not_split_falls_back_to_plain_ten_node_elements) {
@@ -401,7 +406,7 @@ TEST(Elements, unknown_names_are_refused_with_the_known_ones) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("hex8"), std::string::npos);
-    EXPECT_NE(error.remedy().find("auto, tet10, tet10-p0"), std::string::npos);
+    EXPECT_NE(error.remedy().find("auto, tet10, tet10-blend"), std::string::npos);
   }
 }
 
