@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include "libfem/solve/elements.hpp"
 #include "tools/scene_table.hpp"
 
 namespace palpate::tools {
@@ -86,7 +87,8 @@ MaterialSection read_material(SceneTable table) {
 }
 
 BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
-  static const std::vector<std::string_view> kElements{"auto", "tet10"};
+  std::vector<std::string_view> elements;
+  for (const fem::ElementRow& row : fem::kElements) elements.push_back(row.name);
   BodySection body;
   if (table.has("surface")) body.surface = beside(scene, table.text("surface", ""));
   if (table.has("tetmesh")) body.tetmesh = beside(scene, table.text("tetmesh", ""));
@@ -104,7 +106,7 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
     throw Error(table.where("length_unit"), "length_unit of [body] is \"" + unit + "\", which is no length unit",
                 "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\" for one mesh unit.");
   body.length_unit_m = *scaled;
-  body.element = table.choice("element", body.element, kElements);
+  body.element = table.choice("element", body.element, elements);
   for (SceneTable& region : table.tables("fixed", "fixed of [body]"))
     body.fixed.push_back(read_region(std::move(region)));
   if (table.has("mesh_size"))
@@ -248,9 +250,8 @@ Scene read_scene(const std::filesystem::path& path) {
 }
 
 std::string canonical_body(const Scene& scene) {
-  std::string out = fmt::format("unit {} mesh_size {} wrap {} element {}\n", scene.body.length_unit_m,
-                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone),
-                                scene.body.element);
+  std::string out = fmt::format("unit {} mesh_size {} wrap {}\n", scene.body.length_unit_m,
+                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone));
   for (const Region& region : scene.body.fixed) out += "fixed " + canonical(region) + "\n";
   const auto& e = scene.experiments;
   out += fmt::format("test_points {} {}\n", e.test_points.value_or(-1),
@@ -260,7 +261,7 @@ std::string canonical_body(const Scene& scene) {
 }
 
 std::string canonical_experiments(const Scene& scene) {
-  std::string out;
+  std::string out = "element " + scene.body.element + "\n";
   if (scene.material) out += "material " + canonical(*scene.material);
   for (const auto& inclusion : scene.inclusions)
     out += "inclusion " + canonical(inclusion.region) + " " + canonical(inclusion.material);

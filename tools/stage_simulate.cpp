@@ -77,6 +77,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   setup.probe_shape = scene.probe.shape;
   setup.probe_radius_m = scene.probe.radius_m;
   setup.friction = scene.probe.friction;
+  setup.options.equilibrium.element = fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 
