@@ -65,8 +65,9 @@ class Equilibrium {
                     BodyState& to);
 
   /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
-  /// equilibrium.
+  /// equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;
+  Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
 
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
