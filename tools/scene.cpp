@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include "libfem/solve/elements.hpp"
 #include "libfit/core/curves.hpp"
 #include "tools/scene_table.hpp"
 
@@ -87,7 +88,8 @@ MaterialSection read_material(SceneTable table) {
 }
 
 BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
-  static const std::vector<std::string_view> kElements{"auto", "tet10"};
+  std::vector<std::string_view> elements;
+  for (const fem::ElementRow& row : fem::kElements) elements.push_back(row.name);
   BodySection body;
   if (table.has("surface")) body.surface = beside(scene, table.text("surface", ""));
   if (table.has("tetmesh")) body.tetmesh = beside(scene, table.text("tetmesh", ""));
@@ -96,7 +98,7 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
                 body.surface ? "[body] has both surface and tetmesh" : "[body] has neither surface nor tetmesh",
                 "Give exactly one: surface = \"liver.obj\" or tetmesh = \"liver.msh\".");
   body.length_unit_m = table.length_unit();
-  body.element = table.choice("element", body.element, kElements);
+  body.element = table.choice("element", body.element, elements);
   for (SceneTable& region : table.tables("fixed", "fixed of [body]"))
     body.fixed.push_back(read_region(std::move(region)));
   if (table.has("mesh_size"))
@@ -233,9 +235,8 @@ Scene read_scene(const std::filesystem::path& path) {
 }
 
 std::string canonical_body(const Scene& scene) {
-  std::string out = fmt::format("unit {} mesh_size {} wrap {} element {}\n", scene.body.length_unit_m,
-                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone),
-                                scene.body.element);
+  std::string out = fmt::format("unit {} mesh_size {} wrap {}\n", scene.body.length_unit_m,
+                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone));
   for (const Region& region : scene.body.fixed) out += "fixed " + canonical(region) + "\n";
   const auto& e = scene.experiments;
   out += fmt::format("test_points {} {}\n", e.test_points.value_or(-1),
@@ -245,7 +246,7 @@ std::string canonical_body(const Scene& scene) {
 }
 
 std::string canonical_experiments(const Scene& scene) {
-  std::string out;
+  std::string out = "element " + scene.body.element + "\n";
   if (scene.material) out += "material " + canonical(*scene.material);
   for (const auto& inclusion : scene.inclusions)
     out += "inclusion " + canonical(inclusion.region) + " " + canonical(inclusion.material);

@@ -82,6 +82,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
       return 0;
     };
   setup.probe = probe_spec(scene.probe);
+  setup.options.equilibrium.element = fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 

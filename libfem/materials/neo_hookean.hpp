@@ -12,6 +12,19 @@ namespace palpate::fem {
 /// constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
 struct NeoHookean {
   static constexpr int kConstants = 2;
+  static constexpr bool kSplitsVolume = true;
+
+  /// The part U(J) of W that carries the bulk modulus, lambda/2 (ln J)^2, and its first and second
+  /// derivative by J [Pa]. dilation: J - 1, above -1.
+  template <class S>
+  static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {
+    const S lambda = constants[1], inverse_J = 1.0 / (dilation + 1.0);
+    S log_J;
+    log1p_of(dilation, log_J);
+    U = lambda * 0.5 * (log_J * log_J);
+    U1 = lambda * log_J * inverse_J;
+    U2 = lambda * (1.0 - log_J) * (inverse_J * inverse_J);
+  }
 
   /// W [Pa], +inf where J <= 0; P = dW/dF [Pa] (finite garbage there); A = dP/dF, 9 x 9 row major,
   /// upper triangle only, null when not wanted. `bend` scales the part of A that carries the second
