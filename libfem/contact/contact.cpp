@@ -89,6 +89,11 @@ double Contact::share_in_contact(double gap, int point, const ContactHistory& hi
   return before <= 0 ? 1.0 : -gap / (before - gap);
 }
 
+// The gap that the pressure answers to.
+double Contact::pressing_gap(double gap, int point, const ContactHistory& history) const {
+  return gap - history.given_back[point];
+}
+
 // Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
 Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa,
                                         double share, double stiffness, int point,
@@ -111,7 +116,8 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   const Vec3 x = place(u, face, q);
   const SignedDistance gap = distance(x, pose);
   // A limit that is held acts also where the surface has just come off: else the energy would jump.
-  const bool is_pressed = gap.distance_m < 0;
+  const double pressing = pressing_gap(gap.distance_m, point, history);
+  const bool is_pressed = pressing < 0;
   if (!is_pressed && limit_Pa_[point] <= 0) return;
   if (!touches) {
     touches = true;
@@ -120,7 +126,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
     std::fill(std::begin(terms.stiffness), std::end(terms.stiffness), 0.0);
   }
   const double weight = area_weight_[point];
-  const Law law = pressure_law(gap.distance_m, stiffness_[face]);
+  const Law law = pressure_law(pressing, stiffness_[face]);
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
@@ -160,7 +166,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   if (!is_pressed) return;
   totals.area_m2 += weight;
   totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
-  totals.mean_penetration_m += weight * law.pressure_Pa * -gap.distance_m;
+  totals.mean_penetration_m += weight * law.pressure_Pa * std::abs(gap.distance_m);
   normal_force += weight * law.pressure_Pa;
   ++totals.points;
 }
@@ -184,7 +190,8 @@ double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
       double limit = 0;
       if (is_near && history.faces_probe[point]) {
         const SignedDistance gap = distance(place(u, face, q), pose);
-        limit = probe_.friction * pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+        const double pressing = pressing_gap(gap.distance_m, point, history);
+        limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
         if (limit > 0) {
           share_[point] = share_in_contact(gap.distance_m, point, history);
           normal_[point] = gap.gradient;
@@ -227,7 +234,8 @@ double Contact::energy(const Points& u, const ProbePose& pose,
       if (!history.faces_probe[point]) continue;
       const Vec3 x = place(u, face, q);
       const SignedDistance gap = distance(x, pose);
-      energy += area_weight_[point] * pressure_law(gap.distance_m, stiffness_[face]).energy_J_m2;
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      energy += area_weight_[point] * pressure_law(pressing, stiffness_[face]).energy_J_m2;
       const double limit = limit_Pa_[point], share = share_[point];
       if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
@@ -252,6 +260,7 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
   next.normal.resize(points);
   next.pressure_Pa.assign(points, 0.0);
   next.faces_probe.assign(points, 0);
+  next.given_back.assign(points, 0.0);
   for (int face = 0; face < faces_.rows(); ++face) {
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
@@ -262,8 +271,10 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
       next.normal[point] = gap.gradient;
       const Vec3 outward = face_normal(nodes_, u, faces_, face, kFaceRule[q]).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (gap.distance_m >= 0 || history.gap.empty()) continue;
-      next.pressure_Pa[point] = pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+      if (history.gap.empty()) continue;
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      if (pressing >= 0) continue;
+      next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;
       const double limit = probe_.friction * next.pressure_Pa[point];
       if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
@@ -274,6 +285,16 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
     }
   }
   return next;
+}
+
+ContactHistory Contact::give_back(const ContactHistory& accepted) const {
+  ContactHistory out = accepted;
+  for (std::size_t point = 0; point < out.gap.size(); ++point) {
+    if (out.pressure_Pa[point] <= 0) continue;
+    out.given_back[point] += std::max(0.0, -out.gap[point]);
+    out.elastic_slip[point] *= 2;
+  }
+  return out;
 }
 
 ContactHistory Contact::untouched(const ProbePose& pose) const {

@@ -69,8 +69,8 @@ void check_setup(const SimulationSetup& setup) {
            millimetres(largest_m) + ")",
        "Check length_unit and the size of the probe.");
   const SolverOptions& options = setup.options;
-  need(options.element_size > 0 && options.growth > 0 && options.reach > 0, "solver options",
-       "element size, growth and reach must be positive", "Leave them at their defaults.");
+  need(options.element_size > 0 && options.growth > 0 && options.shallowest > 0, "solver options",
+       "element size, growth and shallowest must be positive", "Leave them at their defaults.");
   need(options.twin_ratio == 0 || options.twin_ratio > 1, "solver options",
        "the twin's ratio must be above 1, or 0 for no twin", "Leave it at its default.");
 }

@@ -13,12 +13,19 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTau = 6.283185307179586;
 
+/// A straight piece of where contact goes on the surface, from the test point, and the shallowest
+/// depth there.
+struct ContactWay {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  double depth_m = 0;
+};
+
 /// Rows of one test point and the ways of the probe that fill them.
 struct Script {
   std::vector<PointRow> rows;
   std::vector<Track> tracks;
-  std::vector<Segment> path;  // where the contact goes on the surface, from the test point
-  double depth_m = 0;         // deepest
+  std::vector<ContactWay> ways;
+  double depth_m = 0;  // deepest
 
   int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
     PointRow row;
@@ -33,7 +40,7 @@ struct Script {
 Script press_and_drag_script(const Experiments& experiments, const Vec3& normal) {
   Script script;
   script.depth_m = experiments.depth_m;
-  script.path.push_back({});
+  script.ways.push_back({});
   struct Stop {
     double depth_m;
     int row;
@@ -68,12 +75,10 @@ Script press_and_drag_script(const Experiments& experiments, const Vec3& normal)
             {deflection, script.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
       }
       script.tracks.push_back(drag);
+      script.ways.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent, depth});
       ++experiment;
     }
   }
-  if (!experiments.drag_depths_m.empty())
-    for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions))
-      script.path.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent});
   return script;
 }
 
@@ -81,7 +86,7 @@ Script path_script(const Points& deflections, const Vec3& normal) {
   Script script;
   script.tracks.emplace_back();
   Vec3 before = Vec3::Zero();
-  script.path.push_back({});
+  double depth_before = 0;
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
     const Vec3 here = deflections.row(i);
     const double depth = here.dot(normal);
@@ -89,8 +94,8 @@ Script path_script(const Points& deflections, const Vec3& normal) {
     script.tracks[0].waypoints.push_back(
         {here, script.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
     const Vec3 lateral = here - depth * normal;
-    script.path.push_back({before, lateral});
-    before = lateral;
+    script.ways.push_back({before, lateral, std::min(depth, depth_before)});
+    before = lateral, depth_before = depth;
   }
   return script;
 }
@@ -168,19 +173,21 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
                                          state_->probe.half_width_m);
 }
 
-/// The graded mesh about a test point, in coordinates whose origin is the test point.
+/// The graded mesh about a test point, in coordinates whose origin is the test point. About each way
+/// of the contact, size is proportional to distance from the contact radius at its depth on: so at
+/// every depth the rim of the contact meets elements of the same share of its radius.
 QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& script,
                                         double coarsening) const {
   const SolverOptions& options = setup.options;
   GradeOptions grade;
-  const double length = probe.mesh_length_m(script.depth_m);
-  grade.h_contact_m =
-      coarsening * options.element_size * probe.mesh_length_m(script.depth_m / 2);
-  grade.reach_m = options.reach * length + (probe.contact_reach_m(script.depth_m) - length);
   grade.growth = std::min(1.0, options.growth * coarsening);
-  grade.path.clear();
-  for (const Segment& segment : script.path)
-    grade.path.push_back({position - origin + segment.from, position - origin + segment.to});
+  for (const ContactWay& way : script.ways) {
+    const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
+    const double radius = probe.mesh_length_m(depth);
+    grade.path.push_back({position - origin + way.from, position - origin + way.to,
+                          coarsening * options.element_size * radius,
+                          probe.contact_reach_m(depth) - radius});
+  }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();
   return mesh;
@@ -231,7 +238,7 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
     row.torque = fine[i].torque_Nm;
     const bool has_twin = !coarse.empty() && coarse[i].status == RowStatus::good;
     row.force_error = (has_twin ? (fine[i].force_N - coarse[i].force_N).norm() : kNaN) +
-                      fine[i].penalty_bias_N + fine[i].solver_error_N;
+                      fine[i].penalty_error_N + fine[i].solver_error_N;
   }
   out.rows = std::move(script.rows);
   return out;

@@ -16,8 +16,7 @@ inline std::vector<char> held_below(const Points& nodes, double height) {
 /// The base mesh with quadratic nodes, flat faces and no refinement.
 inline QuadraticMesh ungraded(const TetMesh& base, const std::vector<char>& is_held) {
   GradeOptions options;
-  options.path = {{}};
-  options.h_contact_m = 1e6;
+  options.path = {{Vec3::Zero(), Vec3::Zero(), 1e6}};
   return grade_mesh(base, is_held, SmoothSurface({base.nodes, boundary_triangles(base.tets)}),
                     options);
 }
