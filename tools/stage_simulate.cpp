@@ -52,19 +52,15 @@ class Keeper {
 
 }  // namespace
 
-fem::MaterialParameters material_parameters(const MaterialSection& section) {
-  return {section.law, {section.young_Pa, section.poisson}};
-}
-
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   fem::SimulationSetup setup;
   setup.volume = body.volume;
   setup.is_held = body.is_held;
   setup.surface = body.surface;
-  setup.materials.push_back(material_parameters(*scene.material));
+  setup.materials.push_back(*scene.material);
   std::vector<Region> regions;
   for (const InclusionSection& inclusion : scene.inclusions) {
-    setup.materials.push_back(material_parameters(inclusion.material));
+    setup.materials.push_back(inclusion.material);
     regions.push_back(inclusion.region);
   }
   // The last inclusion named wins where several overlap.

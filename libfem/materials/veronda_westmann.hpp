@@ -11,7 +11,7 @@ namespace palpate::fem {
 /// constants: K, C1 [Pa], C2. Shear modulus C1 C2. Energy is +inf where C2 x1 exceeds
 /// kLargestExponent.
 /// C2 below 0.36 is refused: the Baker-Ericksen inequality exp(C2 x1) > l^2/2 (greater stress along
-/// greater stretch, l the stretch across) fails at l = 1.85, where it needs C2 > 0.3573.
+/// greater stretch, l the stretch across) needs C2 > 0.35753, where it is tightest, at l = 1.83.
 /// Source: Veronda and Westmann 1970, doi:10.1016/0021-9290(70)90055-2.
 struct VerondaWestmann : IsochoricLaw<VerondaWestmann, QuadraticVolume, Uses::first_and_second> {
   static constexpr std::string_view kName = "veronda-westmann";

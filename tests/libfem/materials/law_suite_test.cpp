@@ -36,10 +36,11 @@ class LawSuite : public testing::TestWithParam<Example> {
   const SmallStrain hooke = law.small_strain(constants);
   const double young_Pa = hooke.young_Pa();
 
-  /// The states at which the law has a tangent.
+  /// The states at which differences of the law make sense: not across the kink of slack fibres.
   std::vector<Mat3> smooth_states() const {
     std::vector<Mat3> all = states();
-    if (example.is_kinked_at_rest) all.erase(all.begin());
+    if (example.is_kinked_at_rest)
+      std::erase_if(all, [](const Mat3& F) { return (F - Mat3::Identity()).norm() < 1e-6; });
     return all;
   }
 };
@@ -85,7 +86,7 @@ TEST_P(LawSuite, tangent_is_symmetric) {
 // error over several steps counts.
 TEST_P(LawSuite, stress_is_the_derivative_of_energy) {
   std::mt19937 random(kSeed + 2);
-  for (const Mat3& F : states())
+  for (const Mat3& F : smooth_states())
     for (int direction = 0; direction < 4; ++direction) {
       const Mat3 D = random_matrix(random, 1);
       const double exact = law.stress(constants, F).cwiseProduct(D).sum();
