@@ -13,13 +13,15 @@ class Fit final : public Command {
     arguments.positional("samples", samples_, "samples.h5");
     arguments.option("-o,--output", output_, "curves.h5 to write", true);
     arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
-    arguments.option("--pieces", section_.pieces, "Pieces of every curve; 0: as few as the data support");
+    arguments.option("--pieces", section_.pieces,
+                     "Pieces of every curve; 0: as few as the data support");
     arguments.option("--jobs", jobs_, "Threads; 0: all cores");
   }
 
   int run() override {
     say("fit {}", samples_);
-    const FittedCurves curves = fit_samples(read_samples(samples_), section_, ProbeSection{}.friction, jobs_);
+    const FittedCurves curves =
+        fit_samples(read_samples(samples_), section_, ProbeSection{}.friction, jobs_);
     write_curves(output_, curves);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
@@ -33,6 +35,8 @@ class Fit final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_fit(Arguments& arguments) { return std::make_unique<Fit>(arguments); }
+std::unique_ptr<Command> declare_fit(Arguments& arguments) {
+  return std::make_unique<Fit>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -8,7 +8,9 @@
 #include <limits>
 #include <sstream>
 
+#include "libfit/core/curves.hpp"
 #include "tools/scene_material.hpp"
+#include "tools/scene_table.hpp"
 #include "tools/scene_table.hpp"
 
 namespace palpate::tools {
@@ -167,9 +169,10 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
 }
 
 FitSection read_fit(SceneTable table) {
-  static const std::vector<std::string_view> kFamilies{"auto", "separable"};
+  std::vector<std::string_view> families{"auto"};
+  for (const CurveFamilyName& row : kCurveFamilyNames) families.push_back(row.name);
   FitSection fit;
-  fit.family = table.choice("family", fit.family, kFamilies);
+  fit.family = table.choice("family", fit.family, families);
   fit.degree = static_cast<int>(table.integer("degree", fit.degree, 1, 4));
   fit.pieces = static_cast<int>(table.integer("pieces", fit.pieces, 0, 256));
   fit.tolerance = table.number("tolerance", fit.tolerance, 1e-6, 1);

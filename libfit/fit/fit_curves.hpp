@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,7 @@ inline constexpr std::array<FitLossName, 3> kFitLossNames{{
 
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
+  std::optional<CurveFamily> family{};  ///< none: by held-out error
   int degree = 3;  ///< of every curve, 1 to 4
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
   std::array<int, kCurveKinds> pieces{0, 0, 0};
@@ -63,6 +65,19 @@ struct BasisReport {
   std::string reason;                   ///< a sentence
 };
 
+/// Relative error of rows that curves of a family did not see.
+struct FamilyEvidence {
+  CurveFamily family = CurveFamily::separable;
+  double median_error = 0, p95_error = 0;
+};
+
+/// Why the body got its family.
+struct FamilyReport {
+  CurveFamily family = CurveFamily::separable;
+  std::vector<FamilyEvidence> evidence;  ///< of the families tried; empty when the user chose
+  std::string reason;
+};
+
 /// A point that the curves describe badly, worst first.
 struct WorstPoint {
   Eigen::Index point = 0;
@@ -77,6 +92,7 @@ struct WorstPoint {
 /// How the fit went. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
+  FamilyReport family;
   std::vector<WorstPoint> worst;
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
   std::size_t rows = 0;             ///< in the samples
