@@ -11,7 +11,6 @@
 #include "libfit/core/curves.hpp"
 #include "tools/scene_material.hpp"
 #include "tools/scene_table.hpp"
-#include "tools/scene_table.hpp"
 
 namespace palpate::tools {
 namespace {

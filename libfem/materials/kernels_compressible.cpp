@@ -5,9 +5,9 @@
 
 namespace palpate::fem {
 
-template struct LawKernels<NeoHookean>;
-template struct LawKernels<NeoHookeanSimo>;
-template struct LawKernels<StableNeoHookean>;
-template struct LawKernels<StVenantKirchhoff>;
+template struct CompiledKernels<NeoHookean>;
+template struct CompiledKernels<NeoHookeanSimo>;
+template struct CompiledKernels<StableNeoHookean>;
+template struct CompiledKernels<StVenantKirchhoff>;
 
 }  // namespace palpate::fem

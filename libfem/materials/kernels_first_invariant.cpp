@@ -5,10 +5,10 @@
 
 namespace palpate::fem {
 
-template struct LawKernels<NeoHookeanIsochoric>;
-template struct LawKernels<NeoHookeanIsochoricLog>;
-template struct LawKernels<NeoHookeanIsochoricSimo>;
-template struct LawKernels<Yeoh>;
-template struct LawKernels<Fung>;
+template struct CompiledKernels<NeoHookeanIsochoric>;
+template struct CompiledKernels<NeoHookeanIsochoricLog>;
+template struct CompiledKernels<NeoHookeanIsochoricSimo>;
+template struct CompiledKernels<Yeoh>;
+template struct CompiledKernels<Fung>;
 
 }  // namespace palpate::fem

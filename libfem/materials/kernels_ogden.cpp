@@ -3,6 +3,6 @@
 
 namespace palpate::fem {
 
-template struct LawKernels<Ogden>;
+template struct CompiledKernels<Ogden>;
 
 }  // namespace palpate::fem

@@ -5,8 +5,8 @@
 
 namespace palpate::fem {
 
-template struct LawKernels<MooneyRivlin>;
-template struct LawKernels<VerondaWestmann>;
-template struct LawKernels<HolzapfelGasserOgden>;
+template struct CompiledKernels<MooneyRivlin>;
+template struct CompiledKernels<VerondaWestmann>;
+template struct CompiledKernels<HolzapfelGasserOgden>;
 
 }  // namespace palpate::fem

@@ -6,8 +6,8 @@ namespace palpate::fem {
 
 // The kernels of a law take seconds to compile, so the files kernels_*.cpp share the work; each lists
 // its laws as
-//   template struct LawKernels<Yeoh>;
+//   template struct CompiledKernels<Yeoh>;
 template <class Law>
-const ElementKernels LawKernels<Law>::value = kElementKernels<Law>;
+const ElementKernels CompiledKernels<Law>::value = kElementKernels<Law>;
 
 }  // namespace palpate::fem

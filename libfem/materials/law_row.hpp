@@ -47,7 +47,7 @@ void volumetric(const LawConstants& constants, double dilation, double& U, doubl
 
 /// Defined in law_kernels.hpp, compiled in the files kernels_*.cpp.
 template <class Law>
-struct LawKernels {
+struct CompiledKernels {
   static const ElementKernels value;
 };
 
@@ -67,7 +67,7 @@ constexpr LawRow law_row() {
           .stress = at_point::stress<Law>,
           .tangent = at_point::tangent<Law>,
           .volumetric = at_point::volumetric<Law>,
-          .kernels = &LawKernels<Law>::value};
+          .kernels = &CompiledKernels<Law>::value};
 }
 
 }  // namespace palpate::fem

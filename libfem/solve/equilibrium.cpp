@@ -28,7 +28,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
                          const ContactSettings& contact, const EquilibriumOptions& options)
     : mesh_(mesh),
       options_(options),
-      body_(mesh, materials, region_at),
+      body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()),

@@ -18,6 +18,7 @@ struct EquilibriumOptions {
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
   int most_model = 15;      ///< iterations of the condensed model
+  ElementKind element = ElementKind::automatic;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
 
