@@ -54,7 +54,7 @@ inline constexpr double kLog2Low = 1.90821492927058770002e-10;
 
 }  // namespace math
 
-/// log(value) and log(value) - less_one, both to a few units in the last place. less_one is value - 1
+/// log(value) and log(value) - less_one, to 3 and 24 units in the last place. less_one is value - 1
 /// to full relative accuracy where value is near 1. value from 1e-300 to 1e300.
 /// Source: reduction to [sqrt(1/2), sqrt(2)) and 2 atanh(f / (2 + f)), as in fdlibm's e_log.c.
 template <class S>

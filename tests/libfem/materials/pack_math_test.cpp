@@ -42,7 +42,7 @@ TEST(PackMath, log1p_and_what_is_left_of_it_are_right_to_the_last_places) {
     const long double exact = std::log1p(static_cast<long double>(x));
     ASSERT_LE(ulps(log, exact), 3) << "seed " << kSeed << " x " << x;
     const long double left = std::abs(x) < 0.1 ? log_less_series(x) : exact - x;
-    ASSERT_LE(ulps(less, left), 12) << "seed " << kSeed << " x " << x;
+    ASSERT_LE(ulps(less, left), 24) << "seed " << kSeed << " x " << x;
   }
 }
 
@@ -57,7 +57,7 @@ TEST(PackMath, expm1_and_what_is_left_of_it_are_right_to_the_last_places) {
     const long double exact = std::expm1(static_cast<long double>(x));
     ASSERT_LE(ulps(expm1, exact), 4) << "seed " << kSeed << " x " << x;
     const long double left = std::abs(x) < 0.1 ? exp_less_series(x) : exact - x;
-    ASSERT_LE(ulps(less, left), 12) << "seed " << kSeed << " x " << x;
+    ASSERT_LE(ulps(less, left), 24) << "seed " << kSeed << " x " << x;
   }
 }
 
