@@ -10,6 +10,7 @@
 
 #include "libfem/solve/elements.hpp"
 #include "libfit/core/curves.hpp"
+#include "tools/scene_material.hpp"
 #include "tools/scene_table.hpp"
 
 namespace palpate::tools {
@@ -17,7 +18,6 @@ namespace {
 
 constexpr double kAnyLength = 1e6;                       // m; beyond it the unit is wrong
 constexpr double kSmallestLength = 1e-9;                 // m
-constexpr double kHighestYoung = 1e13;                   // Pa; ten diamonds
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
@@ -73,18 +73,6 @@ Region read_region(SceneTable table) {
                 "Give one of below, above, box, sphere.");
   table.finish();
   return *region;
-}
-
-MaterialSection read_material(SceneTable table) {
-  MaterialSection material;
-  material.law = table.text("law", material.law);  // checked against the table of laws by its users
-  material.young_Pa = table.required_quantity("young", Dimension::pressure, 1e-6, kHighestYoung);
-  material.poisson = table.number("poisson", material.poisson, -1, 0.5);
-  if (material.poisson >= 0.5 || material.poisson <= -1)
-    throw Error(table.where("poisson"), fmt::format("poisson of {} is {}", table.name(), material.poisson),
-                "It must lie above -1 and below 0.5; nearly incompressible tissue is 0.45 to 0.4999.");
-  table.finish();
-  return material;
 }
 
 BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
@@ -191,10 +179,6 @@ ValidateSection read_validate(SceneTable table) {
   out.seed = static_cast<int>(table.integer("seed", out.seed, 0, 1 << 30));
   table.finish();
   return out;
-}
-
-std::string canonical(const MaterialSection& m) {
-  return fmt::format("{} {} {}\n", m.law, m.young_Pa, m.poisson);
 }
 
 }  // namespace

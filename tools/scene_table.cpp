@@ -157,6 +157,24 @@ std::vector<double> SceneTable::quantities(std::string_view key, Dimension dimen
   return out;
 }
 
+std::vector<double> SceneTable::numbers(std::string_view key, std::size_t count, double low,
+                                        double high) {
+  std::vector<double> out;
+  const toml::node* value = node(key);
+  if (!value) return out;
+  const toml::array* list = value->as_array();
+  const std::string remedy = fmt::format("Write a list of {} plain numbers from {} to {}.", count, low, high);
+  if (!list || list->size() != count)
+    fail(*value, key, fmt::format("is not a list of {} numbers", count), remedy);
+  for (const toml::node& item : *list) {
+    const auto number = item.value<double>();
+    if (!item.is_number() || !number) fail(item, key, "holds " + kind_of(item) + ", not a number", remedy);
+    if (!(*number >= low && *number <= high)) fail(item, key, fmt::format("holds {}", *number), remedy);
+    out.push_back(*number);
+  }
+  return out;
+}
+
 Vec3 SceneTable::point_of(const toml::node& value, std::string_view key) const {
   const toml::array* list = value.as_array();
   if (!list || list->size() != 3)

@@ -33,6 +33,8 @@ class SceneTable {
   double quantity(std::string_view key, Dimension dimension, double fallback, double low, double high);
   double required_quantity(std::string_view key, Dimension dimension, double low, double high);
   std::vector<double> quantities(std::string_view key, Dimension dimension, double low, double high);
+  /// A list of `count` plain numbers in [low, high], without units.
+  std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high);
   Vec3 point(std::string_view key);
   /// Three plain numbers.
   Vec3 direction(std::string_view key);

@@ -53,10 +53,6 @@ class Keeper {
 
 }  // namespace
 
-fem::MaterialParameters material_parameters(const MaterialSection& section) {
-  return {section.law, {section.young_Pa, section.poisson}};
-}
-
 fem::ProbeSpec probe_spec(const ProbeSection& section) {
   fem::ProbeSpec spec = section.spec;
   if (section.mesh) spec.mesh = read_surface(*section.mesh, section.mesh_unit_m);
@@ -68,10 +64,10 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   setup.volume = body.volume;
   setup.is_held = body.is_held;
   setup.surface = body.surface;
-  setup.materials.push_back(material_parameters(*scene.material));
+  setup.materials.push_back(*scene.material);
   std::vector<Region> regions;
   for (const InclusionSection& inclusion : scene.inclusions) {
-    setup.materials.push_back(material_parameters(inclusion.material));
+    setup.materials.push_back(inclusion.material);
     regions.push_back(inclusion.region);
   }
   // The last inclusion named wins where several overlap.
