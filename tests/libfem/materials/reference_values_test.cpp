@@ -9,9 +9,9 @@
 namespace palpate::fem {
 namespace {
 
-// points.csv: W, P, Cauchy stress and the tangent's action on kDirection at points; cases MAT/* from 40-digit
-// differences of W by independent code, cases own/* from make_points.py. uniaxial.csv: traction-free
-// uniaxial states of the same independent code.
+// points.csv: W, P, Cauchy stress and the tangent's action on kDirection at points; cases MAT/* from
+// 40-digit differences of W by independent code, cases own/* from make_points.py. uniaxial.csv:
+// traction-free uniaxial states of the same independent code.
 
 using Mat3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Vec9 = Eigen::Matrix<double, 9, 1>;
