@@ -15,7 +15,7 @@ void check_choices(const Scene& scene) {
   const std::string file = scene.path.string();
   if (!scene.material)
     throw Error(file, "the scene has no [material]", "Add [material] with law and its parameters, such as young and poisson.");
-  fem::make_probe(scene.probe.shape, scene.probe.radius_m, scene.probe.friction, file + ": [probe]");
+  fem::make_probe(probe_spec(scene.probe), file + ": [probe]");
 }
 
 void check_experiments(const Scene& scene, const Body& body) {

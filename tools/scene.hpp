@@ -7,6 +7,7 @@
 
 #include "libfem/materials/materials.hpp"
 #include "tools/region.hpp"
+#include "tools/scene_probe.hpp"
 
 namespace palpate::tools {
 
@@ -25,12 +26,6 @@ struct BodySection {
   std::vector<Region> fixed;
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
-};
-
-struct ProbeSection {
-  std::string shape = "sphere";
-  double radius_m = 0.005;
-  double friction = 0.3;
 };
 
 struct ExperimentsSection {

@@ -247,7 +247,12 @@ CellKernels kernels_of(InstructionSet set) {
   constexpr ElementShape shape = shape_of(kKind);
   switch (set) {
     case InstructionSet::avx512: return kernels_avx512<shape.nodes, shape.points, shape.modes>;
-    case InstructionSet::avx2: return kernels_avx2<shape.nodes, shape.points, shape.modes>;
+    case InstructionSet::avx2: {
+      // Stiffness spills sixteen registers either way, and a fifth more with the wider ones.
+      CellKernels out = kernels_avx2<shape.nodes, shape.points, shape.modes>;
+      out.stiffness = kernels_portable<shape.nodes, shape.points, shape.modes>.stiffness;
+      return out;
+    }
     default: return kernels_portable<shape.nodes, shape.points, shape.modes>;
   }
 }

@@ -1,5 +1,6 @@
 #include "libfem/solve/equilibrium.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -274,7 +275,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   contact_.hold_friction_limit(from.history);
   if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
   to.pose = pose;
-  step_m_ = (pose.tip - from.pose.tip).norm();
+  if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
   double residual_before = 0;
@@ -317,12 +318,28 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   return SolveStatus::not_converged;
 }
 
+SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState& to) {
+  BodyState from = accepted;
+  from.history = contact_.give_back(accepted.history);
+  return solve(from, accepted.pose, accepted.u, to);
+}
+
 Vec3 Equilibrium::reaction_N(const Points& u) const {
   Points gradient = Points::Zero(u.rows(), 3);
   body_.add_force(u, gradient);
   Vec3 sum = Vec3::Zero();
   for (Eigen::Index n = 0; n < u.rows(); ++n)
     if (mesh_.is_held[n]) sum += gradient.row(n).transpose();
+  return sum;
+}
+
+Vec3 Equilibrium::reaction_moment_Nm(const Points& u, const Vec3& about) const {
+  Points gradient = Points::Zero(u.rows(), 3);
+  body_.add_force(u, gradient);
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    if (mesh_.is_held[n])
+      sum += (mesh_.nodes.row(n) + u.row(n) - about.transpose()).cross(gradient.row(n)).transpose();
   return sum;
 }
 
