@@ -141,7 +141,10 @@ PALPATE_INLINE void use_projected(const Projected<kPoints, kModes>& projected, c
   if constexpr (kWant == Want::stiffness) {
     for (int i = 0; i < 9; ++i)
       for (int j = i; j < 9; ++j) A[9 * i + j] -= U2 * (C[i] * C[j]);
-    add_second_derivative_of_J(H, pressure * bend, A);
+    const Pack most = Pack{} + batch.most_pressure_Pa;
+    Pack bounded = projected.pressure[q] < most ? projected.pressure[q] : most;
+    bounded = bounded > -most ? bounded : -most;
+    add_second_derivative_of_J(H, batch.averaged * bend * (bounded - U1), A);
   }
 }
 

@@ -230,6 +230,21 @@ TEST_P(ElasticBodySuite, bend_0_is_positive_definite_where_the_exact_tangent_is_
   EXPECT_TRUE(is_positive(0));
 }
 
+TEST_P(ElasticBodySuite, bounded_pressure_changes_no_stiffness_where_pressures_are_small) {
+  const QuadraticMesh mesh = bent_block();
+  const ElasticBody body = body_of(mesh, kWatery);
+  const auto values = [&](double volume, double most_pressure) {
+    Points force = Points::Zero(mesh.nodes.rows(), 3);
+    SymmetricBlockMatrix K = body.pattern();
+    body.add_stiffness(affine(mesh.nodes, std::cbrt(volume) * Mat3::Identity()), 1.0, force, K, most_pressure);
+    return K.values();
+  };
+  const double infinite = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(values(0.9999, 2) == values(0.9999, infinite));  // half a shear modulus
+  const bool averages = shape_of(element_for(GetParam().kind, kWatery)).modes > 0;
+  EXPECT_EQ(values(0.99, 2) == values(0.99, infinite), !averages);
+}
+
 TEST_P(ElasticBodySuite, every_instruction_set_gives_the_same_bits) {
   const QuadraticMesh mesh = bent_block();
   ElasticBody body = body_of(mesh);
