@@ -25,6 +25,8 @@ void say_report(const FitReport& report) {
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
       100 * report.median_relative_error, 100 * report.p95_relative_error,
       100 * report.max_relative_error);
+  if (report.kept > 0)
+    say("  kept: {} points whose rows are those of the earlier fit", report.kept);
   say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.good, report.poor,
       report.underdetermined, report.failed, in_words(report.seconds));
   const std::size_t shown = std::min<std::size_t>(report.worst.size(), 3);
@@ -39,8 +41,14 @@ void say_report(const FitReport& report) {
 }  // namespace
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs) {
+                         int jobs, const FittedCurves* warm_start) {
+  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  if (section.family != "auto" &&
+      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                "Use auto, separable or leaning.");
   FitOptions options;
+  options.warm_start = warm_start;
   for (const CurveFamilyName& row : kCurveFamilyNames)
     if (row.name == section.family) options.family = row.family;
   options.degree = section.degree;

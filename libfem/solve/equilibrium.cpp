@@ -277,7 +277,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   contact_.hold_friction_limit(from.history);
   if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
   to.pose = pose;
-  step_m_ = (pose.tip - from.pose.tip).norm();
+  if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
   double residual_before = 0;
@@ -318,6 +318,12 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   }
   to.u = at.u;
   return SolveStatus::not_converged;
+}
+
+SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState& to) {
+  BodyState from = accepted;
+  from.history = contact_.give_back(accepted.history);
+  return solve(from, accepted.pose, accepted.u, to);
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

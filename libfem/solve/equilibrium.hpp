@@ -65,6 +65,11 @@ class Equilibrium {
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to);
 
+  /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
+  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state to
+  /// walk on from.
+  SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
+
   /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
   /// equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;

@@ -33,7 +33,7 @@ inline SimulationSetup ball_on_cylinder(double poisson) {
   const TetMesh finer = cylinder(36, 3);
   setup.surface = {finer.nodes, boundary_triangles(finer.tets)};
   setup.materials = {{"neo-hookean", {10e3, poisson}}};
-  setup.probe_radius_m = 0.01;
+  setup.probe = sphere_spec(0.01);
   return setup;
 }
 

@@ -115,7 +115,7 @@ TEST(PressAndDrag, forces_do_not_depend_on_where_the_body_is) {
 
 TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_force) {
   SimulationSetup setup = block_setup(kFriction);
-  setup.probe_radius_m = 0.002;
+  setup.probe.values["radius"] = {0.002};
   Experiments experiments = press_only(3);
   experiments.depth_m = 0.006;
   const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, experiments);
@@ -160,7 +160,7 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
       options.residual = tolerance;
       options.element = element.kind;
       Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr,
-                              make_probe("sphere", setup.probe_radius_m, kFriction, "test"), {}, options);
+                              make_probe(setup.probe, "test"), {}, options);
       BodyState at = equilibrium.rest({block_top(), kInward}), next;
       // Down and to the side, in steps.
       for (const Vec3& by : {Vec3(0, 0, -0.001), Vec3(0, 0, -0.002), Vec3(0.0005, 0, -0.002)}) {
