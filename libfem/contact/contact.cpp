@@ -30,15 +30,15 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
     : nodes_(nodes),
       faces_(faces),
       probe_(probe),
-      rounding_m_(settings.rounding * probe.radius_m),
+      rounding_m_(settings.rounding * probe.length_m),
       tangential_(settings.tangential),
-      curvature_limit_m_(settings.curvature * probe.radius_m / settings.stiffness) {
+      curvature_limit_m_(settings.curvature * probe.length_m / settings.stiffness) {
   const Points rest = Points::Zero(nodes.rows(), 3);
   for (int face = 0; face < faces.rows(); ++face) {
     bool is_open = false;
     for (int a = 0; a < kFaceNodes; ++a) is_open |= !is_held[faces(face, a)];
     is_open_.push_back(is_open);
-    stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.radius_m);
+    stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.length_m);
     for (const FacePoint& point : kFaceRule)
       area_weight_.push_back(point.weight * face_normal(nodes, rest, faces, face, point).norm());
   }
@@ -57,7 +57,7 @@ Vec3 Contact::place(const Points& u, int face, int q) const {
 }
 
 SignedDistance Contact::distance(const Vec3& place, const ProbePose& pose) const {
-  return probe_.shape->signed_distance(probe_.radius_m, pose.axis, place - pose.tip);
+  return probe_.distance(pose.axis, place - pose.tip);
 }
 
 bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const {
@@ -71,10 +71,7 @@ bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const 
   }
   double squared_spread = 0;
   for (const Vec3& corner : x) squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
-  const ShapeRow& shape = *probe_.shape;
-  const Vec3 centre = pose.tip + shape.centre_along_axis * probe_.radius_m * pose.axis;
-  const double reach = shape.bounding_radius * probe_.radius_m + 2 * std::sqrt(squared_spread);
-  return (mean - centre).squaredNorm() < reach * reach;
+  return probe_.least_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
 }
 
 Contact::Law Contact::pressure_law(double gap, double stiffness) const {

@@ -50,7 +50,7 @@ struct ContactTotals {
   int points = 0;                   ///< quadrature points under pressure
 };
 
-/// Settings of the contact law; all without dimension.
+/// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a ball.
 /// stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes, 4 press
 /// and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28, 700 took
 /// 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows have the

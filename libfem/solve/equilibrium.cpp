@@ -1,5 +1,6 @@
 #include "libfem/solve/equilibrium.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +29,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
                          const ContactSettings& contact, const EquilibriumOptions& options)
     : mesh_(mesh),
       options_(options),
-      body_(mesh, materials, region_at),
+      body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()),
@@ -339,6 +340,16 @@ Vec3 Equilibrium::reaction_N(const Points& u) const {
   Vec3 sum = Vec3::Zero();
   for (Eigen::Index n = 0; n < u.rows(); ++n)
     if (mesh_.is_held[n]) sum += gradient.row(n).transpose();
+  return sum;
+}
+
+Vec3 Equilibrium::reaction_moment_Nm(const Points& u, const Vec3& about) const {
+  Points gradient = Points::Zero(u.rows(), 3);
+  body_.add_force(u, gradient);
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    if (mesh_.is_held[n])
+      sum += (mesh_.nodes.row(n) + u.row(n) - about.transpose()).cross(gradient.row(n)).transpose();
   return sum;
 }
 

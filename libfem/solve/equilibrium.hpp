@@ -19,6 +19,7 @@ struct EquilibriumOptions {
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
   int most_model = 15;      ///< iterations of the condensed model
+  ElementKind element = ElementKind::automatic;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
 
@@ -70,8 +71,9 @@ class Equilibrium {
   SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
 
   /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
-  /// equilibrium.
+  /// equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;
+  Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
 
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }

@@ -190,8 +190,7 @@ Simulator::Simulator(SimulationSetup setup) {
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
     state->materials.push_back(make_material(
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
-  state->probe = make_probe(state->setup.probe_shape, state->setup.probe_radius_m,
-                            state->setup.friction, "[probe]");
+  state->probe = make_probe(state->setup.probe, "[probe]");
   state_ = std::move(state);
 }
 
@@ -206,7 +205,7 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
   // The sheet that faces the probe, not the other side of a thin body.
   const std::optional<SurfaceHit> hit = state_->surface.closest(place, -normal, 0.3);
   return state_->surface.normal_gradient(hit ? *hit : state_->surface.closest(place),
-                                         state_->probe.radius_m);
+                                         state_->probe.half_width_m);
 }
 
 /// The graded mesh about a test point, in coordinates whose origin is the test point. About each way
@@ -219,9 +218,10 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& scri
   grade.growth = std::min(1.0, options.growth * coarsening);
   for (const ContactWay& way : script.ways) {
     const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
-    const double radius = std::sqrt(probe.radius_m * std::min(depth, probe.radius_m));
+    const double radius = probe.mesh_length_m(depth);
     grade.path.push_back({position - origin + way.from, position - origin + way.to,
-                          coarsening * options.element_size * radius, 0});
+                          coarsening * options.element_size * radius,
+                          probe.contact_reach_m(depth) - radius});
   }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();
@@ -235,8 +235,9 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   const QuadraticMesh mesh = mesh_at(position, script, coarsening);
   nodes = static_cast<int>(mesh.nodes.rows());
   rows.assign(script.rows.size(), {});
-  const double R = probe.radius_m;
-  const std::optional<double> touch = first_touch_m(mesh, probe, {Vec3::Zero(), normal}, 2 * R, R);
+  const Probe here = pressed_to(probe, script.depth_m);
+  const std::optional<double> touch = first_touch_m(mesh, here, {Vec3::Zero(), normal},
+                                                    2 * here.half_width_m, here.half_width_m);
   if (!touch) {
     for (TrackRow& row : rows) row.status = RowStatus::no_contact;
     return true;
@@ -245,9 +246,9 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   const RegionAt local_region =
       setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
                       : RegionAt();
-  Equilibrium equilibrium(mesh, materials, local_region, probe, setup.options.contact,
+  Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
                           setup.options.equilibrium);
-  rows = walk_tracks(equilibrium, probe, {touch_m * normal, normal}, script.tracks,
+  rows = walk_tracks(equilibrium, here, {touch_m * normal, normal}, script.tracks,
                      static_cast<int>(script.rows.size()), setup.options.walk, progress);
   counts = equilibrium.counts();
   return !progress.stopped();

@@ -26,7 +26,7 @@ struct Experiments {
 
 /// How fine, how exact.
 struct SolverOptions {
-  double element_size = 0.5;  ///< finest h, over the contact radius sqrt(R d) of the shallowest depth
+  double element_size = 0.5;  ///< finest h, over the probe's contact radius at the shallowest depth
   double growth = 0.5;        ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
@@ -44,9 +44,7 @@ struct SimulationSetup {
   Surface surface;
   std::vector<MaterialParameters> materials;
   RegionAt region_at;
-  std::string probe_shape = "sphere";
-  double probe_radius_m = 0;
-  double friction = 0;
+  ProbeSpec probe;
   SolverOptions options;
 };
 

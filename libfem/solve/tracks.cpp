@@ -37,7 +37,7 @@ RowStatus failure(SolveStatus status) {
 
 /// One equilibrium from the walker's state to `tip`; moves the walker when it is accepted.
 Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                   const StepRules& rules) {
+                 const StepRules& rules) {
   const Vec3 way = tip - walker.state.pose.tip;
   const double length = way.norm();
   Points guess = walker.state.u;
@@ -59,7 +59,7 @@ Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool
 
 /// Reaches `tip` in as many steps as it takes.
 Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                const StepRules& rules) {
+              const StepRules& rules) {
   const Vec3 start = walker.state.pose.tip;
   const double way = (tip - start).norm();
   if (way == 0) return {};
@@ -142,8 +142,8 @@ Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<Track>& tracks, int rows,
                                   const WalkOptions& options, const Progress& progress) {
-  const StepRules rules{options.longest_step * probe.radius_m,
-                        options.greatest_penetration * probe.radius_m,
+  const StepRules rules{options.longest_step * probe.length_m,
+                        options.greatest_penetration * probe.length_m,
                         equilibrium.options().residual, options.most_cuts, options.gives_back,
                         probe.friction > 0 ? kCreepLeft : 0.0};
   std::vector<TrackRow> out(rows);

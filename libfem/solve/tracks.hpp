@@ -65,15 +65,16 @@ struct TrackRow {
   double least_J = 1;
 };
 
-/// How far the probe may move between two equilibria and what is believed.
+/// How far the probe may move between two equilibria and what is believed, in the probe's length_m (the
+/// radius of a ball).
 struct WalkOptions {
-  double longest_step = 0.25;         ///< in radii
+  double longest_step = 0.25;         ///< in lengths of the probe
   int most_cuts = 6;                  ///< halvings of a step that failed
-  double greatest_penetration = 0.02; ///< in radii
+  double greatest_penetration = 0.02; ///< in lengths of the probe
   bool gives_back = true;             ///< rows with the penalty's overlap given back
 };
 
-/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 R by
+/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of its length by
 /// conservative advancement from `back_off_m` before it, on the curved faces and not only at their
 /// quadrature points. Empty when nothing is met within `reach_m` past the tip.
 /// Source: Mirtich 1996, conservative advancement.

@@ -17,7 +17,7 @@ using runtime::Header;
 struct Parts {
   AssetSurface surface;
   Tree tree;
-  std::array<std::vector<double>, kCurveKinds> table;
+  std::array<std::vector<double>, kCurveKinds + 1> table;  ///< the last one of the lean
   std::vector<runtime::CheckTick> check;
 };
 
@@ -49,6 +49,8 @@ Parts make_parts(const Model& model, const ExportOptions& options) {
                   "Fit with fewer pieces.");
     parts.table[kind] = table_of(basis);
   }
+  if (model.curves.family() == CurveFamily::leaning)
+    parts.table[runtime::kLean] = table_of(model.curves.lean_basis);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
 }
@@ -68,6 +70,10 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     header.degree[kind] = model.curves.basis[kind].degree;
     header.pieces[kind] = model.curves.basis[kind].pieces();
+  }
+  if (model.curves.family() == CurveFamily::leaning) {
+    header.degree[runtime::kLean] = model.curves.lean_basis.degree;
+    header.pieces[runtime::kLean] = model.curves.lean_basis.pieces();
   }
   for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
   header.max_step_m = options.max_step_m > 0 ? options.max_step_m : 2 * parts.surface.diagonal_m;
@@ -98,7 +104,7 @@ void put_all(AssetBytes& bytes, const Header& header, const Parts& parts, const 
   put(bytes, header, runtime::kMaxDepth, parts.surface.max_depth_m);
   put(bytes, header, runtime::kTreeNodes, parts.tree.nodes);
   put(bytes, header, runtime::kTreeItems, parts.tree.items);
-  for (int kind = 0; kind < kCurveKinds; ++kind)
+  for (int kind = 0; kind <= kCurveKinds; ++kind)
     put(bytes, header, runtime::kNormalTable + kind, parts.table[static_cast<std::size_t>(kind)]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));

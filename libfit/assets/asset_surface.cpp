@@ -79,6 +79,20 @@ void check_controls(const Model& model) {
   }
 }
 
+void check_lean(const Model& model) {
+  const Controls& lean = model.curves.lean;
+  const bool leans = model.curves.family() == CurveFamily::leaning;
+  if (lean.cols() != (leans ? 3 * model.curves.lean_basis.size() : 0) ||
+      (leans && lean.rows() != model.surface.vertices.rows()))
+    throw Error("model", "its lean does not match its basis",
+                "Fit the curves again with `palpate fit`.");
+  for (Eigen::Index v = 0; v < lean.rows() && leans; ++v)
+    if (model.is_covered[static_cast<std::size_t>(v)] &&
+        !(lean.row(v).allFinite() && lean.row(v).head<3>().isZero(0)))
+      throw Error("model " + at("vertex", v), "its lean does not start at 0 or is not finite",
+                  "Fit the curves again with `palpate fit`.");
+}
+
 void round_vertices(const Model& model, AssetSurface& out) {
   const Points& x = model.surface.vertices;
   out.diagonal_m = extent_m(x).norm();
@@ -107,11 +121,15 @@ void fade_borders(AssetSurface& surface) {
 }
 
 void round_controls(const Model& model, AssetSurface& out) {
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
-    for (const Controls& control : model.curves.control)
-      for (Eigen::Index j = 0; j < control.cols(); ++j)
-        out.control.push_back(
-            out.covered[static_cast<std::size_t>(v)] ? static_cast<float>(control(v, j)) : 0.0F);
+  const auto add_row = [&](const Controls& control, Eigen::Index v) {
+    const bool answers = out.covered[static_cast<std::size_t>(v)] != 0;
+    for (Eigen::Index j = 0; j < control.cols(); ++j)
+      out.control.push_back(answers ? static_cast<float>(control(v, j)) : 0.0F);
+  };
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    for (const Controls& control : model.curves.control) add_row(control, v);
+    if (model.curves.lean.cols() > 0) add_row(model.curves.lean, v);
+  }
 }
 
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
@@ -188,6 +206,7 @@ AssetSurface make_asset_surface(const Model& model, bool fades_borders) {
   check_vertices(model);
   check_triangles(model);
   check_controls(model);
+  check_lean(model);
   AssetSurface surface;
   round_vertices(model, surface);
   const auto& triangles = model.surface.triangles;

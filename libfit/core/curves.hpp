@@ -23,12 +23,32 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 /// float32 holds exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
+/// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a tool
+/// pressed to dz would go if nothing held it sideways.
+enum class CurveFamily : std::int8_t { separable = 0, leaning = 1 };
+struct CurveFamilyName {
+  CurveFamily family;
+  std::string_view name;
+};
+inline constexpr std::array<CurveFamilyName, 2> kCurveFamilyNames{{
+    {CurveFamily::separable, "separable"},
+    {CurveFamily::leaning, "leaning"},
+}};
+
 /// Curves of many points on bases shared by the body.
 struct CurveSet {
   std::array<CurveBasis, kCurveKinds> basis;
   std::array<Controls, kCurveKinds> control;
+  /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact in
+  /// float32, nearly tangential. No knots and no columns in the separable family.
+  CurveBasis lean_basis{2, {}};
+  Controls lean;
 
   Eigen::Index points() const { return control[0].rows(); }
+  CurveFamily family() const {
+    return lean_basis.knots_m.empty() ? CurveFamily::separable : CurveFamily::leaning;
+  }
 };
 
 /// How the fit of one test point went.
@@ -50,6 +70,8 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
+  /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
+  std::vector<std::string> rows_hash;
 };
 
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.

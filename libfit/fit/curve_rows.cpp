@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace palpate::fit {
@@ -12,8 +13,28 @@ namespace {
 constexpr double kPlateauSlope = 0.25;
 constexpr double kPlateauForce = 0.95;
 constexpr double kContactDepth = 1e-9;  // of the deepest row
+constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows tell no friction
 
-// The way out of a drag: rows until the lateral deflection first shrinks.
+// Lateral force of the point's presses at a depth, linear between their rows: a body that leans
+// pushes sideways before any drag begins.
+Vec3 pressed_sideways(const PointData& point, double depth) {
+  double below = 0, above = std::numeric_limits<double>::infinity();
+  Vec3 at_below = Vec3::Zero(), at_above = Vec3::Zero();
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double here = depth_of(point, e.deflection[i]);
+      const Vec3 lateral = lateral_of(point, e.force[i]);
+      if (here >= below && here <= depth) below = here, at_below = lateral;
+      if (here < above && here > depth) above = here, at_above = lateral;
+    }
+  }
+  if (std::isinf(above)) return at_below;
+  return at_below + (depth - below) / (above - below) * (at_above - at_below);
+}
+
+// The way out of a drag: rows until the lateral deflection first shrinks. force: what the drag adds
+// to that of a press as deep.
 struct WayOut {
   std::vector<std::size_t> row;
   std::vector<double> dr, force;  // lateral
@@ -30,7 +51,8 @@ WayOut way_out(const PointData& point, const Experiment& e) {
     if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
     way.row.push_back(i);
     way.dr.push_back(dr);
-    way.force.push_back(dr > 0 ? e.force[i].dot(lateral) / dr : 0.0);
+    const Vec3 added = e.force[i] - pressed_sideways(point, depth_of(point, e.deflection[i]));
+    way.force.push_back(dr > 0 ? added.dot(lateral) / dr : 0.0);
   }
   return way;
 }
@@ -69,9 +91,10 @@ void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, d
                    double force, PointRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
   out.curve[0].push_back({depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0});
-  if (!(dr > 1e-6 * point.depth)) return;
-  out.curve[1].push_back({dr, force, e.weight[i], 0});
-  if (normal_force > 0) out.largest_friction = std::max(out.largest_friction, force / normal_force);
+  if (normal_force > kFirmForce)
+    out.largest_friction =
+        std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
+  if (dr > 1e-6 * point.depth) out.curve[1].push_back({dr, force, e.weight[i], 0});
 }
 
 // The contact point has followed by `slid`: the row in the frame it has there.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -50,6 +52,12 @@ inline double depth_of(const PointData& point, const Vec3& deflection) {
 }
 inline Vec3 lateral_of(const PointData& point, const Vec3& vector) {
   return vector - vector.dot(point.inward) * point.inward;
+}
+
+/// Two unit tangents at right angles, in which a point's lean is fitted.
+inline std::array<Vec3, 2> tangents_of(const Vec3& inward) {
+  const Vec3 first = inward.unitOrthogonal();
+  return {first, inward.cross(first)};
 }
 
 }  // namespace palpate::fit

@@ -8,15 +8,20 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_basis.hpp"
-#include "libfit/fit/score.hpp"
-#include "libfit/fit/solve_point.hpp"
+#include "libfit/fit/choose_family.hpp"
+#include "libfit/fit/fit_point.hpp"
+#include "libfit/fit/rows_hash.hpp"
 
 namespace palpate {
 namespace {
+
+using fit::BodyBases;
+using fit::PointResult;
 
 void require(bool holds, const char* option, const char* fact, const char* remedy) {
   if (!holds) throw Error(option, fact, remedy);
@@ -43,20 +48,18 @@ void check(const FitOptions& o) {
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
-// What one point's fit leaves behind, in SI.
-struct PointResult {
-  std::array<Eigen::VectorXd, kCurveKinds> control;
-  FitStatus status = FitStatus::failed;
-  std::string message;
-  fit::PointScore score;
-  bool is_scored = false;
-};
-
-// The body's bases in both units.
-struct BodyBases {
-  std::array<CurveBasis, kCurveKinds> plain, si;
-  std::array<BasisReport, kCurveKinds> report;
-};
+// The family asked for or, by evidence, the one the body needs; bases of the other lose their lean.
+FamilyReport settle_family(const fit::BodyData& body, const std::vector<fit::PointRows>& rows,
+                           const FitOptions& options, BodyBases& bases) {
+  const FamilyReport report =
+      options.family ? FamilyReport{*options.family, {}, "as asked"}
+                     : fit::choose_family(body, rows, bases, options);
+  if (report.family == CurveFamily::separable) {
+    bases.lean_plain.knots_m.clear();
+    bases.lean_si.knots_m.clear();
+  }
+  return report;
+}
 
 BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& rows,
                      const FitOptions& options) {
@@ -68,67 +71,56 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
     if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
     bases.report[kind].basis = bases.si[kind];
   }
+  bases.lean_plain.knots_m = {0, bases.plain[0].knots_m.back()};  // a parabola over the depth
+  bases.lean_si.knots_m = {0, bases.si[0].knots_m.back()};
   return bases;
 }
 
-void join(std::string& message, const std::string& sentence) {
-  message += (message.empty() ? "" : "; ") + sentence;
+// Rows of an earlier fit by what they were fitted from.
+std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
+  std::map<std::string, Eigen::Index> row;
+  if (earlier != nullptr)
+    for (std::size_t p = 0; p < earlier->rows_hash.size(); ++p)
+      row.emplace(earlier->rows_hash[p], static_cast<Eigen::Index>(p));
+  return row;
 }
 
-std::string percent(double share) { return std::to_string(std::lround(share * 100)) + " %"; }
-
-PointResult fit_point(const Samples& samples, const fit::PointData& point,
-                      const fit::PointRows& rows, double length_m, const BodyBases& bases,
-                      const fit::Bases& plain, const fit::Bases& si, const FitOptions& options) {
-  PointResult result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-    result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
-  result.message = point.problem;
-  if (!point.problem.empty()) return result;
-  fit::PointCurves curves = fit::start_values(point, rows, bases.plain, options);
-  result.message = curves.problem;
-  if (!curves.problem.empty()) return result;
-
-  fit::solve_point(point, plain, options, curves);
-  if (!curves.is_identified[2])  // made up from f^z, which may have moved
-    curves.increments[2] =
-        fit::transfer(bases.plain[0], curves.increments[0], bases.plain[2], curves.friction);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-    result.control[kind] =
-        fit::stored_controls(curves.increments[kind], point.force_N, kind == 1);
-
-  result.score = fit::score_point(samples, point, length_m, si, result.control);
-  result.is_scored = true;
-  if (curves.is_identified[2] && result.score.slipped_rows == 0)
-    join(curves.message, "no row slips in the fitted model: the limit curve is a guess");
-  result.message = curves.message;
-  result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
-  if (result.score.relative > options.poor_above) {
-    if (result.status == FitStatus::good) result.status = FitStatus::poor;
-    join(result.message, "residual is " + percent(result.score.relative) +
-                             " of the force, worst in experiment " +
-                             std::to_string(result.score.worst_experiment));
+// Bases and family as the earlier fit had them.
+FitOptions as_before(FitOptions options) {
+  const CurveSet& curves = options.warm_start->curves;
+  options.degree = curves.basis[0].degree;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    require(curves.basis[kind].degree == options.degree, "warm start",
+            "has curves of several degrees", "Fit without a warm start.");
+    options.knots_m[kind] = curves.basis[kind].knots_m;
   }
-  return result;
+  options.family = curves.family();
+  return options;
 }
 
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows,
                                     const BodyBases& bases, const FitOptions& options,
                                     const Progress& progress) {
-  const fit::Bases plain(bases.plain), si(bases.si);
+  const fit::Bases plain(bases.plain, bases.lean_plain), si(bases.si, bases.lean_si);
+  const auto earlier = earlier_points(options.warm_start);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
   const auto fit_one = [&](std::size_t p) {
     if (progress.stopped()) {
-      for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-        results[p].control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
-      results[p].message = "stopped before this point was fitted";
+      results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
-    results[p] = fit_point(samples, body.points[p], rows[p], body.length_m, bases, plain, si,
-                           options);
+    const std::string hash =
+        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], options);
+    const auto found = earlier.find(hash);
+    results[p] = found != earlier.end()
+                     ? fit::keep_point(samples, body.points[p], body.length_m, si,
+                                       *options.warm_start, found->second)
+                     : fit::fit_point(samples, body.points[p], rows[p], body.length_m, bases,
+                                      plain, si, options);
+    results[p].rows_hash = hash;
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   };
@@ -151,6 +143,8 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.curves.basis = bases.si;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     out.curves.control[kind].resize(points, bases.si[kind].size());
+  out.curves.lean_basis = bases.lean_si;
+  if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
   out.max_residual_N = out.rms_residual_N;
   out.depth_range_m.setZero(points);
@@ -158,8 +152,10 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
     const PointResult& result = results[static_cast<std::size_t>(p)];
     for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
       out.curves.control[kind].row(p) = result.control[kind];
+    if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
+    out.rows_hash.push_back(result.rows_hash);
     out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth * body.length_m;
     if (!result.is_scored) continue;
     out.rms_residual_N[p] = result.score.rms_N;
@@ -177,7 +173,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
     const auto at = static_cast<Eigen::Index>(p);
     std::string reason = "worst at row " + std::to_string(score.worst_row) + " of experiment " +
                          std::to_string(score.worst_experiment);
-    if (!results[p].message.empty()) join(reason, results[p].message);
+    if (!results[p].message.empty()) fit::join(reason, results[p].message);
     worst.push_back({at, fitted.name[p], fitted.position.row(at), score.relative, score.rms_N,
                      score.max_N, reason});
   }
@@ -195,6 +191,7 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
   FitReport report;
   report.kind = bases.report;
   report.worst = worst_points(fitted, results, count);
+  for (const PointResult& result : results) report.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
     report.good += status == FitStatus::good;
     report.underdetermined += status == FitStatus::underdetermined;
@@ -218,18 +215,21 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
 
 }  // namespace
 
-FittedCurves fit_curves(const Samples& samples, const FitOptions& options,
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
                         const Progress& progress, FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
-  check(options);
+  check(wanted);
+  const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
   const fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
-  const BodyBases bases = make_bases(body, rows, options);
+  BodyBases bases = make_bases(body, rows, options);
+  const FamilyReport family = settle_family(body, rows, options, bases);
   const auto results = fit_points(samples, body, rows, bases, options, progress);
   FittedCurves fitted = collect(samples, body, bases, results);
   if (report != nullptr) {
     *report = make_report(samples, body, bases, fitted, results, options.worst_points);
+    report->family = family;
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

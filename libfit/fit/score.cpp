@@ -25,12 +25,24 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
   return control;
 }
 
+Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components,
+                            double length_m) {
+  if (components.size() == 0) return {};
+  const std::vector<double> control = lean_controls<double>(
+      tangents_of(inward), components.data(), static_cast<int>(components.size()));
+  const Eigen::VectorXd scaled =
+      length_m * Eigen::Map<const Eigen::VectorXd>(control.data(),
+                                                   static_cast<Eigen::Index>(control.size()));
+  return scaled.cast<float>().cast<double>();
+}
+
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
-                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N) {
+                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
+                       const Eigen::VectorXd& lean_m) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
   const runtime::ControlPointers<double> controls{
-      {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()}};
+      {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()}, lean_m.data()};
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (const Experiment& e : point.experiments) {

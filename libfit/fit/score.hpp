@@ -9,7 +9,12 @@ namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
                                 bool is_strictly_rising);
 
+/// Control values of a lean as an asset stores them: exact in float32. components: as
+/// PointCurves::lean, times length_m [m]. Empty for none.
+Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
+
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
+/// lean_m: as stored_lean.
 struct PointScore {
   double rms_N = 0, max_N = 0;
   double relative = 0;                 ///< rms difference over rms force
@@ -20,6 +25,7 @@ struct PointScore {
 };
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
-                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N);
+                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
+                       const Eigen::VectorXd& lean_m);
 
 }  // namespace palpate::fit

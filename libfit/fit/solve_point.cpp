@@ -37,8 +37,24 @@ ceres::CostFunction* automatic(Functor* functor, Eigen::Index parameters, Eigen:
   return cost;
 }
 
+constexpr double kWidestLean = 3;  // of the deepest row; what no body does
+constexpr double kUsualLean = 0.5;  // of the deepest row: standard deviation assumed beforehand
+
+// Faint knowledge that the lean is not large.
+struct FaintLean {
+  Eigen::Index offset, size;
+  double strength;
+
+  template <class T>
+  bool operator()(const T* const* parameters, T* residual) const {
+    for (Eigen::Index j = 0; j < size; ++j) residual[j] = strength * parameters[0][offset + j];
+    return true;
+  }
+};
+
 Eigen::VectorXd pack(const PointCurves& curves,
-                     const std::array<Eigen::VectorXd, kCurveKinds>& values) {
+                     const std::array<Eigen::VectorXd, kCurveKinds>& values,
+                     const Eigen::VectorXd& lean) {
   Eigen::VectorXd packed(0);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!curves.is_identified[kind]) continue;
@@ -46,7 +62,13 @@ Eigen::VectorXd pack(const PointCurves& curves,
     packed.conservativeResize(old + values[kind].size());
     packed.tail(values[kind].size()) = values[kind];
   }
+  packed.conservativeResize(packed.size() + lean.size());
+  packed.tail(lean.size()) = lean;
   return packed;
+}
+
+Eigen::VectorXd pack(const PointCurves& curves) {
+  return pack(curves, curves.increments, curves.lean);
 }
 
 void unpack(const Eigen::VectorXd& packed, PointCurves& curves) {
@@ -57,12 +79,13 @@ void unpack(const Eigen::VectorXd& packed, PointCurves& curves) {
     curves.increments[kind] = packed.segment(at, n);
     at += n;
   }
+  curves.lean = packed.tail(curves.lean.size());
 }
 
 ReplayResidual residual_of(const PointData& point, const Bases& bases, const Experiment& e,
                            const PointCurves& curves) {
   return {&bases, quadric_of(point.inward, point.normal_gradient), &e, curves.is_identified,
-          curves.increments, FitLoss::squared, 1};
+          curves.increments, FitLoss::squared, 1, tangents_of(point.inward)};
 }
 
 // Robust deviation of the weighted residuals' sizes at the given parameters.
@@ -74,7 +97,8 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
     residual.resize(3 * e.row.size());
     residual_of(point, bases, e, curves)(&block, residual.data());
     for (std::size_t i = 0; i < e.row.size(); ++i)
-      sizes.push_back(std::hypot(residual[3 * i], residual[3 * i + 1], residual[3 * i + 2]));
+      if (e.weight[i] > 0)  // rows held out have none
+        sizes.push_back(std::hypot(residual[3 * i], residual[3 * i + 1], residual[3 * i + 2]));
   }
   return robust_deviation(std::move(sizes));
 }
@@ -82,7 +106,7 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
 double root_mean_square_weight(const PointData& point) {
   double sum = 0, rows = 0;
   for (const Experiment& e : point.experiments)
-    for (const double w : e.weight) sum += w * w, ++rows;
+    for (const double w : e.weight) sum += w * w, rows += w > 0;
   return std::sqrt(sum / rows);
 }
 
@@ -102,12 +126,15 @@ ceres::Solver::Options solver_options() {
 // One solve from the curves as they are; rows further than the robust `scale` count less.
 void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
             PointCurves& curves) {
-  Eigen::VectorXd parameters = pack(curves, curves.increments);
-  const Eigen::VectorXd lower = pack(curves, curves.lower);
+  Eigen::VectorXd parameters = pack(curves);
+  const Eigen::VectorXd lower =
+      pack(curves, curves.lower, Eigen::VectorXd::Constant(curves.lean.size(), -kWidestLean));
   ceres::Problem problem;
   problem.AddParameterBlock(parameters.data(), static_cast<int>(parameters.size()));
   for (Eigen::Index j = 0; j < lower.size(); ++j)
     problem.SetParameterLowerBound(parameters.data(), static_cast<int>(j), lower[j]);
+  for (Eigen::Index j = lower.size() - curves.lean.size(); j < lower.size(); ++j)
+    problem.SetParameterUpperBound(parameters.data(), static_cast<int>(j), kWidestLean);
   for (const Experiment& e : point.experiments) {
     auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
     residual->loss = loss;
@@ -126,6 +153,11 @@ void refine(const PointData& point, const Bases& bases, FitLoss loss, double sca
         nullptr, parameters.data());
     offset += curves.increments[kind].size();
   }
+  if (curves.lean.size() > 0)
+    problem.AddResidualBlock(
+        automatic(new FaintLean{offset, curves.lean.size(), weight * curves.lean_strength},
+                  parameters.size(), curves.lean.size()),
+        nullptr, parameters.data());
 
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(), &problem, &summary);
@@ -138,10 +170,10 @@ void refine(const PointData& point, const Bases& bases, FitLoss loss, double sca
 
 void solve_point(const PointData& point, const Bases& bases, const FitOptions& options,
                  PointCurves& curves) {
-  if (pack(curves, curves.increments).size() == 0) return;
+  if (pack(curves).size() == 0) return;
   // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
   const auto scale_of = [&](const PointCurves& c) {
-    return std::max(residual_scale(point, bases, c, pack(c, c.increments)), 1e-3);
+    return std::max(residual_scale(point, bases, c, pack(c)), 1e-3);
   };
   const PointCurves start = curves;
   for (Faint& faint : curves.faint) faint.strength = kFaint;
@@ -156,6 +188,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
     if (again.is_identified[kind])
       again.faint[kind].strength =
           again.faint[kind].per_noise * noise / start.increments[kind].sum();
+  again.lean_strength = noise / kUsualLean;
   refine(point, bases, options.loss, scale, again);
   curves = again;
 }

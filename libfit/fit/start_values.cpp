@@ -1,5 +1,6 @@
 #include "libfit/fit/start_values.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -127,16 +128,58 @@ void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBas
   out.is_identified[2] = true;
 }
 
+// Lateral deflection at which the lateral curve has this force; at most `most`.
+double deflection_at(const SplineTables& tables, const Eigen::VectorXd& increments, double force,
+                     double most) {
+  const runtime::SplineView spline = view(tables);
+  const Eigen::VectorXd control = controls_of(increments);
+  double low = 0, high = most;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (runtime::curve_value(spline, control.data(), middle) < force ? low : high) = middle;
+  }
+  return high;
+}
+
+// The lean that gives presses the lateral force they have, by linear least squares.
+void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBasis& basis,
+                PointCurves& out) {
+  const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
+  const auto tangents = tangents_of(point.inward);
+  const Eigen::Index n = basis.size() - 1;
+  Eigen::MatrixXd normal = kFaint * Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 2);
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double depth = depth_of(point, e.deflection[i]);
+      const Vec3 force = lateral_of(point, e.force[i]);
+      if (!(depth > 0 && force.norm() > 0)) continue;
+      const double away = deflection_at(lateral_tables, out.increments[1], force.norm(), depth);
+      // d l / d control values, from those by increments.
+      const Eigen::VectorXd by_increment = increment_weights(view(tables), depth);
+      Eigen::VectorXd w = by_increment;
+      w.head(n - 1) -= by_increment.tail(n - 1);
+      normal += w * w.transpose();
+      for (int k = 0; k < 2; ++k) right.col(k) -= w * (away / force.norm() * force.dot(tangents[k]));
+    }
+  }
+  const Eigen::MatrixXd components = normal.ldlt().solve(right);
+  out.lean.resize(2 * n);
+  for (Eigen::Index j = 0; j < n; ++j) out.lean.segment<2>(2 * j) = components.row(j);
+}
+
 }  // namespace
 
 PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::array<CurveBasis, kCurveKinds>& bases,
+                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
                          const FitOptions& options) {
   PointCurves out;
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
+  if (!lean.knots_m.empty()) start_lean(point, bases[1], lean, out);
   return out;
 }
 

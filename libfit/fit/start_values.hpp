@@ -14,15 +14,19 @@ struct PointCurves {
   std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
   std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
   std::array<Faint, kCurveKinds> faint;  ///< what decides where rows are silent, of identified ones
+  /// Components of the lean's control values along the point's tangents, two of each but the first;
+  /// empty in the separable family.
+  Eigen::VectorXd lean;
+  double lean_strength = kFaint;  ///< of the faint pull of the lean to 0
   double friction = 0;     ///< L / f^z where rows do not say otherwise
   std::string problem;     ///< no curve can be made; empty otherwise
   std::string message;     ///< sentences on what is missing and what stands in for it
 };
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
-/// curves no row speaks of.
+/// curves no row speaks of. lean: basis of the lean, without knots in the separable family.
 PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::array<CurveBasis, kCurveKinds>& bases,
+                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
                          const FitOptions& options);
 
 }  // namespace palpate::fit

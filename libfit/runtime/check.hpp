@@ -71,7 +71,7 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
-/// Finite, zero at zero, increasing; all zero where not covered.
+/// Finite, zero at zero, increasing (but for the lean); all zero where not covered.
 inline Status check_controls(const AssetView& view) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
     const float* control = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
@@ -84,6 +84,13 @@ inline Status check_controls(const AssetView& view) noexcept {
         if (!(b[j] >= b[j - 1] && is_within(double(b[j]), kMaxNumber)))
           return Status::controls_wrong;
       if (!view.covered[v] && b[size - 1] != 0) return Status::controls_wrong;
+    }
+    const float* lean = control + view.control_offset[kLean];
+    const int first = view.curves.lean.pieces > 0 ? 3 : 0;
+    for (int j = 0; j < 3 * view.curves.lean.size(); ++j) {
+      const bool must_be_zero = j < first || !view.covered[v];
+      if (!is_within(double(lean[j]), must_be_zero ? 0 : kMaxCoordinate_m))
+        return Status::controls_wrong;
     }
   }
   return Status::ok;
@@ -199,6 +206,7 @@ inline Status check_sections(const AssetView& view, const Header& header) noexce
   Status status = check_numbers(view);
   for (int curve = 0; curve < kCurves && status == Status::ok; ++curve)
     status = check_spline(view.curves.view[curve]);
+  if (status == Status::ok && view.curves.lean.pieces > 0) status = check_spline(view.curves.lean);
   if (status == Status::ok) status = check_controls(view);
   if (status == Status::ok) status = check_vertices(view);
   if (status == Status::ok) status = check_triangles(view);

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's machine;
+// The bytes of an asset (.palp), version 2. Little-endian or big-endian as the writer's machine;
 // the mark tells. A header, then the sections of `Section` in order, each beginning at the next
 // multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is allowed.
 
@@ -12,7 +12,7 @@
 namespace palpate {
 namespace runtime {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
@@ -30,15 +30,16 @@ enum Section : int {
   kVertices,     ///< float V x 3 [m], relative to the origin
   kNormals,      ///< float V x 3, inward unit u_l
   kCovered,      ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
-  kControls,     ///< float V x (normal, lateral, limit) [N]: b_0 = 0, b_j <= b_{j+1}
+  kControls,     ///< float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz)
   kTriangles,    ///< int32 F x 3, counter-clockwise from outside
   kNeighbours,   ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
   kMaxDepth,     ///< float F [m], depth up to which slides are well-conditioned; 0: air
   kTreeNodes,    ///< TreeNode, preorder
   kTreeItems,    ///< int32, triangles of the leaves
-  kNormalTable,  ///< double: knots, weights, integrals of a SplineView; likewise the next two
+  kNormalTable,  ///< double: knots, weights, integrals of a SplineView; likewise the next three
   kLateralTable,
   kLimitTable,
+  kLeanTable,   ///< empty where the body does not lean
   kCheckTicks,  ///< CheckTick: a path and the exact forces on the tool it must bring
   kMeta,        ///< JSON for people: error statement, scene hash; the engine does not read it
   kSections
@@ -66,7 +67,7 @@ struct Header {
   std::uint32_t flags;
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
-  std::int32_t degree[3], pieces[3];           ///< normal, lateral, limit
+  std::int32_t degree[4], pieces[4];           ///< normal, lateral, limit, lean (0 and 0: none)
   double origin_m[3];                          ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
   double probe_radius_m;  ///< of the probe the curves were measured with; 0 unknown
@@ -75,17 +76,18 @@ struct Header {
 };
 static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
-static_assert(sizeof(Header) == 128 + 8 * kSections, "the header is packed");
+static_assert(sizeof(Header) == 136 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
 inline int curve_size(const Header& h, int curve) noexcept {
   return h.pieces[curve] + h.degree[curve];
 }
 inline int controls_per_vertex(const Header& h) noexcept {
-  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2);
+  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3);
 }
 
 inline std::uint64_t table_doubles(const Header& h, int curve) noexcept {
+  if (h.pieces[curve] == 0) return 0;
   const std::uint64_t rows = static_cast<std::uint64_t>(h.pieces[curve]) + 1;
   const std::uint64_t order = static_cast<std::uint64_t>(h.degree[curve]) + 1;
   return rows + rows * order * order + rows * static_cast<std::uint64_t>(curve_size(h, curve));
@@ -115,6 +117,7 @@ inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
     case kNormalTable:
     case kLateralTable:
     case kLimitTable:
+    case kLeanTable:
       return 8 * table_doubles(h, section - kNormalTable);
     case kCheckTicks:
       return sizeof(CheckTick) * static_cast<std::uint64_t>(h.check_ticks);
@@ -135,7 +138,9 @@ inline bool has_possible_counts(const Header& h) noexcept {
   if (h.tree_nodes >= 2 * h.tree_items) return false;
   if (h.check_ticks < 0 || h.check_ticks > kMaxCheckTicks || h.check_path_ticks < 1) return false;
   if (h.meta_bytes > kMaxMetaBytes) return false;
-  for (int curve = 0; curve < 3; ++curve) {
+  for (int curve = 0; curve < 4; ++curve) {
+    const bool is_absent = curve == 3 && h.degree[curve] == 0 && h.pieces[curve] == 0;
+    if (is_absent) continue;
     if (h.degree[curve] < 1 || h.degree[curve] > 4) return false;
     if (h.pieces[curve] < 1 || h.pieces[curve] > kMaxPieces) return false;
   }

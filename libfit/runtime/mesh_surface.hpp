@@ -27,10 +27,13 @@ struct MeshSpot {
   Vec3<S> point, normal;
   S n[3];
   const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each curve within them
+  const int* offset;     ///< of each curve and of the lean within them
   S control(int curve, int j) const noexcept {
     const int at = offset[curve] + j;
     return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
+  }
+  Vec3<S> lean(int j) const noexcept {
+    return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
   }
 };
 
@@ -68,7 +71,7 @@ struct MeshPath {
 /// Stored energy of a spot [J]: the corners' curve energies blended, exact polynomials.
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Vec3d& x) noexcept {
-  const auto d = split(x - spot.point, spot.normal);
+  const auto d = deflection(views, spot, x);
   double sum = 0;
   for (int k = 0; k < 3; ++k)
     sum += spot.n[k] *

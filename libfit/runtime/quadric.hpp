@@ -28,10 +28,12 @@ Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
           p.x * g[6] + p.y * g[7] + p.z * g[8]};
 }
 
-/// Control values of the three curves at the test point [N]; size() of each view's basis.
+/// Control values of the three curves at the test point [N], size() of each view's basis, and of its
+/// lean [m], x, y, z of each in turn; null where the body does not lean.
 template <class C>
 struct ControlPointers {
   const C* curve[kCurves];
+  const C* lean = nullptr;
 };
 
 /// Signed depth [m] of a point under the quadric, along u0: > 0 inside the body.
@@ -49,6 +51,11 @@ struct QuadricSpot {
   ControlPointers<C> controls;
   S control(int curve, int j) const noexcept {
     return convert(controls.curve[curve][j], std::integral_constant<bool, kIsPlain>());
+  }
+  Vec3<S> lean(int j) const noexcept {
+    const std::integral_constant<bool, kIsPlain> plain;
+    const C* at = controls.lean + 3 * j;
+    return {convert(at[0], plain), convert(at[1], plain), convert(at[2], plain)};
   }
 
  private:
@@ -141,7 +148,7 @@ int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, con
     const Vec3<T> x = widened<T>(tip);
     if (slide(views, x, surface) != SlideEnd::stick) ++slipped;
     const auto spot = surface.standing();
-    const Deflection<T> d = split(x - spot.point, spot.normal);
+    const Deflection<T> d = deflection(views, spot, x);
     force_N[row] = response(views, spot, d);
     in_contact = value_of(d.normal_m) > 0 || row == 0;
   }

@@ -6,7 +6,7 @@
 // quadric.hpp, which also has replay_drag). Forces here are those of the tool ON the body.
 //
 // A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
-//   path.at(s)   -> Spot: .point [m], .normal (inward unit), .control(curve, j) [N]
+//   path.at(s)   -> Spot: .point [m], .normal (inward unit), .control(curve, j) [N], .lean(j) [m]
 //   path.end()   -> where the path leaves its triangle, may be infinite
 //   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go
 // A Surface holds the contact point:
@@ -23,6 +23,7 @@ namespace runtime {
 
 constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
 constexpr int kCurves = 3;
+constexpr int kLean = 3;  ///< where the lean l(dz) stands after them
 
 constexpr int kMaxRootSteps = 12;  ///< Newton needs 3 or 4; 12 bisections leave 1/4096 of a slip
 constexpr int kMaxSegments =
@@ -33,29 +34,58 @@ constexpr double kRootTolerance = 1e-13;  ///< of f^r: where Newton stops
 constexpr double kInside =
     1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
 
-/// The bases of the three curves, shared by the body.
+/// The bases of the three curves and of the lean, shared by the body.
 struct CurveViews {
   SplineView view[kCurves];
+  SplineView lean;  ///< of l(dz); no pieces: the body does not lean
 };
 
 /// A tool's deflection in the frame of its contact point.
 template <class T>
 struct Deflection {
   T normal_m;       ///< dz, > 0 in contact
-  T lateral_m;      ///< dr >= 0; exactly 0 below kLateralZero_m
+  T lateral_m;      ///< dr >= 0, from where the body leans to; exactly 0 below kLateralZero_m
   Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
+  T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
 };
 
-/// delta = x - c [m], normal the inward unit vector at c.
+/// l and dl/d(dz) of a spot.
 template <class T>
-Deflection<T> split(const Vec3<T>& delta, const Vec3<T>& normal) noexcept {
+struct Lean {
+  Vec3<T> value_m, slope;
+};
+template <class T, class Spot>
+Lean<T> lean_at(const SplineView& view, const Spot& spot, const T& depth_m) noexcept {
+  const SplineWeights<T> w = spline_weights(view, find_piece(view, value_of(depth_m)), depth_m);
+  const Vec3<T> nothing{T(0), T(0), T(0)};
+  Lean<T> out{nothing, nothing};
+  for (int k = 0; k <= view.degree; ++k) {
+    const Vec3<T> control = spot.lean(w.first + k);
+    out.value_m = out.value_m + control * w.value[k];
+    out.slope = out.slope + control * w.slope[k];
+  }
+  return out;
+}
+
+/// The deflection of a tool at x [m] whose contact point is the spot.
+template <class T, class Spot>
+Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
-  Deflection<T> out{dot(delta, normal), T(0), {T(0), T(0), T(0)}};
-  const Vec3<T> lateral = delta - normal * out.normal_m;
+  const Vec3<T> delta = x - spot.point;
+  Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}, T(0)};
+  Vec3<T> lateral = delta - spot.normal * out.normal_m;
+  const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
+  Vec3<T> slope{T(0), T(0), T(0)};
+  if (leans) {
+    const Lean<T> lean = lean_at(views.lean, spot, out.normal_m);
+    lateral = lateral - (lean.value_m - spot.normal * dot(lean.value_m, spot.normal));
+    slope = lean.slope;
+  }
   const T squared = dot(lateral, lateral);
   if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
   out.lateral_m = sqrt(squared);
   out.lateral = lateral * (1.0 / out.lateral_m);
+  if (leans) out.lean_rate = dot(slope, out.lateral);
   return out;
 }
 
@@ -71,12 +101,14 @@ T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noe
   return sum;
 }
 
-/// f^z(dz) u + f^r(dr) u^r, force of the tool on the body [N]; zero where dz <= 0.
+/// Gradient of Z(dz) + R(dr), force of the tool on the body [N] (docs/method.md, section 2):
+/// (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
   if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  return spot.normal * curve_at(views, spot, kNormal, d.normal_m) +
-         d.lateral * curve_at(views, spot, kLateral, d.lateral_m);
+  const T lateral_N = curve_at(views, spot, kLateral, d.lateral_m);
+  const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
+  return spot.normal * normal_N + d.lateral * lateral_N;
 }
 
 /// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless.
@@ -97,7 +129,7 @@ template <class T, class Path>
 T slip_excess_along(const CurveViews& views, const Path& path, const Vec3<T>& x, const T& s,
                     bool frictionless) noexcept {
   const auto spot = path.at(s);
-  return slip_excess(views, spot, split(x - spot.point, spot.normal), frictionless);
+  return slip_excess(views, spot, deflection(views, spot, x), frictionless);
 }
 
 /// Whether the contact point cannot hold: f^r(dr) > L(dz).
@@ -155,10 +187,9 @@ double differentiable_root(const CurveViews&, const Path&, const Vec3d&, const S
 
 /// Whether going to the path's end would lengthen the lateral deflection.
 template <class Path>
-bool flees(const Path& path, const Vec3d& x, double lateral_m, double end) noexcept {
-  if (!(end > 0)) return false;
-  const auto spot = path.at(end);
-  return split(x - spot.point, spot.normal).lateral_m > lateral_m;
+bool flees(const CurveViews& views, const Path& path, const Vec3d& x, double lateral_m,
+           double end) noexcept {
+  return end > 0 && deflection(views, path.at(end), x).lateral_m > lateral_m;
 }
 
 /// What a surface did with a requested move.
@@ -177,14 +208,15 @@ template <class T, class Surface>
 SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
   for (int segment = 0; segment < kMaxSegments; ++segment) {
     const auto spot = surface.standing();
-    const Deflection<T> d = split(x - spot.point, spot.normal);
+    const Deflection<T> d = deflection(views, spot, x);
     if (!is_slipping(views, spot, d)) return segment == 0 ? SlideEnd::stick : SlideEnd::slid;
     const bool frictionless = is_frictionless(views, spot);
     const auto path = surface.aim(d.lateral);
     const double lateral_m = value_of(d.lateral_m);
     const double end = path.end() < lateral_m ? path.end() : lateral_m;
     const auto plain = path.plain();
-    if (path.is_blocked() || flees(plain, values_of(x), lateral_m, end)) return SlideEnd::stopped;
+    if (path.is_blocked() || flees(views, plain, values_of(x), lateral_m, end))
+      return SlideEnd::stopped;
     const double inside = kInside * end;
     const bool holds_within =
         slip_excess_along(views, plain, values_of(x), inside, frictionless) < 0;

@@ -31,7 +31,7 @@ struct Output {
   double contact_m[3] = {0, 0, 0};        ///< contact point in body coordinates
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
-  double normal_m = 0, lateral_m = 0;  ///< dz, dr
+  double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
   ContactState state = ContactState::air;
   unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
   double stored_J = 0;                     ///< elastic energy now
@@ -86,7 +86,7 @@ inline Status answer(const AssetView& asset, Contact& contact, const Vec3d& x,
   contact.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weights()[k];
   const MeshSpot<double> spot = surface.standing();
-  const Deflection<double> d = split(x - spot.point, spot.normal);
+  const Deflection<double> d = deflection(asset.curves, spot, x);
   const bool is_lifted = !(d.normal_m > 0) && end != SlideEnd::unfinished;
   if (is_lifted || is_powerless(asset, contact)) {
     release(contact);

@@ -16,7 +16,8 @@ namespace runtime {
 struct AssetView {
   int vertices = 0, triangles = 0;
   int controls_per_vertex = 0;
-  int control_offset[kCurves] = {0, 0, 0};  ///< where each curve begins in a vertex's controls
+  /// Where each curve and the lean begin in a vertex's controls.
+  int control_offset[kCurves + 1] = {0, 0, 0, 0};
   const float* vertex = nullptr;
   const float* normal = nullptr;
   const std::uint8_t* covered = nullptr;
@@ -72,15 +73,16 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   view.max_depth_m = reinterpret_cast<const float*>(at(kMaxDepth));
   view.tree = reinterpret_cast<const TreeNode*>(at(kTreeNodes));
   view.tree_item = reinterpret_cast<const std::int32_t*>(at(kTreeItems));
-  for (int curve = 0, offset = 0; curve < kCurves; ++curve) {
-    SplineView& spline = view.curves.view[curve];
+  for (int curve = 0, offset = 0; curve <= kCurves; ++curve) {
+    SplineView& spline = curve == kLean ? view.curves.lean : view.curves.view[curve];
     const int rows = h.pieces[curve] + 1, order = h.degree[curve] + 1;
     spline.degree = h.degree[curve];
     spline.pieces = h.pieces[curve];
+    view.control_offset[curve] = offset;
+    if (spline.pieces == 0) continue;  // no lean
     spline.knots = reinterpret_cast<const double*>(at(kNormalTable + curve));
     spline.weights = spline.knots + rows;
     spline.integrals = spline.weights + rows * order * order;
-    view.control_offset[curve] = offset;
     offset += spline.size();
   }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));

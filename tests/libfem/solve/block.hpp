@@ -31,8 +31,7 @@ inline SimulationSetup block_setup(double friction, double scale = 1) {
   setup.is_held = held_below(setup.volume.nodes, scale * 1e-6);
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
-  setup.probe_radius_m = scale * 0.008;
-  setup.friction = friction;
+  setup.probe = sphere_spec(scale * 0.008, friction);
   setup.options.twin_ratio = 0;
   return setup;
 }

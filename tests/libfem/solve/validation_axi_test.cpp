@@ -5,14 +5,10 @@
 #include <cstdio>
 #include <ctime>
 
-#include "libfem/mesh/grade/boundary.hpp"
-#include "libfem/mesh/grade/structured_block.hpp"
-#include "libfem/solve/simulator.hpp"
+#include "cylinder.hpp"
 
 namespace palpate::fem {
 namespace {
-
-constexpr double kRadius_m = 0.06, kHeight_m = 0.04;
 
 double thread_seconds() {
   timespec time;
@@ -20,31 +16,11 @@ double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// A cylinder with its top in z = 0: a square block bent to a disc, straight inside, round at the rim.
-TetMesh cylinder(int across, int layers) {
-  TetMesh mesh = structured_block(Vec3(2, 2, 1), {across, across, layers});
-  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
-    const double x = mesh.nodes(n, 0) - 1, y = mesh.nodes(n, 1) - 1;
-    const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
-    const double pull = 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
-    mesh.nodes.row(n) << kRadius_m * pull * x, kRadius_m * pull * y,
-        kHeight_m * (mesh.nodes(n, 2) - 1);
-  }
-  return mesh;
-}
-
 /// Frictionless ball of 10 mm pressed 1, 2 .. 10 mm into the middle of the top, bottom held, 10 kPa,
 /// default options. reference_N: axisymmetric Q2/P-1 solution of the same equations, good to 0.3 %.
 /// shallow, deep: error allowed below 4 mm, where the contact is a few elements wide, and from there.
 void compare(double poisson, const std::array<double, 10>& reference_N, double shallow, double deep) {
-  SimulationSetup setup;
-  setup.volume = cylinder(6, 3);
-  for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
-    setup.is_held.push_back(setup.volume.nodes(n, 2) < -0.9999 * kHeight_m);
-  const TetMesh finer = cylinder(36, 3);
-  setup.surface = {finer.nodes, boundary_triangles(finer.tets)};
-  setup.materials = {{"neo-hookean", {10e3, poisson}}};
-  setup.probe_radius_m = 0.01;
+  const SimulationSetup setup = ball_on_cylinder(poisson);
   Experiments experiments;
   experiments.depth_m = 0.01;
   experiments.press_steps = 10;

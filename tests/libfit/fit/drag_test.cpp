@@ -11,6 +11,8 @@ struct Truth {
                                             CurveBasis{3, {0, 0.003, 0.006}},
                                             CurveBasis{3, {0, 0.01}}};
   std::array<Eigen::VectorXd, kCurveKinds> control;
+  CurveBasis lean_basis{2, {}};
+  std::vector<double> lean_m{};  ///< control values, x, y, z of each
 };
 
 // Increments between half and one and a half of a straight line's; friction 0.3 to 0.5.
@@ -30,10 +32,12 @@ Truth random_truth(unsigned seed) {
 // Records what the engine's template says for a drag or press.
 void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth,
             ExperimentKind kind, const std::vector<Vec3>& rows) {
-  const fit::Bases bases(truth.basis);
+  const fit::Bases bases(truth.basis, truth.lean_basis);
   std::vector<runtime::Vec3d> force(rows.size());
   runtime::replay_drag<double>(
-      bases.views, {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()}},
+      bases.views,
+      {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()},
+       truth.lean_m.data()},
       fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
       static_cast<int>(rows.size()), force.data());
   std::vector<Vec3> recorded;
@@ -103,6 +107,45 @@ TEST(drag, recovers_all_three_curves_on_a_flat_surface) {
     expect_recovered(fit_curves(rig.samples, with_knots(truth)), 0, truth,
                      "seed " + std::to_string(seed));
   }
+}
+
+// A lean of up to a quarter of the depth that grows faster than the depth.
+void make_lean(Truth& truth, const Vec3& inward) {
+  const auto tangents = fit::tangents_of(inward.normalized());
+  truth.lean_basis.knots_m = {0, 0.01};
+  truth.lean_m.assign(3, 0.0);
+  for (const auto& [a, b] : {std::pair{2e-4, -1e-4}, std::pair{2e-3, -1.5e-3}})
+    for (int i = 0; i < 3; ++i) truth.lean_m.push_back(a * tangents[0][i] + b * tangents[1][i]);
+}
+
+TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
+  for (unsigned seed = 31; seed <= 36; ++seed) {
+    Truth truth = random_truth(seed);
+    const Vec3 inward(0.2, -1, 0.3);
+    make_lean(truth, inward);
+    Recorder rig;
+    record_point(rig, truth, inward, 0, 0);
+    FitReport report;
+    const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
+    const std::string where = "seed " + std::to_string(seed);
+    ASSERT_EQ(fitted.curves.family(), CurveFamily::leaning) << where << ": " << report.family.reason;
+    expect_recovered(fitted, 0, truth, where);
+    const Eigen::VectorXd found = fitted.curves.lean.row(0);
+    for (std::size_t j = 0; j < truth.lean_m.size(); ++j)
+      EXPECT_NEAR(found[static_cast<Eigen::Index>(j)], truth.lean_m[j], 1e-7) << where << ' ' << j;
+    EXPECT_LT(report.max_relative_error, 1e-5) << where;
+  }
+}
+
+TEST(drag, a_body_that_does_not_lean_stays_separable) {
+  Truth truth = random_truth(3);
+  Recorder rig;
+  for (int p = 0; p < 4; ++p) record_point(rig, truth, Vec3(0.2, -1, 0.1 * p), -8, -3);
+  add_noise(rig.samples, 0.02, 5);
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
+  EXPECT_EQ(fitted.curves.family(), CurveFamily::separable) << report.family.reason;
+  EXPECT_EQ(fitted.curves.lean.size(), 0);
 }
 
 TEST(drag, recovers_all_three_curves_on_a_curved_surface) {

@@ -92,6 +92,16 @@ inline CurveSet example_curve_set(Eigen::Index points, unsigned seed) {
   return curves;
 }
 
+/// Gives curves a lean that float32 holds exactly.
+inline void add_lean(CurveSet& curves, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> metres(-0.01F, 0.01F);
+  curves.lean_basis.knots_m = {0, 0.01};
+  curves.lean = Controls::Zero(curves.points(), 9);
+  for (Eigen::Index i = 0; i < curves.points(); ++i)
+    for (Eigen::Index j = 3; j < 9; ++j) curves.lean(i, j) = metres(random);
+}
+
 inline FittedCurves example_curves() {
   FittedCurves f;
   f.position = awkward_points(3, 10);

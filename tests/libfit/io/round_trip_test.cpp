@@ -90,6 +90,20 @@ TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
   EXPECT_EQ(b.scene, "");
 }
 
+TEST_F(RoundTrip, a_lean_comes_back_bit_for_bit) {
+  FittedCurves a = example_curves();
+  add_lean(a.curves, 15);
+  write_curves(at("c.h5"), a);
+  const FittedCurves b = read_curves(at("c.h5"));
+  EXPECT_EQ(b.curves.family(), CurveFamily::leaning);
+  EXPECT_EQ(a.curves.lean_basis.knots_m, b.curves.lean_basis.knots_m);
+  EXPECT_EQ(a.curves.lean_basis.degree, b.curves.lean_basis.degree);
+  EXPECT_EQ(a.curves.lean, b.curves.lean);
+  a.curves.lean(1, 2) = 0.001;
+  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
+            "d.h5:curves/lean/controls: row 1 does not start at 0");
+}
+
 TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   const FittedCurves a = example_curves();
   write_curves(at("c.h5"), a, kAttributes);

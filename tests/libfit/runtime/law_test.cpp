@@ -110,7 +110,11 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
     }
     const Vec3d u = runtime::normalized(Vec3d{normal[0], normal[1], normal[2]});
     const Vec3d delta{c[4] - point[0], c[5] - point[1], c[6] - point[2]};
-    const auto d = runtime::split(delta, u);
+    const struct {
+      Vec3d point, normal;
+      Vec3d lean(int) const { return {0, 0, 0}; }
+    } spot{{0, 0, 0}, u};
+    const auto d = runtime::deflection(runtime::CurveViews{}, spot, delta);
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << line;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << line;
     const bool touches = d.normal_m > 0;
@@ -198,7 +202,7 @@ TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
     const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
     const auto end = runtime::slide(curves.views, x, surface);
     const auto spot = surface.standing();
-    const auto d = runtime::split(x - spot.point, spot.normal);
+    const auto d = runtime::deflection(curves.views, spot, x);
     const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
     if (end == runtime::SlideEnd::slid)
       EXPECT_NEAR(pull, hold, 1e-9 * (pull + hold)) << "seed 7, round " << round;

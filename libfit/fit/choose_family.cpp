@@ -1,0 +1,86 @@
+#include "libfit/fit/choose_family.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace palpate::fit {
+namespace {
+
+constexpr std::size_t kMostPoints = 24;
+constexpr double kWorthIt = 0.9;        // of the separable family's held-out error
+constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
+
+// The point with the rows of one parity weightless.
+PointData without_rows(PointData point, std::size_t parity) {
+  for (Experiment& e : point.experiments)
+    for (std::size_t i = parity; i < e.row.size(); i += 2) e.weight[i] = 0;
+  return point;
+}
+
+// Appends the relative errors of the rows of one parity.
+void add_errors(const PointData& point, const Bases& bases, const PointCurves& curves,
+                std::size_t parity, std::vector<double>& errors) {
+  const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient);
+  std::array<Eigen::VectorXd, kCurveKinds> control;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    control[kind] = controls_of(curves.increments[kind]);
+  const std::vector<double> lean = lean_controls<double>(
+      tangents_of(point.inward), curves.lean.data(), static_cast<int>(curves.lean.size()));
+  for (const Experiment& e : point.experiments) {
+    std::vector<runtime::Vec3d> force(e.row.size());
+    runtime::replay_drag<double>(
+        bases.views, {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
+        quadric, e.deflection.front().data(), static_cast<int>(force.size()), force.data());
+    for (std::size_t i = parity; i < force.size(); i += 2) {
+      const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
+      errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));
+    }
+  }
+}
+
+FamilyEvidence judge(const BodyData& body, const std::vector<PointRows>& rows,
+                     const BodyBases& bases, CurveFamily family, const FitOptions& options) {
+  const Bases plain(bases.plain, bases.lean_plain);
+  std::vector<double> errors;
+  const std::size_t stride = (body.points.size() + kMostPoints - 1) / kMostPoints;
+  for (std::size_t p = 0; p < body.points.size(); p += std::max<std::size_t>(stride, 1)) {
+    if (!body.points[p].problem.empty()) continue;
+    for (const std::size_t parity : {0U, 1U}) {
+      const PointData seen = without_rows(body.points[p], parity);
+      const PointCurves curves = identify(seen, rows[p], bases, plain, options);
+      if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
+    }
+  }
+  return {family, median(errors), quantile(errors, 0.95)};
+}
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
+  return text;
+}
+
+}  // namespace
+
+FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
+                           const BodyBases& bases, const FitOptions& options) {
+  BodyBases separable_bases = bases;
+  separable_bases.lean_plain.knots_m.clear();
+  const FamilyEvidence separable =
+      judge(body, rows, separable_bases, CurveFamily::separable, options);
+  FamilyReport report{CurveFamily::separable, {separable}, {}};
+  if (separable.p95_error <= options.tolerance) {
+    report.reason = "its held-out error of " + percent(separable.p95_error) +
+                    " (p95) is within the tolerance";
+    return report;
+  }
+  const FamilyEvidence leaning = judge(body, rows, bases, CurveFamily::leaning, options);
+  report.evidence.push_back(leaning);
+  if (leaning.p95_error < kWorthIt * separable.p95_error) report.family = CurveFamily::leaning;
+  report.reason = "held-out error, median and p95, separable " + percent(separable.median_error) +
+                  ", " + percent(separable.p95_error) + "; leaning " +
+                  percent(leaning.median_error) + ", " + percent(leaning.p95_error);
+  return report;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "libfit/fit/curve_rows.hpp"
+#include "libfit/fit/score.hpp"
+#include "libfit/fit/start_values.hpp"
+
+namespace palpate::fit {
+
+/// The bases that a body's curves share, in units of its `length_m` (plain) and in metres (si).
+/// lean: without knots in the separable family.
+struct BodyBases {
+  std::array<CurveBasis, kCurveKinds> plain, si;
+  CurveBasis lean_plain{2, {}}, lean_si{2, {}};
+  std::array<BasisReport, kCurveKinds> report;
+};
+
+/// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it failed.
+struct PointResult {
+  std::array<Eigen::VectorXd, kCurveKinds> control;
+  Eigen::VectorXd lean_m;
+  FitStatus status = FitStatus::failed;
+  std::string message;
+  PointScore score;
+  bool is_scored = false;
+  std::string rows_hash;
+  bool is_kept = false;  ///< of an earlier fit
+};
+
+/// A result without curves.
+PointResult no_curves(const BodyBases& bases, const std::string& why);
+
+/// Curves of one point, dimensionless, from its rows; `problem` says why there are none.
+PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
+                     const Bases& plain, const FitOptions& options);
+
+/// Curves of one point as an asset stores them, scored by replaying its experiments.
+PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
+                      double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
+                      const FitOptions& options);
+
+/// A point's curves of an earlier fit on the same bases, scored again.
+PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& si, const FittedCurves& earlier, Eigen::Index row);
+
+/// Appends a sentence to a message.
+inline void join(std::string& message, const std::string& sentence) {
+  message += (message.empty() ? "" : "; ") + sentence;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,99 @@
+#include "libfit/refine/refine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/libfit/refine/blending.hpp"
+
+namespace palpate::testing_refine {
+namespace {
+
+// Observed order between successive halvings of the spacing, from root mean square errors.
+std::vector<double> orders(const std::vector<FieldError>& errors, double FieldError::*measure) {
+  std::vector<double> orders;
+  for (std::size_t i = 1; i < errors.size(); ++i)
+    orders.push_back(std::log2(errors[i - 1].*measure / errors[i].*measure));
+  return orders;
+}
+
+TEST(Refine, converges_with_second_order_on_a_sphere) {
+  const Surface fine = icosphere(6, 0.03);
+  std::vector<FieldError> errors;
+  for (int level = 2; level <= 4; ++level) {
+    const Surface points = icosphere(level, 0.03);
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    errors.push_back(field_error(model, kSmooth));
+    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
+  }
+  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
+  for (const double order : orders(errors, &FieldError::most)) EXPECT_GE(order, 1.8);
+  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+  RecordProperty("max_orders", testing::PrintToString(orders(errors, &FieldError::most)));
+}
+
+TEST(Refine, converges_with_second_order_on_a_cylinder) {
+  const Surface fine = cylinder(192, 96, 0.03, 0.1);
+  std::vector<FieldError> errors;
+  for (const int n : {12, 24, 48}) {
+    const Surface points = cylinder(n, n / 2, 0.03, 0.1);
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    errors.push_back(field_error(model, kSmooth));
+    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
+  }
+  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
+  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+}
+
+TEST(Refine, converges_with_second_order_on_its_own_triangulation) {
+  const Surface fine = icosphere(6, 0.03);
+  std::vector<FieldError> errors;
+  for (int level = 2; level <= 4; ++level) {
+    RefineReport report;
+    const Surface points = icosphere(level, 0.03);
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), kNone, {}, &report);
+    EXPECT_TRUE(report.is_own_triangulation);
+    EXPECT_EQ(report.triangles.rows(), points.triangles.rows()) << "2 P - 4 on a sphere";
+    errors.push_back(field_error(model, kSmooth));
+    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
+  }
+  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
+  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+}
+
+// Points of a rig, at no vertex: evenly spread by the golden angle, each moved at random by up to
+// a quarter of the spacing.
+Surface scattered_on_sphere(int points, double radius_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> shift(-1, 1);
+  const double spacing = std::sqrt(4 * M_PI / points);
+  Surface s;
+  s.vertices.resize(points, 3);
+  for (int i = 0; i < points; ++i) {
+    const double z = 1 - (2 * i + 1.0) / points, angle = i * M_PI * (3 - std::sqrt(5.0));
+    Vec3 p(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
+    p += 0.25 * spacing / std::sqrt(3.0) * Vec3(shift(random), shift(random), shift(random));
+    s.vertices.row(i) = radius_m * p.normalized().transpose();
+  }
+  return s;
+}
+
+TEST(Refine, converges_with_second_order_on_scattered_points) {
+  const Surface fine = icosphere(6, 0.03);
+  std::vector<FieldError> errors;
+  for (const int count : {160, 640, 2560}) {
+    const Surface points = scattered_on_sphere(count, 0.03, 7);
+    FittedCurves curves = curves_at(points, kSmooth);
+    curves.normal = -points.vertices / 0.03;
+    RefineReport report;
+    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
+    EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "a closed triangulation, seed 7";
+    errors.push_back(field_error(model, kSmooth));
+    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
+  }
+  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9) << "seed 7";
+  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+}
+
+}  // namespace
+}  // namespace palpate::testing_refine
