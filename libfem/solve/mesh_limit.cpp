@@ -14,6 +14,8 @@ constexpr double kOrder = 2;
 // Of the excess, what may be left of it.
 constexpr double kSafety = 1.0;
 constexpr double kTooCoarse = 0.1, kTooSmall = 0.01;
+// Errors of opposite sign cancel in a mean: no bound below what they were found to be then.
+constexpr double kLeast = 0.003;
 
 }  // namespace
 
@@ -40,8 +42,9 @@ MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twi
   out.excess = share * mean;
   for (std::size_t i = 0; i < fine.size(); ++i) {
     const double whole = share == 0 ? 1 : kSafety * share, own = share == 0 ? 1 : share;
-    out.error[i] = std::max(whole * std::abs(mean), own * std::abs(difference[i] - mean));
-    if (std::isnan(difference[i])) out.error[i] = whole * std::abs(mean);
+    const double of_all = whole * std::abs(mean);
+    const double of_row = std::isnan(difference[i]) ? 0 : own * std::abs(difference[i] - mean);
+    out.error[i] = std::max({kLeast, of_all, of_row});
   }
   return out;
 }

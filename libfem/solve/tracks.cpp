@@ -100,8 +100,8 @@ TrackRow record(Equilibrium& equilibrium, const BodyState& state, const Vec3& de
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
-      // Overlaps shrink by the same factor with each update.
-      const double left = rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
+      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and go.
+      const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
       row.penalty_error_N = std::max(left, rules.least_penalty_left) * row.penalty_shift_N.norm();
     } else {
       // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
