@@ -29,7 +29,7 @@ class Fit final : public Command {
     const std::optional<FittedCurves> earlier =
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
     const FittedCurves curves = fit_samples(read_samples(samples_), section_,
-                                            ProbeSection{}.friction, jobs_,
+                                            ProbeSection{}.spec.friction, jobs_,
                                             earlier ? &*earlier : nullptr);
     write_curves(output_, curves);
     say("wrote {}", output_);

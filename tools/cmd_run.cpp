@@ -90,7 +90,7 @@ class Run final : public Command {
     const std::string inputs = curves_inputs(scene_, file("samples.h5"));
     if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
     const FittedCurves curves =
-        fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.friction, jobs_);
+        fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.spec.friction, jobs_);
     write_curves(output, curves, {{kInputsAttribute, inputs}});
   }
 

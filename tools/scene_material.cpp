@@ -11,10 +11,12 @@ constexpr double kHighestNumber = 1e6;    // of parameters without unit
 
 [[noreturn]] void refuse_missing(const SceneTable& table, const fem::LawRow& law,
                                  const fem::ParameterRow& row) {
-  const std::string form = row.count > 1     ? fmt::format("[...], {} numbers", row.count)
+  const std::string units = known_units(Dimension::pressure);
+  const std::string form = row.count > 1      ? fmt::format("[...], {} numbers", row.count)
                            : row.unit.empty() ? "a plain number"
-                                              : fmt::format("\"...\" with a unit ({})", known_units(Dimension::pressure));
-  throw Error(table.where_table(), fmt::format("{} has no {}, which law {} needs", table.name(), row.name, law.name),
+                                              : fmt::format("\"...\" with a unit ({})", units);
+  throw Error(table.where_table(),
+              fmt::format("{} has no {}, which law {} needs", table.name(), row.name, law.name),
               fmt::format("Add {} = {}: {}.", row.name, form, row.summary));
 }
 
@@ -27,10 +29,12 @@ void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::Parame
     return;
   }
   if (!row.instead_of.empty() && table.has(row.instead_of))
-    throw Error(table.where(row.name), fmt::format("{} of {} is given beside {}", row.name, table.name(), row.instead_of),
+    throw Error(table.where(row.name),
+                fmt::format("{} of {} is given beside {}", row.name, table.name(), row.instead_of),
                 "Keep one of the two.");
   if (row.count > 1) {
-    for (const double number : table.numbers(row.name, static_cast<std::size_t>(row.count), -kHighestNumber, kHighestNumber))
+    const auto count = static_cast<std::size_t>(row.count);
+    for (const double number : table.numbers(row.name, count, -kHighestNumber, kHighestNumber))
       values.push_back(number);
   } else if (row.unit.empty()) {
     values.push_back(table.number(row.name, 0, -kHighestNumber, kHighestNumber));
@@ -53,7 +57,8 @@ fem::MaterialParameters read_material(SceneTable table) {
   for (const fem::ParameterRow& row : law.parameters) read_parameter(table, law, row, material.values);
   if (const fem::Refusal refusal = law.refusal(material.values); refusal.is_refused()) {
     const fem::ParameterRow* row = fem::find_parameter(law, refusal.key);
-    throw Error(table.where(refusal.key), fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
+    throw Error(table.where(refusal.key),
+                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
   }
   return material;

@@ -93,7 +93,7 @@ TEST(usage, wrong_usage_has_status_2_and_help_0) {
   EXPECT_EQ(palpate(folder, "run a.toml -o x --fast").status, 2);
   EXPECT_EQ(palpate(folder, "--help").status, 0);
   EXPECT_EQ(palpate(folder, "simulate --help").status, 0);
-  EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.1.0\n");
+  EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.2.0\n");
 }
 
 TEST(usage, a_missing_file_is_bad_input) {

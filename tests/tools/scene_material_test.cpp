@@ -37,6 +37,7 @@ struct Given {
   std::vector<double> values;  ///< NaN: left out
 };
 
+constexpr const char* kFibres = "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\n";
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<Given> kGiven{
@@ -112,10 +113,10 @@ TEST(SceneMaterial, wrong_units_and_forms_are_refused_at_their_place) {
             "s.toml:7:5: b of [material] is a text, not a number\n"
             "  Give a plain number from -1000000 to 1000000.");
   for (const char* fibre : {"[1, 0]", "'z'", "1"})
-    EXPECT_EQ(error_of("law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = " + std::string(fibre)),
+    EXPECT_EQ(error_of(kFibres + std::string("fibre = ") + fibre),
               "s.toml:9:9: fibre of [material] is not a list of 3 numbers\n"
               "  Write a list of 3 plain numbers from -1000000 to 1000000.");
-  EXPECT_EQ(error_of("law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [1, 0, '1 mm']"),
+  EXPECT_EQ(error_of(kFibres + std::string("fibre = [1, 0, '1 mm']")),
             "s.toml:9:16: fibre of [material] holds a text, not a number\n"
             "  Write a list of 3 plain numbers from -1000000 to 1000000.");
 }
@@ -135,12 +136,14 @@ TEST(SceneMaterial, what_a_law_refuses_is_refused_at_its_key) {
 TEST(SceneMaterial, canonical_texts_notice_every_key_and_no_spelling) {
   std::set<std::string> seen;
   for (const char* lines :
-       {"law = 'yeoh'\nc10 = '1 kPa'", "law = 'yeoh'\nc10 = '2 kPa'", "law = 'yeoh'\nc10 = '1 kPa'\nc20 = 1",
-        "law = 'yeoh'\nc10 = '1 kPa'\nc30 = 1", "law = 'yeoh'\nc10 = '1 kPa'\npoisson = 0.4",
+       {"law = 'yeoh'\nc10 = '1 kPa'",
+        "law = 'yeoh'\nc10 = '2 kPa'",
+        "law = 'yeoh'\nc10 = '1 kPa'\nc20 = 1", "law = 'yeoh'\nc10 = '1 kPa'\nc30 = 1", "law = 'yeoh'\nc10 = '1 kPa'\npoisson = 0.4",
         "law = 'yeoh'\nc10 = '1 kPa'\nbulk = '1 MPa'", "young = '1 kPa'",
         "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [1, 0, 0]",
         "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [0, 1, 0]"})
-    EXPECT_TRUE(seen.insert(canonical_experiments(parse_scene(with_material(lines), "s.toml"))).second) << lines;
+    EXPECT_TRUE(seen.insert(canonical_experiments(parse_scene(with_material(lines), "s.toml"))).second)
+        << lines;
   EXPECT_EQ(canonical(material_of("law = 'yeoh'\nc10 = '1 kPa'")),
             canonical(material_of("poisson = 0.45\nc20 = 0\nc10 = 1000.0\nlaw = 'yeoh' # soft")));
 }

@@ -111,17 +111,20 @@ void add(const std::string& example_name) {
     const auto name = [&](const char* what, const char* how) {
       return std::string(what) + "/" + example_name + "/" + how;
     };
-    benchmark::RegisterBenchmark(name("law/tangent", "scalar").c_str(), one_double_at_a_time<Law, true>, material);
-    benchmark::RegisterBenchmark(name("law/stress", "scalar").c_str(), one_double_at_a_time<Law, false>, material);
+    const auto time = [](const std::string& what, auto function, auto... arguments) {
+      benchmark::RegisterBenchmark(what.c_str(), function, arguments...);
+    };
+    time(name("law/tangent", "scalar"), one_double_at_a_time<Law, true>, material);
+    time(name("law/stress", "scalar"), one_double_at_a_time<Law, false>, material);
     constexpr std::pair<InstructionSet, const char*> kSets[] = {{InstructionSet::portable, "portable"},
                                                                {InstructionSet::avx2, "avx2"},
                                                                {InstructionSet::avx512, "avx512"}};
     for (const auto& [set, label] : kSets) {
       if (!has_instruction_set(set)) continue;
-      benchmark::RegisterBenchmark(name("law/tangent", label).c_str(), eight_lanes, material, set, true);
-      benchmark::RegisterBenchmark(name("law/stress", label).c_str(), eight_lanes, material, set, false);
-      benchmark::RegisterBenchmark(name("cell/stiffness", label).c_str(), cells, material, set, true);
-      benchmark::RegisterBenchmark(name("cell/force", label).c_str(), cells, material, set, false);
+      time(name("law/tangent", label), eight_lanes, material, set, true);
+      time(name("law/stress", label), eight_lanes, material, set, false);
+      time(name("cell/stiffness", label), cells, material, set, true);
+      time(name("cell/force", label), cells, material, set, false);
     }
   }
 }

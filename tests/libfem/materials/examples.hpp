@@ -15,10 +15,10 @@ namespace palpate::fem::examples {
 inline constexpr unsigned kSeed = 20240607;
 inline constexpr double kLeftOut = std::numeric_limits<double>::quiet_NaN();
 
-/// is_kinked_at_rest: the tangent jumps at E = 0. can_be_bounded: the energy stays finite as the volume
+/// is_kinked_at_rest: the tangent jumps at E = 0. is_bounded: the energy stays finite as the volume
 /// goes. most_J_at_bend_0: up to where the law says that its tangent without the bent part is
-/// semidefinite; 0 where it does not. least_stretch, most_stretch: of uniaxial tests, within which a pull
-/// or push grows with the stretch.
+/// semidefinite; 0 where it does not. least_stretch, most_stretch: of uniaxial tests, within which a
+/// pull or push grows with the stretch.
 struct Example {
   std::string name;
   MaterialParameters parameters;

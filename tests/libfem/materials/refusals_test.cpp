@@ -23,9 +23,9 @@ std::string message_of(const MaterialParameters& parameters) {
 TEST(MaterialRefusals, an_unknown_law_is_refused_with_the_known_ones) {
   EXPECT_EQ(message_of({"neohookean", {1e4, 0.45}}),
             "scene.toml [material]: unknown material law \"neohookean\"\n"
-            "  Use one of: neo-hookean, neo-hookean-simo, neo-hookean-isochoric, neo-hookean-isochoric-log, "
-            "neo-hookean-isochoric-simo, stable-neo-hookean, mooney-rivlin, yeoh, ogden, fung, "
-            "veronda-westmann, holzapfel-gasser-ogden, st-venant-kirchhoff.");
+            "  Use one of: neo-hookean, neo-hookean-simo, neo-hookean-isochoric, "
+            "neo-hookean-isochoric-log, neo-hookean-isochoric-simo, stable-neo-hookean, "
+            "mooney-rivlin, yeoh, ogden, fung, veronda-westmann, holzapfel-gasser-ogden, st-venant-kirchhoff.");
 }
 
 TEST(MaterialRefusals, a_young_modulus_that_is_not_positive_is_refused) {
@@ -87,7 +87,8 @@ TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
   expect_refused("veronda-westmann", {1, 0.3}, "c2 must be at least 0.36, not 0.3");
   expect_refused("holzapfel-gasser-ogden", {1, 1, 1, 0, 0, 0}, "fibre must have a direction");
   expect_refused("holzapfel-gasser-ogden", {1, -1, 1, 1, 0, 0}, "k1 must not be negative");
-  expect_refused("holzapfel-gasser-ogden", {1, 1, 1, 1, 0, 0, 0.34}, "dispersion must lie between 0 and 1/3");
+  expect_refused("holzapfel-gasser-ogden", {1, 1, 1, 1, 0, 0, 0.34},
+                 "dispersion must lie between 0 and 1/3");
   expect_refused("yeoh", {1, 0, 0, 0.5}, "poisson must lie above -1 and below 0.5, not 0.5");
   expect_refused("yeoh", {1, 0, 0, 0.45, -3}, "bulk must be positive, not -3 Pa");
 }
