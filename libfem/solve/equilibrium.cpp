@@ -227,21 +227,31 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   return direction;
 }
 
+// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need not
+// go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
+double Equilibrium::linear_tolerance(double relative_residual) const {
+  constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
+  const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;
+  const double enough = kWithinGoal * options_.residual / relative_residual;
+  return std::max(usual, std::min(kLoosest, enough));
+}
+
 Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
                                               Local& at, BodyState& to) {
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
     factor_.solve(b, x);
   };
+  const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
   Eigen::VectorXd direction;
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (attempt == 1) refresh_factor(pose, from, at, to);
     if (!factor_.is_factored()) continue;
     use_contact_stiffness();
     const PcgOutcome outcome =
-        pcg(multiply, precondition, at.residual, direction, options_.linear, options_.most_pcg);
+        pcg(multiply, precondition, at.residual, direction, tolerance, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= options_.linear || is_current_) return direction;
+    if (outcome.relative_residual <= tolerance || is_current_) return direction;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
   return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
@@ -281,7 +291,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
   double residual_before = 0;
-  constexpr double kSlow = 0.3;  // a step that leaves more of the residual asks for a fresh factor
+  constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
     if (iteration == 0 && is_stale_) factor_is_due = true;
     if (!factor_.is_factored() || factor_is_due) {
@@ -302,7 +312,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       return SolveStatus::solved;
     }
     ++counts_.newton;
-    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kSlow * residual_before) {
+    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kGrows * residual_before) {
       refresh_factor(pose, from, at, to);
       residual_before = 1e300;
     } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();

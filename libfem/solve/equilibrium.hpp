@@ -13,6 +13,7 @@ namespace palpate::fem {
 struct EquilibriumOptions {
   double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
   double linear = 0.05;     ///< of the residual, per linear solve
+  double linear_far = 0.2;  ///< the same while the residual is above 0.3
   int most_newton = 30;     ///< iterations before a step is given up
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
@@ -102,6 +103,7 @@ class Equilibrium {
   Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
   std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
                                                  const Local& at);
+  double linear_tolerance(double relative_residual) const;
   Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/solve/mesh_limit.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -133,6 +134,40 @@ struct Simulator::State {
 
 namespace {
 
+/// Rows of one experiment from both meshes: force and torque at the mesh limit, with their error.
+void record_experiment(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                       double ratio, const std::vector<std::size_t>& rows,
+                       std::vector<PointRow>& out) {
+  std::vector<Vec3> force, twin;
+  for (const std::size_t i : rows) {
+    force.push_back(fine[i].force_N);  // zero where the row failed
+    twin.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
+  }
+  const MeshLimit limit = mesh_limit(force, twin, ratio);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const TrackRow& row = fine[rows[k]];
+    PointRow& recorded = out[rows[k]];
+    recorded.status = row.status;
+    recorded.doubt = row.doubt;
+    if (row.status != RowStatus::good) continue;
+    recorded.force = (1 - limit.excess) * row.force_N;
+    recorded.torque = (1 - limit.excess) * row.torque_Nm;
+    recorded.force_error =
+        limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
+  }
+}
+
+void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                 double ratio, std::vector<PointRow>& out) {
+  for (std::size_t begin = 0; begin < out.size();) {
+    std::vector<std::size_t> rows;
+    for (const int experiment = out[begin].experiment;
+         begin < out.size() && out[begin].experiment == experiment; ++begin)
+      rows.push_back(begin);
+    record_experiment(fine, coarse, ratio, rows, out);
+  }
+}
+
 Surface moved(Surface surface, const Vec3& by) {
   surface.vertices.rowwise() += by.transpose();
   return surface;
@@ -230,16 +265,7 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
   if (out.is_complete && ratio > 0)
     out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
                           out.cost.twin_nodes, out.cost.twin_solver);
-  for (std::size_t i = 0; i < script.rows.size(); ++i) {
-    PointRow& row = script.rows[i];
-    row.status = fine[i].status;
-    if (row.status != RowStatus::good) continue;
-    row.force = fine[i].force_N;
-    row.torque = fine[i].torque_Nm;
-    const bool has_twin = !coarse.empty() && coarse[i].status == RowStatus::good;
-    row.force_error = (has_twin ? (fine[i].force_N - coarse[i].force_N).norm() : kNaN) +
-                      fine[i].penalty_error_N + fine[i].solver_error_N;
-  }
+  record_rows(fine, coarse, ratio, script.rows);
   out.rows = std::move(script.rows);
   return out;
 }

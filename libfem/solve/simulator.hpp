@@ -29,7 +29,7 @@ struct SolverOptions {
   double element_size = 0.5;  ///< finest h, over the probe's contact radius at the shallowest depth
   double growth = 0.5;        ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
-  double twin_ratio = 1.6;    ///< element size of the coarser twin that gives force_error; 0: none
+  double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
   EquilibriumOptions equilibrium;
   ContactSettings contact;
   WalkOptions walk;
@@ -48,7 +48,9 @@ struct SimulationSetup {
   SolverOptions options;
 };
 
-/// One row as experiments record it; see Samples. force_error_N is NaN unless the row is good.
+/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh limit
+/// and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of the step
+/// that failed, where the status is rejected or inverted.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags
@@ -58,6 +60,7 @@ struct PointRow {
   Vec3 torque = Vec3::Zero();
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
+  Doubt doubt = Doubt::none;
 };
 
 /// What was spent on a point; deterministic.

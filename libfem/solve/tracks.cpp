@@ -18,7 +18,12 @@ struct StepRules {
   double longest_m, deepest_penetration_m, solver_residual;
   int most_cuts;
   bool gives_back;
+  double least_penalty_left;  // of what giving back the overlap has changed
 };
+
+// With friction the way to a state has crept as well, which its last equilibrium cannot give back:
+// of the shift, up to 0.4 was left against a penalty ten times as stiff.
+constexpr double kCreepLeft = 0.5;
 
 /// How a step or a series of them ended.
 struct Outcome {
@@ -32,7 +37,7 @@ RowStatus failure(SolveStatus status) {
 
 /// One equilibrium from the walker's state to `tip`; moves the walker when it is accepted.
 Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                   const StepRules& rules) {
+                 const StepRules& rules) {
   const Vec3 way = tip - walker.state.pose.tip;
   const double length = way.norm();
   Points guess = walker.state.u;
@@ -54,7 +59,7 @@ Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool
 
 /// Reaches `tip` in as many steps as it takes.
 Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                const StepRules& rules) {
+              const StepRules& rules) {
   const Vec3 start = walker.state.pose.tip;
   const double way = (tip - start).norm();
   if (way == 0) return {};
@@ -95,9 +100,9 @@ TrackRow record(Equilibrium& equilibrium, const BodyState& state, const Vec3& de
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
-      // Overlaps shrink by the same factor with each update.
-      row.penalty_error_N = row.penalty_shift_N.norm() * rigid.contact.mean_penetration_m /
-                            state.contact.mean_penetration_m;
+      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and go.
+      const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
+      row.penalty_error_N = std::max(left, rules.least_penalty_left) * row.penalty_shift_N.norm();
     } else {
       // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
       row.penalty_error_N =
@@ -139,7 +144,8 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   const WalkOptions& options, const Progress& progress) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
-                        equilibrium.options().residual, options.most_cuts, options.gives_back};
+                        equilibrium.options().residual, options.most_cuts, options.gives_back,
+                        probe.friction > 0 ? kCreepLeft : 0.0};
   std::vector<TrackRow> out(rows);
   std::map<std::pair<int, int>, Walker> kept;  // at waypoints where later tracks start
   for (const Track& track : tracks)

@@ -222,5 +222,24 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   EXPECT_NEAR(totals.area_m2 / area, 1, 0.02);
 }
 
+// The surface then bears the pressure of its overlap without overlapping: twice the force where it is.
+TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
+  const Sheet sheet;
+  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                  make_probe(sphere_spec(kRadius_m), "test"));
+  const Points u = Points::Zero(sheet.nodes.rows(), 3);
+  const ProbePose pose = pose_at(0, kDepth_m);
+  const ContactHistory accepted = contact.accepted(u, pose, contact.untouched(pose_at(0, 0)));
+  const ContactHistory again = contact.give_back(accepted);
+  const Vec3 once = contact.evaluate(u, pose, accepted).force_N;
+  const ContactTotals twice = contact.evaluate(u, pose, again);
+  EXPECT_LT((twice.force_N - 2 * once).norm(), 0.01 * once.norm());
+  EXPECT_NEAR(twice.greatest_penetration_m, kDepth_m, 0.02 * kDepth_m) << "true overlap";
+  // A ball that has backed off to touching still bears: k (d - r^2/R) where r^2 < R d, half the force.
+  const ContactTotals backed = contact.evaluate(u, pose_at(0, 0), again);
+  EXPECT_NEAR(backed.force_N.z() / once.z(), 0.5, 0.05);
+  EXPECT_LT(backed.greatest_penetration_m, 1e-6 * kDepth_m);
+}
+
 }  // namespace
 }  // namespace palpate::fem

@@ -23,7 +23,7 @@ inline QuadraticMesh ungraded(const TetMesh& base, const std::vector<char>& is_h
 
 constexpr double kYoung_Pa = 10e3, kPoisson = 0.45;
 
-/// A flat block of 60 x 60 x 30 mm, held at its bottom, and a ball of 8 mm; no twin.
+/// A flat block of 60 x 60 x 30 mm, held at its bottom, and a ball of 8 mm; a coarse mesh without twin.
 /// scale: factor on all lengths.
 inline SimulationSetup block_setup(double friction, double scale = 1) {
   SimulationSetup setup;
@@ -33,6 +33,7 @@ inline SimulationSetup block_setup(double friction, double scale = 1) {
   setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
   setup.probe = sphere_spec(scale * 0.008, friction);
   setup.options.twin_ratio = 0;
+  setup.options.element_size = setup.options.growth = 0.8;
   return setup;
 }
 

@@ -96,13 +96,16 @@ TEST(PressAndDrag, drag_without_friction_costs_almost_nothing_on_a_flat_block) {
   }
 }
 
+// Rounding may let one solve stop an iteration earlier: runs agree to a fraction of its tolerance, 1e-3.
+constexpr double kSameRun = 2e-4;
+
 TEST(PressAndDrag, force_over_modulus_and_area_does_not_know_the_unit_of_length) {
   constexpr double kScale = 1e3, kSofter = 1e-6;
   SimulationSetup setup = block_setup(kFriction, kScale);
   setup.materials[0].values[0] *= kSofter;
   const PointRows large = run(setup, kScale);
   for (const PointRow& row : large.rows) EXPECT_EQ(row.status, RowStatus::good);
-  EXPECT_LT(difference(with_friction(), large, 1 / (kScale * kScale * kSofter)), 1e-6);
+  EXPECT_LT(difference(with_friction(), large, 1 / (kScale * kScale * kSofter)), kSameRun);
 }
 
 TEST(PressAndDrag, forces_do_not_depend_on_where_the_body_is) {
@@ -110,7 +113,7 @@ TEST(PressAndDrag, forces_do_not_depend_on_where_the_body_is) {
   SimulationSetup setup = block_setup(kFriction);
   setup.volume.nodes.rowwise() += away.transpose();
   setup.surface.vertices.rowwise() += away.transpose();
-  EXPECT_LT(difference(with_friction(), run(setup, 1, away)), 1e-6);
+  EXPECT_LT(difference(with_friction(), run(setup, 1, away)), kSameRun);
 }
 
 TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_force) {
