@@ -61,12 +61,15 @@ struct CapsuleShape {
   static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
     return contact_radius_m(probe, depth_m);
   }
-  /// Lying it touches along its whole segment at once, tilted from one end on.
+  /// Lying it touches along its whole segment at once (contact_line_m), tilted from one end on.
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     const double along = inward(probe).head<2>().norm(), down = std::abs(inward(probe).z());
-    const double reach = is_lying(probe) ? half_segment_m(probe)
-                                         : along * std::min(2 * half_segment_m(probe), depth_m / down);
+    const double reach = is_lying(probe) ? 0 : along * std::min(2 * half_segment_m(probe), depth_m / down);
     return contact_radius_m(probe, depth_m) + reach;
+  }
+  static Vec3 contact_line_m(const ProbeGeometry& probe) {
+    if (!is_lying(probe)) return Vec3::Zero();
+    return half_segment_m(probe) * probe.turn.col(2);
   }
   static double tip_radius_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double half_width_m(const ProbeGeometry& probe) {
