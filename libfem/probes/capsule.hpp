@@ -58,15 +58,19 @@ struct CapsuleShape {
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     return std::sqrt(radius_m(probe) * std::min(depth_m, radius_m(probe)));
   }
+  /// Lying: twice, for elements as fine as the narrow way would be wanted along the whole line.
   static double mesh_length_m(const ProbeGeometry& probe, double depth_m) {
-    return contact_radius_m(probe, depth_m);
+    return (is_lying(probe) ? 2 : 1) * contact_radius_m(probe, depth_m);
   }
-  /// Lying it touches along its whole segment at once, tilted from one end on.
+  /// Lying it touches along its whole segment at once (contact_line_m), tilted from one end on.
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     const double along = inward(probe).head<2>().norm(), down = std::abs(inward(probe).z());
-    const double reach = is_lying(probe) ? half_segment_m(probe)
-                                         : along * std::min(2 * half_segment_m(probe), depth_m / down);
-    return contact_radius_m(probe, depth_m) + reach;
+    if (is_lying(probe)) return mesh_length_m(probe, depth_m);
+    return contact_radius_m(probe, depth_m) + along * std::min(2 * half_segment_m(probe), depth_m / down);
+  }
+  static Vec3 contact_line_m(const ProbeGeometry& probe) {
+    if (!is_lying(probe)) return Vec3::Zero();
+    return half_segment_m(probe) * probe.turn.col(2);
   }
   static double tip_radius_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double half_width_m(const ProbeGeometry& probe) {

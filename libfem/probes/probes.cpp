@@ -14,6 +14,13 @@
 namespace palpate::fem {
 namespace {
 
+/// Zero for shapes that say nothing of a line.
+template <class Shape>
+Vec3 contact_line_m(const ProbeGeometry& probe) {
+  if constexpr (requires { Shape::contact_line_m(probe); }) return Shape::contact_line_m(probe);
+  return Vec3::Zero();
+}
+
 template <class Shape>
 constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bool is_axisymmetric,
                              bool takes_mesh = false) {
@@ -29,7 +36,8 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
           Shape::mesh_length_m,
           Shape::contact_reach_m,
           Shape::tip_radius_m,
-          Shape::half_width_m};
+          Shape::half_width_m,
+          contact_line_m<Shape>};
 }
 
 // One row per shape; add a shape by its file and a row.
@@ -136,6 +144,10 @@ void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::stri
   throw Error(where, "shape \"" + std::string(row.name) + "\" has no " + std::string(key),
               (takers.empty() ? "" : std::string(key) + " belongs to shape " + takers + ". ") + "A " +
                   std::string(row.name) + " takes " + own + ".");
+}
+
+Vec3 Probe::contact_line_m(const Vec3& axis) const {
+  return probe_frame(axis, geometry.heading) * shape->contact_line_m(geometry);
 }
 
 Probe make_probe(const ProbeSpec& spec, const std::string& where) {

@@ -81,7 +81,8 @@ struct BoundingBall {
 /// exact (a mesh: smoothed, see mesh_field.hpp), without allocation, C1 away from the medial axis.
 /// contact_radius_m: expected smaller half-width of the contact with a flat soft body at a depth;
 /// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks at
-/// an edge; contact_reach_m: how far from the axis they count, the larger half-width or more. tip_radius_m: smallest radius of curvature where it
+/// an edge; contact_reach_m: how far from the point or line of first touch they count, the larger
+/// half-width or more. tip_radius_m: smallest radius of curvature where it
 /// touches first, no more than the half width; of a flat its own radius. half_width_m: across the axis,
 /// +inf when it widens without end.
 struct ShapeRow {
@@ -97,6 +98,7 @@ struct ShapeRow {
   double (*contact_reach_m)(const ProbeGeometry&, double depth_m);
   double (*tip_radius_m)(const ProbeGeometry&);
   double (*half_width_m)(const ProbeGeometry&);
+  Vec3 (*contact_line_m)(const ProbeGeometry&);  ///< half of the line it touches along, probe's frame; 0: a point
 };
 
 /// Every shape there is.
@@ -136,7 +138,9 @@ struct Probe {
   double contact_radius_m(double depth_m) const { return shape->contact_radius_m(geometry, depth_m); }
   /// The length that element sizes are given in: the contact radius of round shapes.
   double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
-  /// How far from the axis the mesh has to be that fine: the contact radius of round shapes.
+  /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a point.
+  Vec3 contact_line_m(const Vec3& axis) const;
+  /// How far from there the mesh has to be that fine: the contact radius of round shapes.
   double contact_reach_m(double depth_m) const { return shape->contact_reach_m(geometry, depth_m); }
 };
 

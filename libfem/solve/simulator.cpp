@@ -124,7 +124,8 @@ struct Simulator::State {
   std::vector<Material> materials;
   Probe probe;
 
-  QuadraticMesh mesh_at(const Vec3& position, const Script& script, double coarsening) const;
+  QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const Script& script,
+                        double coarsening) const;
   bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
            const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
            SolverCounts& counts) const;
@@ -211,17 +212,24 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
 /// The graded mesh about a test point, in coordinates whose origin is the test point. About each way
 /// of the contact, size is proportional to distance from the contact radius at its depth on: so at
 /// every depth the rim of the contact meets elements of the same share of its radius.
-QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& script,
-                                        double coarsening) const {
+QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
+                                        const Script& script, double coarsening) const {
   const SolverOptions& options = setup.options;
   GradeOptions grade;
   grade.growth = std::min(1.0, options.growth * coarsening);
+  const Vec3 line = probe.contact_line_m(normal);
   for (const ContactWay& way : script.ways) {
     const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
     const double radius = probe.mesh_length_m(depth);
-    grade.path.push_back({position - origin + way.from, position - origin + way.to,
-                          coarsening * options.element_size * radius,
-                          probe.contact_reach_m(depth) - radius});
+    const auto add = [&](const Vec3& from, const Vec3& to) {
+      grade.path.push_back({position - origin + from, position - origin + to,
+                            coarsening * options.element_size * radius,
+                            probe.contact_reach_m(depth) - radius});
+    };
+    add(way.from, way.to);
+    if (line.isZero()) continue;
+    add(way.from - line, way.from + line);
+    add(way.to - line, way.to + line);
   }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();
@@ -232,7 +240,7 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& scri
 bool Simulator::State::run(const Script& script, const Vec3& position, const Vec3& normal,
                            double coarsening, const Progress& progress, std::vector<TrackRow>& rows,
                            double& touch_m, int& nodes, SolverCounts& counts) const {
-  const QuadraticMesh mesh = mesh_at(position, script, coarsening);
+  const QuadraticMesh mesh = mesh_at(position, normal, script, coarsening);
   nodes = static_cast<int>(mesh.nodes.rows());
   rows.assign(script.rows.size(), {});
   const Probe here = pressed_to(probe, script.depth_m);

@@ -45,7 +45,7 @@ TEST(Lengths, a_cones_contact_is_sneddons_and_its_length_grows_with_depth) {
   }
 }
 
-TEST(Lengths, a_capsule_lying_reaches_its_length_and_upright_is_a_ball) {
+TEST(Lengths, a_capsule_lying_touches_along_a_line_and_upright_is_a_ball) {
   ProbeSpec spec = spec_of("capsule", {{"radius", {0.004}}, {"length", {0.03}}});
   const Probe upright = make_probe(spec, "t");
   EXPECT_DOUBLE_EQ(upright.contact_reach_m(0.001), 0.002);
@@ -53,7 +53,10 @@ TEST(Lengths, a_capsule_lying_reaches_its_length_and_upright_is_a_ball) {
   spec.orientation = Vec3::UnitX();
   const Probe lying = make_probe(spec, "t");
   EXPECT_DOUBLE_EQ(lying.contact_radius_m(0.001), 0.002);
-  EXPECT_DOUBLE_EQ(lying.contact_reach_m(0.001), 0.011 + 0.002);
+  EXPECT_GE(lying.contact_reach_m(0.001), lying.mesh_length_m(0.001));
+  EXPECT_NEAR(lying.contact_line_m(Vec3::UnitZ()).norm(), 0.011, 1e-15);
+  EXPECT_NEAR(lying.contact_line_m(Vec3::UnitZ()).x(), 0.011, 1e-15);  // the default heading there
+  EXPECT_EQ(upright.contact_line_m(Vec3::UnitZ()).norm(), 0);
   EXPECT_DOUBLE_EQ(lying.half_width_m, 0.015);
   EXPECT_DOUBLE_EQ(pressed_to(lying, 0.001).length_m, 0.004);
 }

@@ -75,7 +75,7 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
   const std::vector<std::pair<std::string, ProbeSpec>> shapes{
       {"flat", shape("flat", {{"radius", {0.005}}, {"edge_radius", {0.0005}}})},
       {"capsule lying", lying},
-      {"cone of 45 degrees", shape("cone", {{"half_angle", {0.7853981633974483}}, {"tip_radius", {0.0005}}})},
+      {"cone of 65 degrees", shape("cone", {{"half_angle", {1.1344640137963142}}, {"tip_radius", {0.001}}})},
       {"ellipsoid", shape("ellipsoid", {{"semi_axes", {0.008, 0.004, 0.006}}})},
       {"mesh of a box", box}};
   for (const auto& [name, probe] : shapes) {
