@@ -55,8 +55,8 @@ TEST(CheckSetup, says_which_material_is_wrong) {
   SimulationSetup setup = block_setup(0.3);
   setup.materials.push_back({"neo-hookean", {1e4, 0.5}});
   EXPECT_EQ(message_of(setup),
-            "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.500000\n"
-            "  Correct the material; law neo-hookean takes young, poisson.");
+            "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.5\n"
+            "  Correct the material; law neo-hookean takes young, poisson (may be left out).");
 }
 
 TEST(CheckExperiments, refuses_a_press_through_the_body) {
