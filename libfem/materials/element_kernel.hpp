@@ -26,13 +26,15 @@ inline InstructionSet best_instruction_set() {
 
 /// A law at one quadrature point of eight elements: see its evaluate() and volumetric().
 /// constants: [constant]. H: displacement gradient, 9, row major. volumetric: null where the law
-/// does not split its bulk term off; its dilation must be above -1.
+/// does not split its bulk term off; its dilation must be above least_dilation, which is -inf for
+/// laws that tolerate inversion and -1 for the others.
 struct LawKernels {
   void (*energy)(const Pack* constants, const Pack* H, Pack& J, Pack& W);
   void (*stress)(const Pack* constants, const Pack* H, Pack& J, Pack& W, Pack* P);
   void (*tangent)(const Pack* constants, const Pack* H, double bend, Pack& J, Pack& W, Pack* P,
                   Pack* A);
   void (*volumetric)(const Pack* constants, const Pack& dilation, Pack& U, Pack& U1, Pack& U2);
+  double least_dilation;
 };
 
 /// The kernels of one law, one copy per instruction set: the compiler does not widen vectors by
@@ -41,7 +43,6 @@ struct ElementKernels {
   LawKernels on[kInstructionSets];
 
   const LawKernels& with(InstructionSet set) const { return on[static_cast<int>(set)]; }
-  bool splits_volume() const { return on[0].volumetric != nullptr; }
 };
 
 namespace kernel {
@@ -66,8 +67,9 @@ namespace kernel {
   }                                                                                               \
   template <class Law>                                                                            \
   constexpr LawKernels law_kernels_##set() {                                                      \
-    LawKernels out{energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, nullptr};            \
+    LawKernels out{energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, nullptr, -1.0};      \
     if constexpr (requires { requires Law::kSplitsVolume; }) out.volumetric = volumetric_##set<Law>; \
+    if constexpr (requires { requires Law::kToleratesInversion; }) out.least_dilation = -__builtin_inf(); \
     return out;                                                                                   \
   }
 

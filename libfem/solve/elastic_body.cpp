@@ -61,6 +61,7 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batch.law = material.law;
   batch.element = element;
   batch.averaged = averaged_share(element, material);
+  batch.shear_modulus_Pa = material.law->small_strain(material.constants).mu_Pa;
   batch.kernels = cell_kernels(element, set_);
   const ElementShape shape = shape_of(element);
   const int constants = material.law->constants_used;
@@ -154,7 +155,8 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
     gather(batch, u, displacement);
     visit(batch,
           CellBatch{batch.gradient.data(), batch.weight.data(), batch.constants.data(),
-                    batch.mode.data(), batch.law->constants_used, batch.averaged},
+                    batch.mode.data(), batch.law->constants_used, batch.averaged,
+                    std::numeric_limits<double>::infinity()},
           batch.law->kernels->with(set_), displacement, result);
     for (int lane = 0; lane < kLanes; ++lane) {
       energy += result.energy[lane];
@@ -180,10 +182,11 @@ double ElasticBody::add_force(const Points& u, Points& force) const {
 }
 
 double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
-                                  SymmetricBlockMatrix& K) const {
+                                  SymmetricBlockMatrix& K, double most_pressure) const {
   const int blocks = blocks_of(static_cast<int>(cells_.cols()));
-  return visit_batches(u, [&](const Batch& batch, const CellBatch& cells, const LawKernels& law,
+  return visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
                               const Pack* displacement, CellResult& result) {
+    cells.most_pressure_Pa = most_pressure * batch.shear_modulus_Pa;
     batch.kernels.stiffness(cells, law, displacement, bend, result);
     scatter_force(batch, result, force);
     for (int lane = 0; lane < kLanes; ++lane) {

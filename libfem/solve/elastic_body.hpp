@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
@@ -38,7 +39,11 @@ class ElasticBody {
   double add_force(const Points& u, Points& force) const;
 
   /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. bend: see LawRow.
-  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K) const;
+  /// most_pressure: bound, in small-strain shear moduli, on averaged pressures in K. Away from
+  /// equilibrium those of nearly incompressible elements are the bulk modulus times what the last
+  /// step got wrong; unbounded, they make K indefinite. K is exact where they stay within.
+  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K,
+                       double most_pressure = std::numeric_limits<double>::infinity()) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double least_J() const { return least_J_; }
@@ -53,7 +58,7 @@ class ElasticBody {
   struct Batch {
     const LawRow* law;
     ElementKind element;
-    double averaged;
+    double averaged, shear_modulus_Pa;
     CellKernels kernels;
     std::int32_t cell[kLanes];  // -1 on idle lanes
     PackArray gradient, weight, constants, mode;

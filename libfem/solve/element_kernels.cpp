@@ -83,10 +83,11 @@ PALPATE_INLINE void add_second_derivative_of_J(const Pack* H, const Pack& pressu
 PALPATE_INLINE void volumetric(const LawKernels& law, const Pack* constants, const Pack& weight,
                                const Pack& dilation, Pack& U, Pack& U1, Pack& U2) {
   const Pack zero = Pack{};
-  law.volumetric(constants, dilation > -1.0 ? dilation : zero, U, U1, U2);
-  U = weight > 0.0 ? (dilation > -1.0 ? U : zero + __builtin_inf()) : zero;
-  U1 = (weight > 0.0) & (dilation > -1.0) ? U1 : zero;
-  U2 = (weight > 0.0) & (dilation > -1.0) ? U2 : zero;
+  const double least = law.least_dilation;
+  law.volumetric(constants, dilation > least ? dilation : zero, U, U1, U2);
+  U = weight > 0.0 ? (dilation > least ? U : zero + __builtin_inf()) : zero;
+  U1 = (weight > 0.0) & (dilation > least) ? U1 : zero;
+  U2 = (weight > 0.0) & (dilation > least) ? U2 : zero;
 }
 
 /// The volume change of eight cells, projected on the modes.
@@ -132,7 +133,7 @@ PALPATE_INLINE void use_projected(const Projected<kPoints, kModes>& projected, c
   Pack U, U1, U2;
   volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], projected.dilation[q],
              U, U1, U2);
-  W = projected.dilation[q] > -1.0 ? W + batch.averaged * (projected.U[q] - U) : W;
+  W = projected.dilation[q] > law.least_dilation ? W + batch.averaged * (projected.U[q] - U) : W;
   const Pack* C = projected.cofactor + 9 * q;
   const Pack pressure = batch.averaged * (projected.pressure[q] - U1);
   U2 *= batch.averaged;
@@ -141,7 +142,10 @@ PALPATE_INLINE void use_projected(const Projected<kPoints, kModes>& projected, c
   if constexpr (kWant == Want::stiffness) {
     for (int i = 0; i < 9; ++i)
       for (int j = i; j < 9; ++j) A[9 * i + j] -= U2 * (C[i] * C[j]);
-    add_second_derivative_of_J(H, pressure * bend, A);
+    const Pack most = Pack{} + batch.most_pressure_Pa;
+    Pack bounded = projected.pressure[q] < most ? projected.pressure[q] : most;
+    bounded = bounded > -most ? bounded : -most;
+    add_second_derivative_of_J(H, batch.averaged * bend * (bounded - U1), A);
   }
 }
 

@@ -11,6 +11,8 @@ constexpr int blocks_of(int nodes) { return nodes * (nodes + 1) / 2; }  ///< nod
 /// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an idle
 /// lane and on a point of another material. constants: [point][constant], `constant_count` each.
 /// mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
+/// most_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
+/// derivative of J; infinite for the exact stiffness.
 struct CellBatch {
   const Pack* gradient;
   const Pack* weight;
@@ -18,6 +20,7 @@ struct CellBatch {
   const Pack* mode;
   int constant_count;
   double averaged;
+  double most_pressure_Pa;
 };
 
 /// What eight cells give. energy [J]; least_J over their points; force: dE/du_a, [node][i] [N];

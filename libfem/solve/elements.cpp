@@ -51,17 +51,16 @@ const ElementRow& find_element(std::string_view name, const std::string& where) 
 ElementKind element_for(ElementKind wanted, const Material& material) {
   if (wanted == ElementKind::automatic) wanted = ElementKind::tet10_blend;
   const bool averages = shape_of(wanted).modes > 0;
-  return averages && !material.law->kernels->splits_volume() ? ElementKind::tet10 : wanted;
+  return averages && !material.law->splits_volume ? ElementKind::tet10 : wanted;
 }
 
 double averaged_share(ElementKind kind, const Material& material) {
   if (kind != ElementKind::tet10_blend) return shape_of(kind).modes > 0 ? 1 : 0;
-  Pack constants[kMaxConstants], U, U1, U2;
-  for (int c = 0; c < kMaxConstants; ++c) constants[c] = Pack{} + material.constants[c];
-  material.law->kernels->with(InstructionSet::portable).volumetric(constants, Pack{}, U, U1, U2);
+  double U, U1, U2;
+  material.law->volumetric(material.constants, 0, U, U1, U2);
   const SmallStrain hooke = material.law->small_strain(material.constants);
   const double beyond_Pa = hooke.lambda_Pa - hooke.mu_Pa;
-  return beyond_Pa > 0 ? std::min(1.0, beyond_Pa / U2[0]) : 0;
+  return beyond_Pa > 0 ? std::min(1.0, beyond_Pa / U2) : 0;
 }
 
 std::vector<CellPoint> cell_points(const ElementShape& shape) {

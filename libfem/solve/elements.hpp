@@ -21,9 +21,9 @@ struct ElementRow {
 /// Every element there is.
 inline constexpr std::array<ElementRow, 6> kElements{{
     {ElementKind::automatic, "auto", "tet10-blend for laws that split their bulk term off, else tet10"},
-    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes, more so above 0.49"},
+    {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes"},
     {ElementKind::tet10_blend, "tet10-blend",
-     "between tet10 and tet10-p0: a third of the error of either, at any Poisson's ratio"},
+     "between tet10 and tet10-p0, nearest the truth under a probe at any Poisson's ratio"},
     {ElementKind::tet10_p0, "tet10-p0", "ten nodes, volume change averaged over the element; too soft"},
     {ElementKind::tet10_p1, "tet10-p1", "ten nodes, 14 points, volume change projected on linears"},
     {ElementKind::tet4, "tet4", "each ten-node element as eight linear ones; for comparison, locks"},

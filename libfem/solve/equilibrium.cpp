@@ -61,7 +61,8 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
 void Equilibrium::assemble_elastic(double bend, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  body_.add_stiffness(at.u, bend, at.elastic_force, K_);
+  body_.add_stiffness(at.u, bend, at.elastic_force, K_, options_.most_pressure);
+  is_current_ = false;
 }
 
 // Adds the contact stiffness to K_ and forms the residual.
@@ -121,6 +122,7 @@ void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, L
   for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
     contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
   if (bend_ < 1) assemble_elastic(1.0, at);
+  is_current_ = factor_.is_factored();
   add_contact(pose, from, at, to);
 }
 
@@ -249,7 +251,7 @@ Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyS
     const PcgOutcome outcome =
         pcg(multiply, precondition, at.residual, direction, tolerance, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= tolerance || attempt == 1) return direction;
+    if (outcome.relative_residual <= tolerance || is_current_) return direction;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
   return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());

@@ -19,6 +19,7 @@ struct EquilibriumOptions {
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
   int most_model = 15;      ///< iterations of the condensed model
+  double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
@@ -121,6 +122,7 @@ class Equilibrium {
   double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
+  bool is_current_ = false;                  // factor: of the displacement that K_ belongs to
   SolverCounts counts_;
 };
 

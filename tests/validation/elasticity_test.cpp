@@ -253,7 +253,8 @@ TEST(Elasticity, thick_sphere_swells_under_the_pressure_of_the_closed_form) {
     for (const ElementKind kind : kAll) {
       const int n = 4, layers = 4;
       StaticProblem problem(quadratic(sphere_sector(n, layers, 1, 2), on_sphere),
-                            make_material({"neo-hookean", {2 * (1 + s.poisson), s.poisson}}, "test"), kind);
+                            make_material({"neo-hookean", {2 * (1 + s.poisson), s.poisson}}, "test"),
+                            kind);
       for (int axis = 0; axis < 3; ++axis) problem.prescribe(in_plane(axis, 0), axis);
       double share = 0;
       for (Eigen::Index i = 0; i < problem.mesh.nodes.rows(); ++i) {
@@ -302,7 +303,8 @@ TEST(Elasticity, cooks_membrane_rises_as_the_reference) {
   };
   const Material stiff = neo_hookean(80.1938, 400889.8);
   for (const State& s :
-       {State{"FE/cook nu0.3 t6.25", make_material({"neo-hookean", {240.565, 0.3}}, "test"), 6.25, 7.781, 0.01},
+       {State{"FE/cook nu0.3 t6.25", make_material({"neo-hookean", {240.565, 0.3}}, "test"), 6.25,
+              7.781, 0.01},
         State{"FE/cook nu0.4999 t6.25", stiff, 6.25, 6.933, 0.01},
         State{"FE/cook nu0.4999 t24", stiff, 24, 18.20, 0.01}})
     for (const ElementKind kind : kAll)
@@ -311,7 +313,8 @@ TEST(Elasticity, cooks_membrane_rises_as_the_reference) {
         const StaticOutcome out = solve(problem, 4);
         ASSERT_TRUE(out.is_solved) << s.id << " " << name_of(kind);
         const double uy = out.u(node_at(problem.mesh, Vec3(48, 60, 0)), 1);
-        const double error = report(s.id, kind, std::to_string(n) + "^2", s.reference_mm, uy, "mm", out.cpu_s);
+        const double error =
+            report(s.id, kind, std::to_string(n) + "^2", s.reference_mm, uy, "mm", out.cpu_s);
         const bool is_bound = n == 16 && kind != ElementKind::tet4;
         EXPECT_LE(std::abs(error), is_bound ? s.allowed : 1) << s.id;
       }
@@ -326,7 +329,9 @@ StaticProblem pressed_block(double q_MPa, int n, ElementKind kind) {
   problem.prescribe(in_plane(2, 0), 2);
   problem.prescribe(in_plane(2, 50), 0), problem.prescribe(in_plane(2, 50), 1);
   problem.add_traction(
-      [](const Vec3& X) { return std::abs(X.z() - 50) < 1e-9 && X.x() < 25 + 1e-9 && X.y() < 25 + 1e-9; },
+      [](const Vec3& X) {
+        return std::abs(X.z() - 50) < 1e-9 && X.x() < 25 + 1e-9 && X.y() < 25 + 1e-9;
+      },
       -q_MPa * Vec3::UnitZ());
   return problem;
 }

@@ -14,6 +14,7 @@ namespace {
 
 using validation::cpu_seconds;
 using validation::record_case;
+using validation::record_curve;
 
 constexpr double kAgreement = 0.03;  // of the force
 
@@ -31,13 +32,23 @@ Experiments press(double depth_m, int steps) {
   return experiments;
 }
 
+/// A press and, at its depth, a drag as far along the first tangent.
+Experiments press_and_drag(double depth_m, int steps) {
+  Experiments experiments = press(depth_m, steps);
+  experiments.drag_depths_m = {depth_m};
+  experiments.drag_distance_m = depth_m;
+  experiments.drag_directions = 1;
+  experiments.drag_steps = 4;
+  return experiments;
+}
+
 SimulationSetup layer(double thickness_m, double poisson, double radius_m) {
-  SimulationSetup setup = block_setup(0);
+  SimulationSetup setup = block_setup(0.3);
   setup.volume = structured_block(Vec3(0.06, 0.06, thickness_m), {6, 6, 1});
   setup.is_held = held_below(setup.volume.nodes, 1e-6);
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
-  setup.probe_radius_m = radius_m;
+  setup.probe = sphere_spec(radius_m, 0.3);
   setup.options.twin_ratio = SolverOptions().twin_ratio;
   return setup;
 }
@@ -56,6 +67,7 @@ int expect_right_or_refused(const HardCase& hard) {
   const PointRows reference =
       Simulator(finer).press_and_drag(hard.position, hard.normal, hard.experiments);
   int good = 0;
+  const Vec3 drag_way = drag_tangents(hard.normal, 1)[0];
   for (std::size_t i = 0; i < shipped.rows.size(); ++i) {
     const PointRow& row = shipped.rows[i];
     const PointRow& fine = reference.rows[i];
@@ -71,6 +83,10 @@ int expect_right_or_refused(const HardCase& hard) {
     EXPECT_GT(row.force.dot(hard.normal), 0) << where;
     EXPECT_TRUE(row.force_error >= 0) << where << ": no error estimate";
     if (fine.status != RowStatus::good) continue;
+    const bool is_drag = row.kind == ExperimentKind::drag;
+    const auto along = [&](const Vec3& v) { return v.dot(is_drag ? drag_way : hard.normal); };
+    record_curve(hard.name, is_drag ? "drag" : "press", 1e3 * along(row.deflection),
+                 along(row.force), row.force_error, along(fine.force));
     const double difference = (row.force - fine.force).norm(), size = fine.force.norm();
     EXPECT_LT(difference, row.force_error + kAgreement * size) << where;
     if (i + 1 == shipped.rows.size())
@@ -81,14 +97,14 @@ int expect_right_or_refused(const HardCase& hard) {
 
 TEST(HardCases, a_thin_layer_pressed_to_six_tenths_of_its_thickness) {
   const HardCase hard{"thin layer 60 %", layer(0.01, kPoisson, 0.008), Vec3(0.031, 0.0283, 0.01),
-                      -Vec3::UnitZ(), press(0.006, 6)};
-  EXPECT_EQ(expect_right_or_refused(hard), 6);
+                      -Vec3::UnitZ(), press_and_drag(0.006, 6)};
+  EXPECT_EQ(expect_right_or_refused(hard), 10);
 }
 
 TEST(HardCases, poisson_0_4999) {
   const HardCase hard{"nu 0.4999", layer(0.03, 0.4999, 0.008), Vec3(0.031, 0.0283, 0.03),
-                      -Vec3::UnitZ(), press(0.004, 4)};
-  EXPECT_EQ(expect_right_or_refused(hard), 4);
+                      -Vec3::UnitZ(), press_and_drag(0.004, 4)};
+  EXPECT_EQ(expect_right_or_refused(hard), 8);
 }
 
 // Inner nodes moved until the flattest dihedral angle is below 2 degrees.
@@ -120,20 +136,21 @@ void make_slivers(TetMesh& mesh, const Vec3& size_m, unsigned seed) {
 }
 
 TEST(HardCases, slivers_below_two_degrees) {
-  HardCase hard{"slivers", block_setup(0), block_top(), -Vec3::UnitZ(), press(0.004, 4)};
+  HardCase hard{"slivers", block_setup(0.3), block_top(), -Vec3::UnitZ(), press_and_drag(0.004, 4)};
   hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
   make_slivers(hard.setup.volume, Vec3(0.06, 0.06, 0.03), 3);
   expect_right_or_refused(hard);
 }
 
 TEST(HardCases, an_inclusion_a_thousand_times_stiffer) {
-  HardCase hard{"inclusion 1000:1", block_setup(0), block_top(), -Vec3::UnitZ(), press(0.004, 4)};
+  HardCase hard{"inclusion 1000:1", block_setup(0.3), block_top(), -Vec3::UnitZ(),
+                press_and_drag(0.004, 4)};
   hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
   hard.setup.materials.push_back({"neo-hookean", {1000 * kYoung_Pa, kPoisson}});
   hard.setup.region_at = [](const Vec3& x) {
     return (x - Vec3(0.031, 0.0283, 0.018)).norm() < 0.006 ? 1 : 0;
   };
-  EXPECT_EQ(expect_right_or_refused(hard), 4);
+  EXPECT_EQ(expect_right_or_refused(hard), 8);
 }
 
 TEST(HardCases, a_test_point_on_an_edge_and_on_a_corner) {
@@ -149,7 +166,7 @@ TEST(HardCases, a_test_point_on_an_edge_and_on_a_corner) {
 TEST(HardCases, a_tip_smaller_than_an_element_of_the_base_mesh) {
   HardCase hard{"tip 0.5 mm, base mesh 15 mm", block_setup(0), block_top(), -Vec3::UnitZ(),
                 press(0.0005, 4)};
-  hard.setup.probe_radius_m = 0.0005;
+  hard.setup.probe = sphere_spec(0.0005);
   hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
   EXPECT_EQ(expect_right_or_refused(hard), 4);
 }
@@ -170,7 +187,7 @@ SimulationSetup dome(double span_m, double rise_m, double thickness_m) {
     setup.is_held.push_back(ring > 1 - 1e-9);
   }
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
-  setup.probe_radius_m = 0.005;
+  setup.probe = sphere_spec(0.005);
   setup.options.twin_ratio = SolverOptions().twin_ratio;
   return setup;
 }
@@ -185,7 +202,7 @@ TEST(HardCases, a_dome_that_snaps_through_is_followed_or_named) {
 
 TEST(HardCases, a_small_ball_pressed_to_three_radii_neither_pops_through_nor_reports_no_force) {
   HardCase hard{"R 2 mm to 6 mm", block_setup(0), block_top(), -Vec3::UnitZ(), press(0.006, 12)};
-  hard.setup.probe_radius_m = 0.002;
+  hard.setup.probe = sphere_spec(0.002);
   hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
   expect_right_or_refused(hard);
 }

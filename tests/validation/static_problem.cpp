@@ -74,7 +74,8 @@ class Newton {
   bool step(double from, double to, StaticOutcome& out) {
     Points u = out.u, change = Points::Zero(u.rows(), 3);
     for (Eigen::Index i = 0; i < u.size(); ++i)
-      if (!std::isnan(problem_.prescribed[i])) change(i / 3, i % 3) = (to - from) * problem_.prescribed[i];
+      if (!std::isnan(problem_.prescribed[i]))
+        change(i / 3, i % 3) = (to - from) * problem_.prescribed[i];
     Points force;
     Eigen::VectorXd direction;
     if (!tangent_direction(u, to, change, force, direction)) return false;
@@ -110,7 +111,8 @@ class Newton {
       body_.add_stiffness(u, bend, force, K_);
       Eigen::VectorXd pulled;
       K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
-      const Points right = share * problem_.load - force - Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
+      const Points right = share * problem_.load - force -
+                           Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
       const Eigen::SparseMatrix<double> K = free_.lower(K_);
       if (!is_analysed_) solver_.analyzePattern(K), is_analysed_ = true;
       solver_.factorize(K);
@@ -121,7 +123,8 @@ class Newton {
     return false;
   }
 
-  bool search(const Eigen::VectorXd& direction, const Eigen::VectorXd& residual, double share, Points& u) {
+  bool search(const Eigen::VectorXd& direction, const Eigen::VectorXd& residual, double share,
+              Points& u) {
     const double start = potential(u, share), slope = -residual.dot(direction);
     double length = 1;
     for (int cut = 0; cut < 15; ++cut, length /= 2) {
@@ -260,7 +263,8 @@ StaticOutcome solve(const StaticProblem& problem, int steps) {
 double l2_error(const StaticProblem& problem, const Points& u,
                 const std::function<Vec3(const Vec3&)>& exact) {
   double sum = 0;
-  visit_points(problem, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+  visit_points(problem, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X,
+                            double volume) {
     Vec3 error = -exact(X);
     for (std::size_t a = 0; a < cell.size(); ++a)
       error += shape[static_cast<Eigen::Index>(a)] * u.row(cell[a]).transpose();

@@ -9,7 +9,7 @@
 
 namespace palpate::fem {
 
-constexpr double kYoung_Pa = 10e3, kLayer_m = 0.04;
+constexpr double kYoung_Pa = 10e3;
 
 inline double thread_seconds() {
   timespec time;
@@ -17,13 +17,19 @@ inline double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// A layer of 40 mm and 10 kPa, held at its bottom, `width_m` square, no twin.
-inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe, double width_m = 0.24) {
+/// A layer of 10 kPa, held at its bottom, square and centred about the origin, its top at z = 0; no twin.
+struct LayerSize {
+  double thick_m = 0.04, width_m = 0.24, cell_m = 0.04;
+};
+
+inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe, const LayerSize& size = {}) {
   SimulationSetup setup;
-  const int across = static_cast<int>(width_m / kLayer_m + 0.5);
-  setup.volume = structured_block(Vec3(width_m, width_m, kLayer_m), {across, across, 1});
+  const int across = static_cast<int>(size.width_m / size.cell_m + 0.5);
+  const int down = static_cast<int>(size.thick_m / size.cell_m + 0.5);
+  setup.volume = structured_block(Vec3(size.width_m, size.width_m, size.thick_m), {across, across, down});
+  setup.volume.nodes.rowwise() -= Eigen::RowVector3d(size.width_m / 2, size.width_m / 2, size.thick_m);
   for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
-    setup.is_held.push_back(setup.volume.nodes(n, 2) < 1e-6);
+    setup.is_held.push_back(setup.volume.nodes(n, 2) < 1e-6 - size.thick_m);
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
   setup.probe = probe;
@@ -31,10 +37,8 @@ inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe, doubl
   return setup;
 }
 
-/// Near the middle of its top, on no node or edge of the base mesh.
-inline Vec3 layer_top(double width_m = 0.24) {
-  return {width_m / 2 + 0.0031, width_m / 2 - 0.0017, kLayer_m};
-}
+/// Near the middle of the top, on no node or edge of the base mesh.
+inline Vec3 layer_top() { return {0.0031, -0.0017, 0}; }
 
 /// The press of one test point and what it cost.
 struct Pressed {
@@ -44,12 +48,12 @@ struct Pressed {
   double force_N(std::size_t row) const { return -result.rows.at(row).force.z(); }
 };
 
-inline Pressed press(const SimulationSetup& setup, double depth_m, int steps, double width_m = 0.24) {
+inline Pressed press(const SimulationSetup& setup, double depth_m, int steps) {
   Experiments experiments;
   experiments.depth_m = depth_m;
   experiments.press_steps = steps;
   const double start = thread_seconds();
-  PointRows result = Simulator(setup).press_and_drag(layer_top(width_m), -Vec3::UnitZ(), experiments);
+  PointRows result = Simulator(setup).press_and_drag(layer_top(), -Vec3::UnitZ(), experiments);
   return {std::move(result), thread_seconds() - start};
 }
 
