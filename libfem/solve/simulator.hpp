@@ -26,8 +26,8 @@ struct Experiments {
 
 /// How fine, how exact.
 struct SolverOptions {
-  double element_size = 0.5;  ///< finest h, over the probe's contact radius at the shallowest depth
-  double growth = 0.5;        ///< h over distance from first touch or the probe's way, so at any rim too
+  double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
+  double growth = 0.6;        ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
   EquilibriumOptions equilibrium;
