@@ -52,7 +52,9 @@ void append(std::vector<double>& out, const std::vector<const std::vector<double
 std::vector<Role> roles_of(const ColumnNames& names) {
   std::vector<Role> roles;
   const auto add = [&](Meaning meaning, const std::string& name, int axis = 0) {
-    if (!name.empty()) roles.push_back({meaning, axis, name});
+    if (name.empty()) return;
+    const bool is_negated = name.front() == '-' && name.size() > 1;
+    roles.push_back({meaning, axis, is_negated ? name.substr(1) : name, is_negated ? -1.0 : 1.0});
   };
   const auto add_axes = [&](Meaning meaning, const std::vector<std::string>& axes) {
     for (std::size_t k = 0; k < axes.size(); ++k) add(meaning, axes[k], static_cast<int>(k));
@@ -97,13 +99,13 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles, const std:
 
 double factor_of(const Role& role, const std::string& header_name, const UnitNames& units, const FailColumn& fail) {
   const auto quantity = quantity_of(role.meaning);
-  if (!quantity) return 1;
+  if (!quantity) return role.sign;
   const std::string& given = units.*(quantity->unit);
   const std::string written = split_unit(header_name).second;
   const auto by_header = unit_factor(written, quantity->dimension);
   const std::string column = "column `" + header_name + "`";
   if (given.empty()) {
-    if (by_header) return *by_header;
+    if (by_header) return role.sign * *by_header;
     throw fail(column + (written.empty() ? " has no unit" : " is in `" + written + "`, which is no unit of " +
                                                                 std::string(dimension_name(quantity->dimension))),
                "Say units." + std::string(quantity->key) + " in the manifest: " + known_units(quantity->dimension) + ".");
@@ -115,7 +117,7 @@ double factor_of(const Role& role, const std::string& header_name, const UnitNam
   if (by_header && *by_header != *by_settings)
     throw fail(column + " is in " + written + ", the manifest says " + given,
                "Correct units." + std::string(quantity->key) + ", or leave it out.");
-  return *by_settings;
+  return role.sign * *by_settings;
 }
 
 RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,

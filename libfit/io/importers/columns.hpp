@@ -19,6 +19,7 @@ struct Role {
   Meaning meaning;
   int axis = 0;
   std::string name;                       ///< in the file
+  double sign = 1;                        ///< -1 for a name given with a leading minus
 };
 
 /// Columns asked for, in a fixed order.

@@ -26,9 +26,13 @@ std::span<const Importer> importers();
 /// The row of a name, nullptr when there is none.
 const Importer* importer_named(std::string_view name);
 
-/// Content of a recording's file, gzip unpacked. Throws Error when it is missing, cannot be read, is
-/// damaged or larger than `most_bytes`; nothing of a larger file is read.
-std::string read_content(const std::filesystem::path& path, std::uintmax_t most_bytes);
+/// Bytes of a recording's file as it lies there. Throws Error when it is missing, cannot be read or is
+/// larger than `most_bytes`; nothing of a larger file is read.
+std::string read_bytes(const std::filesystem::path& path, std::uintmax_t most_bytes);
+
+/// Takes bytes apart that are gzip, and leaves others as they are. Throws Error when they are damaged or
+/// unpack to more than `most_bytes`.
+std::string unpacked(const std::filesystem::path& path, std::string bytes, std::uintmax_t most_bytes);
 
 /// The recordings in the content of a file by its format, or by the format it begins like.
 /// Every recording has at least one row; all numbers are finite and within 1e15 of zero. Safe on

@@ -12,7 +12,7 @@
 namespace palpate::importers {
 
 /// Which columns of a file mean what, by the names in its header ("#3" is the third column of a file
-/// without header). Empty where the file has none.
+/// without header; a leading minus turns the sign). Empty where the file has none.
 struct ColumnNames {
   std::string time, depth;
   std::string force_time;                     ///< clock of the force columns, when it is another
