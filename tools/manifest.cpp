@@ -38,7 +38,7 @@ struct Entry {
 // A column's name, or its number in a file without header.
 std::string column(SceneTable& table, std::string_view key, const toml::node& node) {
   if (node.is_string()) return node.as_string()->get();
-  if (node.is_integer() && node.as_integer()->get() > 0) return "#" + std::to_string(node.as_integer()->get());
+  if (node.is_integer() && node.as_integer()->get() > 0) return fmt::format("#{}", node.as_integer()->get());
   fail(table, key, fmt::format("{} of columns is no column", key), "Give a name of the header in quotes, or a number counted from 1.");
 }
 
@@ -72,7 +72,7 @@ void read_columns(SceneTable table, importers::ColumnNames& names) {
 
 void read_unit(SceneTable& table, std::string_view key, Dimension dimension, std::string& target) {
   target = table.text(key, target);
-  if (!target.empty() && !unit_factor(importers::split_unit("(" + target + ")").second, dimension))
+  if (!target.empty() && !unit_factor(importers::split_unit(fmt::format("({})", target)).second, dimension))
     fail(table, key, fmt::format("{} of units is \"{}\", which is no unit of {}", key, target, dimension_name(dimension)), "Known: " + known_units(dimension) + ".");
 }
 
@@ -157,7 +157,7 @@ void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
   if (table.has("plausible")) {
     const auto range = table.quantities("plausible", Dimension::pressure, 0, 1e15);
     if (range.size() != 2 || !(range[0] < range[1])) fail(table, "plausible", "plausible is not a range of two moduli", "Write [\"10 Pa\", \"5 MPa\"].");
-    s.least_young_Pa = range[0], s.most_young_Pa = range[1];
+    s.least_young_Pa = range[0], s.most_young_Pa = range[1], s.is_range_given = true;
   }
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");
@@ -205,7 +205,7 @@ void complete(const SceneTable& table, Entry& entry) {
   }
   if (entry.position) {
     const std::string& unit = item.read.units.position;
-    const auto factor = unit_factor(importers::split_unit("(" + unit + ")").second, Dimension::length);
+    const auto factor = unit_factor(importers::split_unit(fmt::format("({})", unit)).second, Dimension::length);
     if (!factor) throw Error(table.where("position"), "position has no unit", "Say units = { position = \"mm\" }, or write [\"12 mm\", \"3.5 mm\", \"40 mm\"].");
     item.position_m = *factor * Vec3((*entry.position)[0], (*entry.position)[1], (*entry.position)[2]);
   }

@@ -13,7 +13,9 @@ constexpr Eigen::Index kLeastMeans = 5;
 constexpr int kScan = 160;                  // trial contact points before the minimum is refined
 constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
 constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
+constexpr double kGoodMisfit = 0.01;        // or residual over force: nearer no tissue follows a power law
 constexpr double kLeastForceInNoise = 12;   // below this a range says little about contact
+constexpr double kLeastForceInWaves = 4;    // likewise, of the scatter on the free part
 
 // push = bias + a max(travel - contact, 0)^exponent over the first means, fitted for each contact point.
 class PowerProfile {
@@ -136,24 +138,37 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index
   return out;
 }
 
-// The longest range that the power law still fits; a material that stiffens ends it early.
+// Scatter about their mean of the means that a fit takes as free.
+double free_scatter_N(const PressCurve& curve, const ContactEstimate& fit) {
+  Eigen::Index n = 0;
+  while (n < curve.travel_m.size() && curve.travel_m[n] < fit.travel_m) ++n;
+  const auto part = curve.push_N.head(n).array();
+  return n > 2 ? std::sqrt((part - part.mean()).square().mean()) : 0;
+}
+
+// The longest range that the power law still fits, else the one that it fits best: a material that
+// stiffens ends it early, waves on the free part keep it from becoming too short.
 ContactEstimate fit_power(const PressCurve& curve, double exponent, double share) {
   double rms_N = 0;
   if (share > 0) return fit_up_to(curve, exponent, means_up_to(curve, share), rms_N);
   const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
-  ContactEstimate out, longer;
-  for (share = 1;; share /= 2) {
-    out = fit_up_to(curve, exponent, means_up_to(curve, share), rms_N);
-    const bool is_good = rms_N <= kGoodFit * curve.noise_N;
-    const bool is_last = share / 2 * largest_N < kLeastForceInNoise * curve.noise_N || share < 1e-3 ||
-                         means_up_to(curve, share / 2) <= kLeastMeans + 3;
-    if (is_good || is_last) break;
-    longer = out;
+  ContactEstimate best;
+  double least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
+  for (share = 1; share > 1e-3; share /= 2) {
+    const Eigen::Index means = means_up_to(curve, share);
+    const ContactEstimate fit = fit_up_to(curve, exponent, means, rms_N);
+    const double misfit = rms_N / (share * largest_N);
+    const bool is_good = rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit;
+    if (is_good || misfit < least) {
+      if (least < kInfinity) other_m = best.travel_m;
+      best = fit, least = misfit;
+    }
+    const double noise_N = std::max(kLeastForceInNoise * curve.noise_N, kLeastForceInWaves * free_scatter_N(curve, fit));
+    if (is_good || share / 2 * largest_N < noise_N || means <= kLeastMeans + 3) break;
   }
   // Where a longer range put it tells what the power law leaves open.
-  if (share < 1 && !out.begins_in_contact && !longer.begins_in_contact)
-    out.deviation_m = std::hypot(out.deviation_m, 0.25 * (longer.travel_m - out.travel_m));
-  return out;
+  if (!best.begins_in_contact && std::isfinite(other_m)) best.deviation_m = std::hypot(best.deviation_m, 0.25 * (other_m - best.travel_m));
+  return best;
 }
 
 ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings) {
@@ -161,7 +176,9 @@ ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings
 }
 
 ContactEstimate by_two_lines(const PressCurve& curve, const SignalSettings& settings) {
-  return fit_power(curve, 1, settings.contact_range);
+  ContactEstimate lines = fit_power(curve, 1, settings.contact_range);
+  lines.amplitude = 0;  // of a line, not of the tip's power law
+  return lines;
 }
 
 ContactEstimate by_threshold(const PressCurve& curve, const SignalSettings&) {

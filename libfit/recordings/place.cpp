@@ -108,19 +108,22 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items, c
 }
 
 void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates) {
-  std::vector<double> sizes;
+  // By the way they were made: a batch may hold several rigs.
+  const auto rig_of = [&](const Candidate& c) {
+    const BatchItem& item = items[c.item];
+    return item.read.format + "|" + std::to_string(item.signal.radius_m) + "|" + std::to_string(static_cast<int>(item.signal.kind)) + (item.signal.is_range_given ? "|given" : "|");
+  };
+  std::map<std::string, std::vector<double>> sizes;
   for (const Candidate& c : candidates)
-    if (!c.failure && std::isfinite(c.recording->apparent_Pa)) sizes.push_back(c.recording->apparent_Pa);
-  double median_Pa = kNan;
-  if (sizes.size() >= kLeastToCompare) {
-    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-    median_Pa = sizes[sizes.size() / 2];
-  }
+    if (!c.failure && std::isfinite(c.recording->apparent_Pa)) sizes[rig_of(c)].push_back(c.recording->apparent_Pa);
+  for (auto& [rig, moduli] : sizes) std::nth_element(moduli.begin(), moduli.begin() + static_cast<std::ptrdiff_t>(moduli.size() / 2), moduli.end());
   for (Candidate& c : candidates) {
     if (c.failure) continue;
     const SignalSettings& s = items[c.item].signal;
     const importers::UnitNames& units = items[c.item].read.units;
     const double found_Pa = c.recording->apparent_Pa;
+    const std::vector<double>& moduli = sizes[rig_of(c)];
+    const double median_Pa = moduli.size() >= kLeastToCompare && !s.is_range_given ? moduli[moduli.size() / 2] : kNan;
     const bool is_alone = std::isfinite(median_Pa) && std::abs(std::log10(found_Pa / median_Pa)) > std::log10(kOutlier);
     const bool is_implausible = !(found_Pa >= s.least_young_Pa && found_Pa <= s.most_young_Pa);
     if (!is_alone && !is_implausible) continue;

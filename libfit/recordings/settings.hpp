@@ -30,6 +30,7 @@ struct SignalSettings {
   bool uses_retract = false;         ///< rows from the way back instead of the way in
   int rows = 40;                     ///< per experiment, at most
   double least_young_Pa = 10, most_young_Pa = 5e6;  ///< apparent moduli outside are questioned
+  bool is_range_given = false;       ///< by the user, so that recordings are not questioned by each other
 };
 
 }  // namespace palpate::recordings
