@@ -8,7 +8,7 @@ namespace {
 
 constexpr Eigen::Index kLeastRows = 5;
 constexpr Eigen::Index kStuckRows = 5;       // equal readings in a row that chance does not make
-constexpr double kStuckTravelShare = 0.01;   // of the whole travel, gone while the force stood still
+constexpr double kStuckTravelShare = 0.03;   // of the whole travel, gone while the force stood still
 
 std::string place(const std::string& file, std::size_t line) { return file + ":" + std::to_string(line); }
 
@@ -72,21 +72,26 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   signal.force_N = picked(force_N, kept);
 }
 
-// Runs of equal readings at the extreme of an axis, with the tip moving meanwhile.
+// Readings stuck at one value, on the far half of what an axis feels, with the tip moving meanwhile:
+// the near half holds the free part, where a coarse sensor may well stand still.
+void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m, std::vector<char>& is_saturated) {
+  const double first_N = force[0], up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
+  const double sign = up >= down ? 1 : -1, half_N = std::max(up, down) / 2;
+  for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
+    for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {}
+    if (last - first < kStuckRows || sign * (force[first] - first_N) <= half_N) continue;
+    const auto run = position_m.middleRows(first, last - first);
+    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
+      std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);
+  }
+}
+
 void mark_saturated(Signal& signal, double force_limit_N) {
   signal.is_saturated.assign(static_cast<std::size_t>(signal.rows()), 0);
   const double range_m = (signal.position_m.colwise().maxCoeff() - signal.position_m.colwise().minCoeff()).norm();
   for (int axis = 0; axis < 3; ++axis) {
-    const auto force = signal.force_N.col(axis);
-    for (const double extreme : {force.maxCoeff(), force.minCoeff()}) {
-      for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
-        for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {}
-        if (force[first] != extreme || extreme == 0 || last - first < kStuckRows) continue;
-        const double moved_m = (signal.position_m.row(last - 1) - signal.position_m.row(first)).norm();
-        if (moved_m > kStuckTravelShare * range_m)
-          std::fill(signal.is_saturated.begin() + first, signal.is_saturated.begin() + last, 1);
-      }
-    }
+    const Eigen::VectorXd force = signal.force_N.col(axis);
+    mark_stuck(force, signal.position_m, range_m, signal.is_saturated);
     for (Eigen::Index i = 0; i < force.size(); ++i)
       if (std::abs(force[i]) >= force_limit_N) signal.is_saturated[static_cast<std::size_t>(i)] = 1;
   }

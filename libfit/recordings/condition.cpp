@@ -15,7 +15,7 @@ constexpr int kMeans = 400;                // of the way in, for the contact fit
 constexpr double kFreeShare = 0.1;         // of the way in, taken as free to start with
 constexpr double kSeenInNoise = 5;         // a rise below this is no contact
 constexpr Eigen::Index kLeastFreeRows = 8;
-constexpr double kMostSaturated = 0.8;     // share of the depth
+constexpr double kMostSaturated = 0.7;     // share of the depth
 constexpr double kLeastSignal = 20;        // force over noise of a fair recording
 constexpr double kContactShare = 0.02;     // contact deviation over depth of a good recording
 

@@ -28,7 +28,7 @@ struct Signal {
 
 /// Brings position and force to one clock: force rows stay as they are (its delay taken off their
 /// time), the position is interpolated linearly between its own rows. Marks saturated rows: at the
-/// sensor's limit, or stuck at the largest value of an axis while the tip goes on. Takes off the
+/// sensor's limit, or stuck at one value far from the free one while the tip goes on. Takes off the
 /// travel that the rig itself gives. inward: unit, where known.
 /// Throws Error (file:line) on time stamps that repeat or go back (with drop_invalid they are left
 /// out and counted in `dropped`), fewer than 5 common rows, and clocks that do not overlap.
