@@ -75,7 +75,7 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
 // Readings stuck at one value, on the far half of what an axis feels, with the tip moving meanwhile:
 // the near half holds the free part, where a coarse sensor may well stand still.
 void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m, std::vector<char>& is_saturated) {
-  const double first_N = force[0], up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
+  const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(), up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
   const double sign = up >= down ? 1 : -1, half_N = std::max(up, down) / 2;
   for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {}

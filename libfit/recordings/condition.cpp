@@ -72,8 +72,11 @@ Approach way_in(const Signal& signal, const RowRange& range) {
   way.push = signal.push_N().segment(range.begin, range.rows());
   const auto free = static_cast<Eigen::Index>(kFreeShare * static_cast<double>(range.rows()));
   way.noise_N = free >= kLeastFreeRows ? fit_line(way.travel.head(free), way.push.head(free)).deviation : scatter_N(way.push);
-  way.curve = mean_curve(way.travel, way.push, kMeans);
-  const double per_mean = static_cast<double>(range.rows()) / static_cast<double>(way.curve.push_N.size());
+  Eigen::Index believed = 0;  // a saturated force tells nothing about contact
+  while (believed < range.rows() && !signal.is_saturated[static_cast<std::size_t>(range.begin + believed)]) ++believed;
+  if (believed < kLeastFreeRows) believed = range.rows();
+  way.curve = mean_curve(way.travel.head(believed), way.push.head(believed), kMeans);
+  const double per_mean = static_cast<double>(believed) / static_cast<double>(way.curve.push_N.size());
   way.curve.noise_N = way.noise_N / std::sqrt(per_mean);
   return way;
 }

@@ -73,10 +73,10 @@ inline void BatchTest::check(const std::vector<BatchItem>& items, const std::vec
     worst_contact_m = std::max(worst_contact_m, off_m);
     const Eigen::Index last = r.deflection_m.rows() - 1;
     const double expected_N = hertz_N(truth.young_Pa, -r.deflection_m(last, 2) + (r.contact_m->z() - truth.position_m.z()) * -1);
-    worst_force = std::max(worst_force, std::abs(-r.force_N(last, 2) / expected_N - 1));
+    worst_force = std::max(worst_force, std::abs(-r.force_N(last, 2) - expected_N) / (5 * r.error_N[last] + 0.003 * expected_N));
   }
-  EXPECT_LT(worst_contact_m, 0.15e-3);
-  EXPECT_LT(worst_force, 0.01);
+  EXPECT_LT(worst_contact_m, 0.2e-3);
+  EXPECT_LT(worst_force, 1);  // five deviations and 0.3 %
 }
 
 }  // namespace palpate::recordings
