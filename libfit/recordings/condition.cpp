@@ -14,6 +14,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMeans = 400;                // of the way in, for the contact fit
 constexpr double kFreeShare = 0.1;         // of the way in, taken as free to start with
 constexpr double kSeenInNoise = 5;         // a rise below this is no contact
+constexpr double kEndShare = 0.1;          // of the travel, within which the largest force ends the way in
 constexpr Eigen::Index kLeastFreeRows = 8;
 constexpr double kMostSaturated = 0.7;     // share of the depth
 constexpr double kLeastSignal = 20;        // force over noise of a fair recording
@@ -55,6 +56,16 @@ double scatter_N(const Eigen::VectorXd& push) {
   if (bent.empty()) return 0;
   std::nth_element(bent.begin(), bent.begin() + static_cast<std::ptrdiff_t>(bent.size() / 2), bent.end());
   return bent[bent.size() / 2] / 0.6745 / std::sqrt(6.0);
+}
+
+// The way in without its last rows where the force falls already: a soft cantilever springs back before
+// the tip does.
+RowRange loading_part(const Signal& signal, RowRange range) {
+  const Eigen::VectorXd travel = signal.travel_m().segment(range.begin, range.rows());
+  Eigen::Index most = 0;
+  signal.push_N().segment(range.begin, range.rows()).maxCoeff(&most);
+  if (travel[most] > travel.maxCoeff() - kEndShare * (travel.maxCoeff() - travel.minCoeff())) range.end = range.begin + most + 1;
+  return range;
 }
 
 // The way in, as the estimators and the checks see it.
@@ -226,7 +237,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   }
 
   const auto phases = find_phases(signal);
-  const RowRange range = main_approach(signal, phases);
+  RowRange range = main_approach(signal, phases);
+  if (range.rows() >= 2 && settings.kind == ExperimentKind::press) range = loading_part(signal, range);
   if (range.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in", "Check the normal, or turn the depth around: depth = \"-NAME\".");
   const Approach way = way_in(signal, range);
