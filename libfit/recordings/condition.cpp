@@ -107,6 +107,10 @@ void check_contact(const Signal& signal, const Approach& way, const std::string&
   if (rise_N < -seen_N && rise_N < 0)
     throw Error(place(file, signal, way.range.end - 1), "the force falls as the tip goes in, to " + number(rise_N) + " N: the sign of force or depth is reversed",
                 "Say force_on = \"tool\" or \"body\", whichever it is not yet, or turn the depth around: depth = \"-NAME\".");
+  const auto first = signal.is_saturated.begin() + way.range.begin, last = signal.is_saturated.begin() + way.range.end;
+  if (!(rise_N > seen_N) && std::find(first, last, 1) != last)
+    throw Error(place(file, signal, std::find(first, last, 1) - signal.is_saturated.begin()),
+                "the force is saturated before it rises out of its noise of " + number(way.noise_N) + " N", "Use a sensor with a larger range.");
   if (!(rise_N > seen_N) || !(rise_N > 0))
     throw Error(place(file, signal, way.range.end - 1), "no contact: the force rises by " + number(rise_N) + " N on the way in, its noise is " + number(way.noise_N) + " N",
                 "Press deeper, or remove the recording.");

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Eigen::Index kLeastMeans = 5;
-constexpr int kScan = 160;                  // trial contact points before the minimum is refined
+constexpr int kScan = 64;                   // trial contact points before the minimum is refined
+constexpr int kRefinements = 26;            // golden sections: to 4e-6 of two trials
 constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
 constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
 constexpr double kGoodMisfit = 0.01;        // or residual over force: nearer no tissue follows a power law
@@ -58,10 +59,10 @@ class PowerProfile {
       if (const double squares = at(low + step * k).squares; squares < least) least = squares, best = k;
     double a = low + step * (best - 1), b = low + step * (best + 1);
     constexpr double kGolden = 0.6180339887498949;
-    for (int i = 0; i < 40; ++i) {
-      const double c = b - kGolden * (b - a), d = a + kGolden * (b - a);
-      if (at(c).squares < at(d).squares) b = d;
-      else a = c;
+    double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares, at_d = at(d).squares;
+    for (int i = 0; i < kRefinements; ++i) {
+      if (at_c < at_d) b = d, d = c, at_d = at_c, c = b - kGolden * (b - a), at_c = at(c).squares;
+      else a = c, c = d, at_c = at_d, d = a + kGolden * (b - a), at_d = at(d).squares;
     }
     return (a + b) / 2;
   }

@@ -35,7 +35,8 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles, const std:
 /// directions. Throws what `fail` makes when there is none, it is unknown, or the two differ.
 double factor_of(const Role& role, const std::string& header_name, const UnitNames& units, const FailColumn& fail);
 
-/// A recording of columns in the file's units times `factors`. Precondition: equal lengths.
+/// A recording of columns in the file's units times `factors`. Precondition: lengths of `line`, but for
+/// a force with a clock of its own.
 RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,
                           const std::vector<double>& factors, std::vector<std::size_t> line,
                           const ReadSettings& settings);

@@ -95,18 +95,36 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path, st
   layout.separator = header.separator;
   layout.decimal = decimal_of(file, header, settings);
   layout.comment = settings.comment;
-  layout.field = find_columns(roles, header.names, fail);
   layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
+  const auto field = find_columns(roles, header.names, fail);
   std::vector<double> factors;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < roles.size(); ++i) {
-    const std::string name = header.is_numbered ? roles[i].name : header.names[layout.field[i]];
-    layout.name.push_back(name);
-    factors.push_back(factor_of(roles[i], name, settings.units, fail));
+    names.push_back(header.is_numbered ? roles[i].name : header.names[field[i]]);
+    factors.push_back(factor_of(roles[i], names[i], settings.units, fail));
   }
-  NumberTable table = read_numbers(file, layout);
-  RawRecording recording = recording_of(roles, std::move(table.column), factors, std::move(table.line), settings);
-  recording.dropped_rows = table.dropped_rows;
+  // With a clock of its own the force has rows of its own: fewer or more, blank where it has none.
+  const auto is_of_force = [&](std::size_t i) {
+    return !settings.columns.force_time.empty() && (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force);
+  };
+  std::vector<std::vector<double>> columns(roles.size());
+  std::vector<std::size_t> line;
+  std::size_t dropped = 0;
+  for (const bool is_force : {false, true}) {
+    std::vector<std::size_t> part;
+    for (std::size_t i = 0; i < roles.size(); ++i)
+      if (is_of_force(i) == is_force) part.push_back(i);
+    if (part.empty()) continue;
+    layout.field.clear(), layout.name.clear();
+    for (const std::size_t i : part) layout.field.push_back(field[i]), layout.name.push_back(names[i]);
+    NumberTable table = read_numbers(file, layout);
+    for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);
+    if (!is_force) line = std::move(table.line);
+    dropped += table.dropped_rows;
+  }
+  RawRecording recording = recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  recording.dropped_rows = dropped;
   return {recording};
 }
 

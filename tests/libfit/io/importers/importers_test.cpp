@@ -96,6 +96,15 @@ TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
   EXPECT_EQ(*r[0].retract_begins, 2);
 }
 
+TEST_F(ImportersTest, a_force_with_its_own_clock_has_rows_of_its_own) {
+  ReadSettings s = axial();
+  s.columns.force_time = "tf";
+  const auto r = read("t,d,tf,F\n0,0,0,1\n1,1,0.5,2\n,,1,3\n", s)[0];
+  EXPECT_EQ(r.time_s, (std::vector<double>{0, 1}));
+  EXPECT_EQ(r.force_time_s, (std::vector<double>{0, 0.5, 1}));
+  EXPECT_EQ(r.push_N, (std::vector<double>{1, 2, 3}));
+}
+
 TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   ReadSettings unknown = axial(), bracket = axial();
   unknown.units.force = "", bracket.units.force = "mN";
