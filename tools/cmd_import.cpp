@@ -24,10 +24,13 @@ fs::path beside(const fs::path& output, const char* extension) {
 class Import final : public Command {
  public:
   explicit Import(Arguments& arguments) {
-    arguments.positional("manifest", manifest_, "manifest.toml: the recordings and how to read them");
-    arguments.option("-o,--output", output_, "samples.h5 to write; samples.import.csv, .json and .journal beside it", true);
+    arguments.positional("manifest", manifest_,
+                         "manifest.toml: the recordings and how to read them");
+    arguments.option("-o,--output", output_,
+                     "samples.h5 to write; samples.import.csv, .json and .journal beside it", true);
     arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
-    arguments.flag("--drop-invalid", drop_invalid_, "Leave out rows that are no numbers or go back in time, and count them");
+    arguments.flag("--drop-invalid", drop_invalid_,
+                   "Leave out rows that are no numbers or go back in time, and count them");
     arguments.flag("--force", force_, "Read every recording again, whatever the journal holds");
     arguments.flag("--json", json_, "One JSON object on stdout");
   }
@@ -39,13 +42,17 @@ class Import final : public Command {
     const AssembleOptions options = place_options(manifest, surface);
     const auto results = read_all(manifest, options);
     const Assembled assembled = assemble(manifest.items, results, options);
-    write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results, assembled);
+    write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
+                  assembled);
     report(manifest, results, assembled);
     if (assembled.samples.rows() == 0)
-      throw Error(manifest_, "none of its " + std::to_string(assembled.outcomes.size()) + " recordings could be imported; " + output_ + " was not written",
+      throw Error(manifest_,
+                  "none of its " + std::to_string(assembled.outcomes.size()) +
+                      " recordings could be imported; " + output_ + " was not written",
                   "See the list above, or " + beside(output_, ".csv").string() + ".");
     write_samples(output_, assembled.samples, {{"inputs_hash", inputs_hash(manifest, results)}});
-    say("wrote {}: {} rows at {} points", output_, assembled.samples.rows(), assembled.samples.points());
+    say("wrote {}: {} rows at {} points", output_, assembled.samples.rows(),
+        assembled.samples.points());
     if (json_) fmt::print("{}\n", summary_json(manifest.items, results, assembled));
     return assembled.failed() > 0 ? kSomeFailed : kDone;
   }
@@ -56,17 +63,21 @@ class Import final : public Command {
     return read_surface(*manifest.surface, manifest.length_unit_m);
   }
 
-  AssembleOptions place_options(const Manifest& manifest, const std::optional<Surface>& surface) const {
+  AssembleOptions place_options(const Manifest& manifest,
+                                const std::optional<Surface>& surface) const {
     AssembleOptions options;
     options.surface = surface ? &*surface : nullptr;
     options.motion = manifest.motion;
     if (manifest.rig_landmarks_m.rows() > 0) {
-      const Registration landmarks = register_landmarks(manifest.rig_landmarks_m, manifest.body_landmarks_m);
-      say("landmarks: {} pairs, residual {:.3g} mm rms, {:.3g} mm at most", manifest.rig_landmarks_m.rows(), 1e3 * landmarks.rms_m, 1e3 * landmarks.largest_m);
+      const Registration landmarks =
+          register_landmarks(manifest.rig_landmarks_m, manifest.body_landmarks_m);
+      say("landmarks: {} pairs, residual {:.3g} mm rms, {:.3g} mm at most",
+          manifest.rig_landmarks_m.rows(), 1e3 * landmarks.rms_m, 1e3 * landmarks.largest_m);
       options.motion = landmarks.motion;
     }
     options.fits_to_surface = manifest.fits_to_surface;
-    options.place_tolerance_m = manifest.place_tolerance_m, options.pools_repeats = manifest.pools_repeats;
+    options.place_tolerance_m = manifest.place_tolerance_m,
+    options.pools_repeats = manifest.pools_repeats;
     return options;
   }
 
@@ -77,24 +88,37 @@ class Import final : public Command {
     BatchOptions batch{job_count(jobs_), journal, Mat3::Identity()};
     if (options.motion) batch.body_from_rig = options.motion->rotation;
     const auto results = run_batch(manifest.items, batch, progress.progress());
-    const auto done = static_cast<std::size_t>(std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
+    const auto done = static_cast<std::size_t>(std::count_if(
+        results.begin(), results.end(), [](const ItemResult& r) { return r.is_done; }));
     if (done < results.size())
-      throw Interrupted(fmt::format("{} of {} recordings are kept in {}; the same command goes on from there", done, results.size(), journal.string()));
+      throw Interrupted(
+          fmt::format("{} of {} recordings are kept in {}; the same command goes on from there",
+                      done, results.size(), journal.string()));
     return results;
   }
 
-  void report(const Manifest& manifest, const std::vector<ItemResult>& results, const Assembled& assembled) const {
-    const auto reused = std::count_if(results.begin(), results.end(), [](const ItemResult& r) { return r.is_reused; });
-    if (reused > 0) say("{} of {} files are unchanged and were not read again", reused, results.size());
+  void report(const Manifest& manifest, const std::vector<ItemResult>& results,
+              const Assembled& assembled) const {
+    const auto reused = std::count_if(results.begin(), results.end(),
+                                      [](const ItemResult& r) { return r.is_reused; });
+    if (reused > 0)
+      say("{} of {} files are unchanged and were not read again", reused, results.size());
     if (assembled.registration)
-      say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps", 1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m, assembled.registration->iterations);
+      say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
+          1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
+          assembled.registration->iterations);
     report_distance(assembled);
-    for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i) say("note: {}", assembled.notes[i]);
+    for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
+      say("note: {}", assembled.notes[i]);
     std::size_t listed = 0;
     for (const Outcome& outcome : assembled.outcomes)
-      if (outcome.failure && ++listed <= kListed) say("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what, outcome.failure->remedy);
+      if (outcome.failure && ++listed <= kListed)
+        say("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
+            outcome.failure->remedy);
     if (listed > kListed) say("and {} more", listed - kListed);
-    if (listed > 0) say("{} of {} recordings were refused; {} lists all", listed, assembled.outcomes.size(), beside(output_, ".csv").string());
+    if (listed > 0)
+      say("{} of {} recordings were refused; {} lists all", listed, assembled.outcomes.size(),
+          beside(output_, ".csv").string());
     report_grades(assembled);
     (void)manifest;
   }
@@ -103,8 +127,12 @@ class Import final : public Command {
     double squares = 0, largest = 0;
     std::size_t n = 0;
     for (const Outcome& outcome : assembled.outcomes)
-      if (!outcome.failure && outcome.surface_distance_m >= 0) squares += outcome.surface_distance_m * outcome.surface_distance_m, largest = std::max(largest, outcome.surface_distance_m), ++n;
-    if (n > 0) say("{} recordings lie {:.3g} mm rms from the surface, {:.3g} mm at most", n, 1e3 * std::sqrt(squares / static_cast<double>(n)), 1e3 * largest);
+      if (!outcome.failure && outcome.surface_distance_m >= 0)
+        squares += outcome.surface_distance_m * outcome.surface_distance_m,
+            largest = std::max(largest, outcome.surface_distance_m), ++n;
+    if (n > 0)
+      say("{} recordings lie {:.3g} mm rms from the surface, {:.3g} mm at most", n,
+          1e3 * std::sqrt(squares / static_cast<double>(n)), 1e3 * largest);
   }
 
   static void report_grades(const Assembled& assembled) {
@@ -128,6 +156,8 @@ class Import final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_import(Arguments& arguments) { return std::make_unique<Import>(arguments); }
+std::unique_ptr<Command> declare_import(Arguments& arguments) {
+  return std::make_unique<Import>(arguments);
+}
 
 }  // namespace palpate::tools

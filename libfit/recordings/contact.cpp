@@ -14,11 +14,13 @@ constexpr int kScan = 64;                   // trial contact points before the m
 constexpr int kRefinements = 26;            // golden sections: to 4e-6 of two trials
 constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
 constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
-constexpr double kGoodMisfit = 0.01;        // or residual over force: nearer no tissue follows a power law
-constexpr double kLeastForceInNoise = 12;   // below this a range says little about contact
-constexpr double kLeastForceInWaves = 4;    // likewise, of the scatter on the free part
+constexpr double kGoodMisfit =
+    0.01;  // or residual over force: nearer no tissue follows a power law
+constexpr double kLeastForceInNoise = 12;  // below this a range says little about contact
+constexpr double kLeastForceInWaves = 4;   // likewise, of the scatter on the free part
 
-// push = bias + a max(travel - contact, 0)^exponent over the first means, fitted for each contact point.
+// push = bias + a max(travel - contact, 0)^exponent over the first means, fitted for each contact
+// point.
 class PowerProfile {
  public:
   PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent)
@@ -41,7 +43,8 @@ class PowerProfile {
     fit.bias_N = (f1 - fit.amplitude * g1) / n;
     if (!(fit.amplitude > 0)) return {};
     fit.squares = 0;
-    for (Eigen::Index i = 0; i < means_; ++i) fit.squares += curve_.count[i] * square(residual(i, contact_m, fit));
+    for (Eigen::Index i = 0; i < means_; ++i)
+      fit.squares += curve_.count[i] * square(residual(i, contact_m, fit));
     return fit;
   }
 
@@ -51,18 +54,23 @@ class PowerProfile {
 
   // Minimum over contact points from one range before the curve to its end.
   double best_contact_m() const {
-    const double first = curve_.travel_m[0], last = curve_.travel_m[means_ - 1], range = last - first;
+    const double first = curve_.travel_m[0], last = curve_.travel_m[means_ - 1],
+                 range = last - first;
     const double low = first - range, step = (last - low) / kScan;
     int best = 0;
     double least = kInfinity;
     for (int k = 0; k < kScan; ++k)
-      if (const double squares = at(low + step * k).squares; squares < least) least = squares, best = k;
+      if (const double squares = at(low + step * k).squares; squares < least)
+        least = squares, best = k;
     double a = low + step * (best - 1), b = low + step * (best + 1);
     constexpr double kGolden = 0.6180339887498949;
-    double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares, at_d = at(d).squares;
+    double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares,
+           at_d = at(d).squares;
     for (int i = 0; i < kRefinements; ++i) {
-      if (at_c < at_d) b = d, d = c, at_d = at_c, c = b - kGolden * (b - a), at_c = at(c).squares;
-      else a = c, c = d, at_c = at_d, d = a + kGolden * (b - a), at_d = at(d).squares;
+      if (at_c < at_d)
+        b = d, d = c, at_d = at_c, c = b - kGolden * (b - a), at_c = at(c).squares;
+      else
+        a = c, c = d, at_c = at_d, d = a + kGolden * (b - a), at_d = at(d).squares;
     }
     return (a + b) / 2;
   }
@@ -76,14 +84,16 @@ class PowerProfile {
   // From the curvature of the profile; residuals that go together count as fewer.
   double deviation_m(double contact_m, const Fit& fit) const {
     const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
-    const double variance = fit.squares / static_cast<double>(std::max<Eigen::Index>(1, means_ - 3));
+    const double variance =
+        fit.squares / static_cast<double>(std::max<Eigen::Index>(1, means_ - 3));
     double step = range / static_cast<double>(means_), rise = 0;
     for (int i = 0; i < 8; ++i, step *= 1.6) {  // a step that the profile feels
       rise = at(contact_m - step).squares + at(contact_m + step).squares - 2 * fit.squares;
       if (std::isfinite(rise) && rise > 2 * variance) break;
     }
     if (!(rise > 0) || !std::isfinite(rise)) return range;
-    return std::min(range, std::sqrt(2 * variance * step * step / rise * correlation_time(contact_m, fit)));
+    return std::min(
+        range, std::sqrt(2 * variance * step * step / rise * correlation_time(contact_m, fit)));
   }
 
  private:
@@ -91,7 +101,9 @@ class PowerProfile {
   double basis(Eigen::Index i, double contact_m) const {
     const double depth = curve_.travel_m[i] - contact_m;
     if (depth <= 0) return 0;
-    return exponent_ == 1.5 ? depth * std::sqrt(depth) : exponent_ == 1 ? depth : std::pow(depth, exponent_);
+    return exponent_ == 1.5 ? depth * std::sqrt(depth)
+           : exponent_ == 1 ? depth
+                            : std::pow(depth, exponent_);
   }
   // (1 + r) / (1 - r) of residuals with correlation r between neighbours.
   double correlation_time(double contact_m, const Fit& fit) const {
@@ -114,10 +126,12 @@ Eigen::Index means_up_to(const PressCurve& curve, double share) {
   const double base = curve.push_N[0], limit = base + share * (curve.push_N.maxCoeff() - base);
   Eigen::Index i = 0;
   while (i < curve.push_N.size() && curve.push_N[i] <= limit) ++i;
-  return std::clamp<Eigen::Index>(share >= 1 ? curve.push_N.size() : i + 1, kLeastMeans, curve.push_N.size());
+  return std::clamp<Eigen::Index>(share >= 1 ? curve.push_N.size() : i + 1, kLeastMeans,
+                                  curve.push_N.size());
 }
 
-ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index means, double& rms_N) {
+ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index means,
+                          double& rms_N) {
   const PowerProfile profile(curve, means, exponent);
   ContactEstimate out;
   out.travel_m = profile.best_contact_m();
@@ -164,11 +178,13 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, double share
       if (least < kInfinity) other_m = best.travel_m;
       best = fit, least = misfit;
     }
-    const double noise_N = std::max(kLeastForceInNoise * curve.noise_N, kLeastForceInWaves * free_scatter_N(curve, fit));
+    const double noise_N = std::max(kLeastForceInNoise * curve.noise_N,
+                                    kLeastForceInWaves * free_scatter_N(curve, fit));
     if (is_good || share / 2 * largest_N < noise_N || means <= kLeastMeans + 3) break;
   }
   // Where a longer range put it tells what the power law leaves open.
-  if (!best.begins_in_contact && std::isfinite(other_m)) best.deviation_m = std::hypot(best.deviation_m, 0.25 * (other_m - best.travel_m));
+  if (!best.begins_in_contact && std::isfinite(other_m))
+    best.deviation_m = std::hypot(best.deviation_m, 0.25 * (other_m - best.travel_m));
   return best;
 }
 
@@ -192,7 +208,9 @@ ContactEstimate by_threshold(const PressCurve& curve, const SignalSettings&) {
   out.travel_m = curve.travel_m[at];
   const double step = curve.travel_m[1] - curve.travel_m[0];
   const Eigen::Index ahead = std::min(at + std::max<Eigen::Index>(1, n / 50), n - 1);
-  const double slope = ahead > at ? (curve.push_N[ahead] - curve.push_N[at]) / (curve.travel_m[ahead] - curve.travel_m[at]) : 0;
+  const double slope = ahead > at ? (curve.push_N[ahead] - curve.push_N[at]) /
+                                        (curve.travel_m[ahead] - curve.travel_m[at])
+                                  : 0;
   // It comes late by about what the push needs to rise above the noise.
   out.deviation_m = step + (slope > 0 ? (threshold_N - out.bias_N) / slope : 0);
   out.begins_in_contact = at == 0;
@@ -208,7 +226,8 @@ ContactEstimate by_ratio_of_variances(const PressCurve& curve, const SignalSetti
   };
   const double floor = std::max(curve.noise_N * curve.noise_N, 1e-300);
   Eigen::VectorXd ratio = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index i = window; i + window <= n; ++i) ratio[i] = variance(i) / std::max(variance(i - window), 0.1 * floor);
+  for (Eigen::Index i = window; i + window <= n; ++i)
+    ratio[i] = variance(i) / std::max(variance(i - window), 0.1 * floor);
   Eigen::Index best = 0;
   const double peak = ratio.maxCoeff(&best);
   ContactEstimate out;
@@ -235,10 +254,13 @@ ContactEstimate by_all(const PressCurve& curve, const SignalSettings& settings) 
 
 constexpr std::array<ContactEstimator, 5> kEstimators{{
     {"auto", "hertz; its deviation includes a tenth of what two-line would move it", by_all},
-    {"hertz", "power law of the tip with free contact point, over the longest range that it fits", by_hertz},
+    {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
+     by_hertz},
     {"two-line", "flat, then a line: the same with exponent 1", by_two_lines},
-    {"threshold", "first mean from which all are five deviations above the free push", by_threshold},
-    {"ratio-of-variances", "largest variance after over variance before (Gavara 2016)", by_ratio_of_variances},
+    {"threshold", "first mean from which all are five deviations above the free push",
+     by_threshold},
+    {"ratio-of-variances", "largest variance after over variance before (Gavara 2016)",
+     by_ratio_of_variances},
 }};
 
 }  // namespace
@@ -248,7 +270,8 @@ double exponent_of(Tip tip) { return tip == Tip::sphere ? 1.5 : tip == Tip::flat
 std::span<const ContactEstimator> contact_estimators() { return kEstimators; }
 
 const ContactEstimator* contact_estimator_named(std::string_view name) {
-  const auto row = std::find_if(kEstimators.begin(), kEstimators.end(), [&](const auto& r) { return r.name == name; });
+  const auto row = std::find_if(kEstimators.begin(), kEstimators.end(),
+                                [&](const auto& r) { return r.name == name; });
   return row == kEstimators.end() ? nullptr : &*row;
 }
 
@@ -258,7 +281,8 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
   Eigen::VectorXd travel = Eigen::VectorXd::Zero(bins), push = travel, count = travel;
   for (Eigen::Index i = 0; i < travel_m.size(); ++i) {
     const double share = range > 0 ? (travel_m[i] - first) / range : 0;
-    const Eigen::Index b = std::min(bins - 1, static_cast<Eigen::Index>(share * static_cast<double>(bins)));
+    const Eigen::Index b =
+        std::min(bins - 1, static_cast<Eigen::Index>(share * static_cast<double>(bins)));
     travel[b] += travel_m[i], push[b] += push_N[i], count[b] += 1;
   }
   PressCurve curve;
@@ -266,7 +290,8 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
   curve.travel_m.resize(filled), curve.push_N.resize(filled), curve.count.resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {
     if (!(count[b] > 0)) continue;
-    curve.travel_m[k] = travel[b] / count[b], curve.push_N[k] = push[b] / count[b], curve.count[k++] = count[b];
+    curve.travel_m[k] = travel[b] / count[b], curve.push_N[k] = push[b] / count[b],
+    curve.count[k++] = count[b];
   }
   return curve;
 }

@@ -34,10 +34,13 @@ class Writer {
   template <class Matrix>
   Writer& numbers(const Matrix& values) {
     plain<std::uint64_t>(static_cast<std::uint64_t>(values.rows()));
-    bytes.append(reinterpret_cast<const char*>(values.data()), static_cast<std::size_t>(values.size()) * sizeof(double));
+    bytes.append(reinterpret_cast<const char*>(values.data()),
+                 static_cast<std::size_t>(values.size()) * sizeof(double));
     return *this;
   }
-  Writer& place(const std::optional<Vec3>& value) { return plain<char>(value.has_value()).plain(value.value_or(Vec3::Zero())); }
+  Writer& place(const std::optional<Vec3>& value) {
+    return plain<char>(value.has_value()).plain(value.value_or(Vec3::Zero()));
+  }
   std::string bytes;
 };
 
@@ -49,13 +52,15 @@ class Reader {
   template <class T>
   T plain() {
     T value{};
-    if (const auto part = take(sizeof value); !part.empty()) std::memcpy(static_cast<void*>(&value), part.data(), sizeof value);
+    if (const auto part = take(sizeof value); !part.empty())
+      std::memcpy(static_cast<void*>(&value), part.data(), sizeof value);
     return value;
   }
   std::string text() { return std::string(take(count(1))); }
   template <class Matrix>
   void numbers(Matrix& values) {
-    const auto rows = static_cast<Eigen::Index>(count(sizeof(double) * static_cast<std::size_t>(values.cols())));
+    const auto rows =
+        static_cast<Eigen::Index>(count(sizeof(double) * static_cast<std::size_t>(values.cols())));
     values.resize(rows, values.cols());
     const auto part = take(static_cast<std::size_t>(values.size()) * sizeof(double));
     if (!part.empty()) std::memcpy(values.data(), part.data(), part.size());
@@ -87,7 +92,11 @@ void write(Writer& w, const Conditioned& r) {
   w.plain<std::uint64_t>(r.status.size());
   for (const RowStatus status : r.status) w.plain(status);
   w.place(r.contact_m).place(r.inward);
-  w.plain(r.contact_travel_m).plain(r.contact_deviation_m).text(r.estimator).plain(r.speed_m_s).plain(r.noise_N);
+  w.plain(r.contact_travel_m)
+      .plain(r.contact_deviation_m)
+      .text(r.estimator)
+      .plain(r.speed_m_s)
+      .plain(r.noise_N);
   w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
   w.plain<std::uint64_t>(r.reasons.size());
   for (const std::string& reason : r.reasons) w.text(reason);
@@ -101,8 +110,10 @@ Conditioned read_recording(Reader& in) {
   r.status.resize(in.count(1));
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
   r.contact_m = in.place(), r.inward = in.place();
-  r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(), r.estimator = in.text();
-  r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(), r.hysteresis = in.plain<double>();
+  r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
+  r.estimator = in.text();
+  r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
+  r.hysteresis = in.plain<double>();
   r.young_Pa = in.plain<double>(), r.apparent_Pa = in.plain<double>(), r.grade = in.plain<Grade>();
   r.reasons.resize(in.count(8));
   for (std::string& reason : r.reasons) reason = in.text();
@@ -113,7 +124,8 @@ Conditioned read_recording(Reader& in) {
 std::string entry_of(const std::string& key, const ItemResult& result) {
   Writer w;
   w.text(key).text(result.hash).plain<char>(result.failure.has_value());
-  if (result.failure) w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
+  if (result.failure)
+    w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
   w.plain<std::uint64_t>(result.recordings.size());
   for (const Conditioned& recording : result.recordings) write(w, recording);
   Writer framed;
@@ -126,7 +138,8 @@ ItemResult read_result(Reader& in) {
   result.hash = in.text();
   if (in.plain<char>()) {
     result.failure.emplace();
-    result.failure->where = in.text(), result.failure->what = in.text(), result.failure->remedy = in.text();
+    result.failure->where = in.text(), result.failure->what = in.text(),
+    result.failure->remedy = in.text();
   }
   result.recordings.resize(in.count(16));
   for (Conditioned& recording : result.recordings) recording = read_recording(in);
@@ -162,9 +175,11 @@ Journal::Journal(const std::filesystem::path& path) {
     }
   }
   descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(good_bytes)) != 0 || ::lseek(descriptor_, 0, SEEK_END) < 0)
+  if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(good_bytes)) != 0 ||
+      ::lseek(descriptor_, 0, SEEK_END) < 0)
     throw cannot_keep(path);
-  if (good_bytes == 0 && ::write(descriptor_, kMagic.data(), kMagic.size()) < 0) throw cannot_keep(path);
+  if (good_bytes == 0 && ::write(descriptor_, kMagic.data(), kMagic.size()) < 0)
+    throw cannot_keep(path);
 }
 
 Journal::~Journal() {
@@ -184,7 +199,8 @@ void Journal::add(const std::string& key, const ItemResult& result) {
   while (!rest.empty()) {
     const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
-    // A full disk costs the journal, not the batch: what comes after a torn entry would be lost on reading.
+    // A full disk costs the journal, not the batch: what comes after a torn entry would be lost on
+    // reading.
     if (written < 0) return void(::close(std::exchange(descriptor_, -1)));
     rest.remove_prefix(static_cast<std::size_t>(written));
   }

@@ -9,12 +9,13 @@
 
 namespace palpate::recordings {
 
-/// Results of a batch on the disk, an entry appended as each is done. Every entry carries its length
-/// and hash: what a kill cut short, or a disk damaged, is left out on reading, and the rest is good.
-/// Safe on untrusted bytes.
+/// Results of a batch on the disk, an entry appended as each is done. Every entry carries its
+/// length and hash: what a kill cut short, or a disk damaged, is left out on reading, and the rest
+/// is good. Safe on untrusted bytes.
 class Journal {
  public:
-  /// Reads what is there. An empty path keeps nothing. Throws Error when the file cannot be written.
+  /// Reads what is there. An empty path keeps nothing. Throws Error when the file cannot be
+  /// written.
   explicit Journal(const std::filesystem::path& path);
   ~Journal();
   Journal(const Journal&) = delete;

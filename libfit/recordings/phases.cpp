@@ -26,7 +26,8 @@ std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double lea
       direction = 1, highest = i;
     }
   }
-  if (direction > 0 && highest + 1 < travel.size() && highest != turns.back()) turns.push_back(highest);
+  if (direction > 0 && highest + 1 < travel.size() && highest != turns.back())
+    turns.push_back(highest);
   turns.push_back(travel.size() - 1);
   return turns;
 }
@@ -43,19 +44,25 @@ std::vector<Phase> find_phases(const Signal& signal) {
   for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
     const double gain_m = travel[turns[k + 1]] - travel[turns[k]];
     const bool is_in = signal.retract_begins ? k == 0 : gain_m > 0;
-    std::fill(phases.begin() + turns[k], phases.begin() + turns[k + 1] + 1, is_in ? Phase::approach : Phase::retract);
+    std::fill(phases.begin() + turns[k], phases.begin() + turns[k + 1] + 1,
+              is_in ? Phase::approach : Phase::retract);
   }
   if (signal.retract_begins || rows < 20) return phases;
   const Points sideways = signal.position_m - travel * signal.inward.transpose();
-  const auto half = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
+  const auto half = std::max<Eigen::Index>(
+      1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
   double path_m = 0;
-  for (Eigen::Index i = half; i < rows; i += half) path_m += (signal.position_m.row(i) - signal.position_m.row(i - half)).norm();
+  for (Eigen::Index i = half; i < rows; i += half)
+    path_m += (signal.position_m.row(i) - signal.position_m.row(i - half)).norm();
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Eigen::Index a = std::max<Eigen::Index>(0, i - half), b = std::min(rows - 1, i + half);
-    const double in_m = std::abs(travel[b] - travel[a]), side_m = (sideways.row(b) - sideways.row(a)).norm();
+    const double in_m = std::abs(travel[b] - travel[a]),
+                 side_m = (sideways.row(b) - sideways.row(a)).norm();
     const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
-    if (side_m > in_m && side_m > kHoldShare * mean_m) phases[static_cast<std::size_t>(i)] = Phase::slide;
-    else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m) phases[static_cast<std::size_t>(i)] = Phase::hold;
+    if (side_m > in_m && side_m > kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::slide;
+    else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::hold;
   }
   return phases;
 }
@@ -70,7 +77,8 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
     return phase == Phase::approach || phase == Phase::hold;
   };
   for (Eigen::Index first = 0, last = 0; first < rows; first = std::max(last, first + 1)) {
-    for (last = first; last < rows && is_in(last); ++last) {}
+    for (last = first; last < rows && is_in(last); ++last) {
+    }
     if (last - first < 2) continue;
     Eigen::Index low = 0, high = 0;
     const auto part = travel.segment(first, last - first);
@@ -88,7 +96,8 @@ RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const Ro
   const auto rows = static_cast<Eigen::Index>(phases.size());
   Eigen::Index begin = approach.end;
   while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {
-    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2) return {};
+    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2)
+      return {};
     ++begin;
   }
   Eigen::Index end = begin;

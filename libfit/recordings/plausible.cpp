@@ -15,8 +15,9 @@ constexpr double kNear = 30;  // bodies differ by this much; prefixes by 1000
 
 }  // namespace
 
-std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa, const std::string& force_unit,
-                                      const std::string& length_unit, bool has_radius) {
+std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
+                                      const std::string& force_unit, const std::string& length_unit,
+                                      bool has_radius) {
   const double force = unit_factor(force_unit, Dimension::force).value_or(1);
   const double length = unit_factor(length_unit, Dimension::length).value_or(1e-3);
   const double power = has_radius ? 1.5 : 2;

@@ -1,8 +1,8 @@
 #include "libfit/recordings/registration.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,10 +13,10 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kOnOneLine = 1e-6;   // second singular value over the first
+constexpr double kOnOneLine = 1e-6;  // second singular value over the first
 constexpr int kMostIterations = 50;
 constexpr double kFarDeviations = 3;
-constexpr double kSettled = 1e-9;     // of the surface's extent
+constexpr double kSettled = 1e-9;  // of the surface's extent
 
 Points moved(const Points& points, const RigidMotion& motion) {
   Points out(points.rows(), 3);
@@ -25,17 +25,21 @@ Points moved(const Points& points, const RigidMotion& motion) {
 }
 
 double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
   return values[values.size() / 2];
 }
 
 // The small motion that minimises distances along the normals of the nearest surface points.
-RigidMotion step_towards(const Points& points, const std::vector<std::optional<SurfacePlace>>& places) {
+RigidMotion step_towards(const Points& points,
+                         const std::vector<std::optional<SurfacePlace>>& places) {
   std::vector<double> sizes;
   for (const auto& place : places) sizes.push_back(place ? place->distance_m : 0);
-  const double limit_m = kFarDeviations * median(sizes) / 0.6745 + std::numeric_limits<double>::min();
+  const double limit_m =
+      kFarDeviations * median(sizes) / 0.6745 + std::numeric_limits<double>::min();
   const Vec3 centre = points.colwise().mean();
-  const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(), std::numeric_limits<double>::min());
+  const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(),
+                                std::numeric_limits<double>::min());
   Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -52,7 +56,8 @@ RigidMotion step_towards(const Points& points, const std::vector<std::optional<S
   const Eigen::Matrix<double, 6, 1> x = normal_matrix.ldlt().solve(right);
   const Vec3 turn = x.head<3>();
   RigidMotion step;
-  if (turn.norm() > 0) step.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  if (turn.norm() > 0)
+    step.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
   step.translation_m = centre + scale * Vec3(x.tail<3>()) - step.rotation * centre;
   return step;
 }
@@ -61,9 +66,11 @@ RigidMotion step_towards(const Points& points, const std::vector<std::optional<S
 
 Registration register_landmarks(const Points& from, const Points& to) {
   if (from.rows() < 3 || from.rows() != to.rows())
-    throw Error("registration", "has " + std::to_string(from.rows()) + " landmarks", "Give at least three pairs.");
+    throw Error("registration", "has " + std::to_string(from.rows()) + " landmarks",
+                "Give at least three pairs.");
   const Vec3 from_centre = from.colwise().mean(), to_centre = to.colwise().mean();
-  const Points a = from.rowwise() - from_centre.transpose(), b = to.rowwise() - to_centre.transpose();
+  const Points a = from.rowwise() - from_centre.transpose(),
+               b = to.rowwise() - to_centre.transpose();
   for (const Points* part : {&a, &b}) {
     const Eigen::JacobiSVD<Eigen::MatrixXd> spread{Eigen::MatrixXd(*part)};
     if (!(spread.singularValues()[1] > kOnOneLine * spread.singularValues()[0]))
@@ -77,13 +84,17 @@ Registration register_landmarks(const Points& from, const Points& to) {
   out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
   out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
-  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())), out.largest_m = left.maxCoeff();
+  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())),
+  out.largest_m = left.maxCoeff();
   return out;
 }
 
-Registration register_to_surface(const Points& points, const Surface& surface, const RigidMotion& start) {
+Registration register_to_surface(const Points& points, const Surface& surface,
+                                 const RigidMotion& start) {
   if (points.rows() < 6)
-    throw Error("registration", "has " + std::to_string(points.rows()) + " contact points to fit to the surface", "Give at least six, or landmarks alone.");
+    throw Error("registration",
+                "has " + std::to_string(points.rows()) + " contact points to fit to the surface",
+                "Give at least six, or landmarks alone.");
   Registration out;
   out.motion = start;
   const double extent = extent_m(surface.vertices).norm();
@@ -111,7 +122,8 @@ std::vector<std::optional<SurfacePlace>> project(const Points& points, const Sur
   const Points outward = vertex_normals(surface);
   std::vector<std::optional<SurfacePlace>> places(static_cast<std::size_t>(points.rows()));
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const auto hit = tree.nearest(points.row(i), std::numeric_limits<double>::max() / 1e160, [](auto, const auto&) { return true; });
+    const auto hit = tree.nearest(points.row(i), std::numeric_limits<double>::max() / 1e160,
+                                  [](auto, const auto&) { return true; });
     if (!hit) continue;
     SurfacePlace place{Vec3::Zero(), Vec3::Zero(), hit->point.distance_m};
     for (int k = 0; k < 3; ++k) {

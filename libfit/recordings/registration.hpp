@@ -28,15 +28,16 @@ struct Registration {
 Registration register_landmarks(const Points& from, const Points& to);
 
 /// Refines a motion so that `points` come to lie on the surface: iterative closest points with
-/// distances along the surface's normals (Chen and Medioni 1992), up to 50 steps or until it moves by
-/// less than 1e-9 of the surface. Points that lie farther than 3 robust deviations are left out of a step.
-/// Throws Error with fewer than 6 points.
-Registration register_to_surface(const Points& points, const Surface& surface, const RigidMotion& start);
+/// distances along the surface's normals (Chen and Medioni 1992), up to 50 steps or until it moves
+/// by less than 1e-9 of the surface. Points that lie farther than 3 robust deviations are left out
+/// of a step. Throws Error with fewer than 6 points.
+Registration register_to_surface(const Points& points, const Surface& surface,
+                                 const RigidMotion& start);
 
 /// Where a point belongs on a surface.
 struct SurfacePlace {
   Vec3 position_m;
-  Vec3 inward;       ///< unit, from the vertex normals
+  Vec3 inward;  ///< unit, from the vertex normals
   double distance_m = 0;
 };
 

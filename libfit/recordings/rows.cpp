@@ -7,9 +7,11 @@ namespace palpate::recordings {
 namespace {
 
 // Where along the rows' abscissa each signal row lies: depth, or way since contact.
-Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched, double contact_travel_m, bool is_press) {
+Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
+                         double contact_travel_m, bool is_press) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(used.rows(), -1);
-  const Eigen::VectorXd depth = signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
+  const Eigen::VectorXd depth =
+      signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
   if (is_press) return depth;
   // Way of the tip, in strides of a hundredth of its range so that noise does not count as way.
   const auto part = signal.position_m.middleRows(used.begin, used.rows());
@@ -26,21 +28,23 @@ Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Inde
 
 }  // namespace
 
-Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases, const RowRange& approach) {
+Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
+                         const RowRange& approach) {
   Eigen::Index end = approach.end;
   while (end < signal.rows() && phases[static_cast<std::size_t>(end)] != Phase::retract) ++end;
   return end;
 }
 
-void take_rows(const Signal& signal, const RowRange& used, double contact_travel_m, const SignalSettings& settings,
-               double correlation, Conditioned& out) {
+void take_rows(const Signal& signal, const RowRange& used, double contact_travel_m,
+               const SignalSettings& settings, double correlation, Conditioned& out) {
   const bool is_press = settings.kind == ExperimentKind::press;
   const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
   Eigen::Index touched = 0;
   while (touched + 1 < travel.size() && travel[touched] < contact_travel_m) ++touched;
   const Eigen::VectorXd at = abscissa(signal, used, touched, contact_travel_m, is_press);
   const double most = at.maxCoeff();
-  const Vec3 contact = signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
+  const Vec3 contact =
+      signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
 
   struct Mean {
     Vec3 deflection = Vec3::Zero(), force = Vec3::Zero();
@@ -50,7 +54,9 @@ void take_rows(const Signal& signal, const RowRange& used, double contact_travel
   std::vector<Mean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
   for (Eigen::Index i = 0; i < used.rows(); ++i) {
     if (!(at[i] > 0) || !(most > 0)) continue;
-    const auto bin = std::min(means.size() - 1, static_cast<std::size_t>(at[i] / most * static_cast<double>(means.size())));
+    const auto bin =
+        std::min(means.size() - 1,
+                 static_cast<std::size_t>(at[i] / most * static_cast<double>(means.size())));
     Mean& mean = means[bin];
     const Eigen::Index row = used.begin + i;
     mean.deflection += Vec3(signal.position_m.row(row)) - contact;
@@ -72,7 +78,8 @@ void take_rows(const Signal& signal, const RowRange& used, double contact_travel
 }
 
 double saturated_share(const Conditioned& r) {
-  const auto first = std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
+  const auto first =
+      std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
   return 1 - static_cast<double>(first) / static_cast<double>(r.status.size());
 }
 

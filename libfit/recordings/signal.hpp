@@ -9,15 +9,15 @@
 
 namespace palpate::recordings {
 
-/// Tip and force on one clock, N rows in the order recorded. A one-axis recording has its travel and
-/// push in the first column, and inward (1, 0, 0).
+/// Tip and force on one clock, N rows in the order recorded. A one-axis recording has its travel
+/// and push in the first column, and inward (1, 0, 0).
 struct Signal {
-  std::vector<double> time_s;     ///< N, or empty without a clock
-  Points position_m;              ///< N x 3, the rig's compliance taken off
-  Points force_N;                 ///< N x 3, of the tip ON the body
+  std::vector<double> time_s;  ///< N, or empty without a clock
+  Points position_m;           ///< N x 3, the rig's compliance taken off
+  Points force_N;              ///< N x 3, of the tip ON the body
   Vec3 inward = Vec3::UnitX();
-  std::vector<std::size_t> line;  ///< N, in the file
-  std::vector<char> is_saturated; ///< N
+  std::vector<std::size_t> line;   ///< N, in the file
+  std::vector<char> is_saturated;  ///< N
   std::optional<Eigen::Index> retract_begins;
   bool is_axial = false;
 
@@ -37,9 +37,9 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
              std::size_t& dropped);
 
 /// Low-pass filter without delay: at each row the value of a straight line fitted with Gaussian
-/// weights in time, standard deviation sigma_s (half power at 0.13 / sigma_s), so it keeps ramps and
-/// ends unbiased. Precondition: the signal has a clock. Source: Cleveland and Loader (1996), local
-/// regression.
+/// weights in time, standard deviation sigma_s (half power at 0.13 / sigma_s), so it keeps ramps
+/// and ends unbiased. Precondition: the signal has a clock. Source: Cleveland and Loader (1996),
+/// local regression.
 void smooth(Signal& signal, double sigma_s);
 
 }  // namespace palpate::recordings

@@ -10,8 +10,8 @@ namespace {
 constexpr double kReach = 4;  // standard deviations: weights beyond are below 4e-4
 
 // Value at t of the line fitted to rows [begin, end) with Gaussian weights about t.
-Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& values, Eigen::Index begin,
-                              Eigen::Index end, double t, double sigma_s) {
+Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& values,
+                              Eigen::Index begin, Eigen::Index end, double t, double sigma_s) {
   double w0 = 0, w1 = 0, w2 = 0;
   Eigen::RowVector3d v0 = Eigen::RowVector3d::Zero(), v1 = v0;
   for (Eigen::Index i = begin; i < end; ++i) {
@@ -35,7 +35,9 @@ void smooth(Signal& signal, double sigma_s) {
   for (Eigen::Index i = 0; i < signal.rows(); ++i) {
     const double t = signal.time_s[static_cast<std::size_t>(i)];
     while (signal.time_s[static_cast<std::size_t>(begin)] < t - kReach * sigma_s) ++begin;
-    while (end < signal.rows() && signal.time_s[static_cast<std::size_t>(end)] <= t + kReach * sigma_s) ++end;
+    while (end < signal.rows() &&
+           signal.time_s[static_cast<std::size_t>(end)] <= t + kReach * sigma_s)
+      ++end;
     signal.force_N.row(i) = local_line(signal.time_s, force, begin, end, t, sigma_s);
     signal.position_m.row(i) = local_line(signal.time_s, position, begin, end, t, sigma_s);
   }

@@ -30,7 +30,8 @@ const std::map<std::string, std::set<std::string>> kAllowed{
     {"libfem/solve",
      {"libfit/core", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact"}},
     {"tools",
-     {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets", "libfit/recordings",
+     {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
+      "libfit/recordings",
       "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact", "libfem/solve"}},
     {"data", {"libfit/core", "libfem/mesh"}},
 };

@@ -1,5 +1,5 @@
-// AFMWorkshop force-distance curve: a preamble with the place in a map, then extend and retract side by
-// side; the retract columns begin at the deepest row. Force in nN, or a raw signal in V.
+// AFMWorkshop force-distance curve: a preamble with the place in a map, then extend and retract
+// side by side; the retract columns begin at the deepest row. Force in nN, or a raw signal in V.
 
 #include "libfit/core/units.hpp"
 #include "libfit/io/importers/cantilever.hpp"
@@ -15,7 +15,8 @@ std::map<std::string, std::string> preamble_of(const TextFile& file, std::size_t
   std::map<std::string, std::string> facts;
   for (std::size_t i = 0; i < end; ++i)
     if (const std::size_t colon = file.line(i).find(':'); colon != std::string_view::npos)
-      facts[std::string(trimmed(file.line(i).substr(0, colon)))] = std::string(trimmed(file.line(i).substr(colon + 1)));
+      facts[std::string(trimmed(file.line(i).substr(0, colon)))] =
+          std::string(trimmed(file.line(i).substr(colon + 1)));
   return facts;
 }
 
@@ -35,8 +36,8 @@ std::optional<Vec3> place_of(const std::map<std::string, std::string>& facts) {
 
 bool begins_afm_workshop(std::string_view head) { return head.starts_with(kBegin); }
 
-std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path, std::string_view bytes,
-                                            const ReadSettings& settings) {
+std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
+                                            std::string_view bytes, const ReadSettings& settings) {
   const TextFile file(path, bytes, settings.encoding);
   std::size_t header = 0;
   while (header < file.lines() && !file.line(header).starts_with("Extend Z-Sense")) ++header;
@@ -45,8 +46,11 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path, s
   std::vector<std::string> names;
   for (const auto name : split(file.line(header), ',')) names.emplace_back(name);
   if (names.size() < 4 || !names[2].starts_with("Retract"))
-    throw file.error(header, "does not name four columns, extend and retract", "Export the curve again.");
-  const FailColumn fail = [&](const std::string& what, const std::string& remedy) { return file.error(header, what, remedy); };
+    throw file.error(header, "does not name four columns, extend and retract",
+                     "Export the curve again.");
+  const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(header, what, remedy);
+  };
   TableLayout layout;
   layout.first = header + 1;
   layout.field = {0, 1, 2, 3}, layout.name = names;
@@ -72,7 +76,9 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path, s
     const double newton = factor_of({Meaning::force, 0, names[1]}, names[1], {}, fail);
     for (std::size_t i = 0; i < signal.size(); ++i) {
       r.push_N.push_back(signal[i] * newton);
-      const double bent_m = settings.cantilever ? (signal[i] - signal[0]) * newton / settings.cantilever->stiffness_N_m : 0;
+      const double bent_m = settings.cantilever ? (signal[i] - signal[0]) * newton /
+                                                      settings.cantilever->stiffness_N_m
+                                                : 0;
       r.travel_m.push_back(scanner_m[i] - bent_m);
     }
     if (!settings.cantilever) r.facts["cantilever"] = "not given: its bending is part of the depth";

@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t kHeaderLines = 400;  // a preamble is shorter
 
 bool is_comment(std::string_view line, const ReadSettings& settings) {
-  return trimmed(line).empty() || (!settings.comment.empty() && trimmed(line).starts_with(settings.comment));
+  return trimmed(line).empty() ||
+         (!settings.comment.empty() && trimmed(line).starts_with(settings.comment));
 }
 
 struct Header {
@@ -37,8 +38,10 @@ std::size_t matches(const std::vector<Role>& roles, const std::vector<std::strin
 
 // The line that names most of the columns, the first of equals; without any the first that could be
 // a header, for its error.
-Header find_header(const TextFile& file, const std::vector<Role>& roles, const ReadSettings& settings) {
-  const bool is_numbered = std::all_of(roles.begin(), roles.end(), [](const Role& r) { return r.name.starts_with('#'); });
+Header find_header(const TextFile& file, const std::vector<Role>& roles,
+                   const ReadSettings& settings) {
+  const bool is_numbered = std::all_of(roles.begin(), roles.end(),
+                                       [](const Role& r) { return r.name.starts_with('#'); });
   Header best;
   std::size_t most = 0;
   bool has_one = false;
@@ -54,18 +57,21 @@ Header find_header(const TextFile& file, const std::vector<Role>& roles, const R
     const char separator = settings.separator ? settings.separator : guess_separator(line);
     Header header{i, separator, names_in(line, separator), is_numbered};
     if (is_numbered) {
-      const bool is_row = std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
-        return parse_number(name, '.') || parse_number(name, ',');
-      });
+      const bool is_row =
+          std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
+            return parse_number(name, '.') || parse_number(name, ',');
+          });
       if (is_row && header.names.size() > 1) return header;
       continue;
     }
     const std::size_t count = matches(roles, header.names);
-    if (count > most || (!has_one && header.names.size() > 1)) best = header, most = count, has_one = true;
+    if (count > most || (!has_one && header.names.size() > 1))
+      best = header, most = count, has_one = true;
     if (count == roles.size()) break;
   }
   if (best.names.empty() && is_numbered)
-    throw file.error(0, "has no row of numbers", "Record it again, or remove it from the manifest.");
+    throw file.error(0, "has no row of numbers",
+                     "Record it again, or remove it from the manifest.");
   return best;
 }
 
@@ -73,7 +79,8 @@ Header find_header(const TextFile& file, const std::vector<Role>& roles, const R
 char decimal_of(const TextFile& file, const Header& header, const ReadSettings& settings) {
   if (settings.decimal) return settings.decimal;
   if (header.separator == ',') return '.';
-  for (std::size_t i = header.line + !header.is_numbered, seen = 0; i < file.lines() && seen < 20; ++i) {
+  for (std::size_t i = header.line + !header.is_numbered, seen = 0; i < file.lines() && seen < 20;
+       ++i) {
     if (is_comment(file.line(i), settings)) continue;
     ++seen;
     for (const auto field : split(file.line(i), header.separator))
@@ -84,12 +91,14 @@ char decimal_of(const TextFile& file, const Header& header, const ReadSettings& 
 
 }  // namespace
 
-std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path, std::string_view bytes,
-                                           const ReadSettings& settings) {
+std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
+                                           std::string_view bytes, const ReadSettings& settings) {
   const TextFile file(path, bytes, settings.encoding);
   const auto roles = roles_of(settings.columns);
   const Header header = find_header(file, roles, settings);
-  const FailColumn fail = [&](const std::string& what, const std::string& remedy) { return file.error(header.line, what, remedy); };
+  const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(header.line, what, remedy);
+  };
   TableLayout layout;
   layout.first = header.line + !header.is_numbered;
   layout.separator = header.separator;
@@ -106,7 +115,8 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path, st
   }
   // With a clock of its own the force has rows of its own: fewer or more, blank where it has none.
   const auto is_of_force = [&](std::size_t i) {
-    return !settings.columns.force_time.empty() && (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force);
+    return !settings.columns.force_time.empty() &&
+           (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force);
   };
   std::vector<std::vector<double>> columns(roles.size());
   std::vector<std::size_t> line;
@@ -117,13 +127,15 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path, st
       if (is_of_force(i) == is_force) part.push_back(i);
     if (part.empty()) continue;
     layout.field.clear(), layout.name.clear();
-    for (const std::size_t i : part) layout.field.push_back(field[i]), layout.name.push_back(names[i]);
+    for (const std::size_t i : part)
+      layout.field.push_back(field[i]), layout.name.push_back(names[i]);
     NumberTable table = read_numbers(file, layout);
     for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);
     if (!is_force) line = std::move(table.line);
     dropped += table.dropped_rows;
   }
-  RawRecording recording = recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  RawRecording recording =
+      recording_of(roles, std::move(columns), factors, std::move(line), settings);
   recording.dropped_rows = dropped;
   return {recording};
 }

@@ -1,5 +1,5 @@
-// Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position or
-// force given by one name. A `unit` attribute stands for the brackets of a text header.
+// Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position
+// or force given by one name. A `unit` attribute stands for the brackets of a text header.
 
 #include <cmath>
 #include <mutex>
@@ -45,22 +45,28 @@ std::vector<double> column_of(const h5::Reader& file, const std::string& name) {
 }
 
 void strip_root(ColumnNames& names) {
-  const auto strip = [](std::string& name) { if (name.starts_with('/')) name.erase(0, 1); };
-  for (std::string* name : {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force}) strip(*name);
+  const auto strip = [](std::string& name) {
+    if (name.starts_with('/')) name.erase(0, 1);
+  };
+  for (std::string* name :
+       {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force})
+    strip(*name);
   for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.desired})
     for (std::string& name : *axes) strip(name);
 }
 
 // Rows whose numbers are all usable.
 std::vector<std::size_t> usable_rows(const h5::Reader& file, const std::vector<Role>& roles,
-                                     const std::vector<std::vector<double>>& columns, bool drop_invalid) {
+                                     const std::vector<std::vector<double>>& columns,
+                                     bool drop_invalid) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < columns[0].size(); ++i) {
     bool is_usable = true;
     for (std::size_t c = 0; c < columns.size(); ++c) {
       if (std::abs(columns[c][i]) <= kLargestNumber) continue;
       if (!drop_invalid)
-        throw file.error(set_and_axis(roles[c].name).first, "row " + std::to_string(i) + " is not a number in range");
+        throw file.error(set_and_axis(roles[c].name).first,
+                         "row " + std::to_string(i) + " is not a number in range");
       is_usable = false;
     }
     if (is_usable) rows.push_back(i);
@@ -75,8 +81,10 @@ bool begins_hdf5(std::string_view head) { return head.starts_with("\x89HDF\r\n\x
 std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, std::string_view,
                                             const ReadSettings& settings) {
   const std::lock_guard<std::mutex> lock(library);
-  const h5::Reader file(path, "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
-                              "(or import with --drop-invalid).");
+  const h5::Reader file(
+      path,
+      "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
+      "(or import with --drop-invalid).");
   ColumnNames names = settings.columns;
   strip_root(names);
   expand(file, names.position), expand(file, names.force);
@@ -86,7 +94,9 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
   std::vector<double> factors;
   for (const Role& role : roles) {
     const std::string set = set_and_axis(role.name).first;
-    const FailColumn fail = [&](const std::string& what, const std::string& remedy) { return Error(path.string() + ":" + set, what, remedy); };
+    const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+      return Error(path.string() + ":" + set, what, remedy);
+    };
     if (!file.has(set)) {
       std::string list;
       for (const std::string& other : file.data_sets()) list += (list.empty() ? "" : ", ") + other;
@@ -94,8 +104,10 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
     }
     columns.push_back(column_of(file, role.name));
     if (columns.back().size() != columns.front().size())
-      throw fail("has " + std::to_string(columns.back().size()) + " rows, " + set_and_axis(roles[0].name).first + " has " +
-                     std::to_string(columns.front().size()), "Give data sets of one length.");
+      throw fail("has " + std::to_string(columns.back().size()) + " rows, " +
+                     set_and_axis(roles[0].name).first + " has " +
+                     std::to_string(columns.front().size()),
+                 "Give data sets of one length.");
     factors.push_back(factor_of(role, set + " (" + file.unit_of(set) + ")", settings.units, fail));
   }
   const auto rows = usable_rows(file, roles, columns, settings.drop_invalid);
@@ -107,7 +119,8 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
   }
   std::vector<std::size_t> line;
   for (const std::size_t row : rows) line.push_back(row + 1);
-  RawRecording recording = recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  RawRecording recording =
+      recording_of(roles, std::move(columns), factors, std::move(line), settings);
   recording.dropped_rows = before - rows.size();
   return {recording};
 }

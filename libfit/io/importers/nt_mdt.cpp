@@ -1,5 +1,6 @@
 // NT-MDT curve: no header, three columns with decimal commas: scanner height in nm (falling towards
-// the sample), signal on the way in and on the way back in nA. Rows run from the deepest point upwards.
+// the sample), signal on the way in and on the way back in nA. Rows run from the deepest point
+// upwards.
 
 #include <algorithm>
 
@@ -22,7 +23,8 @@ bool is_row(std::string_view line) {
 bool begins_nt_mdt(std::string_view head) {
   const std::size_t first = head.find_first_of("\r\n");
   if (first == std::string_view::npos) return false;
-  const std::string_view rest = head.substr(std::min(head.find_first_not_of("\r\n", first), head.size()));
+  const std::string_view rest =
+      head.substr(std::min(head.find_first_not_of("\r\n", first), head.size()));
   return is_row(head.substr(0, first)) && is_row(rest.substr(0, rest.find_first_of("\r\n")));
 }
 

@@ -58,14 +58,18 @@ std::string gunzip(const fs::path& path, std::string_view packed, std::uintmax_t
 std::string read_bytes(const fs::path& path, std::uintmax_t most_bytes) {
   std::error_code failure;
   const fs::file_status status = fs::status(path, failure);
-  if (!fs::exists(status)) throw Error(path.string(), "no such file", "Correct its name in the manifest; names start at the manifest's folder.");
-  if (!fs::is_regular_file(status)) throw Error(path.string(), "is no regular file", "Name a file in the manifest.");
+  if (!fs::exists(status))
+    throw Error(path.string(), "no such file",
+                "Correct its name in the manifest; names start at the manifest's folder.");
+  if (!fs::is_regular_file(status))
+    throw Error(path.string(), "is no regular file", "Name a file in the manifest.");
   const std::uintmax_t size = fs::file_size(path, failure);
   if (!failure && size > most_bytes) throw too_large(path, most_bytes);
   std::ifstream file(path, std::ios::binary);
   std::string bytes(failure ? 0 : size, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!file.is_open() || file.bad()) throw Error(path.string(), "cannot be read", "Check its permissions.");
+  if (!file.is_open() || file.bad())
+    throw Error(path.string(), "cannot be read", "Check its permissions.");
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   return bytes;
 }

@@ -7,13 +7,14 @@
 namespace palpate::importers {
 namespace {
 
-constexpr double kLargestNumber = 1e15;     // beyond any rig; keeps sums of squares finite
-constexpr double kControlShare = 0.01;      // more control characters than this are no text
+constexpr double kLargestNumber = 1e15;  // beyond any rig; keeps sums of squares finite
+constexpr double kControlShare = 0.01;   // more control characters than this are no text
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 bool is_control(char c) {
   const auto byte = static_cast<unsigned char>(c);
-  return (byte < 32 && c != '\n' && c != '\r' && c != '\t' && c != '\f' && c != '\v') || byte == 127;
+  return (byte < 32 && c != '\n' && c != '\r' && c != '\t' && c != '\f' && c != '\v') ||
+         byte == 127;
 }
 
 // Length of the UTF-8 sequence that begins here; 0 when it is none (RFC 3629, overlong refused).
@@ -21,7 +22,10 @@ std::size_t sequence_length(std::string_view text) {
   const auto at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned lead = at(0);
   if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xC2 && lead < 0xE0 ? 2 : lead >= 0xE0 && lead < 0xF0 ? 3 : lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
+  const std::size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
+                             : lead >= 0xE0 && lead < 0xF0 ? 3
+                             : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                           : 0;
   if (length == 0 || text.size() < length) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((at(i) & 0xC0) != 0x80) return 0;
@@ -35,7 +39,10 @@ std::size_t sequence_length(std::string_view text) {
 std::size_t first_invalid(std::string_view text) {
   std::size_t i = 0;
   while (i < text.size()) {
-    if (static_cast<unsigned char>(text[i]) < 0x80) { ++i; continue; }
+    if (static_cast<unsigned char>(text[i]) < 0x80) {
+      ++i;
+      continue;
+    }
     const std::size_t length = sequence_length(text.substr(i));
     if (length == 0) return i;
     i += length;
@@ -69,19 +76,25 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   return lines;
 }
 
-std::size_t line_of(std::string_view text, std::size_t at) { return lines_of(text.substr(0, at + 1)).size(); }
+std::size_t line_of(std::string_view text, std::size_t at) {
+  return lines_of(text.substr(0, at + 1)).size();
+}
 
 }  // namespace
 
-TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes, std::string_view encoding)
+TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
+                   std::string_view encoding)
     : path_(path) {
   if (bytes.starts_with(kByteOrderMark)) bytes.remove_prefix(kByteOrderMark.size());
   if (trimmed(bytes).empty())
-    throw Error(path.string() + ":1", "is empty", "Record it again, or remove it from the manifest.");
+    throw Error(path.string() + ":1", "is empty",
+                "Record it again, or remove it from the manifest.");
   const std::size_t zero = bytes.find('\0');
   const auto controls = static_cast<double>(std::count_if(bytes.begin(), bytes.end(), is_control));
-  if (zero != std::string_view::npos || controls > kControlShare * static_cast<double>(bytes.size()))
-    throw Error(path.string() + ":" + std::to_string(line_of(bytes, zero == std::string_view::npos ? 0 : zero)),
+  if (zero != std::string_view::npos ||
+      controls > kControlShare * static_cast<double>(bytes.size()))
+    throw Error(path.string() + ":" +
+                    std::to_string(line_of(bytes, zero == std::string_view::npos ? 0 : zero)),
                 "is binary data, not text",
                 "Export the recording as text, or name its `format` in the manifest.");
   if (encoding == "latin-1") {
@@ -106,8 +119,9 @@ std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r\n\f\v";
   const auto strip = [&] {
     const std::size_t first = text.find_first_not_of(kBlank);
-    text = first == std::string_view::npos ? std::string_view{}
-                                           : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+    text = first == std::string_view::npos
+               ? std::string_view{}
+               : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
   };
   strip();
   if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
@@ -158,14 +172,17 @@ std::optional<double> parse_number(std::string_view text, char decimal) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   char buffer[64];
   if (decimal != '.' || text.find(',') != std::string_view::npos) {
-    if (text.size() > sizeof buffer || text.find(decimal == ',' ? '.' : ',') != std::string_view::npos)
+    if (text.size() > sizeof buffer ||
+        text.find(decimal == ',' ? '.' : ',') != std::string_view::npos)
       return std::nullopt;
-    std::transform(text.begin(), text.end(), buffer, [&](char c) { return c == decimal ? '.' : c; });
+    std::transform(text.begin(), text.end(), buffer,
+                   [&](char c) { return c == decimal ? '.' : c; });
     text = {buffer, text.size()};
   }
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
   return value;
 }
 
@@ -180,7 +197,8 @@ std::pair<std::string, std::string> split_unit(std::string_view name) {
   for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}}) {
     const std::size_t from = text.rfind(open);
     if (from == std::string::npos || text.empty() || text.back() != close) continue;
-    return {std::string(trimmed(text.substr(0, from))), std::string(trimmed(text.substr(from + 1, text.size() - from - 2)))};
+    return {std::string(trimmed(text.substr(0, from))),
+            std::string(trimmed(text.substr(from + 1, text.size() - from - 2)))};
   }
   return {text, {}};
 }
@@ -194,7 +212,8 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     if (line.empty() || (!layout.comment.empty() && line.starts_with(layout.comment))) continue;
     const auto fields = split(file.line(i), layout.separator);
     const auto is_blank = [&](std::size_t f) { return f >= fields.size() || fields[f].empty(); };
-    if (layout.may_end_early && std::all_of(layout.field.begin(), layout.field.end(), is_blank)) continue;
+    if (layout.may_end_early && std::all_of(layout.field.begin(), layout.field.end(), is_blank))
+      continue;
     std::string what;
     for (std::size_t c = 0; c < row.size() && what.empty(); ++c) {
       if (is_blank(layout.field[c])) {
@@ -204,7 +223,8 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
         row[c] = *number;
       } else {
         const std::string shown(fields[layout.field[c]].substr(0, 24));
-        what = "column `" + layout.name[c] + "`: `" + shown + "` is " + (number ? "out of range" : "not a number");
+        what = "column `" + layout.name[c] + "`: `" + shown + "` is " +
+               (number ? "out of range" : "not a number");
       }
     }
     if (what.empty()) {
@@ -213,7 +233,9 @@ NumberTable read_numbers(const TextFile& file, const TableLayout& layout) {
     } else if (layout.drop_invalid) {
       ++table.dropped_rows;
     } else {
-      throw file.error(i, what, "Correct or remove the row, or import with --drop-invalid to skip and count such rows.");
+      throw file.error(
+          i, what,
+          "Correct or remove the row, or import with --drop-invalid to skip and count such rows.");
     }
   }
   if (table.line.empty())

@@ -40,7 +40,8 @@ std::vector<std::string_view> split(std::string_view line, char separator);
 char guess_separator(std::string_view line);
 /// A finite number with this decimal sign and nothing else; nothing otherwise ("nan" included).
 std::optional<double> parse_number(std::string_view text, char decimal);
-/// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without brackets.
+/// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without
+/// brackets.
 std::pair<std::string, std::string> split_unit(std::string_view name);
 
 /// Columns of numbers below a header line.
@@ -56,14 +57,15 @@ struct TableLayout {
   char separator = ',';
   char decimal = '.';
   std::string_view comment;
-  std::vector<std::size_t> field;          ///< of each column asked for
-  std::vector<std::string> name;           ///< of each, for errors
-  bool may_end_early = false;              ///< rows with every asked field empty are no rows
+  std::vector<std::size_t> field;  ///< of each column asked for
+  std::vector<std::string> name;   ///< of each, for errors
+  bool may_end_early = false;      ///< rows with every asked field empty are no rows
   bool drop_invalid = false;
 };
 
-/// Reads the asked columns until the last line. Throws Error naming file:line and column when a field
-/// is missing, no number, not finite or beyond 1e15; with drop_invalid such rows are counted instead.
+/// Reads the asked columns until the last line. Throws Error naming file:line and column when a
+/// field is missing, no number, not finite or beyond 1e15; with drop_invalid such rows are counted
+/// instead.
 NumberTable read_numbers(const TextFile& file, const TableLayout& layout);
 
 }  // namespace palpate::importers

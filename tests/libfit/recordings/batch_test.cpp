@@ -1,4 +1,5 @@
-// Batches: nothing bad stops the rest or disappears, and results do not depend on how they were made.
+// Batches: nothing bad stops the rest or disappears, and results do not depend on how they were
+// made.
 
 #include <atomic>
 
@@ -14,7 +15,8 @@ TEST_F(BatchTest, every_bad_recording_is_named_and_no_good_one_is_lost) {
 
 TEST_F(BatchTest, results_do_not_depend_on_the_thread_count) {
   const auto items = make(120);
-  EXPECT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = {}}, {}), "one"), outcome(items, run_batch(items, {.jobs = 4, .journal = {}}, {}), "four"));
+  EXPECT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = {}}, {}), "one"),
+            outcome(items, run_batch(items, {.jobs = 4, .journal = {}}, {}), "four"));
 }
 
 TEST_F(BatchTest, a_batch_killed_in_the_middle_goes_on_to_the_same_result) {
@@ -30,15 +32,20 @@ TEST_F(BatchTest, a_batch_killed_in_the_middle_goes_on_to_the_same_result) {
 
 TEST_F(BatchTest, a_journal_cut_or_damaged_anywhere_gives_the_same_result) {
   const auto items = make(12);
-  const std::string expected = outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "fresh");
+  const std::string expected =
+      outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "fresh");
   const std::string journal = read_whole_file(at("journal"));
   std::mt19937 random(kSeed);
   for (int trial = 0; trial < 40; ++trial) {
     std::string damaged = journal;
-    if (trial % 2) damaged.resize(random() % journal.size());
-    else damaged[random() % journal.size()] ^= static_cast<char>(1 + random() % 255);
+    if (trial % 2)
+      damaged.resize(random() % journal.size());
+    else
+      damaged[random() % journal.size()] ^= static_cast<char>(1 + random() % 255);
     testing_io::write_quickly(at("journal"), damaged);
-    ASSERT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "again"), expected) << "trial " << trial << " seed " << kSeed;
+    ASSERT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "again"),
+              expected)
+        << "trial " << trial << " seed " << kSeed;
   }
 }
 
@@ -68,7 +75,8 @@ TEST_F(BatchTest, a_stop_keeps_what_is_done) {
   std::size_t finished = 0;
   for (const ItemResult& result : stopped) finished += result.is_done;
   EXPECT_EQ(finished, 10u);
-  EXPECT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "resumed"), outcome(items, run_batch(items, {}, {}), "fresh"));
+  EXPECT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "resumed"),
+            outcome(items, run_batch(items, {}, {}), "fresh"));
 }
 
 }  // namespace

@@ -29,20 +29,25 @@ class BatchTest : public testing_io::ScratchTest {
     return items;
   }
   // Samples and summaries as bytes.
-  std::string outcome(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results, const std::string& name) {
+  std::string outcome(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                      const std::string& name) {
     const Assembled assembled = assemble(items, results, {});
     write_samples(at(name + ".h5"), assembled.samples);
     write_summary(at(name + ".csv"), at(name + ".json"), items, results, assembled);
-    return read_whole_file(at(name + ".h5")) + read_whole_file(at(name + ".csv")) + read_whole_file(at(name + ".json"));
+    return read_whole_file(at(name + ".h5")) + read_whole_file(at(name + ".csv")) +
+           read_whole_file(at(name + ".json"));
   }
   void check(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results);
   // A child that is killed from within when `after` items are done, as kill -9 does.
-  void run_and_kill(const std::vector<BatchItem>& items, const BatchOptions& options, std::size_t after) {
+  void run_and_kill(const std::vector<BatchItem>& items, const BatchOptions& options,
+                    std::size_t after) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
       Progress progress;
-      progress.step = [&](std::size_t done, std::size_t, const std::string&) { if (done >= after) ::kill(::getpid(), SIGKILL); };
+      progress.step = [&](std::size_t done, std::size_t, const std::string&) {
+        if (done >= after) ::kill(::getpid(), SIGKILL);
+      };
       run_batch(items, options, progress);
       _exit(0);
     }
@@ -52,7 +57,8 @@ class BatchTest : public testing_io::ScratchTest {
   }
 };
 
-inline void BatchTest::check(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results) {
+inline void BatchTest::check(const std::vector<BatchItem>& items,
+                             const std::vector<ItemResult>& results) {
   const Assembled assembled = assemble(items, results, {});
   ASSERT_EQ(assembled.outcomes.size(), items.size());
   double worst_contact_m = 0, worst_force = 0;
@@ -62,18 +68,24 @@ inline void BatchTest::check(const std::vector<BatchItem>& items, const std::vec
     if (truth.bad >= 0) {
       const BadWay& way = kBadWays[static_cast<std::size_t>(truth.bad)];
       ASSERT_TRUE(outcome.failure) << "recording " << i << ": " << way.name << " was imported";
-      EXPECT_NE(outcome.failure->what.find(way.reason), std::string::npos) << "recording " << i << ": " << way.name << ": " << outcome.failure->what;
+      EXPECT_NE(outcome.failure->what.find(way.reason), std::string::npos)
+          << "recording " << i << ": " << way.name << ": " << outcome.failure->what;
       EXPECT_FALSE(outcome.failure->remedy.empty());
-      EXPECT_NE(outcome.failure->where.find(items[i].shown), std::string::npos) << outcome.failure->where;
+      EXPECT_NE(outcome.failure->where.find(items[i].shown), std::string::npos)
+          << outcome.failure->where;
       continue;
     }
-    ASSERT_FALSE(outcome.failure) << "recording " << i << " (seed " << kSeed << "): " << outcome.failure->where << ": " << outcome.failure->what;
+    ASSERT_FALSE(outcome.failure) << "recording " << i << " (seed " << kSeed
+                                  << "): " << outcome.failure->where << ": "
+                                  << outcome.failure->what;
     const Conditioned& r = results[i].recordings[0];
     const double off_m = (*r.contact_m - truth.position_m).norm();
     worst_contact_m = std::max(worst_contact_m, off_m);
     const Eigen::Index last = r.deflection_m.rows() - 1;
-    const double expected_N = hertz_N(truth.young_Pa, -r.deflection_m(last, 2) + (r.contact_m->z() - truth.position_m.z()) * -1);
-    worst_force = std::max(worst_force, std::abs(-r.force_N(last, 2) - expected_N) / (5 * r.error_N[last] + 0.003 * expected_N));
+    const double expected_N = hertz_N(
+        truth.young_Pa, -r.deflection_m(last, 2) + (r.contact_m->z() - truth.position_m.z()) * -1);
+    worst_force = std::max(worst_force, std::abs(-r.force_N(last, 2) - expected_N) /
+                                            (5 * r.error_N[last] + 0.003 * expected_N));
   }
   EXPECT_LT(worst_contact_m, 0.2e-3);
   EXPECT_LT(worst_force, 1);  // five deviations and 0.3 %

@@ -26,7 +26,8 @@ class RealRecordings : public testing::Test {
       item.position_m = Vec3::Zero(), item.normal = Vec3(0, 0, -1);
       out.push_back(std::move(item));
     }
-    std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.shown < b.shown; });
+    std::sort(out.begin(), out.end(),
+              [](const auto& a, const auto& b) { return a.shown < b.shown; });
     return out;
   }
   fs::path folder_ = PALPATE_SHARED_DATA;
@@ -41,9 +42,11 @@ TEST_F(RealRecordings, a_hertz_fit_with_free_contact_gives_the_nanoindenters_own
     const auto results = run_batch(batch, {}, {});
     ASSERT_FALSE(results[0].failure) << results[0].failure->what;
     const Conditioned& r = results[0].recordings[0];
-    std::printf("%s: E = %.1f Pa, contact at %.3f um +- %.3f um\n", estimator, r.young_Pa, 1e6 * r.contact_travel_m, 1e6 * r.contact_deviation_m);
+    std::printf("%s: E = %.1f Pa, contact at %.3f um +- %.3f um\n", estimator, r.young_Pa,
+                1e6 * r.contact_travel_m, 1e6 * r.contact_deviation_m);
     EXPECT_NEAR(r.young_Pa, 117.007, 0.03 * 117.007);
-    for (Eigen::Index i = 10; i + 1 < r.force_N.rows(); ++i) EXPECT_GT(r.force_N(i + 1, 0), r.force_N(i, 0) - 0.05 * r.force_N.col(0).maxCoeff()) << i;
+    for (Eigen::Index i = 10; i + 1 < r.force_N.rows(); ++i)
+      EXPECT_GT(r.force_N(i + 1, 0), r.force_N(i, 0) - 0.05 * r.force_N.col(0).maxCoeff()) << i;
   }
 }
 
@@ -66,7 +69,8 @@ TEST_F(RealRecordings, a_force_map_becomes_a_point_per_curve_at_its_place) {
   for (BatchItem& item : batch) {
     item.position_m.reset();
     item.read.cantilever = importers::Cantilever{0.2, 1e-7};
-    item.signal.least_young_Pa = 1, item.signal.most_young_Pa = 1e9, item.signal.is_range_given = true;
+    item.signal.least_young_Pa = 1, item.signal.most_young_Pa = 1e9,
+    item.signal.is_range_given = true;
   }
   AssembleOptions options;
   options.place_tolerance_m = 1e-6;
@@ -81,7 +85,8 @@ TEST_F(RealRecordings, the_single_afm_curves_are_read) {
   for (auto& item : items("indentation", "ntmdt")) batch.push_back(item);
   ASSERT_EQ(batch.size(), 3u);
   for (BatchItem& item : batch) item.read.cantilever = importers::Cantilever{0.2, 1e-7};
-  for (const ItemResult& result : run_batch(batch, {}, {})) EXPECT_FALSE(result.failure) << result.failure->where << result.failure->what;
+  for (const ItemResult& result : run_batch(batch, {}, {}))
+    EXPECT_FALSE(result.failure) << result.failure->where << result.failure->what;
 }
 
 }  // namespace

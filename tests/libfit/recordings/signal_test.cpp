@@ -26,7 +26,8 @@ PressCurve power_curve(double exponent, double noise_N, unsigned seed, double st
   curve.push_N.resize(n), curve.count = Eigen::VectorXd::Ones(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double depth = std::max(0.0, curve.travel_m[i] - 1e-3);
-    curve.push_N[i] = 0.01 + std::pow(depth / 2e-3, exponent) * (1 + stiffens_1_m * depth) + (noise_N > 0 ? noise(random) : 0);
+    curve.push_N[i] = 0.01 + std::pow(depth / 2e-3, exponent) * (1 + stiffens_1_m * depth) +
+                      (noise_N > 0 ? noise(random) : 0);
   }
   curve.noise_N = noise_N;
   return curve;
@@ -36,10 +37,12 @@ TEST(contact, power_laws_of_their_own_tip_are_found_exactly) {
   for (const Tip tip : {Tip::sphere, Tip::flat, Tip::cone}) {
     SignalSettings settings;
     settings.tip = tip;
-    const auto found = contact_estimator_named("hertz")->estimate(power_curve(exponent_of(tip), 0, kSeed), settings);
+    const auto found = contact_estimator_named("hertz")->estimate(
+        power_curve(exponent_of(tip), 0, kSeed), settings);
     EXPECT_NEAR(found.travel_m, 1e-3, 2e-7) << static_cast<int>(tip);
     EXPECT_NEAR(found.bias_N, 0.01, 1e-5);
-    EXPECT_NEAR(found.amplitude, std::pow(2e-3, -exponent_of(tip)), 1e-3 * std::pow(2e-3, -exponent_of(tip)));
+    EXPECT_NEAR(found.amplitude, std::pow(2e-3, -exponent_of(tip)),
+                1e-3 * std::pow(2e-3, -exponent_of(tip)));
   }
 }
 
@@ -49,7 +52,8 @@ TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
   for (unsigned k = 0; k < repeats; ++k) {
     SignalSettings settings;
     settings.contact_range = 1;
-    const auto found = contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
+    const auto found =
+        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
     squares += std::pow(found.travel_m - 1e-3, 2), stated += found.deviation_m / repeats;
   }
   const double scatter = std::sqrt(squares / repeats);
@@ -67,13 +71,15 @@ TEST(contact, every_estimator_finds_a_clean_contact_within_its_deviation_or_a_te
 }
 
 TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
-  const auto found = contact_estimator_named("auto")->estimate(power_curve(1.5, 1e-3, kSeed, 2000), {});
+  const auto found =
+      contact_estimator_named("auto")->estimate(power_curve(1.5, 1e-3, kSeed, 2000), {});
   EXPECT_NEAR(found.travel_m, 1e-3, 0.1e-3);
 }
 
 TEST(contact, a_recording_that_begins_in_contact_says_so) {
   PressCurve curve = power_curve(1, 1e-3, kSeed);
-  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(), curve.count = curve.count.tail(180).eval();
+  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(),
+  curve.count = curve.count.tail(180).eval();
   EXPECT_TRUE(contact_estimator_named("auto")->estimate(curve, {}).begins_in_contact);
 }
 
@@ -81,7 +87,8 @@ importers::RawRecording axial_press(int rows, double rate_hz) {
   importers::RawRecording raw;
   for (int i = 0; i < rows; ++i) {
     const double t = i / rate_hz, travel = 2e-3 * t, depth = std::max(0.0, travel - 1e-3);
-    raw.time_s.push_back(t), raw.travel_m.push_back(travel), raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(t), raw.travel_m.push_back(travel),
+        raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.push_N.push_back(0.05 + 3e4 * std::pow(depth, 1.5) + 1e-4 * std::sin(40.0 * i));
   }
   return raw;
@@ -91,7 +98,10 @@ TEST(signal, samples_of_a_press_are_the_force_at_the_depth) {
   const Conditioned r = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a.csv", false);
   ASSERT_EQ(r.deflection_m.rows(), 40);
   for (Eigen::Index i = 0; i < 40; ++i)
-    EXPECT_NEAR(r.force_N(i, 0), 3e4 * std::pow(r.deflection_m(i, 0) + r.contact_travel_m - 1e-3, 1.5), 0.01 * r.force_N(39, 0)) << i;
+    EXPECT_NEAR(r.force_N(i, 0),
+                3e4 * std::pow(r.deflection_m(i, 0) + r.contact_travel_m - 1e-3, 1.5),
+                0.01 * r.force_N(39, 0))
+        << i;
   EXPECT_NEAR(r.speed_m_s, 2e-3, 1e-5);
   EXPECT_EQ(r.grade, Grade::good);
 }
@@ -105,11 +115,13 @@ TEST(signal, clocks_of_different_rate_and_a_late_force_give_the_same_samples) {
   other.time_s.clear(), other.travel_m.clear(), other.line.clear();
   for (int i = 0; i < 90; ++i) {
     const double t = i / 44.0;
-    other.time_s.push_back(t), other.travel_m.push_back(2e-3 * t), other.line.push_back(static_cast<std::size_t>(i) + 2);
+    other.time_s.push_back(t), other.travel_m.push_back(2e-3 * t),
+        other.line.push_back(static_cast<std::size_t>(i) + 2);
   }
   SignalSettings settings;
   settings.force_delay_s = late_s;
-  const Conditioned a = condition(plain, {}, Vec3(0, 0, -1), "a.csv", false), b = condition(other, settings, Vec3(0, 0, -1), "a.csv", false);
+  const Conditioned a = condition(plain, {}, Vec3(0, 0, -1), "a.csv", false),
+                    b = condition(other, settings, Vec3(0, 0, -1), "a.csv", false);
   EXPECT_NEAR(a.contact_travel_m, b.contact_travel_m, 2e-6);
   EXPECT_LT((a.force_N - b.force_N).cwiseAbs().maxCoeff(), 0.002 * a.force_N.maxCoeff());
 }
@@ -127,16 +139,24 @@ TEST(signal, the_filter_has_no_delay_and_keeps_ramps) {
   smooth(signal, 0.02);
   EXPECT_LT((signal.force_N.col(0) - before.col(0)).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT(signal.force_N.col(2).segment(20, 360).cwiseAbs().maxCoeff(), 1e-3);
-  // A delay of one row would leave 0.03 of the sine; its attenuation at 1 Hz is exp(-(2 pi 0.02)^2 / 2).
-  EXPECT_LT((signal.force_N.col(1) - std::exp(-0.5 * std::pow(2 * 3.14159265358979 * 0.02, 2)) * before.col(1)).segment(20, 360).cwiseAbs().maxCoeff(), 1e-3);
+  // A delay of one row would leave 0.03 of the sine; its attenuation at 1 Hz is exp(-(2 pi 0.02)^2
+  // / 2).
+  EXPECT_LT((signal.force_N.col(1) -
+             std::exp(-0.5 * std::pow(2 * 3.14159265358979 * 0.02, 2)) * before.col(1))
+                .segment(20, 360)
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-3);
 }
 
 TEST(signal, compliance_of_the_rig_is_taken_off) {
   auto raw = axial_press(400, 200);
-  for (std::size_t i = 0; i < raw.travel_m.size(); ++i) raw.travel_m[i] += 1e-4 * (raw.push_N[i] - raw.push_N[0]);
+  for (std::size_t i = 0; i < raw.travel_m.size(); ++i)
+    raw.travel_m[i] += 1e-4 * (raw.push_N[i] - raw.push_N[0]);
   SignalSettings settings;
   settings.compliance_m_N = 1e-4;
-  const Conditioned a = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a", false), b = condition(raw, settings, Vec3(0, 0, -1), "b", false);
+  const Conditioned a = condition(axial_press(400, 200), {}, Vec3(0, 0, -1), "a", false),
+                    b = condition(raw, settings, Vec3(0, 0, -1), "b", false);
   EXPECT_LT((a.deflection_m - b.deflection_m).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -146,7 +166,9 @@ TEST(signal, drift_along_the_way_is_taken_off_on_request) {
   SignalSettings settings;
   settings.drift = Drift::line, settings.contact = "hertz";
   const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a", false);
-  EXPECT_NEAR(r.force_N(39, 0), 3e4 * std::pow(r.deflection_m(39, 0) + r.contact_travel_m - 1e-3, 1.5), 0.03 * r.force_N(39, 0));
+  EXPECT_NEAR(r.force_N(39, 0),
+              3e4 * std::pow(r.deflection_m(39, 0) + r.contact_travel_m - 1e-3, 1.5),
+              0.03 * r.force_N(39, 0));
 }
 
 TEST(signal, saturated_rows_are_marked_and_never_good) {
@@ -157,7 +179,9 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   int rejected = 0;
   for (Eigen::Index i = 0; i < r.force_N.rows(); ++i) {
     rejected += r.status[static_cast<std::size_t>(i)] == RowStatus::rejected;
-    if (r.force_N(i, 0) > 0.99 * (limit_N - 0.05)) { EXPECT_EQ(r.status[static_cast<std::size_t>(i)], RowStatus::rejected) << i; }
+    if (r.force_N(i, 0) > 0.99 * (limit_N - 0.05)) {
+      EXPECT_EQ(r.status[static_cast<std::size_t>(i)], RowStatus::rejected) << i;
+    }
   }
   EXPECT_GT(rejected, 5);
   EXPECT_EQ(r.grade, Grade::fair);
@@ -200,7 +224,8 @@ Surface bumpy_sheet() {
 }
 
 RigidMotion some_motion(double angle, double shift_m) {
-  return {Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized()).toRotationMatrix(), shift_m * Vec3(1, -2, 0.5)};
+  return {Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized()).toRotationMatrix(),
+          shift_m * Vec3(1, -2, 0.5)};
 }
 
 TEST(registration, landmarks_give_back_the_motion) {
@@ -225,7 +250,8 @@ TEST(registration, contact_points_find_the_surface_that_they_lie_on) {
   }
   const Registration found = register_to_surface(rig, surface, {});
   EXPECT_LT(found.rms_m, 1e-6) << "seed " << kSeed;
-  EXPECT_LT((found.motion.rotation - away.rotation).cwiseAbs().maxCoeff(), 1e-4) << "seed " << kSeed;
+  EXPECT_LT((found.motion.rotation - away.rotation).cwiseAbs().maxCoeff(), 1e-4)
+      << "seed " << kSeed;
 }
 
 TEST(registration, landmarks_on_one_line_are_refused) {
@@ -237,10 +263,13 @@ TEST(registration, landmarks_on_one_line_are_refused) {
 // Presses of one point, conditioned already: push = stiffness * depth.
 Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
   Conditioned r;
-  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0), r.speed_m_s = speed_m_s;
-  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4, r.noise_N = 1e-3;
+  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0),
+  r.speed_m_s = speed_m_s;
+  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4,
+  r.noise_N = 1e-3;
   r.deflection_m = r.force_N = Points::Zero(20, 3), r.error_N = Eigen::VectorXd::Constant(20, 1e-3);
-  for (int i = 0; i < 20; ++i) r.deflection_m(i, 0) = 1e-4 * (i + 1), r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
+  for (int i = 0; i < 20; ++i)
+    r.deflection_m(i, 0) = 1e-4 * (i + 1), r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
   r.status.assign(20, RowStatus::good);
   return r;
 }
@@ -256,7 +285,8 @@ Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptio
 }
 
 TEST(pooling, repeats_become_their_mean_and_their_scatter_its_error) {
-  const Assembled out = assembled({linear_press(900, 1e-3), linear_press(1000, 1e-3), linear_press(1100, 1.05e-3)});
+  const Assembled out =
+      assembled({linear_press(900, 1e-3), linear_press(1000, 1e-3), linear_press(1100, 1.05e-3)});
   ASSERT_EQ(out.samples.rows(), 20);
   EXPECT_EQ(out.samples.recordings.experiment, (std::vector<std::int32_t>{0, 0, 0}));
   for (Eigen::Index i = 0; i < 20; ++i) {
@@ -297,7 +327,8 @@ TEST(plausible, the_likely_unit_is_named) {
   ASSERT_TRUE(length);
   EXPECT_EQ(length->key, "units.position");
   EXPECT_EQ(length->unit, "um");
-  EXPECT_FALSE(likely_unit(2e4, 1e4, "N", "mm", true) && likely_unit(2e4, 1e4, "N", "mm", true)->unit == "N");
+  EXPECT_FALSE(likely_unit(2e4, 1e4, "N", "mm", true) &&
+               likely_unit(2e4, 1e4, "N", "mm", true)->unit == "N");
 }
 
 }  // namespace

@@ -26,9 +26,13 @@ class ImportersTest : public testing_io::ScratchTest {
     s.units = {"s", "mm", "N"};
     return s;
   }
-  std::vector<RawRecording> read(const std::string& text, const ReadSettings& settings, const std::string& name = "a.csv") {
+  std::vector<RawRecording> read(const std::string& text, const ReadSettings& settings,
+                                 const std::string& name = "a.csv") {
     testing_io::write_quickly(at(name), text);
-    return read_recordings(at(name), unpacked(at(name), read_bytes(at(name), settings.most_bytes), settings.most_bytes), settings);
+    return read_recordings(
+        at(name),
+        unpacked(at(name), read_bytes(at(name), settings.most_bytes), settings.most_bytes),
+        settings);
   }
   std::string refusal(const std::string& text, const ReadSettings& settings) {
     return error_of([&] { read(text, settings); });
@@ -70,7 +74,14 @@ TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
   ReadSettings numbered = axial();
   numbered.columns = {};
   numbered.columns.depth = "#1", numbered.columns.force = {"-#2"};
-  EXPECT_DOUBLE_EQ(read("1,0 2,0\n3,5 4,0\n", [&] { auto s = numbered; s.separator = ' '; return s; }())[0].push_N[1], -4);
+  EXPECT_DOUBLE_EQ(read("1,0 2,0\n3,5 4,0\n",
+                        [&] {
+                          auto s = numbered;
+                          s.separator = ' ';
+                          return s;
+                        }())[0]
+                       .push_N[1],
+                   -4);
   const std::string name = at("a.csv.gz").string();
   gzFile packed = gzopen(name.c_str(), "wb");
   gzwrite(packed, kPlain.data(), static_cast<unsigned>(kPlain.size()));
@@ -89,7 +100,8 @@ TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column)
 TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
   ReadSettings s = axial();
   s.columns = {};
-  s.columns.depth = "Zi", s.columns.force = {"Fi"}, s.columns.retract_depth = "Zo", s.columns.retract_force = "Fo";
+  s.columns.depth = "Zi", s.columns.force = {"Fi"}, s.columns.retract_depth = "Zo",
+  s.columns.retract_force = "Fo";
   const auto r = read("Zi,Fi,Zo,Fo\n0,0,1,3\n1,4,0,0\n", s);
   EXPECT_EQ(r[0].travel_m, (std::vector<double>{0, 1e-3, 1e-3, 0}));
   EXPECT_EQ(r[0].push_N, (std::vector<double>{0, 4, 3, 0}));
@@ -110,15 +122,18 @@ TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   unknown.units.force = "", bracket.units.force = "mN";
   EXPECT_EQ(refusal("t,d,Fz\n0,0,1\n", axial()), "a.csv:1: column `F` is missing");
   EXPECT_EQ(refusal("t,d,F,F\n0,0,1,1\n", axial()), "a.csv:1: column `F` comes twice");
-  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,nan\n", axial()), "a.csv:3: column `F`: `nan` is not a number");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,nan\n", axial()),
+            "a.csv:3: column `F`: `nan` is not a number");
   EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1\n", axial()), "a.csv:3: column `F` has no value here");
-  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,1e300\n", axial()), "a.csv:3: column `F`: `1e300` is out of range");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,1e300\n", axial()),
+            "a.csv:3: column `F`: `1e300` is out of range");
   EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,1\xff\n", axial()), "a.csv:3: is not UTF-8 text");
   EXPECT_EQ(refusal("", axial()), "a.csv:1: is empty");
   EXPECT_EQ(refusal(" \n\n", axial()), "a.csv:1: is empty");
   EXPECT_EQ(refusal("t,d,F\n", axial()), "a.csv: has no row of numbers");
   EXPECT_EQ(refusal(kPlain, unknown), "a.csv:1: column `F` has no unit");
-  EXPECT_EQ(refusal("t,d,F (N)\n0,0,1\n", bracket), "a.csv:1: column `F (N)` is in N, the manifest says mN");
+  EXPECT_EQ(refusal("t,d,F (N)\n0,0,1\n", bracket),
+            "a.csv:1: column `F (N)` is in N, the manifest says mN");
   EXPECT_EQ(refusal(std::string("t,d\0F\n", 6), axial()), "a.csv:1: is binary data, not text");
   EXPECT_EQ(refusal("t,d,F\n", {}), "a.csv:1: is in no format that is known by its beginning");
   EXPECT_EQ(refusal("\x1f\x8b\x08 broken", axial()), "a.csv: is a damaged gzip file");
@@ -128,7 +143,8 @@ TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
 TEST_F(ImportersTest, a_two_gigabyte_file_is_refused_without_being_read) {
   testing_io::write_quickly(at("huge.csv"), "t,d,F\n");
   fs::resize_file(at("huge.csv"), std::uintmax_t{2} << 30);
-  EXPECT_EQ(error_of([&] { read_bytes(at("huge.csv"), ReadSettings{}.most_bytes); }), "huge.csv: holds more than 256 MiB");
+  EXPECT_EQ(error_of([&] { read_bytes(at("huge.csv"), ReadSettings{}.most_bytes); }),
+            "huge.csv: holds more than 256 MiB");
 }
 
 TEST_F(ImportersTest, invalid_rows_are_skipped_and_counted_on_request) {
@@ -153,16 +169,22 @@ TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
   EXPECT_DOUBLE_EQ(r[0].position_m(2, 1), 5e-3);
   EXPECT_DOUBLE_EQ(r[0].push_N[2], 3e-3);
   s.columns.time = "run/none";
-  EXPECT_EQ(error_of([&] { read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s); }), "a.h5:run/none: data set is missing");
+  EXPECT_EQ(error_of([&] { read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s); }),
+            "a.h5:run/none: data set is missing");
 }
 
 TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
-  std::string text = "contact_x,contact_y,contact_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,desired_x,desired_y,desired_z,current_x,current_y,current_z\n";
+  std::string text =
+      "contact_x,contact_y,contact_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,desired_x,"
+      "desired_y,desired_z,current_x,current_y,current_z\n";
   for (int p = 0; p < 2; ++p)
     for (int i = 0; i < 3; ++i)
-      text += std::to_string(10 * p) + ",0,0,0,0,2,0,0," + std::to_string(i) + "," + std::to_string(10 * p) + ",0," + std::to_string(-i) + "," + std::to_string(10 * p) + ",0," + std::to_string(-0.9 * i) + "\n";
+      text += std::to_string(10 * p) + ",0,0,0,0,2,0,0," + std::to_string(i) + "," +
+              std::to_string(10 * p) + ",0," + std::to_string(-i) + "," + std::to_string(10 * p) +
+              ",0," + std::to_string(-0.9 * i) + "\n";
   ReadSettings s;
-  s.format = "robot-palpation", s.units = {"", "mm", "N"}, s.is_force_on_tool = true, s.is_normal_outward = true;
+  s.format = "robot-palpation", s.units = {"", "mm", "N"}, s.is_force_on_tool = true,
+  s.is_normal_outward = true;
   const auto r = read(text, s);
   ASSERT_EQ(r.size(), 2u);
   EXPECT_EQ(r[1].name, "contact2");
@@ -172,17 +194,24 @@ TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
   EXPECT_DOUBLE_EQ(r[1].position_m(2, 2), -1.8e-3);
 }
 
-const std::string kChiaro = "Device:\tChiaro\nTip radius (um)\t27.500\r\nE[v=0.500] (Pa)\t117.007\n\rProfile (\xb5m)\n"
-    "Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo (nm)\tAuxiliary\r\n0.0\t1\t0\t100\t600\t0\n0.1\t2\t0\t200\t900\t0\n";
-const std::string kAfm = "Force-Distance Curve\r\nX, um:\t1.5\r\nY, um:\t2.0\r\n\r\nExtend Z-Sense(nm),Extend T-B(V),Retract Z-Sense(nm),Retract T-B(V)\r\n"
+const std::string kChiaro =
+    "Device:\tChiaro\nTip radius (um)\t27.500\r\nE[v=0.500] (Pa)\t117.007\n\rProfile (\xb5m)\n"
+    "Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo "
+    "(nm)\tAuxiliary\r\n0.0\t1\t0\t100\t600\t0\n0.1\t2\t0\t200\t900\t0\n";
+const std::string kAfm =
+    "Force-Distance Curve\r\nX, um:\t1.5\r\nY, um:\t2.0\r\n\r\nExtend Z-Sense(nm),Extend "
+    "T-B(V),Retract Z-Sense(nm),Retract T-B(V)\r\n"
     "100,0.5,300,0.9\r\n300,0.9,100,0.5\r\n\r\n";
 const std::string kNtMdt = "-200,0\t1,5\t1,4\r\n-100,0\t1,0\t0,9\r\n0,0\t1,0\t1,0\r\n";
-const std::string kInstron = "EF10\nCylinder Diameter: 50mm;\nTime (s),Compression (mm),Load (N),Engineering Strain [-]\n0,0,0.1,0\n1,2,3,0\n";
+const std::string kInstron =
+    "EF10\nCylinder Diameter: 50mm;\nTime (s),Compression (mm),Load (N),Engineering Strain "
+    "[-]\n0,0,0.1,0\n1,2,3,0\n";
 
 TEST_F(ImportersTest, instruments_are_known_by_their_beginning) {
   ReadSettings s;
   s.cantilever = Cantilever{0.5, 1e-7};
-  const auto chiaro = read(kChiaro, s)[0], afm = read(kAfm, s)[0], nt_mdt = read(kNtMdt, s)[0], instron = read(kInstron, s)[0];
+  const auto chiaro = read(kChiaro, s)[0], afm = read(kAfm, s)[0], nt_mdt = read(kNtMdt, s)[0],
+             instron = read(kInstron, s)[0];
   EXPECT_DOUBLE_EQ(chiaro.travel_m[1], 700e-9);
   EXPECT_DOUBLE_EQ(chiaro.push_N[1], 2e-6);
   EXPECT_DOUBLE_EQ(*chiaro.probe_radius_m, 27.5e-6);
@@ -203,25 +232,41 @@ TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
   std::mt19937 random(kSeed);
   ReadSettings s = axial();
   s.cantilever = Cantilever{0.5, 1e-7};
-  for (const auto& [format, text] : {std::pair<std::string, std::string>{"csv", kPlain}, {"chiaro", kChiaro}, {"afm-workshop", kAfm}, {"nt-mdt", kNtMdt}, {"instron", kInstron}, {"auto", kPlain}}) {
+  for (const auto& [format, text] : {std::pair<std::string, std::string>{"csv", kPlain},
+                                     {"chiaro", kChiaro},
+                                     {"afm-workshop", kAfm},
+                                     {"nt-mdt", kNtMdt},
+                                     {"instron", kInstron},
+                                     {"auto", kPlain}}) {
     for (int trial = 0; trial < 3000; ++trial) {
       std::string damaged = text;
       for (unsigned k = 0; k < 1 + random() % 4; ++k) {
         const std::size_t where = random() % damaged.size();
         switch (random() % 4) {
-          case 0: damaged[where] = static_cast<char>(random()); break;
-          case 1: damaged.erase(where, 1 + random() % 8); break;
-          case 2: damaged.insert(where, damaged.substr(random() % damaged.size(), random() % 40)); break;
-          default: damaged[where] = "0123456789,.;\t\r\n-\"#e"[random() % 20]; break;
+          case 0:
+            damaged[where] = static_cast<char>(random());
+            break;
+          case 1:
+            damaged.erase(where, 1 + random() % 8);
+            break;
+          case 2:
+            damaged.insert(where, damaged.substr(random() % damaged.size(), random() % 40));
+            break;
+          default:
+            damaged[where] = "0123456789,.;\t\r\n-\"#e"[random() % 20];
+            break;
         }
         if (damaged.empty()) damaged = "x";
       }
-      s.format = format, s.drop_invalid = random() % 2, s.encoding = random() % 2 ? "utf-8" : "latin-1";
+      s.format = format, s.drop_invalid = random() % 2,
+      s.encoding = random() % 2 ? "utf-8" : "latin-1";
       try {
         for (const RawRecording& r : read_recordings("damaged", damaged, s)) {
           ASSERT_GT(r.rows(), 0) << format << " trial " << trial << " seed " << kSeed;
-          for (const double v : r.travel_m) ASSERT_LE(std::abs(v), 1e13) << format << " trial " << trial << " seed " << kSeed;
-          for (const double v : r.push_N) ASSERT_LE(std::abs(v), 1e16) << format << " trial " << trial << " seed " << kSeed;
+          for (const double v : r.travel_m)
+            ASSERT_LE(std::abs(v), 1e13) << format << " trial " << trial << " seed " << kSeed;
+          for (const double v : r.push_N)
+            ASSERT_LE(std::abs(v), 1e16) << format << " trial " << trial << " seed " << kSeed;
         }
       } catch (const Error& error) {
         ASSERT_FALSE(error.remedy().empty());
