@@ -204,6 +204,52 @@ TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
   EXPECT_EQ(phases[350], Phase::retract);
 }
 
+TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
+  importers::RawRecording raw;
+  raw.name = "contact1";
+  raw.contact_m = Vec3(0.1, 0.2, 0.3), raw.normal = Vec3(0, 0, -1);
+  raw.position_m.resize(8, 3), raw.force_N.resize(8, 3);
+  for (int i = 0; i < 8; ++i) {
+    raw.position_m.row(i) << 0.1, 0.2, 0.3 - 5e-4 * i;
+    raw.force_N.row(i) << 0.1 * i, 0, -0.5 * i;
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
+  }
+  const Conditioned r = condition(raw, {}, std::nullopt, "robot.csv", false);
+  EXPECT_EQ(r.estimator, "given");
+  ASSERT_EQ(r.deflection_m.rows(), 7);
+  EXPECT_LT((r.deflection_m.row(6).transpose() - Vec3(0, 0, -3.5e-3)).norm(), 1e-12);
+  EXPECT_LT((r.force_N.row(6).transpose() - Vec3(0.7, 0, -3.5)).norm(), 1e-12);
+}
+
+// Down 2 mm past contact, 5 mm sideways, up: the lateral force sticks for 1 mm, then slides.
+TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way_back) {
+  importers::RawRecording raw;
+  std::vector<Vec3> way, force;
+  std::mt19937 random(kSeed);
+  std::normal_distribution<double> noise(0, 1e-3);
+  for (int i = 0; i < 300; ++i) way.emplace_back(0, 0, 1e-3 - 1e-5 * i);
+  for (int i = 1; i <= 500; ++i) way.emplace_back(1e-5 * i, 0, -2e-3);
+  for (int i = 1; i <= 300; ++i) way.emplace_back(5e-3, 0, -2e-3 + 1e-5 * i);
+  raw.position_m.resize(1100, 3), raw.force_N.resize(1100, 3);
+  for (int i = 0; i < 1100; ++i) {
+    const Vec3& x = way[static_cast<std::size_t>(i)];
+    const double push = 3e4 * std::pow(std::max(0.0, -x.z()), 1.5);
+    raw.time_s.push_back(0.01 * i), raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.position_m.row(i) = x;
+    raw.force_N.row(i) << std::min(1000 * x.x(), 0.4 * push) + noise(random), noise(random),
+        -push + noise(random);
+  }
+  SignalSettings settings;
+  settings.kind = ExperimentKind::drag, settings.rows = 60;
+  const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "drag.csv", false);
+  const Eigen::Index last = r.deflection_m.rows() - 1;
+  EXPECT_NEAR(r.deflection_m(last, 0), 5e-3, 2e-4);
+  EXPECT_NEAR(-r.deflection_m(last, 2), 2e-3, 1e-4);
+  EXPECT_NEAR(r.force_N(last, 0), 0.4 * 3e4 * std::pow(2e-3, 1.5), 0.02);
+  for (Eigen::Index i = 1; i <= last; ++i)  // never back
+    EXPECT_GT(r.deflection_m(i, 0) - r.deflection_m(i, 2), r.deflection_m(i - 1, 0) - r.deflection_m(i - 1, 2) - 1e-6) << i;
+}
+
 Surface bumpy_sheet() {
   Surface s;
   const int n = 21;
