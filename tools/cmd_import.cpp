@@ -1,6 +1,7 @@
 #include <filesystem>
 
 #include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/samples_file.hpp"
 #include "libfit/recordings/summary.hpp"
@@ -60,7 +61,13 @@ class Import final : public Command {
  private:
   std::optional<Surface> read_surface_of(const Manifest& manifest) const {
     if (!manifest.surface) return std::nullopt;
-    return read_surface(*manifest.surface, manifest.length_unit_m);
+    // Mended as `prepare` does, so that normals point where the body's do.
+    MendOptions options;
+    options.allow_open = true;
+    Mended mended = mend_surface(read_surface(*manifest.surface, manifest.length_unit_m), options,
+                                 manifest.surface->string());
+    for (const std::string& change : mended.changes) say("  mended: {}", change);
+    return std::move(mended.surface);
   }
 
   AssembleOptions place_options(const Manifest& manifest,

@@ -47,6 +47,11 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
                              "Use fewer --jobs, or cut the file into several."};
     result.recordings.clear();
     key.clear();
+  } catch (const std::exception& error) {  // one recording never stops the rest
+    result.failure = Failure{item.file.string(), std::string("could not be read: ") + error.what(),
+                             "Please report this with the file."};
+    result.recordings.clear();
+    key.clear();
   }
   result.is_done = true;
   if (!key.empty()) journal.add(key, result);
