@@ -47,6 +47,7 @@ struct CommandRow {
 std::unique_ptr<Command> declare_run(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
+std::unique_ptr<Command> declare_import(Arguments& arguments);
 std::unique_ptr<Command> declare_fit(Arguments& arguments);
 std::unique_ptr<Command> declare_refine(Arguments& arguments);
 std::unique_ptr<Command> declare_export(Arguments& arguments);

@@ -22,6 +22,7 @@ const std::map<std::string, std::set<std::string>> kAllowed{
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
     {"libfit/assets", {"libfit/core", "libfit/runtime", "libfit/io"}},
+    {"libfit/recordings", {"libfit/core", "libfit/io", "libfit/refine"}},
     {"libfem/probes", {"libfit/core"}},
     {"libfem/mesh", {"libfit/core"}},
     {"libfem/materials", {"libfit/core"}},
@@ -30,6 +31,7 @@ const std::map<std::string, std::set<std::string>> kAllowed{
      {"libfit/core", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
+      "libfit/recordings",
       "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact", "libfem/solve"}},
     {"data", {"libfit/core", "libfem/mesh"}},
 };
