@@ -51,13 +51,30 @@ struct MeshSpot {
   }
 };
 
+/// A triangle as the law computes with it: read once, used by every spot of a way.
+struct Facet {
+  Vec3d vertex[3], normal[3];
+  const float* node[3];  ///< controls of the corners
+
+  static Facet of(const AssetView& asset, int triangle) noexcept {
+    Facet out;
+    for (int k = 0; k < 3; ++k) {
+      const int v = asset.corner(triangle, k);
+      out.vertex[k] = asset.vertex_at(v);
+      out.normal[k] = asset.normal_at(v);
+      out.node[k] = asset.control + static_cast<std::ptrdiff_t>(v) * asset.controls_per_vertex;
+    }
+    return out;
+  }
+};
+
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
 /// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
 template <class P, bool kIsBall>
 struct MeshPath {
-  const AssetView* asset;
-  const Arm* arm;  ///< of a ball
-  int triangle;
+  const Facet* facet;
+  const int* offset;  ///< of each curve in the controls
+  const Arm* arm;     ///< of a ball
   P n[3], rate[3];  ///< [1], [1/m]
   P end_m;          ///< where a coordinate reaches zero
   int exit;         ///< which one
@@ -66,9 +83,9 @@ struct MeshPath {
   P end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
   MeshPath<double, kIsBall> plain() const noexcept {
-    return {asset,
+    return {facet,
+            offset,
             arm,
-            triangle,
             {value_of(n[0]), value_of(n[1]), value_of(n[2])},
             {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
             value_of(end_m),
@@ -83,15 +100,14 @@ struct MeshPath {
     Vec3<S> field{S(0), S(0), S(0)};
     spot.point = field;
     for (int k = 0; k < 3; ++k) {
-      const int v = asset->corner(triangle, k);
       spot.n[k] = s * rate[k] + n[k];
-      spot.point = spot.point + widened<S>(asset->vertex_at(v)) * spot.n[k];
-      field = field + widened<S>(asset->normal_at(v)) * spot.n[k];
-      spot.node[k] = asset->control + static_cast<std::ptrdiff_t>(v) * asset->controls_per_vertex;
+      spot.point = spot.point + facet->vertex[k] * spot.n[k];
+      field = field + facet->normal[k] * spot.n[k];
+      spot.node[k] = facet->node[k];
     }
     spot.length = sqrt(dot(field, field));
     spot.normal = field * (1.0 / spot.length);
-    spot.offset = asset->control_offset;
+    spot.offset = offset;
     if constexpr (kIsBall) {
       const Vec3<S> skew = make_vec3<S>(arm->skew_m);
       const S along = dot(skew, spot.normal);
@@ -111,12 +127,16 @@ inline double energy_at(const CurveViews& views, const MeshSpot<double>& spot, i
   const double t = x - view.knots[piece];
   const double* whole = view.integrals + piece * view.size();
   const double* c = view.weights + piece * order * order;
-  double sum = 0;
-  for (int j = 1; j < first; ++j) sum = sum + spot.control(curve, j) * whole[j];  // b_0 is 0
+  double sum[4] = {0, 0, 0, 0};  // four at a time: one chain of additions would wait for each
+  int j = 0;
+  for (; j + 4 <= first; j += 4)
+    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + spot.control(curve, j + i) * whole[j + i];
+  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
+  double last = 0;
   for (int k = 0; k < order; ++k, c += order)
-    sum = sum +
-          spot.control(curve, first + k) * (whole[first + k] + basis_integral(c, order, t) * t);
-  return sum;
+    last = last +
+           spot.control(curve, first + k) * (whole[first + k] + basis_integral(c, order, t) * t);
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + last;
 }
 
 /// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
@@ -139,13 +159,20 @@ class MeshSurface {
   using Spot = MeshSpot<T>;
 
   MeshSurface(const AssetView& asset, int triangle, const double n[3], const Arm& arm) noexcept
-      : asset_(asset), arm_(arm), triangle_(triangle), n_{T(n[0]), T(n[1]), T(n[2])} {}
+      : asset_(asset),
+        arm_(arm),
+        triangle_(triangle),
+        facet_(Facet::of(asset, triangle)),
+        n_{T(n[0]), T(n[1]), T(n[2])} {}
 
   int triangle() const noexcept { return triangle_; }
   double weight(int k) const noexcept { return value_of(n_[k]); }
   unsigned flags() const noexcept { return flags_; }
   double dissipated_J() const noexcept { return dissipated_J_; }
   double refused_J() const noexcept { return refused_J_; }
+  /// After a move: energy stored at the contact point.
+  double stored_J() const noexcept { return stored_J_; }
+  bool has_moved() const noexcept { return has_moved_; }
 
   Spot standing() const noexcept { return resting().at(T(0)); }
 
@@ -178,7 +205,9 @@ class MeshSurface {
   Move move(const Path& path, T s, const Vec3<T>& x) noexcept {
     const auto plain = path.plain();
     const Vec3d tip = values_of(x);
-    const double wanted = value_of(s), before_J = stored_energy_J(asset_.curves, plain.at(0.0), tip);
+    const double wanted = value_of(s);
+    const double before_J =
+        has_moved_ ? stored_J_ : stored_energy_J(asset_.curves, plain.at(0.0), tip);
     double after_J = stored_energy_J(asset_.curves, plain.at(wanted), tip);
     const double allowed_J = before_J * (1 + kEnergyNoise);
     const bool is_held_back = asset_.has_guard && after_J > allowed_J;
@@ -191,6 +220,8 @@ class MeshSurface {
       flags_ |= kFlagHeldBack;
     }
     dissipated_J_ += before_J - after_J;
+    stored_J_ = after_J;
+    has_moved_ = true;
     go(path, s);
     return is_held_back ? Move::stopped : Move::whole;
   }
@@ -203,19 +234,23 @@ class MeshSurface {
   };
 
   Path resting() const noexcept {
-    return {&asset_,   &arm_, triangle_, {n_[0], n_[1], n_[2]}, {T(0), T(0), T(0)},
-            T(0), 0,     false};
+    return {&facet_,
+            asset_.control_offset,
+            &arm_,
+            {n_[0], n_[1], n_[2]},
+            {T(0), T(0), T(0)},
+            T(0),
+            0,
+            false};
   }
   // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
   // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
   Plane plane_at(const Spot& spot) const noexcept {
     Plane plane;
     for (int k = 0; k < 3; ++k) {
-      const int v = asset_.corner(triangle_, k);
-      plane.corner[k] = widened<G>(asset_.vertex_at(v));
+      plane.corner[k] = widened<G>(facet_.vertex[k]);
       if constexpr (kIsBall)
-        plane.corner[k] =
-            plane.corner[k] - widened<G>(asset_.normal_at(v)) * (arm_.reach_m / spot.length);
+        plane.corner[k] = plane.corner[k] - facet_.normal[k] * (arm_.reach_m / spot.length);
     }
     plane.area = cross(plane.corner[1] - plane.corner[0], plane.corner[2] - plane.corner[0]);
     return plane;
@@ -321,14 +356,17 @@ class MeshSurface {
           n_[j] = old[(k + i) % 3];
     }
     triangle_ = next;
+    facet_ = Facet::of(asset_, next);
   }
 
   const AssetView& asset_;
   const Arm& arm_;
   int triangle_;
+  Facet facet_;
   T n_[3];
   unsigned flags_ = 0;
-  double dissipated_J_ = 0, refused_J_ = 0;
+  bool has_moved_ = false;
+  double dissipated_J_ = 0, refused_J_ = 0, stored_J_ = 0;
 };
 
 }  // namespace runtime

@@ -53,7 +53,7 @@ inline const char* sentence(Status status) noexcept {
     case Status::radius_wrong:
       return "The ball's radius is negative or not a finite number; the force is zero.";
     case Status::pose_wrong:
-      return "A pose is not finite, its quaternion is not of unit length, or it comes to nothing; "
+      return "A pose is not finite or its quaternion is not of unit length; "
              "the force is zero and contact begins again from outside.";
     case Status::time_step_wrong:
       return "The tool has a damper and the time step is not a positive finite number; the force "

@@ -32,7 +32,7 @@ enum class ContactState { air, stick, slip };
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
-  double acts_at_m[3] = {0, 0, 0};        ///< where the force acts: c + deflection; a tip's own place
+  double acts_at_m[3] = {0, 0, 0};        ///< where the force acts: x, a tip itself, p + reach u of a ball
   double normal[3] = {0, 0, 0};           ///< u(c), inward
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
@@ -125,7 +125,7 @@ void describe(const AssetView& asset, const Contact& contact,
   const Vec3d origin = make_vec3<double>(asset.origin_m);
   const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
   put(c + origin, out.contact_m);
-  put(kIsBall ? c + (x - foot.spot.point) + origin : x + origin, out.acts_at_m);
+  put(kIsBall ? x + foot.spot.normal * contact.arm.reach_m + origin : x + origin, out.acts_at_m);
   put(foot.spot.normal, out.normal);
   out.triangle = contact.triangle;
   for (int k = 0; k < 3; ++k) out.weight[k] = contact.weight[k];
@@ -150,7 +150,8 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
     return Status::ok;
   }
   const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
-  const double stored_J = stored_energy_J(asset.curves, foot.spot, foot.d);
+  const double stored_J =
+      surface.has_moved() ? surface.stored_J() : stored_energy_J(asset.curves, foot.spot, foot.d);
   if (!is_finite(force) || !std::isfinite(stored_J)) {
     forget(contact);
     return Status::force_not_finite;
@@ -169,7 +170,8 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
 using TangentOut = double*;
 
 /// Derivative of the force ON THE BODY with respect to the place of the tip or centre, of the
-/// branches that answer() takes from this contact: the slip's way, its ends, its roots.
+/// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
+/// of first touch the contact point found counts as fixed.
 template <bool kIsBall>
 void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
              TangentOut tangent_N_m) noexcept {
