@@ -11,7 +11,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::array<CommandRow, 10> kCommands{{
+constexpr std::array<CommandRow, 11> kCommands{{
     {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
      declare_run},
     {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra", declare_prepare},
@@ -23,6 +23,7 @@ constexpr std::array<CommandRow, 10> kCommands{{
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
     {"inspect", "Say what is in a file", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
+    {"bench", "Measure speed against error; write tables and pictures", declare_bench},
 }};
 
 // Declares a command's options on a CLI11 subcommand.

@@ -171,7 +171,8 @@ using TangentOut = double*;
 
 /// Derivative of the force ON THE BODY with respect to the place of the tip or centre, of the
 /// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
-/// of first touch the contact point found counts as fixed.
+/// of first touch the contact point found counts as fixed, and of a slip that the guard held back the
+/// share it let pass.
 template <bool kIsBall>
 void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
              TangentOut tangent_N_m) noexcept {
@@ -223,13 +224,13 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
       seek_contact(asset, contact, before, x);
   }
   if (contact.triangle < 0) return Status::ok;
-  const Contact start = contact;
+  if (tangent_N_m != nullptr) tangent<kIsBall>(asset, contact, x, tangent_N_m);
   const Status status = answer<kIsBall>(asset, contact, x, out);
   out.dissipated_J = contact.dissipated_J;
   out.refused_J = contact.refused_J;
   out.refused_ticks = contact.refused_ticks;
-  if (tangent_N_m != nullptr && out.state != ContactState::air)
-    tangent<kIsBall>(asset, start, x, tangent_N_m);
+  if (tangent_N_m != nullptr && out.state == ContactState::air)
+    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   return status;
 }
 

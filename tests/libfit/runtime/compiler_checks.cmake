@@ -1,4 +1,5 @@
-# Compiles the exported engine folder as a user would. CHECK, FOLDER (engine/ and probe.palp), PROBE.
+# Compiles the exported engine folder as a user would. CHECK, FOLDER (engine/ and probe.palp),
+# PROBE, TICKS.
 set(ENGINE ${FOLDER}/engine)
 set(STRICT -std=c++17 -ffp-contract=off -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow -Werror)
 find_program(GXX NAMES g++ g++-12)
@@ -33,9 +34,9 @@ if(CHECK STREQUAL each_header_alone)
 elseif(CHECK STREQUAL bits_equal)
   set(first "")
   foreach(compiler ${GXX} ${CLANGXX})
-    foreach(level -O0 "-O3;-march=native")
-      run(${compiler} ${STRICT} ${level} -I${ENGINE} ${PROBE} -o ${FOLDER}/probe)
-      run(${FOLDER}/probe ${FOLDER}/probe.palp)
+    foreach(level -O0 -O2 "-O3;-march=native")
+      run(${compiler} ${STRICT} ${level} -I${ENGINE} ${PROBE} -o ${FOLDER}/probe_${TICKS})
+      run(${FOLDER}/probe_${TICKS} ${FOLDER}/probe.palp ${TICKS})
       message("${compiler} ${level}: ${RUN_OUTPUT}")
       if(first STREQUAL "")
         set(first "${RUN_OUTPUT}")
