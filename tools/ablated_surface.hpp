@@ -10,7 +10,7 @@ namespace palpate::tools {
 /// What a spot is made of. All true is the engine itself.
 struct Ablation {
   bool blends_normals = true;      ///< else the facet's own normal
-  bool blends_curves = true;       ///< else the mean curve of the facet's corners
+  bool blends_curves = true;       ///< else the mean curve of the facet's corners, all over it
   bool projects_obliquely = true;  ///< else slides follow u^r projected straight onto the facet
 };
 

@@ -20,7 +20,8 @@ struct BenchAsset {
   AssetBytes bytes;
   runtime::Asset asset;
 };
-/// Throws Error when the engine refuses the bytes. Borders are not faded: nothing is lost at the ends.
+/// Throws Error when the engine refuses the bytes. Borders are not faded: nothing is lost at the
+/// ends.
 BenchAsset make_bench_asset(const Model& model);
 
 }  // namespace palpate::tools

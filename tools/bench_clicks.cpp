@@ -24,7 +24,8 @@ Vec3 tip_at(int tick, double slope, double start_angle) {
   const double angle = start_angle + std::cos(slope) * way / kCylinderRadius_m;
   const double z = 0.025 + std::sin(slope) * way;
   const double k = cylinder_stiffness_N_m({std::cos(angle), std::sin(angle), z});
-  const double depth = std::sqrt(kForce_N * 0.01 / k) * std::min(1.0, 1 + tick / 200.0) - (tick < -199 ? 1e-3 : 0);
+  const double depth =
+      std::sqrt(kForce_N * 0.01 / k) * std::min(1.0, 1 + tick / 200.0) - (tick < -199 ? 1e-3 : 0);
   const double r = kCylinderRadius_m - depth;
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
@@ -41,7 +42,8 @@ double band_rms(const std::vector<double>& signal, double from_Hz) {
   const std::size_t n = signal.size();
   double mean = 0, power = 0;
   for (double x : signal) mean += x / static_cast<double>(n);
-  const auto first = static_cast<std::size_t>(std::ceil(from_Hz / kRate_Hz * static_cast<double>(n)));
+  const auto first =
+      static_cast<std::size_t>(std::ceil(from_Hz / kRate_Hz * static_cast<double>(n)));
   for (std::size_t f = first; f < n / 2; ++f) {
     double re = 0, im = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -55,13 +57,21 @@ double band_rms(const std::vector<double>& signal, double from_Hz) {
   return std::sqrt(power);
 }
 
+bool is_ridge(const runtime::AssetView& asset, int from, int to) {
+  if (from < 0 || to < 0) return false;
+  const auto a = runtime::normalized(asset.area_vector(from)),
+             b = runtime::normalized(asset.area_vector(to));
+  return dot(a, b) < 1 - 1e-6;
+}
+
 ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int tracks) {
   ClickResult out;
   out.name = what.name;
-  std::vector<double> jumps, ordinary;
+  std::vector<double> jumps, ridges, ordinary;
   double squares = 0;
   for (int track = 0; track < tracks; ++track) {
-    const double slope = 0.5 * std::numbers::pi * (track + 0.5) / tracks, start = 0.31 + 2.4 * track;
+    const double slope = 0.5 * std::numbers::pi * (track + 0.5) / tracks,
+                 start = 0.31 + 2.4 * track;
     AblatedTip tip(asset, what.ablation);
     std::vector<double> force;
     runtime::Vec3d before{0, 0, 0};
@@ -69,8 +79,10 @@ ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int 
     for (int tick = -201; tick < kTicks; ++tick) {
       const Vec3 x = tip_at(tick, slope, start);
       const runtime::Vec3d f = tip.tick(x.data()), change = f - before;
-      if (tick > 0)
-        (tip.triangle() != triangle ? jumps : ordinary).push_back(std::sqrt(dot(change, change)));
+      const double size_N = std::sqrt(dot(change, change));
+      const bool crosses = tick > 0 && tip.triangle() != triangle;
+      if (tick > 0) (crosses ? jumps : ordinary).push_back(size_N);
+      if (crosses && is_ridge(asset, triangle, tip.triangle())) ridges.push_back(size_N);
       if (tick >= 0) force.push_back(std::sqrt(dot(f, f)));
       triangle = tip.triangle();
       before = f;
@@ -81,6 +93,8 @@ ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int 
   }
   out.crossings = static_cast<int>(jumps.size());
   out.median_jump_N = share_of(jumps, 0.5);
+  for (double jump : jumps) out.mean_jump_N += jump / static_cast<double>(jumps.size());
+  out.median_ridge_N = share_of(ridges, 0.5);
   out.p95_jump_N = share_of(jumps, 0.95);
   out.max_jump_N = share_of(jumps, 1);
   out.ordinary_N = share_of(ordinary, 0.5);
@@ -89,13 +103,22 @@ ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int 
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<ClickResult>& results) {
-  static constexpr std::string_view kHeader[] = {"case",       "crossings",  "median_jump_N",
-                                                 "p95_jump_N", "max_jump_N", "ordinary_tick_N",
-                                                 "band_rms_N", "click_index"};
+  static constexpr std::string_view kHeader[] = {
+      "case",       "crossings",  "median_jump_N",   "mean_jump_N", "median_ridge_jump_N",
+      "p95_jump_N", "max_jump_N", "ordinary_tick_N", "band_rms_N",  "click_index"};
   CsvWriter csv(path, kHeader);
   for (const ClickResult& r : results)
-    csv.text(r.name).integer(r.crossings).number(r.median_jump_N).number(r.p95_jump_N)
-        .number(r.max_jump_N).number(r.ordinary_N).number(r.band_rms_N).number(r.click_index).end_row();
+    csv.text(r.name)
+        .integer(r.crossings)
+        .number(r.median_jump_N)
+        .number(r.mean_jump_N)
+        .number(r.median_ridge_N)
+        .number(r.p95_jump_N)
+        .number(r.max_jump_N)
+        .number(r.ordinary_N)
+        .number(r.band_rms_N)
+        .number(r.click_index)
+        .end_row();
   csv.commit();
 }
 
@@ -103,25 +126,30 @@ void write_table(const std::filesystem::path& path, const std::vector<ClickResul
 void write_picture(const std::filesystem::path& path, const std::vector<ClickResult>& results) {
   constexpr double kWidth = 900, kPanel = 150, kLeft = 60, kMost_N = 1.6;
   std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {} {}' font-family='sans-serif' font-size='13'>\n"
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {} {}' font-family='sans-serif' "
+      "font-size='13'>\n"
       "<rect width='100%' height='100%' fill='white'/>\n",
       kWidth, kPanel * static_cast<double>(results.size()) + 30);
   double top = 0;
   for (const ClickResult& r : results) {
-    svg += fmt::format("<text x='{}' y='{}'>{}: {:.1f} mN at an edge, click index {:.1f}</text>\n", kLeft,
-                       top + 18, r.name, 1e3 * r.median_jump_N, r.click_index);
+    svg += fmt::format("<text x='{}' y='{}'>{}: {:.1f} mN at a ridge, click index {:.1f}</text>\n",
+                       kLeft, top + 18, r.name, 1e3 * r.median_ridge_N, r.click_index);
     for (double force : {0.0, 0.5, 1.0, 1.5})
-      svg += fmt::format("<text x='8' y='{0:.0f}'>{1} N</text><path d='M{2} {0:.0f}H{3}' stroke='#ddd'/>\n",
-                         top + kPanel * (1 - force / kMost_N * 0.85), force, kLeft, kWidth);
+      svg += fmt::format(
+          "<text x='8' y='{0:.0f}'>{1} N</text><path d='M{2} {0:.0f}H{3}' stroke='#ddd'/>\n",
+          top + kPanel * (1 - force / kMost_N * 0.85), force, kLeft, kWidth);
     svg += "<polyline fill='none' stroke='#1f5fa8' points='";
     for (std::size_t i = 0; i < r.force_N.size(); ++i)
-      svg += fmt::format("{:.1f},{:.2f} ", kLeft + (kWidth - kLeft) * static_cast<double>(i) / kTicks,
-                         top + kPanel * (1 - r.force_N[i] / kMost_N * 0.85));
+      svg +=
+          fmt::format("{:.1f},{:.2f} ", kLeft + (kWidth - kLeft) * static_cast<double>(i) / kTicks,
+                      top + kPanel * (1 - r.force_N[i] / kMost_N * 0.85));
     svg += "'/>\n";
     top += kPanel;
   }
-  svg += fmt::format("<text x='{}' y='{}'>force on the body over {:.2f} s, 50 mm/s, 1 kHz, 500 triangles</text>\n</svg>\n",
-                     kLeft, top + 18, kTicks / kRate_Hz);
+  svg += fmt::format(
+      "<text x='{}' y='{}'>force on the body over {:.2f} s, 50 mm/s, 1 kHz, 500 "
+      "triangles</text>\n</svg>\n",
+      kLeft, top + 18, kTicks / kRate_Hz);
   write_file_atomically(path, svg);
 }
 
@@ -142,9 +170,11 @@ void bench_clicks(const BenchRequest& request) {
   write_table(request.folder / "clicks.csv", results);
   write_picture(request.folder / "clicks.svg", results);
   for (const ClickResult& r : results)
-    say("{:20} {:4} crossings, median jump {:6.1f} mN, p95 {:6.1f}, max {:6.1f}, ordinary tick {:5.1f} mN, click index {:.1f}",
-        r.name, r.crossings, 1e3 * r.median_jump_N, 1e3 * r.p95_jump_N, 1e3 * r.max_jump_N,
-        1e3 * r.ordinary_N, r.click_index);
+    say("{:20} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
+        "{:6.1f}, max "
+        "{:6.1f}, ordinary tick {:5.1f} mN, click index {:.1f}",
+        r.name, r.crossings, 1e3 * r.median_jump_N, 1e3 * r.mean_jump_N, 1e3 * r.median_ridge_N,
+        1e3 * r.p95_jump_N, 1e3 * r.max_jump_N, 1e3 * r.ordinary_N, r.click_index);
   say("wrote {} and clicks.svg", (request.folder / "clicks.csv").string());
 }
 

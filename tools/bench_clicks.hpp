@@ -21,8 +21,11 @@ inline constexpr ClickCase kClickCases[] = {
 
 struct ClickResult {
   std::string_view name;
-  int crossings = 0;            ///< ticks at which the contact point changed its triangle
-  double median_jump_N = 0;     ///< of the force's change at those ticks
+  int crossings = 0;         ///< ticks at which the contact point changed its triangle
+  double median_jump_N = 0;  ///< of the force's change at those ticks
+  double mean_jump_N = 0;
+  double median_ridge_N =
+      0;  ///< at those between facets at an angle: every other edge lies in a plane
   double p95_jump_N = 0, max_jump_N = 0;
   double ordinary_N = 0;        ///< median change at the other ticks
   double band_rms_N = 0;        ///< of the force's magnitude between 100 and 500 Hz

@@ -48,7 +48,8 @@ double clock_ns() {
 class CacheFlush {
  public:
   void operator()() {
-    for (std::size_t i = 0; i < block_.size(); i += 64) block_[i] = static_cast<unsigned char>(++round_);
+    for (std::size_t i = 0; i < block_.size(); i += 64)
+      block_[i] = static_cast<unsigned char>(++round_);
   }
 
  private:
@@ -111,15 +112,15 @@ void measure_body(int around, int along, int pieces, bool is_quick, std::vector<
                        })});
       if (contact.triangle < 0) continue;
       const auto needed = lines_of_a_tick(asset, contact);
-      lines.push_back({asset.vertices, kind.name,
-                       "reading its bytes", cache,
+      lines.push_back({asset.vertices, kind.name, "reading its bytes", cache,
                        time_ticks(ticks, flusher, overhead_ns, [&](long) {
                          unsigned sum = 0;
                          for (const unsigned char* line : needed) sum += *line;
                          kept_byte = sum;
                        })});
     }
-  say("{} nodes, {} triangles, {:.1f} MB done", asset.vertices, asset.triangles, 1e-6 * double(asset.file_bytes));
+  say("{} nodes, {} triangles, {:.1f} MB done", asset.vertices, asset.triangles,
+      1e-6 * double(asset.file_bytes));
 }
 
 std::string machine() {
@@ -130,13 +131,21 @@ std::string machine() {
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
-  static constexpr std::string_view kHeader[] = {"nodes",     "kind",   "what",    "cache",  "median_ns",
-                                                 "p99_ns",    "p999_ns", "worst_ns", "machine"};
+  static constexpr std::string_view kHeader[] = {
+      "nodes", "kind", "what", "cache", "median_ns", "p99_ns", "p999_ns", "worst_ns", "machine"};
   CsvWriter csv(path, kHeader);
   const std::string processor = machine();
   for (const Line& line : lines)
-    csv.integer(line.nodes).text(line.kind).text(line.what).text(line.cache).number(line.spread.median_ns)
-        .number(line.spread.p99_ns).number(line.spread.p999_ns).number(line.spread.worst_ns).text(processor).end_row();
+    csv.integer(line.nodes)
+        .text(line.kind)
+        .text(line.what)
+        .text(line.cache)
+        .number(line.spread.median_ns)
+        .number(line.spread.p99_ns)
+        .number(line.spread.p999_ns)
+        .number(line.spread.worst_ns)
+        .text(processor)
+        .end_row();
   csv.commit();
 }
 
@@ -146,16 +155,20 @@ void bench_tick(const BenchRequest& request) {
   struct Size {
     int around, along, pieces;
   };
-  // 250 to a million nodes; the largest with fewer pieces, so that it fits into 1 GB while it is made.
-  static constexpr Size kSizes[] = {{25, 9, 12}, {75, 32, 12}, {150, 66, 12}, {480, 208, 12}, {1500, 666, 4}};
+  // 250 to a million nodes; the largest with fewer pieces, so that it fits into 1 GB while it is
+  // made.
+  static constexpr Size kSizes[] = {
+      {25, 9, 12}, {75, 32, 12}, {150, 66, 12}, {480, 208, 12}, {1500, 666, 4}};
   std::vector<Line> lines;
   const std::size_t sizes = request.is_quick ? 2 : std::size(kSizes);
   for (std::size_t i = 0; i < sizes; ++i)
     measure_body(kSizes[i].around, kSizes[i].along, kSizes[i].pieces, request.is_quick, lines);
-  say("{:>8} {:6} {:18} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "kind", "what", "cache", "median", "p99", "p99.9", "worst ns");
+  say("{:>8} {:6} {:18} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "kind", "what", "cache", "median",
+      "p99", "p99.9", "worst ns");
   for (const Line& line : lines)
-    say("{:8} {:6} {:18} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.kind, line.what, line.cache,
-        line.spread.median_ns, line.spread.p99_ns, line.spread.p999_ns, line.spread.worst_ns);
+    say("{:8} {:6} {:18} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.kind, line.what,
+        line.cache, line.spread.median_ns, line.spread.p99_ns, line.spread.p999_ns,
+        line.spread.worst_ns);
   write_table(request.folder / "tick.csv", lines);
   say("wrote {}", (request.folder / "tick.csv").string());
 }

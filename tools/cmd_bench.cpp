@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::array kBenchmarks{
     Benchmark{"tick", "time per engine tick by body size and kind of contact", bench_tick},
-    Benchmark{"clicks", "the paper's edge clicks: force jumps with each interpolation off", bench_clicks},
+    Benchmark{"clicks", "the paper's edge clicks: force jumps with each interpolation off",
+              bench_clicks},
 };
 
 std::string names() {
@@ -37,7 +38,8 @@ class Bench final : public Command {
     const auto row = std::find_if(kBenchmarks.begin(), kBenchmarks.end(),
                                   [&](const Benchmark& b) { return b.name == name_; });
     if (row == kBenchmarks.end())
-      throw Error("bench", "there is no benchmark called " + name_, "Choose one of: " + names() + ".");
+      throw Error("bench", "there is no benchmark called " + name_,
+                  "Choose one of: " + names() + ".");
     std::filesystem::create_directories(folder_);
     row->run({folder_, jobs_, is_quick_});
     return kDone;

@@ -8,7 +8,8 @@
 
 namespace palpate::tools {
 
-/// A point that stays on the surface while the tip goes below it; the force is a spring between them.
+/// A point that stays on the surface while the tip goes below it; the force is a spring between
+/// them.
 class FingerProxy {
  public:
   FingerProxy(const runtime::AssetView& asset, double stiffness_N_m, double friction) noexcept
@@ -40,8 +41,8 @@ class FingerProxy {
  private:
   static constexpr int kMaxSteps = 16;
 
-  // Moves the proxy towards the tip's foot within its triangle, as far as friction lets it. True when
-  // it crossed into a neighbour and has to go on.
+  // Moves the proxy towards the tip's foot within its triangle, as far as friction lets it. True
+  // when it crossed into a neighbour and has to go on.
   bool follow(const runtime::Vec3d& x) noexcept {
     using namespace runtime;
     const Vec3d area = asset_.area_vector(triangle_), inward = normalized(area) * -1.0;

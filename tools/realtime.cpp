@@ -150,7 +150,8 @@ class TwoThreadTip {
   }
   // In the air with nothing unusual about the way. The rest is left to touch().
   bool hands_over(int at, const Vec3d& x) noexcept {
-    const Vec3d before = contact_.has_tip ? runtime::make_vec3<double>(contact_.tip_m) : x, step = x - before;
+    const Vec3d before = contact_.has_tip ? runtime::make_vec3<double>(contact_.tip_m) : x,
+                step = x - before;
     const bool is_usual = dot(step, step) <= asset_.max_step_m * asset_.max_step_m;
     if (!is_usual || !search_.hand_over({epoch_, at, before, x})) {
       ++epoch_;
@@ -188,7 +189,8 @@ void sleep_until_ns(double when) noexcept {
   }
 }
 
-// Real-time priority and locked memory for as long as this lives; what was refused is in the report.
+// Real-time priority and locked memory for as long as this lives; what was refused is in the
+// report.
 class RealtimePrivileges {
  public:
   explicit RealtimePrivileges(RealtimeReport& report) : report_(report) {
@@ -198,12 +200,13 @@ class RealtimePrivileges {
     const int refused = pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted);
     report.is_fifo = refused == 0;
     if (refused != 0)
-      report.remark = fmt::format("SCHED_FIFO was refused ({}): the force thread ran like any other",
-                                  std::strerror(refused));
+      report.remark =
+          fmt::format("SCHED_FIFO was refused ({}): the force thread ran like any other",
+                      std::strerror(refused));
     report.is_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
     if (!report.is_locked)
-      report.remark += fmt::format("{}memory could not be locked ({})", report.remark.empty() ? "" : "; ",
-                                   std::strerror(errno));
+      report.remark += fmt::format("{}memory could not be locked ({})",
+                                   report.remark.empty() ? "" : "; ", std::strerror(errno));
   }
   ~RealtimePrivileges() {
     if (report_.is_fifo) pthread_setschedparam(pthread_self(), policy_, &parameters_);
@@ -258,14 +261,16 @@ std::string histogram(const std::string& what, std::vector<double> ns) {
   const auto at = [&](double share) {
     return 1e-3 * ns[static_cast<std::size_t>(share * static_cast<double>(ns.size() - 1))];
   };
-  std::string text = fmt::format("{}: median {:.1f} us, p99 {:.1f}, p99.9 {:.1f}, worst {:.1f}", what,
-                                 at(0.5), at(0.99), at(0.999), at(1));
+  std::string text = fmt::format("{}: median {:.1f} us, p99 {:.1f}, p99.9 {:.1f}, worst {:.1f}",
+                                 what, at(0.5), at(0.99), at(0.999), at(1));
   std::array<std::size_t, 64> count{};
   for (double each : ns) ++count[std::bit_width(static_cast<std::uint64_t>(std::max(0.0, each)))];
   for (std::size_t bin = 1; bin < count.size(); ++bin) {
     if (count[bin] == 0) continue;
-    const auto bar = static_cast<std::size_t>(50.0 * static_cast<double>(count[bin]) / static_cast<double>(ns.size()) + 0.999);
-    text += fmt::format("\n  below {:9.2f} us {:8} {}", 1e-3 * static_cast<double>(std::uint64_t{1} << bin), count[bin],
+    const auto bar = static_cast<std::size_t>(
+        50.0 * static_cast<double>(count[bin]) / static_cast<double>(ns.size()) + 0.999);
+    text += fmt::format("\n  below {:9.2f} us {:8} {}",
+                        1e-3 * static_cast<double>(std::uint64_t{1} << bin), count[bin],
                         std::string(bar, '#'));
   }
   return text;

@@ -18,8 +18,9 @@ struct TickKind {
 inline constexpr std::size_t kTickKinds = 4;
 extern const std::array<TickKind, kTickKinds> kTicksOfKind;
 
-/// Distinct 64-byte lines that one stick or slip tick at the contact cannot do without: its corners'
-/// places, normals and controls, the triangle, and the tables' knots and one interval per curve.
+/// Distinct 64-byte lines that one stick or slip tick at the contact cannot do without: its
+/// corners' places, normals and controls, the triangle, and the tables' knots and one interval per
+/// curve.
 std::vector<const unsigned char*> lines_of_a_tick(const runtime::AssetView& asset,
                                                   const runtime::Contact& contact);
 

@@ -37,8 +37,8 @@ class PalpateComponent {
   }
   palpate_status status() const noexcept { return status_; }
 
-  /// TickComponent, game thread, 60 Hz: where the body is now. Three poses, of which the writer owns
-  /// one: neither thread waits for the other.
+  /// TickComponent, game thread, 60 Hz: where the body is now. Three poses, of which the writer
+  /// owns one: neither thread waits for the other.
   void set_body(const Transform& world) noexcept {
     slot_[writing_] = world;
     writing_ = latest_.exchange(writing_ | kFresh) & 3;
@@ -78,12 +78,14 @@ int main(int argc, char** argv) {
   PalpateComponent body;
   if (!body.begin_play(bytes, size, palpate_ball(0.004)))
     return std::puts(palpate_sentence(body.status())), 1;
-  const Transform home{{0, 0, 0.70710678118654752, 0.70710678118654752}, {100, 50, 20}};  // turned by 90 degrees
+  const Transform home{{0, 0, 0.70710678118654752, 0.70710678118654752},
+                       {100, 50, 20}};  // turned by 90 degrees
   body.set_body(home);
   Vector force;
   for (int tick = 0; tick < 300; ++tick) {
     Transform tool = home;
-    tool.translation.Z += 6 - 0.01 * tick;  // from 60 mm above its middle, 10 mm/s... per tick 0.1 mm
+    tool.translation.Z +=
+        6 - 0.01 * tick;  // from 60 mm above its middle, 10 mm/s... per tick 0.1 mm
     tool.translation.X += 0.03;
     if (tick % 16 == 0) body.set_body(home);
     force = body.compute_force(tool, 1e-3);

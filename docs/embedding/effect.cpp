@@ -1,6 +1,6 @@
 // An effect with CHAI3D's signature, any number of tools: effect ASSET.palp.
-// Vector and base class stand for chai3d::cVector3d and chai3d::cGenericEffect, so that this compiles
-// without the SDK; in a CHAI3D project delete them and derive from the real ones.
+// Vector and base class stand for chai3d::cVector3d and chai3d::cGenericEffect, so that this
+// compiles without the SDK; in a CHAI3D project delete them and derive from the real ones.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -14,8 +14,8 @@ struct Vector3d {  // chai3d::cVector3d
 };
 struct GenericEffect {  // chai3d::cGenericEffect
   virtual ~GenericEffect() = default;
-  virtual bool computeForce(const Vector3d& toolPos, const Vector3d& toolVel, const unsigned int& toolID,
-                            Vector3d& force) = 0;
+  virtual bool computeForce(const Vector3d& toolPos, const Vector3d& toolVel,
+                            const unsigned int& toolID, Vector3d& force) = 0;
 };
 
 /// A Palpate body as an effect. Positions are the centres of balls in the body's frame.
@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
   for (int tick = 0; tick < 300; ++tick)  // two tools, pressing from above and from the side
     for (unsigned tool = 0; tool < 2; ++tool) {
       const double reach = 0.06 - 1e-4 * tick;
-      const Vector3d at = tool == 0 ? Vector3d{0.0003, 0.0002, reach} : Vector3d{reach, 0.0002, 0.0003};
+      const Vector3d at =
+          tool == 0 ? Vector3d{0.0003, 0.0002, reach} : Vector3d{reach, 0.0002, 0.0003};
       touching += effect.computeForce(at, {}, tool, force[tool]) ? 1u : 0u;
     }
   std::printf("%u contacts, %.3f N up and %.3f N aside\n", touching, force[0].z, force[1].x);

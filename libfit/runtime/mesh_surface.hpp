@@ -13,7 +13,8 @@ namespace runtime {
 
 constexpr double kAlongEdge = 1e-12;    ///< share of a direction below which it follows the edge
 constexpr double kEnergyNoise = 1e-13;  ///< rounding of a stored energy, relative; measured 2e-15
-constexpr double kMinOpen = 1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
+constexpr double kMinOpen =
+    1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
 constexpr int kMaxGuardSteps = 12;  ///< bisections for the harmless part of a slip: 1/4096 of it
 
 // What happened at a tick besides the state, or-ed together.
@@ -29,7 +30,7 @@ constexpr unsigned kFlagFrictionless =
 /// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
 /// section 11).
 struct Arm {
-  double reach_m = 0;               ///< along the inward normal
+  double reach_m = 0;            ///< along the inward normal
   double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
 };
 
@@ -75,10 +76,10 @@ struct MeshPath {
   const Facet* facet;
   const int* offset;  ///< of each curve in the controls
   const Arm* arm;     ///< of a ball
-  P n[3], rate[3];  ///< [1], [1/m]
-  P end_m;          ///< where a coordinate reaches zero
-  int exit;         ///< which one
-  bool blocked;     ///< a border leaves no way to go
+  P n[3], rate[3];    ///< [1], [1/m]
+  P end_m;            ///< where a coordinate reaches zero
+  int exit;           ///< which one
+  bool blocked;       ///< a border leaves no way to go
 
   P end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
@@ -177,8 +178,9 @@ class MeshSurface {
   Spot standing() const noexcept { return resting().at(T(0)); }
 
   /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
-  /// its rest positions) along the spot's normal, so that s metres shorten the lateral deflection by
-  /// s. At a border only its part along the edge. Blocked where a ball is too large for the hollow.
+  /// its rest positions) along the spot's normal, so that s metres shorten the lateral deflection
+  /// by s. At a border only its part along the edge. Blocked where a ball is too large for the
+  /// hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
     Path path = resting();
     path.end_m = T(1e300);
@@ -234,14 +236,9 @@ class MeshSurface {
   };
 
   Path resting() const noexcept {
-    return {&facet_,
-            asset_.control_offset,
-            &arm_,
-            {n_[0], n_[1], n_[2]},
-            {T(0), T(0), T(0)},
-            T(0),
-            0,
-            false};
+    return {
+        &facet_, asset_.control_offset, &arm_, {n_[0], n_[1], n_[2]}, {T(0), T(0), T(0)}, T(0), 0,
+        false};
   }
   // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
   // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
@@ -282,8 +279,7 @@ class MeshSurface {
   // d n_k / ds for a motion d in the plane: d . (area x e_k) / |area|^2, e_k the edge opposite k.
   static void set_rates(Path& path, const Vec3<T>& d, const Plane& plane) noexcept {
     const G scale = 1.0 / dot(plane.area, plane.area);
-    for (int k = 1; k < 3; ++k)
-      path.rate[k] = dot(d, cross(plane.area, edge(plane, k))) * scale;
+    for (int k = 1; k < 3; ++k) path.rate[k] = dot(d, cross(plane.area, edge(plane, k))) * scale;
     path.rate[0] = -path.rate[1] - path.rate[2];
   }
   static Vec3<G> edge(const Plane& plane, int k) noexcept {

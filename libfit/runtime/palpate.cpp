@@ -137,7 +137,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
     case PALPATE_TOOL_WRONG:
       return rt::sentence(rt::Status::tool_wrong);
     case PALPATE_CONTENT_WRONG:
-      return "Numbers, curves, triangles, normals or the tree of the asset are not what they must be.";
+      return "Numbers, curves, triangles, normals or the tree of the asset are not what they must "
+             "be.";
     default:
       return "Unknown status.";
   }
@@ -147,7 +148,8 @@ palpate_status palpate_open(palpate_asset* asset, const void* bytes, std::uint64
   if (asset == nullptr) return PALPATE_NULL_ARGUMENT;
   *asset = palpate_asset();
   rt::Status status;
-  const OpenAsset opened{kAssetMark, rt::Asset::open(bytes, static_cast<std::size_t>(size), &status)};
+  const OpenAsset opened{kAssetMark,
+                         rt::Asset::open(bytes, static_cast<std::size_t>(size), &status)};
   if (status == rt::Status::ok) std::memcpy(asset->storage, &opened, sizeof opened);
   return to_c(status);
 }

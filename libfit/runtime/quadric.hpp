@@ -28,8 +28,8 @@ Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
           p.x * g[6] + p.y * g[7] + p.z * g[8]};
 }
 
-/// Control values of the three curves at the test point [N], size() of each view's basis, and of its
-/// lean [m], x, y, z of each in turn; null where the body does not lean.
+/// Control values of the three curves at the test point [N], size() of each view's basis, and of
+/// its lean [m], x, y, z of each in turn; null where the body does not lean.
 template <class C>
 struct ControlPointers {
   const C* curve[kCurves];

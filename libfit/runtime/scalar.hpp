@@ -87,7 +87,9 @@ inline Jet3 operator/(const Jet3& x, double y) noexcept {
   return Jet3::chain(x.a / y, 1 / y, x, 0, x);
 }
 inline Jet3 operator+(double x, const Jet3& y) noexcept { return y + x; }
-inline Jet3 operator-(double x, const Jet3& y) noexcept { return Jet3::chain(x - y.a, -1, y, 0, y); }
+inline Jet3 operator-(double x, const Jet3& y) noexcept {
+  return Jet3::chain(x - y.a, -1, y, 0, y);
+}
 inline Jet3 operator*(double x, const Jet3& y) noexcept { return y * x; }
 inline Jet3 operator/(double x, const Jet3& y) noexcept { return Jet3(x) / y; }
 /// The argument is > 0.

@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// Where a ball on a straight way first touches the body: facets, edges and vertices, each by its own
-// quadratic, so no speed tunnels through and nothing is stepped.
+// Where a ball on a straight way first touches the body: facets, edges and vertices, each by its
+// own quadratic, so no speed tunnels through and nothing is stepped.
 
 #include "sweep.hpp"
 
@@ -101,8 +101,8 @@ inline double edge_touch(const BallSweep& s, int k, double n[3]) noexcept {
   const Vec3d a = s.corner[k], e = s.corner[next] - a;
   const double ee = dot(e, e);
   const Vec3d from = cross(a, e), go = cross(s.way, e);  // of the line, as the centre sees it
-  const double t = falling_root(dot(go, go), -dot(from, go),
-                                dot(from, from) - s.radius_m * s.radius_m * ee);
+  const double t =
+      falling_root(dot(go, go), -dot(from, go), dot(from, from) - s.radius_m * s.radius_m * ee);
   if (t > 1) return 2;
   const double share = dot(s.way * t - a, e) / ee;
   if (!(share >= 0 && share <= 1)) return 2;
@@ -179,8 +179,9 @@ inline bool is_near(const TreeNode& box, const Vec3d& p, double reach) noexcept 
 }
 
 /// First touch of a ball whose centre goes from p to q [m], relative to the origin, with solid
-/// triangles that face it. Exact: the roots' rounding is its only error. Work: the tree nodes within
-/// the radius of the way, each triangle there at most one facet, three edges and three vertices.
+/// triangles that face it. Exact: the roots' rounding is its only error. Work: the tree nodes
+/// within the radius of the way, each triangle there at most one facet, three edges and three
+/// vertices.
 inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q,
                                   double radius_m) noexcept {
   BallEntry best;

@@ -32,8 +32,9 @@ enum class ContactState { air, stick, slip };
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
-  double acts_at_m[3] = {0, 0, 0};        ///< where the force acts: x, a tip itself, p + reach u of a ball
-  double normal[3] = {0, 0, 0};           ///< u(c), inward
+  double acts_at_m[3] = {0, 0,
+                         0};     ///< where the force acts: x, a tip itself, p + reach u of a ball
+  double normal[3] = {0, 0, 0};  ///< u(c), inward
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
   double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
@@ -171,8 +172,8 @@ using TangentOut = double*;
 
 /// Derivative of the force ON THE BODY with respect to the place of the tip or centre, of the
 /// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
-/// of first touch the contact point found counts as fixed, and of a slip that the guard held back the
-/// share it let pass.
+/// of first touch the contact point found counts as fixed, and of a slip that the guard held back
+/// the share it let pass.
 template <bool kIsBall>
 void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
              TangentOut tangent_N_m) noexcept {

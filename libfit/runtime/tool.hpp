@@ -21,7 +21,9 @@ struct Pose {
 /// A frame as the engine computes with it. rows: of the rotation matrix.
 struct Frame {
   Vec3d row[3], origin;
-  Vec3d turn(const Vec3d& p) const noexcept { return {dot(row[0], p), dot(row[1], p), dot(row[2], p)}; }
+  Vec3d turn(const Vec3d& p) const noexcept {
+    return {dot(row[0], p), dot(row[1], p), dot(row[2], p)};
+  }
   Vec3d turn_back(const Vec3d& p) const noexcept {
     return row[0] * p.x + row[1] * p.y + row[2] * p.z;
   }
@@ -29,8 +31,8 @@ struct Frame {
   Vec3d place_back(const Vec3d& p) const noexcept { return turn_back(p - origin); }
 };
 
-/// False when a number is not finite or the quaternion's length is off by kQuaternionTolerance; what
-/// is within is made exactly unit.
+/// False when a number is not finite or the quaternion's length is off by kQuaternionTolerance;
+/// what is within is made exactly unit.
 inline bool make_frame(const Pose& pose, Frame& out) noexcept {
   out.origin = make_vec3<double>(pose.position_m);
   const double* q = pose.orientation;
@@ -82,24 +84,25 @@ struct ToolOutput {
   double damped_J = 0;
 };
 
-/// The damper's force on the body along u [N] for a motion `step` [m] in dt_s; its work on the body,
-/// force times step along u, is never negative.
+/// The damper's force on the body along u [N] for a motion `step` [m] in dt_s; its work on the
+/// body, force times step along u, is never negative.
 inline double damper_force_N(const ToolShape& shape, const Output& out, const Vec3d& step,
                              double dt_s) noexcept {
   if (shape.damping_Ns_m == 0 || out.state == ContactState::air) return 0;
   const Vec3d u = make_vec3<double>(out.normal);
-  const double share = out.normal_m < shape.damper_depth_m ? out.normal_m / shape.damper_depth_m : 1;
+  const double share =
+      out.normal_m < shape.damper_depth_m ? out.normal_m / shape.damper_depth_m : 1;
   const double wanted = shape.damping_Ns_m * (share > 0 ? share : 0) * (dot(step, u) / dt_s);
   const double elastic = -dot(make_vec3<double>(out.force_on_tool_N), u);
   const double least = elastic > 0 ? -elastic : 0;
   return wanted > least ? wanted : least;
 }
 
-/// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is read
-/// by the damper alone. Between ticks the tip moves straight as the body sees it; a body that turns
-/// by an angle a in a tick is off by at most a^2/8 of the tip's distance from its axis.
-/// tangent_N_m: as touch(), in world coordinates, without the damper and for tools that do not turn.
-/// Refuses as touch_ball(), and bad poses and time steps: zero force and a status.
+/// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
+/// read by the damper alone. Between ticks the tip moves straight as the body sees it; a body that
+/// turns by an angle a in a tick is off by at most a^2/8 of the tip's distance from its axis.
+/// tangent_N_m: as touch(), in world coordinates, without the damper and for tools that do not
+/// turn. Refuses as touch_ball(), and bad poses and time steps: zero force and a status.
 inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
                          const Pose& body, double dt_s, ToolOutput& out,
                          TangentOut tangent_N_m = nullptr) noexcept {
@@ -117,7 +120,8 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
     out.body.refused_ticks = contact.refused_ticks;
     return is_timed ? Status::pose_wrong : Status::time_step_wrong;
   }
-  const Vec3d tip = body_frame.place_back(tool_frame.place(make_vec3<double>(state.shape.offset_m)));
+  const Vec3d tip =
+      body_frame.place_back(tool_frame.place(make_vec3<double>(state.shape.offset_m)));
   const double tip_m[3] = {tip.x, tip.y, tip.z};
   const Vec3d before = make_vec3<double>(contact.tip_m);
   double local[9];

@@ -23,7 +23,9 @@ constexpr std::int64_t kAwkward[] = {0,          -1,         1,          127,   
 constexpr double kAwkwardReal[] = {0.0, -0.0, 1e-300, 1e300, -1.0, 1e15};
 
 void mutate(Bytes& bytes, std::mt19937_64& random) {
-  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1)); };
+  const auto below = [&](std::size_t n) {
+    return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1));
+  };
   const std::size_t edits = 1 + below(6);
   for (std::size_t edit = 0; edit < edits && !bytes.empty(); ++edit) {
     const std::size_t at = below(bytes.size());
@@ -44,7 +46,8 @@ void mutate(Bytes& bytes, std::mt19937_64& random) {
         break;
       }
       case 3: {
-        const double value = below(4) == 0 ? std::nan("") : kAwkwardReal[below(std::size(kAwkwardReal))];
+        const double value =
+            below(4) == 0 ? std::nan("") : kAwkwardReal[below(std::size(kAwkwardReal))];
         overwrite(&value, sizeof value);
         break;
       }
@@ -57,7 +60,9 @@ void mutate(Bytes& bytes, std::mt19937_64& random) {
         bytes[at] = static_cast<unsigned char>(bytes[at] + below(7) - 3);
         break;
       case 6: {
-        const std::size_t from = below(bytes.size()), size = below(std::min(bytes.size() - std::max(from, at), std::size_t{64}) + 1);
+        const std::size_t from = below(bytes.size()),
+                          size = below(
+                              std::min(bytes.size() - std::max(from, at), std::size_t{64}) + 1);
         std::memmove(bytes.data() + at, bytes.data() + from, size);
         break;
       }
@@ -117,7 +122,8 @@ int main(int argc, char** argv) {
   for (const Bytes& bytes : given) run(bytes);
   const auto started = std::chrono::steady_clock::now();
   long runs = 0;
-  while (std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() < seconds) {
+  while (std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() <
+         seconds) {
     Bytes bytes = given[random() % given.size()];
     mutate(bytes, random);
     run(bytes);

@@ -23,14 +23,16 @@ void touch_all_over(const Asset& asset, std::uint64_t random) {
       random = random * 6364136223846793005u + 1442695040888963407u;
       const double share = double(random >> 11) / 9007199254740992.0 * 1.4 - 0.2;
       if (tick % 20 == 0)
-        goal[k] = asset.origin_m[k] + double(box.lo[k]) + share * (double(box.hi[k]) - double(box.lo[k]));
+        goal[k] =
+            asset.origin_m[k] + double(box.lo[k]) + share * (double(box.hi[k]) - double(box.lo[k]));
       at[k] += (goal[k] - at[k]) * 0.15;
     }
     Output out, ball_out;
     double tangent[9];
     const Status status = touch(asset, tip, at, out, tangent);
     promise_finite(out.force_on_tool_N, 3, "a tip's force is finite");
-    promise(status == Status::ok || out.state == ContactState::air, "an error comes without a force");
+    promise(status == Status::ok || out.state == ContactState::air,
+            "an error comes without a force");
     promise_finite(out.weight, 3, "area coordinates are finite");
     touch_ball(asset, ball, at, 0.004, ball_out, tangent);
     promise_finite(ball_out.force_on_tool_N, 3, "a ball's force is finite");

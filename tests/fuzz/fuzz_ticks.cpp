@@ -1,7 +1,7 @@
 // Any bytes as a program of ticks on the golden asset, through the C ABI.
 
-#include <cstdio>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <vector>
 
@@ -22,7 +22,8 @@ const palpate_asset& golden() {
     std::fclose(stream);
     static palpate::fuzz::AlignedCopy copy(file.data(), file.size());
     palpate_asset opened;
-    promise(palpate_open(&opened, copy.data(), file.size()) == PALPATE_OK, "the golden asset opens");
+    promise(palpate_open(&opened, copy.data(), file.size()) == PALPATE_OK,
+            "the golden asset opens");
     return opened;
   }();
   return asset;

@@ -18,8 +18,8 @@ inline void promise_finite(const double* numbers, int count, const char* what) {
   for (int i = 0; i < count; ++i) promise(std::isfinite(numbers[i]), what);
 }
 
-/// 64-byte aligned copy of an input, as a file map would be, in a block of exactly its size: reading
-/// past its end is an error that the address sanitizer sees.
+/// 64-byte aligned copy of an input, as a file map would be, in a block of exactly its size:
+/// reading past its end is an error that the address sanitizer sees.
 class AlignedCopy {
  public:
   AlignedCopy(const unsigned char* data, std::size_t size) {

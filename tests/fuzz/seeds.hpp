@@ -19,7 +19,8 @@ inline Bytes asset_seed(const std::string& golden_folder) {
   return {file.begin(), file.end()};
 }
 
-/// A program of fuzz_ticks.cpp that presses, circles and lifts; `kind` varies the place and the tool.
+/// A program of fuzz_ticks.cpp that presses, circles and lifts; `kind` varies the place and the
+/// tool.
 inline Bytes ticks_seed(int kind) {
   Bytes out;
   const auto put16 = [&](double x_m) {

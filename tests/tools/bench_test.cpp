@@ -61,12 +61,14 @@ TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
   ASSERT_EQ(reference.size(), 241U);
   double worst_N = 0;
   for (int tick = 0; tick <= 1200; ++tick) {
-    const double in = std::clamp(tick / 200.0, 0.0, 1.0), along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
+    const double in = std::clamp(tick / 200.0, 0.0, 1.0),
+                 along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
     const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
     const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
     const double x[3] = {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
     const runtime::Vec3d f = tip.tick(x);
-    if (reference.count(tick)) worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
+    if (reference.count(tick))
+      worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
   }
   EXPECT_LT(worst_N, 1e-3 * 0.9397);  // of the reference's peak
 }
@@ -111,7 +113,8 @@ TEST(finger_proxy, presses_like_a_spring_and_drags_along_its_cone) {
 }
 
 TEST(realtime, a_replay_on_the_clock_brings_the_forces_of_a_plain_one_from_the_touch_on) {
-  const test::Loaded sphere = test::load(test::sphere_model(0.03, 20, test::uniform(400, 300, 0.3)));
+  const test::Loaded sphere =
+      test::load(test::sphere_model(0.03, 20, test::uniform(400, 300, 0.3)));
   Points path(1200, 3);
   for (int i = 0; i < path.rows(); ++i) {
     const double t = i * 2e-3, r = 0.0295 + 0.0015 * std::cos(9 * t);
@@ -148,7 +151,8 @@ TEST(realtime, impossible_rates_are_refused) {
   const test::Loaded plate = test::load(test::plate_model(0.1, 4, test::uniform(400, 300, 0.3)));
   std::vector<PlayedTick> played;
   for (double rate : {0.0, -5.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
-    EXPECT_ANY_THROW(play_in_real_time(plate.asset, Points::Zero(3, 3), rate, played, [] { return false; }));
+    EXPECT_ANY_THROW(
+        play_in_real_time(plate.asset, Points::Zero(3, 3), rate, played, [] { return false; }));
 }
 
 }  // namespace

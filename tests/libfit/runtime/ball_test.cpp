@@ -48,9 +48,7 @@ double distance_m(const Asset& asset, const Vec3& at) {
   return least;
 }
 
-Loaded load_plate(double mu = 0.3) {
-  return load(plate_model(0.1, 20, uniform(400, 300, mu)));
-}
+Loaded load_plate(double mu = 0.3) { return load(plate_model(0.1, 20, uniform(400, 300, mu))); }
 
 TEST(ball, a_flat_body_is_touched_one_radius_above_it_at_any_speed) {
   const Loaded plate = load_plate(1e6);
@@ -165,7 +163,8 @@ TEST(ball, rolling_a_depth_around_a_round_body_keeps_the_depth) {
   ball.go(at(0.3, -1e-4), at(0.3, 0.002), 1e-5);
   for (int i = 0; i <= 2000; ++i) {
     const Vec3 f = ball.tick(at(0.3 + 1e-3 * i, 0.002));
-    ASSERT_NEAR(f.norm(), 0.8, 0.025) << i;  // facets' sagitta: 0.03 (1 - cos(0.026)) = 10 um, arms 3 um
+    ASSERT_NEAR(f.norm(), 0.8, 0.025)
+        << i;  // facets' sagitta: 0.03 (1 - cos(0.026)) = 10 um, arms 3 um
     const Vec3 c = Vec3::Map(ball.out.contact_m);
     ASSERT_GT(c.normalized().dot(at(0.3 + 1e-3 * i, 0).normalized()), std::cos(0.03)) << i;
   }
@@ -209,7 +208,8 @@ TEST(ball, slips_end_at_the_limit_and_never_create_energy) {
   for (int tick = 0; tick < 20000; ++tick) {
     const double t = tick * 1e-3, angle = 0.4 + 0.7 * std::sin(3 * t),
                  radius = 0.0335 + 0.002 * std::sin(1.7 * t);
-    ball.tick({radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
+    ball.tick(
+        {radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
     ASSERT_EQ(ball.status, Status::ok);
     ASSERT_GE(ball.out.dissipated_J, before_J * (1 - 1e-15) - 1e-16) << tick;
     before_J = ball.out.dissipated_J;

@@ -16,7 +16,8 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 AssetBytes sphere_bytes() {
-  return make_asset_bytes(sphere_model(0.03, 20, uniform(400, 300, 0.3)), {.meta_json = "{\"a\":1}"});
+  return make_asset_bytes(sphere_model(0.03, 20, uniform(400, 300, 0.3)),
+                          {.meta_json = "{\"a\":1}"});
 }
 
 struct Player {
@@ -89,10 +90,10 @@ TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
     const Vec3 torque = Vec3::Map(moving.out.torque_on_tool_Nm);
     const Vec3 arm = body * centre - held.translation();
     ASSERT_LT((torque - body.rotation() * about_centre - arm.cross(moved_f)).norm(), 1e-10) << i;
-    const Mat3 k = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-        resting.out.stiffness_N_m);
-    const Mat3 world = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-        moving.out.stiffness_N_m);
+    const Mat3 k =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(resting.out.stiffness_N_m);
+    const Mat3 world =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(moving.out.stiffness_N_m);
     ASSERT_LT((world - body.rotation() * k * body.rotation().transpose()).norm(), 1e-4 * k.norm());
   }
   EXPECT_GT(resting.out.dissipated_J, 0);
@@ -160,7 +161,8 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   EXPECT_EQ(palpate_release(nullptr), PALPATE_NULL_ARGUMENT);
   EXPECT_EQ(palpate_open(nullptr, player.bytes.data(), 64), PALPATE_NULL_ARGUMENT);
   EXPECT_EQ(palpate_open(&closed, player.bytes.data(), 64), PALPATE_BYTES_MISSING);
-  EXPECT_EQ(palpate_open(&closed, player.bytes.data(), player.bytes.size() - 64), PALPATE_SIZE_WRONG);
+  EXPECT_EQ(palpate_open(&closed, player.bytes.data(), player.bytes.size() - 64),
+            PALPATE_SIZE_WRONG);
   palpate_info info;
   EXPECT_EQ(palpate_describe(&closed, &info), PALPATE_ASSET_NOT_OPEN);
   EXPECT_EQ(palpate_describe(&player.asset, &info), PALPATE_OK);
@@ -185,7 +187,8 @@ TEST(c_abi, bad_poses_are_refused_with_zero_force_and_contact_begins_anew) {
       press();
       palpate_input in = palpate_input_at(0, 0.0003, 0.028);
       palpate_pose& pose = field < 7 ? in.tool : in.body;
-      double* number = field % 7 < 3 ? &pose.position_m[field % 7] : &pose.orientation[field % 7 - 3];
+      double* number =
+          field % 7 < 3 ? &pose.position_m[field % 7] : &pose.orientation[field % 7 - 3];
       *number = bad;
       EXPECT_EQ(player.tick(in), PALPATE_POSE_WRONG) << field << ' ' << bad;
       expect_silence(player.out, "bad pose");

@@ -11,7 +11,10 @@ namespace {
 
 constexpr double kRange_m = 0.01;
 
-enum class Field { rough, smooth };  // each node its own curves; one shape that varies by 30 % over 10 cm
+enum class Field {
+  rough,
+  smooth
+};  // each node its own curves; one shape that varies by 30 % over 10 cm
 
 // A plate or sphere with random cubic curves that leans its own way.
 void randomize(Model& model, std::mt19937& random, double friction, bool leans, Field field) {
@@ -27,11 +30,13 @@ void randomize(Model& model, std::mt19937& random, double friction, bool leans, 
     for (double& each : step) each = 0.8 + 0.4 * unit(random);
     for (Eigen::Index v = 0; v < vertices; ++v) {
       const Vec3 x = model.surface.vertices.row(v);
-      const double here = 1 + 0.15 * std::sin(60 * (x[0] * std::cos(turn) + x[1] * std::sin(turn)) + turn);
+      const double here =
+          1 + 0.15 * std::sin(60 * (x[0] * std::cos(turn) + x[1] * std::sin(turn)) + turn);
       for (int j = 1; j < basis.size(); ++j)
         model.curves.control[kind](v, j) =
             model.curves.control[kind](v, j - 1) +
-            scale * (field == Field::smooth ? here * step[static_cast<std::size_t>(j)] : 0.8 + 0.4 * unit(random));
+            scale * (field == Field::smooth ? here * step[static_cast<std::size_t>(j)]
+                                            : 0.8 + 0.4 * unit(random));
     }
   }
   if (!leans) return;
@@ -116,17 +121,21 @@ TEST(property, finished_slips_end_at_the_limit) {
       const Vec3 above = seed % 3 == 0 ? Vec3(0, 0, 0.0305) : Vec3(0, 0, 0.0005);
       Vec3 x = above;
       tool.tick(x);
-      const Vec3 goal = above - Vec3(0, 0, 0.004) + draw(random, 0.003) + 6 * Vec3(draw(random, 0.003)[0], draw(random, 0.003)[1], 0);
+      const Vec3 goal = above - Vec3(0, 0, 0.004) + draw(random, 0.003) +
+                        6 * Vec3(draw(random, 0.003)[0], draw(random, 0.003)[1], 0);
       const double step = std::pow(10.0, -5 + 2 * walk / 20.0);
       for (int i = 0; i < 300; ++i) {
         x += (goal - x).normalized() * std::min(step, (goal - x).norm());
         tool.tick(x);
-        ASSERT_EQ(tool.status, Status::ok) << "seed " << seed << ", walk " << walk << ", tick " << i;
-        const unsigned held = runtime::kFlagUnfinished | runtime::kFlagHeldBack | runtime::kFlagBorder;
+        ASSERT_EQ(tool.status, Status::ok)
+            << "seed " << seed << ", walk " << walk << ", tick " << i;
+        const unsigned held =
+            runtime::kFlagUnfinished | runtime::kFlagHeldBack | runtime::kFlagBorder;
         if (tool.out.state == ContactState::air || (tool.out.flags & held)) continue;
         const double limit_N = blended(body.asset, tool.out, 2, tool.out.normal_m);
         const double lateral_N = blended(body.asset, tool.out, 1, tool.out.lateral_m);
-        ASSERT_LE(lateral_N, limit_N * (1 + 1e-6)) << "seed " << seed << ", walk " << walk << ", tick " << i;
+        ASSERT_LE(lateral_N, limit_N * (1 + 1e-6))
+            << "seed " << seed << ", walk " << walk << ", tick " << i;
         if (tool.out.state != ContactState::slip) continue;
         ++slips;
         ASSERT_NEAR(lateral_N, limit_N, 1e-6 * limit_N)
@@ -142,7 +151,8 @@ TEST(property, edge_crossings_at_50_mm_per_s_are_no_larger_than_two_ordinary_tic
     const Loaded body = random_body(seed, 0.3, seed % 2 == 0, false, Field::smooth);
     std::mt19937 random(300 + seed);
     const Vec3 along = Vec3(draw(random, 1)[0], draw(random, 1)[1], 0).normalized();
-    const Vec3 start = Vec3(0, 0, -0.0025) - 0.02 * along + 0.1 * draw(random, 0.01).cwiseProduct(Vec3(1, 1, 0));
+    const Vec3 start =
+        Vec3(0, 0, -0.0025) - 0.02 * along + 0.1 * draw(random, 0.01).cwiseProduct(Vec3(1, 1, 0));
     Tool tool(body.asset);
     tool.go(start + Vec3(0, 0, 0.004), start, 5e-5);
     Vec3 before = tool.go(start, start + 0.005 * along, 5e-5);

@@ -92,7 +92,8 @@ void wind(const Asset& asset, double radius_m, const std::function<Vec3(double)>
 }
 
 Vec3 around_cylinder(double t, double radius_m) {
-  const double angle = 0.4 + 0.9 * std::sin(0.7 * t), r = radius_m + 0.0285 + 0.002 * std::sin(1.1 * t);
+  const double angle = 0.4 + 0.9 * std::sin(0.7 * t),
+               r = radius_m + 0.0285 + 0.002 * std::sin(1.1 * t);
   return {r * std::cos(angle), r * std::sin(angle), 0.05 + 0.045 * std::sin(0.23 * t)};
 }
 
@@ -110,7 +111,8 @@ void expect_many(const Tally& tally, std::initializer_list<std::pair<const char*
 TEST(tangent, is_the_derivative_of_the_force_of_a_tip_in_stick_slip_and_over_edges) {
   const Loaded cylinder = load(cylinder_model());
   Tally tally;
-  wind(cylinder.asset, 0, [](double t) { return around_cylinder(t, 0); }, 1, tally);
+  wind(
+      cylinder.asset, 0, [](double t) { return around_cylinder(t, 0); }, 1, tally);
   expect_many(tally, {{"stick", 100}, {"slip", 500}, {"slip over edges", 50}});
 }
 
@@ -118,7 +120,8 @@ TEST(tangent, is_the_derivative_of_the_force_of_a_ball) {
   const Loaded cylinder = load(cylinder_model());
   for (double radius : {0.002, 0.012}) {
     Tally tally;
-    wind(cylinder.asset, radius, [=](double t) { return around_cylinder(t, radius); }, 2, tally);
+    wind(
+        cylinder.asset, radius, [=](double t) { return around_cylinder(t, radius); }, 2, tally);
     expect_many(tally, {{"stick", 50}, {"slip", 300}, {"slip over edges", 50}});
   }
 }
@@ -127,7 +130,8 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_bodies) {
   ExportOptions options;
   options.fades_borders = false;
   const auto over_plate = [](double t) {
-    return Vec3(0.052 * std::sin(0.31 * t), 0.049 * std::sin(0.17 * t + 1), -0.002 + 0.0025 * std::sin(t));
+    return Vec3(0.052 * std::sin(0.31 * t), 0.049 * std::sin(0.17 * t + 1),
+                -0.002 + 0.0025 * std::sin(t));
   };
   Tally border, frictionless, leaning;
   wind(load(plate_model(0.1, 20, uniform(400, 300, 0.2)), options).asset, 0, over_plate, 3, border);
@@ -143,8 +147,9 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_bodies) {
   }
   const Loaded leaning_plate = load(lean);
   wind(leaning_plate.asset, 0, over_plate, 5, leaning);
-  wind(leaning_plate.asset, 0.004, [&](double t) { return Vec3(over_plate(t) + Vec3(0, 0, 0.004)); },
-       6, leaning);
+  wind(
+      leaning_plate.asset, 0.004, [&](double t) { return Vec3(over_plate(t) + Vec3(0, 0, 0.004)); },
+      6, leaning);
   expect_many(leaning, {{"stick", 100}, {"slip", 500}});
 }
 
@@ -155,11 +160,13 @@ TEST(tangent, of_a_slip_that_the_guard_held_back_is_finite) {
     return PointCurves{[=](double d) { return k * d; }, [](double d) { return 300 * d; },
                        [=](double d) { return 0.01 * k * d; }};
   }));
-  wind(plate.asset, 0,
-       [](double t) {
-         return Vec3(0.04 * std::sin(0.31 * t), 0.03 * std::sin(0.17 * t), -0.004 + 0.0045 * std::sin(t));
-       },
-       7, tally);
+  wind(
+      plate.asset, 0,
+      [](double t) {
+        return Vec3(0.04 * std::sin(0.31 * t), 0.03 * std::sin(0.17 * t),
+                    -0.004 + 0.0045 * std::sin(t));
+      },
+      7, tally);
   int held = 0;
   for (const auto& [branch, count] : tally.compared)
     if (branch.find("held back") != std::string::npos) held += count;
@@ -178,8 +185,8 @@ TEST(tangent, in_a_press_is_the_slope_of_the_curves) {
   EXPECT_NEAR(k[8], 400, 1e-4);
   const double aside[3] = {0.0025, 0.0013, -0.003};
   touch(plate.asset, contact, aside, out, k);
-  EXPECT_NEAR(k[0], 300, 1e-4);              // along the lateral deflection: f^r'
-  EXPECT_NEAR(k[4], 300, 1e-4);              // across it: f^r / dr
+  EXPECT_NEAR(k[0], 300, 1e-4);  // along the lateral deflection: f^r'
+  EXPECT_NEAR(k[4], 300, 1e-4);  // across it: f^r / dr
   EXPECT_NEAR(k[8], 400, 1e-4);
 }
 

@@ -33,8 +33,10 @@ inline Model golden_model() {
     model.curves.control[kind] = Controls::Zero(vertices, basis.size());
     for (Eigen::Index v = 0; v < vertices; ++v)
       for (int j = 1; j < basis.size(); ++j)
-        model.curves.control[kind](v, j) =
-            (kind == 1 ? 3 : kind == 0 ? 4 : 1.5) * (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
+        model.curves.control[kind](v, j) = (kind == 1   ? 3
+                                            : kind == 0 ? 4
+                                                        : 1.5) *
+                                           (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
   }
   model.curves.lean_basis = {2, {0, 0.01}};
   model.curves.lean = Controls::Zero(vertices, 9);
