@@ -13,8 +13,8 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::size_t kWarmTicks = 50000, kColdTicks = 300;
-constexpr std::size_t kFlushBytes = std::size_t{64} << 20;  // larger than the caches of a core
+constexpr std::size_t kWarmTicks = 50000, kColdTicks = 100;
+constexpr std::size_t kFlushBytes = std::size_t{32} << 20;  // larger than the caches of a core
 
 double now_ns() {
   return static_cast<double>(std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -90,7 +90,7 @@ void measure_body(int around, int along, int pieces, bool is_quick, std::vector<
   CacheFlush flush;
   for (const TickKind& kind : kTicksOfKind)
     for (const bool is_cold : {false, true}) {
-      const std::size_t ticks = (is_cold ? kColdTicks : kWarmTicks) / (is_quick ? 10 : 1);
+      const std::size_t ticks = (is_cold ? kColdTicks : kWarmTicks) / (is_quick ? 10U : 1U);
       CacheFlush* flusher = is_cold ? &flush : nullptr;
       const std::string_view cache = is_cold ? "cold" : "warm";
       runtime::Contact contact;
