@@ -4,7 +4,6 @@
 
 #include <optional>
 
-#include "libfem/materials/materials.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
@@ -15,13 +14,8 @@ namespace palpate::tools {
 void check_choices(const Scene& scene) {
   const std::string file = scene.path.string();
   if (!scene.material)
-    throw Error(file, "the scene has no [material]", "Add [material] with law, young and poisson.");
-  const auto check = [&](const MaterialSection& material, const std::string& section) {
-    fem::make_material(material_parameters(material), file + ": " + section);
-  };
-  check(*scene.material, "[material]");
-  for (const InclusionSection& inclusion : scene.inclusions) check(inclusion.material, "[[inclusion]]");
-  fem::make_probe(scene.probe.shape, scene.probe.radius_m, scene.probe.friction, file + ": [probe]");
+    throw Error(file, "the scene has no [material]", "Add [material] with law and its parameters, such as young and poisson.");
+  fem::make_probe(probe_spec(scene.probe), file + ": [probe]");
 }
 
 void check_experiments(const Scene& scene, const Body& body) {

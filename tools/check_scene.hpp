@@ -5,8 +5,8 @@
 
 namespace palpate::tools {
 
-/// Names that only the libraries' tables know: material laws, probe shapes. Throws Error naming the
-/// known ones.
+/// What a simulation needs of a scene: a [material], and a probe that its table knows and accepts.
+/// Throws Error with a remedy.
 void check_choices(const Scene& scene);
 
 /// What only the body can tell: a probe larger than it, a depth larger than it is thick. Throws

@@ -13,11 +13,13 @@ class Export final : public Command {
     arguments.option("-o,--output", output_, "File to write, asset.palp for instance", true);
     arguments.option("--format", format_, "Format, see the list in docs/formats.md");
     arguments.option("--engine", engine_, "Folder to copy the engine's headers and example into");
-    arguments.flag("--no-guard", no_guard_, "Let the engine carry out slips that would create energy");
+    arguments.flag("--no-guard", no_guard_,
+                   "Let the engine carry out slips that would create energy");
   }
 
   int run() override {
-    export_model(read_model(model_), output_, format_, {.guard = !no_guard_, .inputs = {}, .engine = engine_});
+    export_model(read_model(model_), output_, format_,
+                 {.guard = !no_guard_, .inputs = {}, .engine = engine_});
     return kDone;
   }
 
@@ -28,6 +30,8 @@ class Export final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_export(Arguments& arguments) { return std::make_unique<Export>(arguments); }
+std::unique_ptr<Command> declare_export(Arguments& arguments) {
+  return std::make_unique<Export>(arguments);
+}
 
 }  // namespace palpate::tools

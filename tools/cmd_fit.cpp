@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "libfit/io/curves_file.hpp"
 #include "libfit/io/samples_file.hpp"
 #include "tools/command.hpp"
@@ -13,26 +15,37 @@ class Fit final : public Command {
     arguments.positional("samples", samples_, "samples.h5");
     arguments.option("-o,--output", output_, "curves.h5 to write", true);
     arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
-    arguments.option("--pieces", section_.pieces, "Pieces of every curve; 0: as few as the data support");
+    arguments.option("--pieces", section_.pieces,
+                     "Pieces of every curve; 0: as few as the data support");
+    arguments.option("--family", section_.family,
+                     "Curve family: auto (by held-out rows), separable, leaning");
+    arguments.option("--warm-start", warm_start_,
+                     "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
     arguments.option("--jobs", jobs_, "Threads; 0: all cores");
   }
 
   int run() override {
     say("fit {}", samples_);
-    const FittedCurves curves = fit_samples(read_samples(samples_), section_, ProbeSection{}.friction, jobs_);
+    const std::optional<FittedCurves> earlier =
+        warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
+    const FittedCurves curves = fit_samples(read_samples(samples_), section_,
+                                            ProbeSection{}.spec.friction, jobs_,
+                                            earlier ? &*earlier : nullptr);
     write_curves(output_, curves);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }
 
  private:
-  std::string samples_, output_;
+  std::string samples_, output_, warm_start_;
   FitSection section_;
   int jobs_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> declare_fit(Arguments& arguments) { return std::make_unique<Fit>(arguments); }
+std::unique_ptr<Command> declare_fit(Arguments& arguments) {
+  return std::make_unique<Fit>(arguments);
+}
 
 }  // namespace palpate::tools

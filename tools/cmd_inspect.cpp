@@ -42,6 +42,8 @@ class Inspect final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_inspect(Arguments& arguments) { return std::make_unique<Inspect>(arguments); }
+std::unique_ptr<Command> declare_inspect(Arguments& arguments) {
+  return std::make_unique<Inspect>(arguments);
+}
 
 }  // namespace palpate::tools

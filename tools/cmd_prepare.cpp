@@ -12,7 +12,8 @@ class Prepare final : public Command {
   explicit Prepare(Arguments& arguments) {
     arguments.positional("scene", scene_, "scene.toml");
     arguments.option("-o,--output", output_, "body.h5 to write", true);
-    arguments.flag("--surface-only", surface_only_, "No volume: enough for measured data; open surfaces welcome");
+    arguments.flag("--surface-only", surface_only_,
+                   "No volume: enough for measured data; open surfaces welcome");
   }
 
   int run() override {
@@ -32,6 +33,8 @@ class Prepare final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_prepare(Arguments& arguments) { return std::make_unique<Prepare>(arguments); }
+std::unique_ptr<Command> declare_prepare(Arguments& arguments) {
+  return std::make_unique<Prepare>(arguments);
+}
 
 }  // namespace palpate::tools

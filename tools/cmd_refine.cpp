@@ -29,6 +29,8 @@ class Refine final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_refine(Arguments& arguments) { return std::make_unique<Refine>(arguments); }
+std::unique_ptr<Command> declare_refine(Arguments& arguments) {
+  return std::make_unique<Refine>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -48,8 +48,8 @@ class Run final : public Command {
   fs::path file(const char* name) const { return fs::path(folder_) / name; }
 
   // Whether a stage must be done; says so either way.
-  bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& carried,
-                const std::string& inputs) {
+  bool is_stale(const char* stage, const fs::path& output,
+                const std::optional<std::string>& carried, const std::string& inputs) {
     const bool is_fresh = !force_ && carried == inputs;
     if (is_fresh) {
       say("{:<9}{} is up to date", stage, output.string());
@@ -77,7 +77,9 @@ class Run final : public Command {
     const fs::path output = file("samples.h5");
     const std::string inputs = samples_inputs(scene_, file("body.h5"));
     if (!is_stale("simulate", output, inputs_of_hdf5(output), inputs)) return;
-    const Samples samples = simulate_body(scene_, read_body(file("body.h5")), {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
+    const Samples samples =
+        simulate_body(scene_, read_body(file("body.h5")),
+                      {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
     write_samples(output, samples, {{kInputsAttribute, inputs}});
     remove_partial(output);
     bad_experiments_ = list_bad_experiments(samples);
@@ -87,7 +89,8 @@ class Run final : public Command {
     const fs::path output = file("curves.h5");
     const std::string inputs = curves_inputs(scene_, file("samples.h5"));
     if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
-    const FittedCurves curves = fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.friction, jobs_);
+    const FittedCurves curves =
+        fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.spec.friction, jobs_);
     write_curves(output, curves, {{kInputsAttribute, inputs}});
   }
 
@@ -102,18 +105,26 @@ class Run final : public Command {
   void export_asset() {
     const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
     const std::string inputs = asset_inputs(scene_, file("model.h5"));
-    const auto carried = fs::exists(picture) && fs::is_directory(file("engine")) ? inputs_of_asset(output) : std::nullopt;
+    const auto carried = fs::exists(picture) && fs::is_directory(file("engine"))
+                             ? inputs_of_asset(output)
+                             : std::nullopt;
     if (!is_stale("export", output, carried, inputs)) return;
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
-    export_model(model, output, "palp", {.guard = scene_.export_.guard, .inputs = inputs, .engine = file("engine")});
+    export_model(model, output, "palp",
+                 {.guard = scene_.export_.guard, .inputs = inputs, .engine = file("engine")});
   }
 
   void validate() {
     const fs::path output = file("statement.json");
     const std::string inputs = statement_inputs(scene_, file("asset.palp"), file("body.h5"));
     if (!is_stale("validate", output, inputs_of_json(output), inputs)) return;
-    const Statement statement = validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")), {.points = scene_.validate.points, .seed = scene_.validate.seed, .jobs = jobs_, .rows_csv = file("validation.csv")});
+    const Statement statement =
+        validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")),
+                       {.points = scene_.validate.points,
+                        .seed = scene_.validate.seed,
+                        .jobs = jobs_,
+                        .rows_csv = file("validation.csv")});
     write_file_atomically(output, to_json(statement, inputs));
   }
 
@@ -122,7 +133,8 @@ class Run final : public Command {
     const fs::path output = file("statement.json");
     const Statement statement = parse_statement(read_whole_file(output), output.string());
     fmt::print("{}\n", in_words(statement));
-    if (!bad_experiments_) bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
+    if (!bad_experiments_)
+      bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
     const std::size_t failed = *bad_experiments_ + list_bad_points(read_curves(file("curves.h5")));
     return failed || statement.reference_failures ? kSomeFailed : kDone;
   }
@@ -137,6 +149,8 @@ class Run final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_run(Arguments& arguments) { return std::make_unique<Run>(arguments); }
+std::unique_ptr<Command> declare_run(Arguments& arguments) {
+  return std::make_unique<Run>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -1,8 +1,8 @@
 #include "libfem/solve/simulate.hpp"
 #include "libfit/io/body_file.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/tables.hpp"
 #include "libfit/io/samples_file.hpp"
+#include "libfit/io/tables.hpp"
 #include "tools/check_scene.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -18,8 +18,10 @@ class Simulate final : public Command {
   explicit Simulate(Arguments& arguments) {
     arguments.positional("input", input_, "scene.toml, or the body.h5 made from it");
     arguments.option("-o,--output", output_, "samples.h5 to write", true);
-    arguments.option("--points", points_, "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
-    arguments.option("--paths", paths_, "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
+    arguments.option("--points", points_,
+                     "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
+    arguments.option("--paths", paths_,
+                     "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
     arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
     arguments.flag("--resume", resume_, "Go on from what an interrupted run kept");
   }
@@ -44,7 +46,8 @@ class Simulate final : public Command {
       scene_ = read_scene(input_);
       body_ = prepare_body(scene_, false);
     }
-    if (!points_.empty()) body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
+    if (!points_.empty())
+      body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
   }
 
   Samples press_and_drag() {
@@ -53,13 +56,16 @@ class Simulate final : public Command {
     hash.add(canonical_body(scene_)).add(canonical_experiments(scene_));
     hash.add({reinterpret_cast<const char*>(body_.test_points.position.data()),
               static_cast<std::size_t>(body_.test_points.position.size()) * sizeof(double)});
-    return simulate_body(scene_, body_, {.jobs = jobs_, .output = output_, .inputs = hash.hex(), .resume = resume_});
+    return simulate_body(
+        scene_, body_, {.jobs = jobs_, .output = output_, .inputs = hash.hex(), .resume = resume_});
   }
 
   Samples follow_paths() {
     const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
     ConsoleProgress progress("simulate");
-    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.paths, {.jobs = job_count(jobs_), .already_done = {}}, {}, progress.progress());
+    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.paths,
+                               {.jobs = job_count(jobs_), .already_done = {}}, {},
+                               progress.progress());
   }
 
   std::string input_, output_, points_, paths_;
@@ -71,6 +77,8 @@ class Simulate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_simulate(Arguments& arguments) { return std::make_unique<Simulate>(arguments); }
+std::unique_ptr<Command> declare_simulate(Arguments& arguments) {
+  return std::make_unique<Simulate>(arguments);
+}
 
 }  // namespace palpate::tools

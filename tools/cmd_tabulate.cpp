@@ -17,23 +17,27 @@ namespace {
 
 // Rows of one curve at `steps` equal abscissas up to the last knot.
 template <class Control>
-void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kind, const runtime::SplineView& spline,
-                  const Control* control, int steps) {
+void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kind,
+                  const runtime::SplineView& spline, const Control* control, int steps) {
   for (int step = 0; step <= steps; ++step) {
     const double at = spline.knots[spline.pieces] * step / steps;
-    rows.push_back({point, kind, at, runtime::curve_value(spline, control, at), runtime::curve_slope(spline, control, at)});
+    rows.push_back({point, kind, at, runtime::curve_value(spline, control, at),
+                    runtime::curve_slope(spline, control, at)});
   }
 }
 
-std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<char>* is_covered, int steps) {
+std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<char>* is_covered,
+                                   int steps) {
   std::vector<CurveRow> rows;
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const SplineTables tables = tabulate(curves.basis[k]);
-    const runtime::SplineView spline{tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(), tables.integrals.data()};
+    const runtime::SplineView spline{tables.degree, tables.pieces, tables.knots.data(),
+                                     tables.weights.data(), tables.integrals.data()};
     for (Eigen::Index point = 0; point < curves.points(); ++point) {
       if (is_covered && !(*is_covered)[static_cast<std::size_t>(point)]) continue;
-      append_curve(rows, point, static_cast<CurveKind>(kind), spline, curves.control[k].row(point).data(), steps);
+      append_curve(rows, point, static_cast<CurveKind>(kind), spline,
+                   curves.control[k].row(point).data(), steps);
     }
   }
   return rows;
@@ -44,8 +48,10 @@ std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps)
   for (int kind = 0; kind < kCurveKinds; ++kind)
     for (int vertex = 0; vertex < asset.vertices; ++vertex) {
       if (!asset.covered[vertex]) continue;
-      const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex + asset.control_offset[kind];
-      append_curve(rows, vertex, static_cast<CurveKind>(kind), asset.curves.view[kind], control, steps);
+      const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
+                             asset.control_offset[kind];
+      append_curve(rows, vertex, static_cast<CurveKind>(kind), asset.curves.view[kind], control,
+                   steps);
     }
   return rows;
 }
@@ -54,7 +60,8 @@ class Tabulate final : public Command {
  public:
   explicit Tabulate(Arguments& arguments) {
     arguments.positional("file", file_, "curves.h5, model.h5 or asset.palp");
-    arguments.option("-o,--output", output_, "T.csv to write: point,curve,at_m,value_N,slope_N_m", true);
+    arguments.option("-o,--output", output_, "T.csv to write: point,curve,at_m,value_N,slope_N_m",
+                     true);
     arguments.option("--steps", steps_, "Intervals per curve, up to its last knot");
   }
 
@@ -74,12 +81,14 @@ class Tabulate final : public Command {
       return tabulate_asset(asset.asset(), steps_);
     }
     const std::string schema = schema_of(file_);
-    if (schema == kCurvesSchema.name) return tabulate_set(read_curves(file_).curves, nullptr, steps_);
+    if (schema == kCurvesSchema.name)
+      return tabulate_set(read_curves(file_).curves, nullptr, steps_);
     if (schema == kModelSchema.name) {
       const Model model = read_model(file_);
       return tabulate_set(model.curves, &model.is_covered, steps_);
     }
-    throw Error(file_, "holds no curves (" + schema + ")", "Give curves.h5, model.h5 or asset.palp.");
+    throw Error(file_, "holds no curves (" + schema + ")",
+                "Give curves.h5, model.h5 or asset.palp.");
   }
 
   std::string file_, output_;
@@ -88,6 +97,8 @@ class Tabulate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_tabulate(Arguments& arguments) { return std::make_unique<Tabulate>(arguments); }
+std::unique_ptr<Command> declare_tabulate(Arguments& arguments) {
+  return std::make_unique<Tabulate>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -26,7 +26,8 @@ class Validate final : public Command {
 
   int run() override {
     if (request_.points < 1)
-      throw Error("--points", "there must be at least one contact point", "Give a positive number.");
+      throw Error("--points", "there must be at least one contact point",
+                  "Give a positive number.");
     const Scene scene = read_scene(scene_);
     check_choices(scene);
     const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
@@ -45,6 +46,8 @@ class Validate final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_validate(Arguments& arguments) { return std::make_unique<Validate>(arguments); }
+std::unique_ptr<Command> declare_validate(Arguments& arguments) {
+  return std::make_unique<Validate>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -22,7 +22,8 @@ enum ExitStatus : int {
 class Arguments {
  public:
   virtual ~Arguments() = default;
-  virtual void positional(const std::string& name, std::string& target, const std::string& help) = 0;
+  virtual void positional(const std::string& name, std::string& target,
+                          const std::string& help) = 0;
   virtual void option(const std::string& flags, std::string& target, const std::string& help,
                       bool is_required = false) = 0;
   virtual void option(const std::string& flags, int& target, const std::string& help) = 0;

@@ -61,7 +61,9 @@ struct ConsoleProgress::State {
   bool has_bar = false;
 };
 
-ConsoleProgress::ConsoleProgress(std::string what) : state_(std::make_unique<State>()) { state_->what = std::move(what); }
+ConsoleProgress::ConsoleProgress(std::string what) : state_(std::make_unique<State>()) {
+  state_->what = std::move(what);
+}
 
 ConsoleProgress::~ConsoleProgress() {
   if (state_->has_bar) fmt::print(stderr, "\n");
@@ -84,17 +86,22 @@ void ConsoleProgress::show(std::size_t done, std::size_t total, const std::strin
     state_->is_first = false;
   }
   const bool is_last = done == total;
-  if (!is_last && now - state_->shown_s < (state_->is_terminal ? kTerminalInterval_s : kPlainInterval_s))
+  if (!is_last &&
+      now - state_->shown_s < (state_->is_terminal ? kTerminalInterval_s : kPlainInterval_s))
     return;
   state_->shown_s = now;
   const double elapsed = now - state_->started_s;
   const auto fresh = static_cast<double>(done - std::min(done, state_->done_at_start));
   const double left = fresh > 0 ? elapsed / fresh * static_cast<double>(total - done) : 0;
-  const std::string time = is_last ? in_words(elapsed) : fresh > 0 ? "about " + in_words(left) + " left" : "";
+  const std::string time = is_last     ? in_words(elapsed)
+                           : fresh > 0 ? "about " + in_words(left) + " left"
+                                       : "";
   if (state_->is_terminal) {
     const int filled = total ? static_cast<int>(kBarWidth * done / total) : 0;
-    fmt::print(stderr, "\r\033[K{} [{}{}] {}/{} {} {}", state_->what, std::string(static_cast<std::size_t>(filled), '#'),
-               std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time, latest);
+    fmt::print(stderr, "\r\033[K{} [{}{}] {}/{} {} {}", state_->what,
+               std::string(static_cast<std::size_t>(filled), '#'),
+               std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), done, total, time,
+               latest);
     state_->has_bar = true;
   } else {
     fmt::print(stderr, "{} {}/{} {} {}\n", state_->what, done, total, time, latest);

@@ -37,7 +37,10 @@ std::string body_inputs(const Scene& scene) {
 }
 
 std::string samples_inputs(const Scene& scene, const std::filesystem::path& body) {
-  return ContentHash().add(kSamplesRevision).add(canonical_experiments(scene)).add_file(body).hex();
+  ContentHash hash;
+  hash.add(kSamplesRevision).add(canonical_experiments(scene)).add_file(body);
+  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+  return hash.hex();
 }
 
 std::string curves_inputs(const Scene& scene, const std::filesystem::path& samples) {
@@ -54,13 +57,11 @@ std::string asset_inputs(const Scene& scene, const std::filesystem::path& model)
 
 std::string statement_inputs(const Scene& scene, const std::filesystem::path& asset,
                              const std::filesystem::path& body) {
-  return ContentHash()
-      .add(kStatementRevision)
-      .add(canonical_validate(scene))
-      .add(canonical_experiments(scene))
-      .add_file(asset)
-      .add_file(body)
-      .hex();
+  ContentHash hash;
+  hash.add(kStatementRevision).add(canonical_validate(scene)).add(canonical_experiments(scene));
+  hash.add_file(asset).add_file(body);
+  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+  return hash.hex();
 }
 
 std::optional<std::string> inputs_of_hdf5(const std::filesystem::path& path) {

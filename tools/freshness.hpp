@@ -9,8 +9,9 @@
 namespace palpate::tools {
 
 /// Hashes of what each stage of `run` reads: program version, the scene's keys that matter to the
-/// stage, and the bytes of the files before it. A stage is redone exactly when its hash differs from
-/// the one its output carries, so a damaged or edited file is noticed, and its existence proves nothing.
+/// stage, and the bytes of the files before it. A stage is redone exactly when its hash differs
+/// from the one its output carries, so a damaged or edited file is noticed, and its existence
+/// proves nothing.
 std::string body_inputs(const Scene& scene);
 std::string samples_inputs(const Scene& scene, const std::filesystem::path& body);
 std::string curves_inputs(const Scene& scene, const std::filesystem::path& samples);

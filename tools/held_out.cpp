@@ -47,7 +47,8 @@ CoveredArea covered_area(const runtime::AssetView& asset) {
     area.sum_m2.push_back(sum);
   }
   if (area.triangle.empty() || !(sum > 0))
-    throw Error("asset", "no triangle is covered by curves", "Fit and refine more test points before validating.");
+    throw Error("asset", "no triangle is covered by curves",
+                "Fit and refine more test points before validating.");
   return area;
 }
 
@@ -74,7 +75,8 @@ Points draw_path(int kind, const Vec3& normal, const HeldOutRange& range, Unifor
 
 }  // namespace
 
-HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range, int points, std::uint64_t seed) {
+HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range, int points,
+                      std::uint64_t seed) {
   const CoveredArea area = covered_area(asset);
   Uniform uniform(seed);
   HeldOut out;

@@ -11,7 +11,7 @@ namespace palpate::tools {
 
 /// Experiments that no fit saw, for validation.
 struct HeldOut {
-  TestPoints points;                ///< contact points on the asset's facets, engine's inward normals
+  TestPoints points;  ///< contact points on the asset's facets, engine's inward normals
   std::vector<fem::ProbePath> paths;  ///< one per point
 };
 
@@ -24,6 +24,7 @@ struct HeldOutRange {
 /// path: straight press, oblique press (20 to 45 degrees off the normal) or press and drag in turn,
 /// in a random tangential direction. Seeded: the same asset and seed give the same experiments.
 /// Throws Error when no triangle is covered.
-HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range, int points, std::uint64_t seed);
+HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range, int points,
+                      std::uint64_t seed);
 
 }  // namespace palpate::tools

@@ -20,6 +20,7 @@ struct PlacedPaths {
   TestPoints points;
   std::vector<fem::ProbePath> paths;  ///< one per point
 };
-PlacedPaths place_paths(const std::vector<ToolPath>& paths, const Surface& surface, const std::string& where);
+PlacedPaths place_paths(const std::vector<ToolPath>& paths, const Surface& surface,
+                        const std::string& where);
 
 }  // namespace palpate::tools

@@ -8,7 +8,9 @@
 #include <limits>
 #include <sstream>
 
+#include "libfem/solve/elements.hpp"
 #include "libfit/core/curves.hpp"
+#include "tools/scene_material.hpp"
 #include "tools/scene_table.hpp"
 
 namespace palpate::tools {
@@ -16,7 +18,6 @@ namespace {
 
 constexpr double kAnyLength = 1e6;                       // m; beyond it the unit is wrong
 constexpr double kSmallestLength = 1e-9;                 // m
-constexpr double kHighestYoung = 1e13;                   // Pa; ten diamonds
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
@@ -74,20 +75,9 @@ Region read_region(SceneTable table) {
   return *region;
 }
 
-MaterialSection read_material(SceneTable table) {
-  MaterialSection material;
-  material.law = table.text("law", material.law);  // checked against the table of laws by its users
-  material.young_Pa = table.required_quantity("young", Dimension::pressure, 1e-6, kHighestYoung);
-  material.poisson = table.number("poisson", material.poisson, -1, 0.5);
-  if (material.poisson >= 0.5 || material.poisson <= -1)
-    throw Error(table.where("poisson"), fmt::format("poisson of {} is {}", table.name(), material.poisson),
-                "It must lie above -1 and below 0.5; nearly incompressible tissue is 0.45 to 0.4999.");
-  table.finish();
-  return material;
-}
-
 BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
-  static const std::vector<std::string_view> kElements{"auto", "tet10"};
+  std::vector<std::string_view> elements;
+  for (const fem::ElementRow& row : fem::kElements) elements.push_back(row.name);
   BodySection body;
   if (table.has("surface")) body.surface = beside(scene, table.text("surface", ""));
   if (table.has("tetmesh")) body.tetmesh = beside(scene, table.text("tetmesh", ""));
@@ -95,17 +85,8 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
     throw Error(table.where_table(),
                 body.surface ? "[body] has both surface and tetmesh" : "[body] has neither surface nor tetmesh",
                 "Give exactly one: surface = \"liver.obj\" or tetmesh = \"liver.msh\".");
-  if (!table.has("length_unit"))
-    throw Error(table.where_table(), "[body] has no length_unit",
-                "Mesh files carry no unit. Add length_unit = \"mm\" (or " + known_units(Dimension::length) + ").");
-  const std::string unit = table.text("length_unit", "");
-  const auto factor = unit_factor(unit, Dimension::length);
-  const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
-  if (!scaled || !(*scaled > 0))
-    throw Error(table.where("length_unit"), "length_unit of [body] is \"" + unit + "\", which is no length unit",
-                "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\" for one mesh unit.");
-  body.length_unit_m = *scaled;
-  body.element = table.choice("element", body.element, kElements);
+  body.length_unit_m = table.length_unit();
+  body.element = table.choice("element", body.element, elements);
   for (SceneTable& region : table.tables("fixed", "fixed of [body]"))
     body.fixed.push_back(read_region(std::move(region)));
   if (table.has("mesh_size"))
@@ -130,15 +111,6 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root) {
     inclusions.push_back(inclusion);
   }
   return inclusions;
-}
-
-ProbeSection read_probe(SceneTable table) {
-  ProbeSection probe;
-  probe.shape = table.text("shape", probe.shape);  // checked against the table of probes by its users
-  probe.radius_m = table.quantity("radius", Dimension::length, probe.radius_m, kSmallestLength, kAnyLength);
-  probe.friction = table.number("friction", probe.friction, 0, 100);
-  table.finish();
-  return probe;
 }
 
 void read_test_points(SceneTable& table, const std::filesystem::path& scene, ExperimentsSection& out) {
@@ -209,10 +181,6 @@ ValidateSection read_validate(SceneTable table) {
   return out;
 }
 
-std::string canonical(const MaterialSection& m) {
-  return fmt::format("{} {} {}\n", m.law, m.young_Pa, m.poisson);
-}
-
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
@@ -232,7 +200,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
   scene.body = read_body(root.table("body", "[body]"), path);
   if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
   scene.inclusions = read_inclusions(root);
-  scene.probe = read_probe(root.table("probe", "[probe]"));
+  SceneTable probe = root.table("probe", "[probe]");
+  scene.probe = read_probe(probe, path.parent_path());
   scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
   scene.fit = read_fit(root.table("fit", "[fit]"));
   scene.export_ = read_export(root.table("export", "[export]"));
@@ -250,25 +219,23 @@ Scene read_scene(const std::filesystem::path& path) {
 }
 
 std::string canonical_body(const Scene& scene) {
-  std::string out = fmt::format("unit {} mesh_size {} wrap {} element {}\n", scene.body.length_unit_m,
-                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone),
-                                scene.body.element);
+  std::string out = fmt::format("unit {} mesh_size {} wrap {}\n", scene.body.length_unit_m,
+                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone));
   for (const Region& region : scene.body.fixed) out += "fixed " + canonical(region) + "\n";
   const auto& e = scene.experiments;
   out += fmt::format("test_points {} {}\n", e.test_points.value_or(-1),
                      e.points_file ? e.points_file->string() : "-");
   if (e.region) out += "region " + canonical(*e.region) + "\n";
-  return out + fmt::format("probe {}\n", scene.probe.radius_m);
+  return out + fmt::format("probe {}\n", recorded_radius_m(scene.probe));
 }
 
 std::string canonical_experiments(const Scene& scene) {
-  std::string out;
+  std::string out = "element " + scene.body.element + "\n";
   if (scene.material) out += "material " + canonical(*scene.material);
   for (const auto& inclusion : scene.inclusions)
     out += "inclusion " + canonical(inclusion.region) + " " + canonical(inclusion.material);
   const auto& e = scene.experiments;
-  return out + fmt::format("probe {} {} {}\npress {} {}\ndrag {} {} {} {}\n", scene.probe.shape,
-                           scene.probe.radius_m, scene.probe.friction, e.depth_m, e.press_steps,
+  return out + fmt::format("probe {}\npress {} {}\ndrag {} {} {} {}\n", canonical(scene.probe), e.depth_m, e.press_steps,
                            fmt::join(e.drag_depths_m, " "), e.drag_distance_m, e.drag_directions, e.drag_steps);
 }
 

@@ -5,20 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "libfem/materials/materials.hpp"
 #include "tools/region.hpp"
+#include "tools/scene_probe.hpp"
 
 namespace palpate::tools {
 
-/// A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
-struct MaterialSection {
-  std::string law = "neo-hookean";
-  double young_Pa = 0;
-  double poisson = 0.45;
-};
+// A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
 struct InclusionSection {
   Region region;
-  MaterialSection material;
+  fem::MaterialParameters material;
 };
 
 struct BodySection {
@@ -29,12 +26,6 @@ struct BodySection {
   std::vector<Region> fixed;
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
-};
-
-struct ProbeSection {
-  std::string shape = "sphere";
-  double radius_m = 0.005;
-  double friction = 0.3;
 };
 
 struct ExperimentsSection {
@@ -71,7 +62,7 @@ struct Scene {
   std::filesystem::path path;  ///< of the file
   std::string text;            ///< the file, verbatim
   BodySection body;
-  std::optional<MaterialSection> material;  ///< absent only for surfaces of measured data
+  std::optional<fem::MaterialParameters> material;  ///< complete values; absent only for surfaces of measured data
   std::vector<InclusionSection> inclusions;
   ProbeSection probe;
   ExperimentsSection experiments;

@@ -106,6 +106,7 @@ double SceneTable::quantity_of(const toml::node& value, std::string_view key, Di
                                double low, double high) const {
   const std::string example = dimension == Dimension::pressure ? "5 kPa"
                               : dimension == Dimension::length ? "12 mm"
+                              : dimension == Dimension::angle  ? "30 deg"
                                                                : "1 " + known_units(dimension).substr(0, 1);
   double si = 0;
   if (value.is_string()) {
@@ -156,6 +157,24 @@ std::vector<double> SceneTable::quantities(std::string_view key, Dimension dimen
   return out;
 }
 
+std::vector<double> SceneTable::numbers(std::string_view key, std::size_t count, double low,
+                                        double high) {
+  std::vector<double> out;
+  const toml::node* value = node(key);
+  if (!value) return out;
+  const toml::array* list = value->as_array();
+  const std::string remedy = fmt::format("Write a list of {} plain numbers from {} to {}.", count, low, high);
+  if (!list || list->size() != count)
+    fail(*value, key, fmt::format("is not a list of {} numbers", count), remedy);
+  for (const toml::node& item : *list) {
+    const auto number = item.value<double>();
+    if (!item.is_number() || !number) fail(item, key, "holds " + kind_of(item) + ", not a number", remedy);
+    if (!(*number >= low && *number <= high)) fail(item, key, fmt::format("holds {}", *number), remedy);
+    out.push_back(*number);
+  }
+  return out;
+}
+
 Vec3 SceneTable::point_of(const toml::node& value, std::string_view key) const {
   const toml::array* list = value.as_array();
   if (!list || list->size() != 3)
@@ -172,6 +191,33 @@ Vec3 SceneTable::point(std::string_view key) {
     throw Error(where_table(), fmt::format("{} has no {}", name_, key),
                 fmt::format("Add {} = [x, y, z].", key));
   return point_of(*value, key);
+}
+
+Vec3 SceneTable::direction(std::string_view key) {
+  const toml::node* value = node(key);
+  const toml::array* list = value ? value->as_array() : nullptr;
+  Vec3 direction;
+  for (int k = 0; k < 3; ++k) {
+    const toml::node* item = list && list->size() == 3 ? list->get(static_cast<std::size_t>(k)) : nullptr;
+    if (!item || !item->is_number())
+      throw Error(where(key), fmt::format("{} of {} is not a list of three numbers", key, name_),
+                  fmt::format("Write {} = [1, 0, 0].", key));
+    direction[k] = *item->value<double>();
+  }
+  return direction;
+}
+
+double SceneTable::length_unit() {
+  if (!has("length_unit"))
+    throw Error(where_table(), name_ + " has no length_unit",
+                "Mesh files carry no unit. Add length_unit = \"mm\" (or " + known_units(Dimension::length) + ").");
+  const std::string unit = text("length_unit", "");
+  const auto factor = unit_factor(unit, Dimension::length);
+  const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
+  if (!scaled || !(*scaled > 0))
+    throw Error(where("length_unit"), "length_unit of " + name_ + " is \"" + unit + "\", which is no length unit",
+                "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\" for one mesh unit.");
+  return *scaled;
 }
 
 std::pair<Vec3, Vec3> SceneTable::corners(std::string_view key) {

@@ -33,7 +33,13 @@ class SceneTable {
   double quantity(std::string_view key, Dimension dimension, double fallback, double low, double high);
   double required_quantity(std::string_view key, Dimension dimension, double low, double high);
   std::vector<double> quantities(std::string_view key, Dimension dimension, double low, double high);
+  /// A list of `count` plain numbers in [low, high], without units.
+  std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high);
   Vec3 point(std::string_view key);
+  /// Three plain numbers.
+  Vec3 direction(std::string_view key);
+  /// The key length_unit: metres in one unit of a mesh file, which carries none. Required.
+  double length_unit();
   /// Pair of corners [[x,y,z],[x,y,z]].
   std::pair<Vec3, Vec3> corners(std::string_view key);
   SceneTable table(std::string_view key, std::string name);
@@ -42,6 +48,8 @@ class SceneTable {
   /// The node itself, for keys of several types; nullptr when absent.
   const toml::node* node(std::string_view key);
 
+  /// Whether the key is there; unlike has(), this does not make it a known one.
+  bool holds(std::string_view key) const { return table_->get(key) != nullptr; }
   void finish() const;
   std::string where(std::string_view key) const;
   std::string where_table() const;

@@ -8,8 +8,8 @@
 
 namespace palpate::tools {
 
-void export_model(const Model& model, const std::filesystem::path& output, const std::string& format,
-                  const ExportRequest& request) {
+void export_model(const Model& model, const std::filesystem::path& output,
+                  const std::string& format, const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.inputs.empty()) meta[kInputsAttribute] = request.inputs;
   ExportOptions options;
@@ -18,7 +18,8 @@ void export_model(const Model& model, const std::filesystem::path& output, const
   options.engine_dir = request.engine;
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
-  say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices, report.triangles);
+  say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
+      report.triangles);
 }
 
 }  // namespace palpate::tools

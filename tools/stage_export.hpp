@@ -14,7 +14,7 @@ struct ExportRequest {
 };
 
 /// Writes the model in one of the export formats; says name and size.
-void export_model(const Model& model, const std::filesystem::path& output, const std::string& format,
-                  const ExportRequest& request);
+void export_model(const Model& model, const std::filesystem::path& output,
+                  const std::string& format, const ExportRequest& request);
 
 }  // namespace palpate::tools

@@ -7,8 +7,10 @@
 namespace palpate::tools {
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr.
+/// warm_start: curves of an earlier fit, see FitOptions.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction, int jobs);
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
+                         int jobs, const FittedCurves* warm_start = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.

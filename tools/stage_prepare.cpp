@@ -19,9 +19,9 @@
 namespace palpate::tools {
 namespace {
 
-// Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around the
-// probe and bends its boundary back onto the fine surface, which is why chords may lose this much
-// volume; what is far only has to give way.
+// Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
+// the probe and bends its boundary back onto the fine surface, which is why chords may lose this
+// much volume; what is far only has to give way.
 constexpr double kMeshSizeRatio = 0.28;
 constexpr double kChordVolumeLoss = 0.08;
 
@@ -66,8 +66,10 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
   if (scene.body.tetmesh) {
     TetReadNotes notes;
     body.volume = read_tet_mesh(*scene.body.tetmesh, scene.body.length_unit_m, &notes);
-    if (notes.flipped_tets) body.mended.push_back(fmt::format("turned {} tets inside out", notes.flipped_tets));
-    if (notes.dropped_nodes) body.mended.push_back(fmt::format("dropped {} unused nodes", notes.dropped_nodes));
+    if (notes.flipped_tets)
+      body.mended.push_back(fmt::format("turned {} tets inside out", notes.flipped_tets));
+    if (notes.dropped_nodes)
+      body.mended.push_back(fmt::format("dropped {} unused nodes", notes.dropped_nodes));
     for (const std::string& change : body.mended) say("  mended: {}", change);
     body.surface = boundary_surface(body.volume);
   } else {
@@ -79,16 +81,19 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
 void fill(const Scene& scene, Body& body) {
   const double volume = volume_m3(body.surface);
   const double edge = scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume));
-  const SimulationSurface coarse = simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
+  const SimulationSurface coarse =
+      simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
   if (!coarse.refused.empty()) say("  simulation surface: {}", coarse.refused);
   FillOptions options;
   options.target_edge_m = edge;
   FillReport report;
   body.volume = fill_volume(coarse.surface, options, &report);
   for (const std::string& note : report.notes) say("  {}", note);
-  say("  volume: {} tets, {} nodes, edge about {:.1f} mm, smallest dihedral angle {:.0f} degrees ({}); surface within {:.2f} mm, volume {:+.2f} %",
-      body.volume.tets.rows(), body.volume.nodes.rows(), to_millimetres(edge), report.min_dihedral_deg,
-      kMeshers[static_cast<std::size_t>(report.mesher)].name, to_millimetres(coarse.deviation_m),
+  say("  volume: {} tets, {} nodes, edge about {:.1f} mm, smallest dihedral angle {:.0f} degrees "
+      "({}); surface within {:.2f} mm, volume {:+.2f} %",
+      body.volume.tets.rows(), body.volume.nodes.rows(), to_millimetres(edge),
+      report.min_dihedral_deg, kMeshers[static_cast<std::size_t>(report.mesher)].name,
+      to_millimetres(coarse.deviation_m),
       100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
 }
 
@@ -103,13 +108,19 @@ void hold(const Scene& scene, Body& body) {
     body.is_held[static_cast<std::size_t>(n)] = any_contains(scene.body.fixed, nodes.row(n));
   const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
   const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
-  const std::string extent = fmt::format("The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.",
-                                         1e3 * low[0], 1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
+  const std::string extent = fmt::format(
+      "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
+      1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
   if (held < 3)
-    throw Error(body_place(scene), fmt::format("fixed holds {} of {} nodes, so the body could move as a rigid one", held, nodes.rows()),
-                "Make the fixed regions larger, or a smaller mesh_size so that nodes fall into them. " + extent);
+    throw Error(
+        body_place(scene),
+        fmt::format("fixed holds {} of {} nodes, so the body could move as a rigid one", held,
+                    nodes.rows()),
+        "Make the fixed regions larger, or a smaller mesh_size so that nodes fall into them. " +
+            extent);
   if (held == nodes.rows())
-    throw Error(body_place(scene), "fixed holds the whole body", "Make the fixed regions smaller. " + extent);
+    throw Error(body_place(scene), "fixed holds the whole body",
+                "Make the fixed regions smaller. " + extent);
   say("  held: {} of {} nodes", held, nodes.rows());
 }
 
@@ -120,29 +131,35 @@ void choose_points(const Scene& scene, Body& body) {
   for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
     const Vec3 vertex = vertices.row(v);
     body.is_reachable[static_cast<std::size_t>(v)] =
-        !any_contains(scene.body.fixed, vertex) && (!experiments.region || contains(*experiments.region, vertex));
+        !any_contains(scene.body.fixed, vertex) &&
+        (!experiments.region || contains(*experiments.region, vertex));
   }
   const auto reachable = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
   if (reachable < 3)
-    throw Error(scene.path.string() + ": [experiments] region", fmt::format("{} of {} surface vertices are reachable", reachable, vertices.rows()),
+    throw Error(scene.path.string() + ": [experiments] region",
+                fmt::format("{} of {} surface vertices are reachable", reachable, vertices.rows()),
                 "Move the region onto the surface, and not into what is fixed.");
   if (experiments.points_file) {
     body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
                                     experiments.points_file->string());
   } else {
-    body.test_points = choose_test_points(body.surface, body.is_reachable,
-                                          experiments.test_points.value_or(static_cast<int>(reachable)));
+    body.test_points =
+        choose_test_points(body.surface, body.is_reachable,
+                           experiments.test_points.value_or(static_cast<int>(reachable)));
   }
-  say("  test points: {} on {} reachable vertices of {}", body.test_points.position.rows(), reachable, vertices.rows());
+  say("  test points: {} on {} reachable vertices of {}", body.test_points.position.rows(),
+      reachable, vertices.rows());
 }
 
 }  // namespace
 
 std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   const double largest = extent_m.maxCoeff();
-  const auto [scale, unit, cubic, cubic_unit] = largest >= 10     ? std::tuple{1.0, "m", 1.0, "m3"}
-                                                : largest >= 1e-3 ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
-                                                                  : std::tuple{1e6, "um", 1e18, "um3"};
+  const auto [scale, unit, cubic, cubic_unit] =
+      largest >= 10 ? std::tuple{1.0, "m", 1.0, "m3"}
+      : largest >= 1e-3
+          ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
+          : std::tuple{1e6, "um", 1e18, "um3"};
   const Vec3 e = scale * extent_m;
   std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
   if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
@@ -154,7 +171,8 @@ Body prepare_body(const Scene& scene, bool surface_only) {
   body.scene = scene.text;
   read_meshes(scene, surface_only, body);
   const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
-  say("  surface: {}, {} vertices, {} triangles", size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
+  say("  surface: {}, {} vertices, {} triangles",
+      size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
       body.surface.vertices.rows(), body.surface.triangles.rows());
   if (!surface_only) {
     if (body.volume.tets.rows() == 0) fill(scene, body);

@@ -16,7 +16,7 @@ Model refine_body(const FittedCurves& curves, const Body& body) {
     say("  left out: {}: {}", curves.name[p], curves.message[p].empty() ? "too far from the surface" : curves.message[p]);
   }
   if (!report.uncovered.empty()) say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
-  if (!body.scene.empty()) model.probe_radius_m = parse_scene(body.scene, "body.h5: scene").probe.radius_m;
+  if (!body.scene.empty()) model.probe_radius_m = recorded_radius_m(parse_scene(body.scene, "body.h5: scene").probe);
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <set>
 
+#include "libfem/mesh/read/read.hpp"
 #include "libfem/solve/simulate.hpp"
 #include "libfit/io/describe.hpp"
 #include "libfit/io/samples_file.hpp"
@@ -52,8 +53,10 @@ class Keeper {
 
 }  // namespace
 
-fem::MaterialParameters material_parameters(const MaterialSection& section) {
-  return {section.law, {section.young_Pa, section.poisson}};
+fem::ProbeSpec probe_spec(const ProbeSection& section) {
+  fem::ProbeSpec spec = section.spec;
+  if (section.mesh) spec.mesh = read_surface(*section.mesh, section.mesh_unit_m);
+  return spec;
 }
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
@@ -61,10 +64,10 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   setup.volume = body.volume;
   setup.is_held = body.is_held;
   setup.surface = body.surface;
-  setup.materials.push_back(material_parameters(*scene.material));
+  setup.materials.push_back(*scene.material);
   std::vector<Region> regions;
   for (const InclusionSection& inclusion : scene.inclusions) {
-    setup.materials.push_back(material_parameters(inclusion.material));
+    setup.materials.push_back(inclusion.material);
     regions.push_back(inclusion.region);
   }
   // The last inclusion named wins where several overlap.
@@ -74,9 +77,8 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
         if (contains(regions[i], place)) return static_cast<int>(i) + 1;
       return 0;
     };
-  setup.probe_shape = scene.probe.shape;
-  setup.probe_radius_m = scene.probe.radius_m;
-  setup.friction = scene.probe.friction;
+  setup.probe = probe_spec(scene.probe);
+  setup.options.equilibrium.element = fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 

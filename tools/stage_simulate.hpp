@@ -14,7 +14,8 @@ namespace palpate::tools {
 /// The simulator of a scene's body, material, inclusions and probe.
 fem::Simulator make_simulator(const Scene& scene, const Body& body);
 
-fem::MaterialParameters material_parameters(const MaterialSection& section);
+/// The probe with its mesh read. Throws Error as read_surface does.
+fem::ProbeSpec probe_spec(const ProbeSection& section);
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);
 

@@ -31,8 +31,9 @@ struct CountField {
 };
 
 constexpr NumberField kErrorFields[] = {
-    {"median_N", &Statement::median_N},     {"p95_N", &Statement::p95_N},     {"max_N", &Statement::max_N},
-    {"median_rel", &Statement::median_rel}, {"p95_rel", &Statement::p95_rel}, {"max_rel", &Statement::max_rel},
+    {"median_N", &Statement::median_N},     {"p95_N", &Statement::p95_N},
+    {"max_N", &Statement::max_N},           {"median_rel", &Statement::median_rel},
+    {"p95_rel", &Statement::p95_rel},       {"max_rel", &Statement::max_rel},
     {"within_jnd", &Statement::within_jnd},
 };
 constexpr CountField kCountFields[] = {
@@ -49,7 +50,8 @@ constexpr NumberField kNumberFields[] = {
 
 nlohmann::ordered_json json_of(const Statement& statement) {
   nlohmann::ordered_json json;
-  for (const auto& [name, member] : kErrorFields) json["force_error"][std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kErrorFields)
+    json["force_error"][std::string(name)] = statement.*member;
   for (const auto& [name, member] : kCountFields) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
   return json;
@@ -68,7 +70,8 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
     if (error <= std::max(kForceFloor_N, kForceJnd * force)) ++within;
     if (force <= kForceFloor_N) continue;
     error_rel.push_back(error / force);
-    if (std::isfinite(row.reference_error_N)) reference_rel.push_back(row.reference_error_N / force);
+    if (std::isfinite(row.reference_error_N))
+      reference_rel.push_back(row.reference_error_N / force);
   }
   statement.rows_above_floor = error_rel.size();
   statement.median_N = quantile(error_N, 0.5);
@@ -78,7 +81,8 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
   statement.p95_rel = quantile(error_rel, 0.95);
   statement.max_rel = quantile(error_rel, 1);
   statement.reference_p95_rel = quantile(reference_rel, 0.95);
-  statement.within_jnd = rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
+  statement.within_jnd =
+      rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
   return statement;
 }
 
@@ -94,7 +98,8 @@ Statement parse_statement(const std::string& text, const std::string& where) {
   Statement s;
   try {
     const auto json = nlohmann::json::parse(text);
-    for (const auto& [name, member] : kErrorFields) s.*member = json.at("force_error").at(std::string(name));
+    for (const auto& [name, member] : kErrorFields)
+      s.*member = json.at("force_error").at(std::string(name));
     for (const auto& [name, member] : kCountFields) s.*member = json.at(std::string(name));
     for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
   } catch (const nlohmann::json::exception& e) {
@@ -105,12 +110,14 @@ Statement parse_statement(const std::string& text, const std::string& where) {
 
 std::string in_words(const Statement& s) {
   return fmt::format(
-      "force error at {} held-out contact points, {} rows: median {:.3f} N ({:.1f} %), p95 {:.3f} N ({:.1f} %), max {:.3f} N ({:.1f} %)\n"
+      "force error at {} held-out contact points, {} rows: median {:.3f} N ({:.1f} %), p95 {:.3f} "
+      "N ({:.1f} %), max {:.3f} N ({:.1f} %)\n"
       "within the force just noticeable to a person, max(0.04 N, 7 %): {:.0f} % of rows\n"
       "the reference's own estimated error: p95 {:.1f} %; rows it could not solve: {}\n"
       "{:.0f} ns per tick, {} bytes",
-      s.probes, s.rows, s.median_N, 100 * s.median_rel, s.p95_N, 100 * s.p95_rel, s.max_N, 100 * s.max_rel, 100 * s.within_jnd,
-      100 * s.reference_p95_rel, s.reference_failures, s.tick_ns, s.asset_bytes);
+      s.probes, s.rows, s.median_N, 100 * s.median_rel, s.p95_N, 100 * s.p95_rel, s.max_N,
+      100 * s.max_rel, 100 * s.within_jnd, 100 * s.reference_p95_rel, s.reference_failures,
+      s.tick_ns, s.asset_bytes);
 }
 
 }  // namespace palpate::tools

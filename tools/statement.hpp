@@ -8,12 +8,14 @@
 
 namespace palpate::tools {
 
-/// Forces below this are left out of the statement: a person does not feel them (docs/method.md, 8).
+/// Forces below this are left out of the statement: a person does not feel them (docs/method.md,
+/// 8).
 inline constexpr double kForceFloor_N = 0.04;
 /// Just noticeable difference of force, relative; with kForceFloor_N as its floor.
 inline constexpr double kForceJnd = 0.07;
 
-/// One row of a comparison: what the reference says and what the engine answers [N], both on the body.
+/// One row of a comparison: what the reference says and what the engine answers [N], both on the
+/// body.
 struct ComparedRow {
   Vec3 reference_N = Vec3::Zero();
   Vec3 engine_N = Vec3::Zero();
@@ -28,7 +30,7 @@ struct Statement {
   double reference_p95_rel = 0;                     ///< the reference's own estimated error
   std::size_t probes = 0;                           ///< contact points
   std::size_t rows = 0, rows_above_floor = 0;
-  std::size_t reference_failures = 0;               ///< rows whose reference did not work out
+  std::size_t reference_failures = 0;  ///< rows whose reference did not work out
   double tick_ns = 0;
   std::size_t asset_bytes = 0;
 };

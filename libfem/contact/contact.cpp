@@ -30,15 +30,15 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
     : nodes_(nodes),
       faces_(faces),
       probe_(probe),
-      rounding_m_(settings.rounding * probe.radius_m),
+      rounding_m_(settings.rounding * probe.length_m),
       tangential_(settings.tangential),
-      curvature_limit_m_(settings.curvature * probe.radius_m / settings.stiffness) {
+      curvature_limit_m_(settings.curvature * probe.length_m / settings.stiffness) {
   const Points rest = Points::Zero(nodes.rows(), 3);
   for (int face = 0; face < faces.rows(); ++face) {
     bool is_open = false;
     for (int a = 0; a < kFaceNodes; ++a) is_open |= !is_held[faces(face, a)];
     is_open_.push_back(is_open);
-    stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.radius_m);
+    stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.length_m);
     for (const FacePoint& point : kFaceRule)
       area_weight_.push_back(point.weight * face_normal(nodes, rest, faces, face, point).norm());
   }
@@ -57,7 +57,7 @@ Vec3 Contact::place(const Points& u, int face, int q) const {
 }
 
 SignedDistance Contact::distance(const Vec3& place, const ProbePose& pose) const {
-  return probe_.shape->signed_distance(probe_.radius_m, pose.axis, place - pose.tip);
+  return probe_.distance(pose.axis, place - pose.tip);
 }
 
 bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const {
@@ -71,10 +71,7 @@ bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const 
   }
   double squared_spread = 0;
   for (const Vec3& corner : x) squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
-  const ShapeRow& shape = *probe_.shape;
-  const Vec3 centre = pose.tip + shape.centre_along_axis * probe_.radius_m * pose.axis;
-  const double reach = shape.bounding_radius * probe_.radius_m + 2 * std::sqrt(squared_spread);
-  return (mean - centre).squaredNorm() < reach * reach;
+  return probe_.least_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
 }
 
 Contact::Law Contact::pressure_law(double gap, double stiffness) const {
@@ -90,6 +87,11 @@ Contact::Law Contact::pressure_law(double gap, double stiffness) const {
 double Contact::share_in_contact(double gap, int point, const ContactHistory& history) const {
   const double before = history.gap[point];
   return before <= 0 ? 1.0 : -gap / (before - gap);
+}
+
+// The gap that the pressure answers to.
+double Contact::pressing_gap(double gap, int point, const ContactHistory& history) const {
+  return gap - history.given_back[point];
 }
 
 // Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
@@ -114,7 +116,8 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   const Vec3 x = place(u, face, q);
   const SignedDistance gap = distance(x, pose);
   // A limit that is held acts also where the surface has just come off: else the energy would jump.
-  const bool is_pressed = gap.distance_m < 0;
+  const double pressing = pressing_gap(gap.distance_m, point, history);
+  const bool is_pressed = pressing < 0;
   if (!is_pressed && limit_Pa_[point] <= 0) return;
   if (!touches) {
     touches = true;
@@ -123,7 +126,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
     std::fill(std::begin(terms.stiffness), std::end(terms.stiffness), 0.0);
   }
   const double weight = area_weight_[point];
-  const Law law = pressure_law(gap.distance_m, stiffness_[face]);
+  const Law law = pressure_law(pressing, stiffness_[face]);
   const Vec3& n = gap.gradient;
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
@@ -163,7 +166,7 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   if (!is_pressed) return;
   totals.area_m2 += weight;
   totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
-  totals.mean_penetration_m += weight * law.pressure_Pa * -gap.distance_m;
+  totals.mean_penetration_m += weight * law.pressure_Pa * std::abs(gap.distance_m);
   normal_force += weight * law.pressure_Pa;
   ++totals.points;
 }
@@ -187,7 +190,8 @@ double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
       double limit = 0;
       if (is_near && history.faces_probe[point]) {
         const SignedDistance gap = distance(place(u, face, q), pose);
-        limit = probe_.friction * pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+        const double pressing = pressing_gap(gap.distance_m, point, history);
+        limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
         if (limit > 0) {
           share_[point] = share_in_contact(gap.distance_m, point, history);
           normal_[point] = gap.gradient;
@@ -230,7 +234,8 @@ double Contact::energy(const Points& u, const ProbePose& pose,
       if (!history.faces_probe[point]) continue;
       const Vec3 x = place(u, face, q);
       const SignedDistance gap = distance(x, pose);
-      energy += area_weight_[point] * pressure_law(gap.distance_m, stiffness_[face]).energy_J_m2;
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      energy += area_weight_[point] * pressure_law(pressing, stiffness_[face]).energy_J_m2;
       const double limit = limit_Pa_[point], share = share_[point];
       if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
@@ -255,6 +260,7 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
   next.normal.resize(points);
   next.pressure_Pa.assign(points, 0.0);
   next.faces_probe.assign(points, 0);
+  next.given_back.assign(points, 0.0);
   for (int face = 0; face < faces_.rows(); ++face) {
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
@@ -265,8 +271,10 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
       next.normal[point] = gap.gradient;
       const Vec3 outward = face_normal(nodes_, u, faces_, face, kFaceRule[q]).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (gap.distance_m >= 0 || history.gap.empty()) continue;
-      next.pressure_Pa[point] = pressure_law(gap.distance_m, stiffness_[face]).pressure_Pa;
+      if (history.gap.empty()) continue;
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      if (pressing >= 0) continue;
+      next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;
       const double limit = probe_.friction * next.pressure_Pa[point];
       if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
@@ -277,6 +285,16 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
     }
   }
   return next;
+}
+
+ContactHistory Contact::give_back(const ContactHistory& accepted) const {
+  ContactHistory out = accepted;
+  for (std::size_t point = 0; point < out.gap.size(); ++point) {
+    if (out.pressure_Pa[point] <= 0) continue;
+    out.given_back[point] += std::max(0.0, -out.gap[point]);
+    out.elastic_slip[point] *= 2;
+  }
+  return out;
 }
 
 ContactHistory Contact::untouched(const ProbePose& pose) const {

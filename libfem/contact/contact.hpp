@@ -20,7 +20,7 @@ struct ProbePose {
 /// What the interface remembers of the last accepted state, per quadrature point.
 /// elastic_slip: tangential spring of the friction law [m]. relative: place of the surface point
 /// relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the probe. faces_probe: 0 on the far wall of
-/// a thin body.
+/// a thin body. given_back [m]: overlap that exerts pressure without being there; see give_back().
 struct ContactHistory {
   std::vector<Vec3> elastic_slip;
   std::vector<Vec3> relative;
@@ -28,6 +28,7 @@ struct ContactHistory {
   std::vector<double> pressure_Pa;
   std::vector<Vec3> normal;
   std::vector<char> faces_probe;
+  std::vector<double> given_back;
 };
 
 /// Derivatives of the contact terms on one face. force: dE/du_a [N]; stiffness: blocks a >= b,
@@ -49,19 +50,20 @@ struct ContactTotals {
   int points = 0;                   ///< quadrature points under pressure
 };
 
-/// Settings of the contact law; all without dimension.
+/// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a ball.
 /// stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes, 4 press
 /// and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28, 700 took
-/// 109 and 48, most of them on overlaps that the line search has to undo; the normal force differed
-/// by 0.1 %. Its bias is part of every row's force_error.
+/// 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows have the
+/// overlap given back (give_back).
 /// rounding: pressure grows quadratically up to this penetration, in radii.
-/// tangential: stick stiffness over k: the surface creeps by about 0.004 R before it slides.
+/// tangential: stick stiffness over k: the surface creeps by about 0.0013 R before it slides. 0.1 took
+/// two thirds of the factorizations on drags at nu 0.49, but left 3 % of the first lateral force.
 /// curvature: pressure, in E, up to which the curvature of the probe enters the stiffness; higher
 /// ones are overlaps on the way to a solution.
 struct ContactSettings {
   double stiffness = 250;
   double rounding = 2e-5;
-  double tangential = 0.1;
+  double tangential = 0.3;
   double curvature = 1;
 };
 
@@ -102,6 +104,12 @@ class Contact {
   ContactHistory accepted(const Points& u, const ProbePose& pose,
                           const ContactHistory& history) const;
 
+  /// The history of an accepted state from which the same pose is solved again with the overlap and
+  /// the stick creep that the penalty and its tangential spring needed given back: one update of the
+  /// augmented Lagrangian's multipliers (Simo and Laursen 1992, doi:10.1016/0045-7949(92)90540-G).
+  /// What is left of both is of second order.
+  ContactHistory give_back(const ContactHistory& accepted) const;
+
   /// Faces of which a node is within a distance of the probe, in increasing order.
   std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;
 
@@ -123,6 +131,7 @@ class Contact {
   SignedDistance distance(const Vec3& place, const ProbePose& pose) const;
   Vec3 place(const Points& u, int face, int point) const;
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
+  double pressing_gap(double gap, int point, const ContactHistory& history) const;
   void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,
                  int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals, double& normal_force,
                  bool& touches);

@@ -2,77 +2,91 @@
 
 #include <limits>
 
-#include "libfem/materials/pack.hpp"
+#include "libfem/materials/kinematics.hpp"
+#include "libfem/materials/law_parameters.hpp"
+#include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
 
-/// Compressible neo-Hookean law (Bonet and Wood 2008, 6.4.3):
-///   W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2.
-/// Written in the displacement gradient H = F - 1, so that small strains lose no digits.
+/// Compressible neo-Hookean laws W = mu/2 (I1 - 3) - mu ln J + U(J), Lame's lambda being the modulus
+/// of U. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008),
+/// 6.4.3.
 /// constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
-struct NeoHookean {
+template <class Volume>
+struct CompressibleNeoHookean {
+  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
   static constexpr int kConstants = 2;
+  static constexpr bool kSplitsVolume = true;
+  static constexpr bool kToleratesInversion = false;
 
-  /// W [Pa], +inf where J <= 0; P = dW/dF [Pa] (finite garbage there); A = dP/dF, 9 x 9 row major,
-  /// upper triangle only, null when not wanted. `bend` scales the part of A that carries the second
-  /// derivative of J: 1 is the exact tangent, 0 is positive definite for ln J < 1 + mu/lambda.
+  static Refusal refusal(std::span<const double> values) { return refuse_young_and_poisson(values); }
+  static LawConstants constants(std::span<const double> values) {
+    const SmallStrain hooke = of_young_and_poisson(values);
+    return {hooke.mu_Pa, hooke.lambda_Pa};
+  }
+  static SmallStrain small_strain(const LawConstants& c) { return {c[0], c[1]}; }
+
+  /// U(J); the part -mu ln J stays with the shear.
+  template <class S>
+  static PALPATE_INLINE void volumetric(const S* constants, const S& dilation, S& U, S& U1, S& U2) {
+    Volume::at(constants[1], dilation, U, U1, U2);
+  }
+
+  /// From H = F - 1: J = det F; W [Pa], +inf where J <= 0; P = dW/dF [Pa], null when not wanted (0
+  /// where J <= 0); A = dP/dF, 9 x 9 row major, upper triangle only, null when not wanted (the
+  /// tangent at rest where J <= 0). `bend` scales the part of A that carries the second derivative
+  /// of J: 1 is the exact tangent; 0 is positive definite where U'' J^2 > -mu (with (ln J)^2, for
+  /// ln J < 1 + mu/lambda).
   template <class S>
   static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
                                       S* P, S* A) {
-    const S mu = constants[0], lambda = constants[1];
-    const S zero = mu * 0.0, one = zero + 1.0, infinite = zero + kInfinity;
-    const S f00 = H[0] + 1.0, f11 = H[4] + 1.0, f22 = H[8] + 1.0;
-    // Cofactors of F; J - 1 is summed from the small terms.
-    S g[9];
-    g[0] = f11 * f22 - H[5] * H[7];
-    g[1] = H[5] * H[6] - H[3] * f22;
-    g[2] = H[3] * H[7] - f11 * H[6];
-    g[3] = H[2] * H[7] - H[1] * f22;
-    g[4] = f00 * f22 - H[2] * H[6];
-    g[5] = H[1] * H[6] - f00 * H[7];
-    g[6] = H[1] * H[5] - H[2] * f11;
-    g[7] = H[2] * H[3] - f00 * H[5];
-    g[8] = f00 * f11 - H[1] * H[3];
-    const S minors = H[4] * H[8] - H[5] * H[7] + H[0] * H[8] - H[2] * H[6] + H[0] * H[4] -
-                     H[1] * H[3];
-    const S trace = H[0] + H[4] + H[8];
-    const S determinant = H[0] * (H[4] * H[8] - H[5] * H[7]) + H[1] * (H[5] * H[6] - H[3] * H[8]) +
-                          H[2] * (H[3] * H[7] - H[4] * H[6]);
-    const S dilation = trace + minors + determinant;
-    J = dilation + 1.0;
-    const S safe_dilation = J > 0.0 ? dilation : zero;
-    S log_J;
-    log1p_of(safe_dilation, log_J);
-    S squares = zero;
-    for (int i = 0; i < 9; ++i) squares += H[i] * H[i];
-    W = mu * (trace + squares * 0.5 - log_J) + lambda * 0.5 * (log_J * log_J);
-    W = J > 0.0 ? W : infinite;
+    const S mu = constants[0];
+    SoundState<S> state(H);
+    J = state.J;
+    S log_J, log_less, U, U1, U2;
+    log1p_of(state.dilation, log_J, log_less);
+    Volume::at(constants[1], state.dilation, U, U1, U2);
+    const GradientInvariants<S> in(state.H);
+    S squares = state.H[0] * state.H[0];
+    for (int i = 1; i < 9; ++i) squares += state.H[i] * state.H[i];
+    // (I1 - 3)/2 - ln J, the first-order terms having cancelled
+    W = mu * (squares * 0.5 - in.minors - in.determinant - log_less) + U;
+    W = J > 0.0 ? W : J * 0.0 + std::numeric_limits<double>::infinity();
     if (!P) return;
 
-    const S inverse_J = one / (J > 0.0 ? J : one);
-    for (int i = 0; i < 9; ++i) g[i] *= inverse_J;  // F^-T
+    state.invert();
+    const S* g = state.g;
+    const S* h = state.H;
     // mu (F - F^-T) = mu (H + H^T F^-T)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        P[3 * i + j] = mu * (H[3 * i + j] + H[i] * g[j] + H[3 + i] * g[3 + j] + H[6 + i] * g[6 + j]) +
-                       lambda * log_J * g[3 * i + j];
+        P[3 * i + j] = mu * (h[3 * i + j] + h[i] * g[j] + h[3 + i] * g[3 + j] + h[6 + i] * g[6 + j]) +
+                       state.J_sound * U1 * g[3 * i + j];
     if (!A) return;
 
-    const S pressure_part = (lambda * log_J - mu) * bend;   // J U'
-    const S stiff_part = mu + lambda - lambda * log_J;      // J^2 U''
+    const S bent = (state.J_sound * U1 - mu) * bend;
+    const S stiff_part = mu + state.J_sound * state.J_sound * U2;
     for (int a = 0; a < 9; ++a) {
+      const int i = a / 3, K = a % 3;
       for (int b = a; b < 9; ++b) {
-        // g_a g_b (J^2 U'' + J U') - J U' F^-T_(iL) F^-T_(kJ), with a = (i,J), b = (k,L)
-        const int i = a / 3, J_ = a % 3, k = b / 3, L = b % 3;
-        A[9 * a + b] = (stiff_part + pressure_part) * (g[a] * g[b]) -
-                       pressure_part * (g[3 * i + L] * g[3 * k + J_]);
+        const int k = b / 3, L = b % 3;
+        A[9 * a + b] = (stiff_part + bent) * (g[a] * g[b]) - bent * (g[3 * i + L] * g[3 * k + K]);
       }
       A[10 * a] += mu;
     }
   }
+};
 
- private:
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+struct NeoHookean : CompressibleNeoHookean<LogarithmicVolume> {
+  static constexpr std::string_view kName = "neo-hookean";
+  static constexpr std::string_view kSummary =
+      "W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2; strains to about 50 %";
+};
+
+struct NeoHookeanSimo : CompressibleNeoHookean<SimoVolume> {
+  static constexpr std::string_view kName = "neo-hookean-simo";
+  static constexpr std::string_view kSummary =
+      "W = mu/2 (I1 - 3) - mu ln J + lambda/4 (J^2 - 1 - 2 ln J); strains to about 50 %";
 };
 
 }  // namespace palpate::fem

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include <cstddef>
 #include <vector>
 
 namespace palpate::fem {
@@ -30,11 +30,5 @@ class PackArray {
   };
   std::vector<Lanes> lanes_;
 };
-
-/// log(1 + x); -inf or NaN of the C library where x <= -1, which laws avoid by `keep`.
-PALPATE_INLINE void log1p_of(const double& x, double& out) { out = std::log1p(x); }
-PALPATE_INLINE void log1p_of(const Pack& x, Pack& out) {
-  for (int lane = 0; lane < kLanes; ++lane) out[lane] = std::log1p(x[lane]);
-}
 
 }  // namespace palpate::fem

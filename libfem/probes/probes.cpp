@@ -1,20 +1,119 @@
 #include "libfem/probes/probes.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
+#include "libfem/probes/capsule.hpp"
+#include "libfem/probes/cone.hpp"
+#include "libfem/probes/ellipsoid.hpp"
+#include "libfem/probes/flat.hpp"
+#include "libfem/probes/mesh_probe.hpp"
 #include "libfem/probes/sphere.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
 
+/// Zero for shapes that say nothing of a line.
+template <class Shape>
+Vec3 contact_line_m(const ProbeGeometry& probe) {
+  if constexpr (requires { Shape::contact_line_m(probe); }) return Shape::contact_line_m(probe);
+  return Vec3::Zero();
+}
+
+template <class Shape>
+constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bool is_axisymmetric,
+                             bool takes_mesh = false) {
+  return {name,
+          summary,
+          Shape::kParameters,
+          is_axisymmetric,
+          takes_mesh,
+          Shape::complete,
+          Shape::signed_distance,
+          Shape::bounding_ball,
+          Shape::contact_radius_m,
+          Shape::mesh_length_m,
+          Shape::contact_reach_m,
+          Shape::tip_radius_m,
+          Shape::half_width_m,
+          contact_line_m<Shape>};
+}
+
 // One row per shape; add a shape by its file and a row.
-constexpr std::array<ShapeRow, 1> kShapes{{
-    {"sphere", "a ball of the given radius", sphere_signed_distance, -1.0, 1.0},
+constexpr std::array<ShapeRow, 6> kShapes{{
+    shape_row<SphereShape>("sphere", "a ball of the given radius", true),
+    shape_row<FlatShape>("flat", "a flat-ended rod with a rounded edge", true),
+    shape_row<CapsuleShape>("capsule", "a rod with two round ends, pressed with one or lying", false),
+    shape_row<ConeShape>("cone", "a cone with a rounded tip", true),
+    shape_row<EllipsoidShape>("ellipsoid", "an ellipsoid with three semi-axes", false),
+    shape_row<MeshShape>("mesh", "a closed triangle mesh from a file", false, true),
 }};
 
+std::string unit_of(Dimension dimension) { return dimension == Dimension::angle ? "rad" : "m"; }
+
+const ProbeParameter* find_parameter(const ShapeRow& row, std::string_view key) {
+  for (const ProbeParameter& parameter : row.parameters)
+    if (parameter.key == key) return &parameter;
+  return nullptr;
+}
+
+std::string example_of(const ProbeParameter& parameter) {
+  const std::string example(parameter.example);
+  return std::string(parameter.key) + " = " + (parameter.count == 1 ? "\"" + example + "\"" : example);
+}
+
+void check_values(const ProbeParameter& parameter, const std::vector<double>& values,
+                  const std::string& where) {
+  const std::string key(parameter.key);
+  if (values.size() != static_cast<std::size_t>(parameter.count))
+    throw Error(where, key + " must hold " + std::to_string(parameter.count) + " numbers, not " +
+                           std::to_string(values.size()),
+                "Write " + example_of(parameter) + ".");
+  for (const double value : values)
+    if (!(std::isfinite(value) && value > 0))
+      throw Error(where, key + " must be positive, not " + std::to_string(value) + " " + unit_of(parameter.dimension),
+                  "Give it with its unit, for example " + example_of(parameter) + ".");
+}
+
+/// Puts the values of the shape's keys in their order, NaN where a key is left out.
+void read_numbers(const ShapeRow& row, const ProbeSpec& spec, const std::string& where,
+                  ProbeGeometry& probe) {
+  for (const auto& [key, values] : spec.values)
+    if (!find_parameter(row, key)) refuse_probe_key(row, key, where);
+  std::size_t next = 0;
+  for (const ProbeParameter& parameter : row.parameters) {
+    const auto found = spec.values.find(parameter.key);
+    if (found != spec.values.end()) check_values(parameter, found->second, where);
+    else if (parameter.is_required)
+      throw Error(where, "shape \"" + std::string(row.name) + "\" needs " + std::string(parameter.key) + ", " +
+                             std::string(parameter.summary),
+                  "Add " + example_of(parameter) + ".");
+    for (int i = 0; i < parameter.count; ++i)
+      probe.number[next++] = found == spec.values.end() ? std::numeric_limits<double>::quiet_NaN()
+                                                        : found->second[static_cast<std::size_t>(i)];
+  }
+}
+
+void read_directions(const ShapeRow& row, const ProbeSpec& spec, const std::string& where,
+                     ProbeGeometry& probe) {
+  if (row.is_axisymmetric && spec.orientation) refuse_probe_key(row, "orientation", where);
+  if (row.is_axisymmetric && spec.heading) refuse_probe_key(row, "heading", where);
+  for (const auto& [name, direction] : {std::pair{"orientation", spec.orientation}, {"heading", spec.heading}})
+    if (direction && !(direction->allFinite() && direction->norm() > 0))
+      throw Error(where, std::string(name) + " is no direction", "Write three numbers that are not all 0.");
+  probe.turn = turn_inward(spec.orientation.value_or((row.takes_mesh ? -1.0 : 1.0) * Vec3::UnitZ()));
+  if (spec.heading) probe.heading = spec.heading->normalized();
+}
+
 }  // namespace
+
+ProbeSpec sphere_spec(double radius_m, double friction) {
+  ProbeSpec spec;
+  spec.values["radius"] = {radius_m};
+  spec.friction = friction;
+  return spec;
+}
 
 std::span<const ShapeRow> probe_shapes() { return kShapes; }
 
@@ -28,16 +127,54 @@ const ShapeRow& find_shape(std::string_view name, const std::string& where) {
               "Use one of: " + names + ".");
 }
 
-Probe make_probe(std::string_view shape, double radius_m, double friction,
-                 const std::string& where) {
-  const ShapeRow& row = find_shape(shape, where);
-  if (!(std::isfinite(radius_m) && radius_m > 0))
-    throw Error(where, "radius must be positive, not " + std::to_string(radius_m) + " m",
-                "Give the probe's radius with its unit, for example radius = \"5 mm\".");
-  if (!(std::isfinite(friction) && friction >= 0))
-    throw Error(where, "friction must be zero or positive, not " + std::to_string(friction),
+std::vector<std::string_view> probe_keys(const ShapeRow& row) {
+  std::vector<std::string_view> keys;
+  for (const ProbeParameter& parameter : row.parameters) keys.push_back(parameter.key);
+  if (row.takes_mesh) keys.insert(keys.end(), {"mesh", "length_unit"});
+  if (!row.is_axisymmetric) keys.insert(keys.end(), {"orientation", "heading"});
+  return keys;
+}
+
+void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::string& where) {
+  std::string takers, own;
+  for (const ShapeRow& other : kShapes)
+    for (const std::string_view known : probe_keys(other))
+      if (known == key) takers += (takers.empty() ? "" : ", ") + std::string(other.name);
+  for (const std::string_view known : probe_keys(row)) own += (own.empty() ? "" : ", ") + std::string(known);
+  throw Error(where, "shape \"" + std::string(row.name) + "\" has no " + std::string(key),
+              (takers.empty() ? "" : std::string(key) + " belongs to shape " + takers + ". ") + "A " +
+                  std::string(row.name) + " takes " + own + ".");
+}
+
+Vec3 Probe::contact_line_m(const Vec3& axis) const {
+  return probe_frame(axis, geometry.heading) * shape->contact_line_m(geometry);
+}
+
+Probe make_probe(const ProbeSpec& spec, const std::string& where) {
+  const ShapeRow& row = find_shape(spec.shape, where);
+  if (!(std::isfinite(spec.friction) && spec.friction >= 0))
+    throw Error(where, "friction must be zero or positive, not " + std::to_string(spec.friction),
                 "Give the Coulomb coefficient of the interface, 0 for none.");
-  return {&row, radius_m, friction};
+  Probe probe;
+  probe.shape = &row;
+  probe.friction = spec.friction;
+  read_numbers(row, spec, where, probe.geometry);
+  read_directions(row, spec, where, probe.geometry);
+  if (row.takes_mesh)
+    probe.geometry.mesh = std::make_shared<MeshField>(spec.mesh, probe.geometry.number[0], where);
+  const std::string refusal = row.complete(probe.geometry);
+  if (!refusal.empty()) throw Error(where, refusal, "Correct the numbers of the probe.");
+  probe.ball = row.bounding_ball(probe.geometry);
+  return pressed_to(std::move(probe), 0);
+}
+
+Probe pressed_to(Probe probe, double depth_m) {
+  const double tip = probe.shape->tip_radius_m(probe.geometry);
+  const double half_width = probe.shape->half_width_m(probe.geometry);
+  const double a = depth_m > 0 ? probe.contact_radius_m(depth_m) : 0;
+  probe.length_m = std::clamp(depth_m > 0 ? a * a / depth_m : tip, tip, std::max(tip, half_width));
+  probe.half_width_m = std::isfinite(half_width) ? half_width : probe.length_m;
+  return probe;
 }
 
 }  // namespace palpate::fem

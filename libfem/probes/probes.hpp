@@ -1,31 +1,104 @@
 #pragma once
 
+#include <array>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/surface.hpp"
+#include "libfit/core/units.hpp"
 
 namespace palpate::fem {
 
+class MeshField;
+
 /// Signed distance to a probe's surface and its derivatives at one place.
 /// distance_m > 0 outside; gradient is the probe's outward unit normal there; hessian [1/m] is the
-/// curvature of the distance field, which contact stiffness needs.
+/// curvature of the distance field, which contact stiffness needs. On the medial axis, where the
+/// nearest point of the surface is not unique, one of the normals is given or zero.
 struct SignedDistance {
   double distance_m = 0;
   Vec3 gradient = Vec3::Zero();
   Mat3 hessian = Mat3::Zero();
 };
 
+/// The tool of an experiment as a scene names it. values: by key of the shape's parameters, SI; keys
+/// left out take their defaults. mesh: closed, outward [m], for the shape `mesh` alone.
+/// For shapes that are not round about their axis: orientation, in the shape's own axes, is the
+/// direction that points into the body (default: own z, the mesh's own -z); heading, in the body's
+/// axes, is where the shape's own z leans, or its own x when z points along the press (default: the
+/// first drag direction: the coordinate axis least along the normal). Only its part along the
+/// surface counts.
+struct ProbeSpec {
+  std::string shape = "sphere";
+  std::map<std::string, std::vector<double>, std::less<>> values;
+  Surface mesh;
+  std::optional<Vec3> orientation, heading;
+  double friction = 0;  ///< Coulomb coefficient of the interface, 0 for none
+};
+
+/// A ball: the tool most scenes have, of 5 mm where they do not say.
+inline constexpr double kDefaultBallRadius_m = 5e-3;
+ProbeSpec sphere_spec(double radius_m, double friction = 0);
+
+/// A key of [probe] that a shape reads: `count` numbers of one dimension. Left out, a key that is not
+/// required is filled in by the shape.
+struct ProbeParameter {
+  std::string_view key, summary, example;
+  Dimension dimension = Dimension::length;
+  int count = 1;
+  bool is_required = true;
+};
+
+/// A shape with its numbers: `number` in the order of its parameter rows. For shapes with axes of
+/// their own: turn takes own axes to the probe's frame (heading, across, u), and `touch` is the
+/// reference point in own axes.
+struct ProbeGeometry {
+  std::array<double, 4> number{};
+  Mat3 turn = Mat3::Identity();
+  Vec3 touch = Vec3::Zero();
+  Vec3 heading = Vec3::Zero();  ///< zero: the default
+  std::shared_ptr<const MeshField> mesh;
+};
+
+/// A ball about reference point + along_axis_m * u that holds the whole probe; radius +inf for shapes
+/// with a shaft that has no end.
+struct BoundingBall {
+  double along_axis_m = 0;
+  double radius_m = std::numeric_limits<double>::infinity();
+};
+
 /// A rigid tool shape. It is placed by its reference point x (the point that touches first on a
 /// flat surface) and the unit axis u that points into the body.
-/// signed_distance: at `offset` from the reference point [m]. bounding_radius_m and its centre:
-/// a ball about reference point + centre_along_axis * radius * u that holds the part that presses.
+/// complete: fills numbers left out (NaN) and whatever else evaluation needs; says why the numbers
+/// cannot be used, empty when they can. signed_distance: at `offset` from the reference point [m];
+/// exact (a mesh: smoothed, see mesh_field.hpp), without allocation, C1 away from the medial axis.
+/// contact_radius_m: expected smaller half-width of the contact with a flat soft body at a depth;
+/// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks at
+/// an edge; contact_reach_m: how far from the point or line of first touch they count, the larger
+/// half-width or more. tip_radius_m: smallest radius of curvature where it
+/// touches first, no more than the half width; of a flat its own radius. half_width_m: across the axis,
+/// +inf when it widens without end.
 struct ShapeRow {
   std::string_view name, summary;
-  SignedDistance (*signed_distance)(double radius_m, const Vec3& axis, const Vec3& offset);
-  double centre_along_axis;  ///< in radii
-  double bounding_radius;    ///< in radii
+  std::span<const ProbeParameter> parameters;
+  bool is_axisymmetric;  ///< about u, whatever its numbers; else it takes orientation and heading
+  bool takes_mesh;
+  std::string (*complete)(ProbeGeometry&);
+  SignedDistance (*signed_distance)(const ProbeGeometry&, const Vec3& axis, const Vec3& offset);
+  BoundingBall (*bounding_ball)(const ProbeGeometry&);
+  double (*contact_radius_m)(const ProbeGeometry&, double depth_m);
+  double (*mesh_length_m)(const ProbeGeometry&, double depth_m);
+  double (*contact_reach_m)(const ProbeGeometry&, double depth_m);
+  double (*tip_radius_m)(const ProbeGeometry&);
+  double (*half_width_m)(const ProbeGeometry&);
+  Vec3 (*contact_line_m)(const ProbeGeometry&);  ///< half of the line it touches along, probe's frame; 0: a point
 };
 
 /// Every shape there is.
@@ -34,15 +107,52 @@ std::span<const ShapeRow> probe_shapes();
 /// The shape's row. Throws Error at `where` naming the known shapes.
 const ShapeRow& find_shape(std::string_view name, const std::string& where);
 
-/// The tool of an experiment. friction: Coulomb coefficient of the interface, 0 for none.
+/// Keys of [probe] that a shape takes, besides shape and friction.
+std::vector<std::string_view> probe_keys(const ShapeRow& row);
+
+/// Throws the Error at `where` for a key that the shape does not take, naming the shapes that do.
+[[noreturn]] void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::string& where);
+
+/// A probe ready for evaluation. length_m is the radius of the ball that presses alike (see
+/// pressed_to): contact stiffness, tolerated penetration and the length of steps are measured in it.
+/// half_width_m: across the axis; length_m for shapes that widen without end.
 struct Probe {
   const ShapeRow* shape = nullptr;
-  double radius_m = 0;
+  ProbeGeometry geometry;
+  BoundingBall ball;
+  double length_m = 0;
+  double half_width_m = 0;
   double friction = 0;
+
+  SignedDistance distance(const Vec3& axis, const Vec3& offset) const {
+    return shape->signed_distance(geometry, axis, offset);
+  }
+  /// A lower bound of the signed distance that costs little.
+  double least_distance_m(const Vec3& axis, const Vec3& offset) const {
+    if (ball.radius_m < std::numeric_limits<double>::infinity())
+      return (offset - ball.along_axis_m * axis).norm() - ball.radius_m;
+    return distance(axis, offset).distance_m;
+  }
+  /// Expected smaller half-width of the contact at a depth, on a linear elastic half-space without
+  /// friction (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4).
+  double contact_radius_m(double depth_m) const { return shape->contact_radius_m(geometry, depth_m); }
+  /// The length that element sizes are given in: the contact radius of round shapes.
+  double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
+  /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a point.
+  Vec3 contact_line_m(const Vec3& axis) const;
+  /// How far from there the mesh has to be that fine: the contact radius of round shapes.
+  double contact_reach_m(double depth_m) const { return shape->contact_reach_m(geometry, depth_m); }
 };
 
-/// Looks the shape up and checks its numbers. Throws Error at `where` when the shape is unknown,
-/// the radius is not positive or the friction is negative.
-Probe make_probe(std::string_view shape, double radius_m, double friction, const std::string& where);
+/// Looks the shape up and checks its numbers; length_m is the tip's radius. Throws Error at
+/// `where` when the shape or a key is unknown, a key is missing or a value cannot be used, the
+/// friction is negative, or a mesh is open, not manifold, inside out or without volume.
+Probe make_probe(const ProbeSpec& spec, const std::string& where);
+
+/// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius a (R
+/// for a ball), at least the tip's radius and at most the half width. A ball keeps R and a flat punch has its own
+/// radius at every depth; a cone that dips far deeper than its rounded tip presses with its flank, and
+/// stiffness for the tip alone would only make it hard to solve.
+Probe pressed_to(Probe probe, double depth_m);
 
 }  // namespace palpate::fem

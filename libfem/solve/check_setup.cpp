@@ -62,15 +62,15 @@ void check_setup(const SimulationSetup& setup) {
   for (std::size_t m = 0; m < setup.materials.size(); ++m)
     make_material(setup.materials[m],
                   m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m));
-  make_probe(setup.probe_shape, setup.probe_radius_m, setup.friction, "[probe]");
-  const Vec3 extent = extent_m(setup.volume.nodes);
-  need(2 * setup.probe_radius_m <= extent.maxCoeff(), "[probe] radius",
-       "the probe (" + millimetres(2 * setup.probe_radius_m) + " wide) is larger than the body (" +
-           millimetres(extent.maxCoeff()) + ")",
-       "Check length_unit and the probe's radius.");
+  const Probe probe = make_probe(setup.probe, "[probe]");
+  const double largest_m = extent_m(setup.volume.nodes).maxCoeff();
+  need(2 * probe.half_width_m <= largest_m, "[probe]",
+       "the probe (" + millimetres(2 * probe.half_width_m) + " wide) is larger than the body (" +
+           millimetres(largest_m) + ")",
+       "Check length_unit and the size of the probe.");
   const SolverOptions& options = setup.options;
-  need(options.element_size > 0 && options.growth > 0 && options.reach > 0, "solver options",
-       "element size, growth and reach must be positive", "Leave them at their defaults.");
+  need(options.element_size > 0 && options.growth > 0 && options.shallowest > 0, "solver options",
+       "element size, growth and shallowest must be positive", "Leave them at their defaults.");
   need(options.twin_ratio == 0 || options.twin_ratio > 1, "solver options",
        "the twin's ratio must be above 1, or 0 for no twin", "Leave it at its default.");
 }
@@ -93,7 +93,7 @@ void check_experiments(const SimulationSetup& setup, const Experiments& experime
              experiments.drag_steps >= 1,
          where, "drags need a positive drag_distance, directions and steps",
          "Give them, or leave drag_depths empty for presses only.");
-  const double thick = thickness_m(setup.surface, position, normal, 1e-6 * setup.probe_radius_m);
+  const double thick = thickness_m(setup.surface, position, normal, 1e-6 * experiments.depth_m);
   need(experiments.depth_m < thick, where,
        "depth " + millimetres(experiments.depth_m) + " is more than the body is thick (" +
            millimetres(thick) + ") at a test point",

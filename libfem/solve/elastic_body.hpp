@@ -1,26 +1,30 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
 #include "libfem/solve/block_matrix.hpp"
+#include "libfem/solve/element_kernels.hpp"
 
 namespace palpate::fem {
 
 /// Which of the materials fills a place of the rest body [m].
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
-/// Elastic energy of a body of ten-node tetrahedra with four quadrature points, and its derivatives.
-/// Elements of one law are evaluated eight at a time; an inclusion needs no conforming mesh, its
-/// material is looked up at each quadrature point.
+/// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
+/// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh, its
+/// material is looked up at each quadrature point. Where the volume change is averaged (tet10-p0,
+/// tet10-p1), it is over the points of one material in an element: a border of materials through an
+/// element costs neither of them its own volume change.
 class ElasticBody {
  public:
   /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
   /// see least_rest_J.
   ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
-              const RegionAt& region_at);
+              const RegionAt& region_at, ElementKind element = ElementKind::tet10);
 
   int free_nodes() const { return free_nodes_; }
   /// #N: index among the free nodes, -1 for held ones.
@@ -35,7 +39,11 @@ class ElasticBody {
   double add_force(const Points& u, Points& force) const;
 
   /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. bend: see LawRow.
-  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K) const;
+  /// most_pressure: bound, in small-strain shear moduli, on averaged pressures in K. Away from
+  /// equilibrium those of nearly incompressible elements are the bulk modulus times what the last
+  /// step got wrong; unbounded, they make K indefinite. K is exact where they stay within.
+  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K,
+                       double most_pressure = std::numeric_limits<double>::infinity()) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double least_J() const { return least_J_; }
@@ -43,27 +51,37 @@ class ElasticBody {
   double least_rest_jacobian() const { return least_rest_jacobian_; }
   double rest_volume_m3() const { return rest_volume_m3_; }
 
+  /// For tests and measurements: results have the same bits on every instruction set.
+  void use(InstructionSet set);
+
  private:
   struct Batch {
     const LawRow* law;
-    std::int32_t element[kLanes];  // -1 on idle lanes
-    PackArray gradient, weight, constants;
+    ElementKind element;
+    double averaged, shear_modulus_Pa;
+    CellKernels kernels;
+    std::int32_t cell[kLanes];  // -1 on idle lanes
+    PackArray gradient, weight, constants, mode;
   };
-  void add_batch(const LawRow* law, const std::vector<std::int32_t>& elements,
-                 const std::vector<std::vector<const Material*>>& material);
+  using Cells = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  void add_batch(const Material& material, ElementKind element, const std::vector<CellPoint>& points,
+                 const std::vector<std::int32_t>& cells,
+                 const std::vector<const Material*>& material_at);
   void gather(const Batch& batch, const Points& u, Pack* displacement) const;
-  void scatter_force(const Batch& batch, const ElementResult& result, Points& force) const;
+  void scatter_force(const Batch& batch, const CellResult& result, Points& force) const;
   template <class Visit>
   double visit_batches(const Points& u, const Visit& visit) const;
 
   const QuadraticMesh& mesh_;
+  Cells cells_;  // node numbers of what is integrated: the tets, or eight pieces of each
   int free_nodes_ = 0;
   std::vector<std::int32_t> free_index_;
   std::vector<Batch> batches_;
-  mutable std::vector<BlockPlace> places_;  // #T x kTetBlocks, made with the first pattern
+  mutable std::vector<BlockPlace> places_;  // #cells x node pairs, made by pattern()
   mutable double least_J_ = 1;
   double least_rest_jacobian_ = 1;
   double rest_volume_m3_ = 0;
+  InstructionSet set_ = best_instruction_set();
 };
 
 }  // namespace palpate::fem

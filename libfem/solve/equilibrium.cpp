@@ -1,5 +1,6 @@
 #include "libfem/solve/equilibrium.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +29,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
                          const ContactSettings& contact, const EquilibriumOptions& options)
     : mesh_(mesh),
       options_(options),
-      body_(mesh, materials, region_at),
+      body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()),
@@ -60,7 +61,8 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
 void Equilibrium::assemble_elastic(double bend, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  body_.add_stiffness(at.u, bend, at.elastic_force, K_);
+  body_.add_stiffness(at.u, bend, at.elastic_force, K_, options_.most_pressure);
+  is_current_ = false;
 }
 
 // Adds the contact stiffness to K_ and forms the residual.
@@ -120,6 +122,7 @@ void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, L
   for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
     contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
   if (bend_ < 1) assemble_elastic(1.0, at);
+  is_current_ = factor_.is_factored();
   add_contact(pose, from, at, to);
 }
 
@@ -224,21 +227,31 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   return direction;
 }
 
+// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need not
+// go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
+double Equilibrium::linear_tolerance(double relative_residual) const {
+  constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
+  const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;
+  const double enough = kWithinGoal * options_.residual / relative_residual;
+  return std::max(usual, std::min(kLoosest, enough));
+}
+
 Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
                                               Local& at, BodyState& to) {
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
     factor_.solve(b, x);
   };
+  const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
   Eigen::VectorXd direction;
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (attempt == 1) refresh_factor(pose, from, at, to);
     if (!factor_.is_factored()) continue;
     use_contact_stiffness();
     const PcgOutcome outcome =
-        pcg(multiply, precondition, at.residual, direction, options_.linear, options_.most_pcg);
+        pcg(multiply, precondition, at.residual, direction, tolerance, options_.most_pcg);
     counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= options_.linear || attempt == 1) return direction;
+    if (outcome.relative_residual <= tolerance || is_current_) return direction;
   }
   // No positive definite tangent at any level: descend along the scaled residual.
   return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
@@ -274,11 +287,11 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   contact_.hold_friction_limit(from.history);
   if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
   to.pose = pose;
-  step_m_ = (pose.tip - from.pose.tip).norm();
+  if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
   const int pcg_before = counts_.pcg;
   bool factor_is_due = false;
   double residual_before = 0;
-  constexpr double kSlow = 0.3;  // a step that leaves more of the residual asks for a fresh factor
+  constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
     if (iteration == 0 && is_stale_) factor_is_due = true;
     if (!factor_.is_factored() || factor_is_due) {
@@ -299,7 +312,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       return SolveStatus::solved;
     }
     ++counts_.newton;
-    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kSlow * residual_before) {
+    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kGrows * residual_before) {
       refresh_factor(pose, from, at, to);
       residual_before = 1e300;
     } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();
@@ -317,12 +330,28 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   return SolveStatus::not_converged;
 }
 
+SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState& to) {
+  BodyState from = accepted;
+  from.history = contact_.give_back(accepted.history);
+  return solve(from, accepted.pose, accepted.u, to);
+}
+
 Vec3 Equilibrium::reaction_N(const Points& u) const {
   Points gradient = Points::Zero(u.rows(), 3);
   body_.add_force(u, gradient);
   Vec3 sum = Vec3::Zero();
   for (Eigen::Index n = 0; n < u.rows(); ++n)
     if (mesh_.is_held[n]) sum += gradient.row(n).transpose();
+  return sum;
+}
+
+Vec3 Equilibrium::reaction_moment_Nm(const Points& u, const Vec3& about) const {
+  Points gradient = Points::Zero(u.rows(), 3);
+  body_.add_force(u, gradient);
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    if (mesh_.is_held[n])
+      sum += (mesh_.nodes.row(n) + u.row(n) - about.transpose()).cross(gradient.row(n)).transpose();
   return sum;
 }
 

@@ -13,11 +13,14 @@ namespace palpate::fem {
 struct EquilibriumOptions {
   double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
   double linear = 0.05;     ///< of the residual, per linear solve
+  double linear_far = 0.2;  ///< the same while the residual is above 0.3
   int most_newton = 30;     ///< iterations before a step is given up
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
   int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
   int most_model = 15;      ///< iterations of the condensed model
+  double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
+  ElementKind element = ElementKind::automatic;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
 };
 
@@ -63,9 +66,15 @@ class Equilibrium {
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to);
 
+  /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
+  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state to
+  /// walk on from.
+  SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
+
   /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
-  /// equilibrium.
+  /// equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;
+  Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
 
   const EquilibriumOptions& options() const { return options_; }
   const SolverCounts& counts() const { return counts_; }
@@ -94,6 +103,7 @@ class Equilibrium {
   Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
   std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
                                                  const Local& at);
+  double linear_tolerance(double relative_residual) const;
   Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
   double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
@@ -112,6 +122,7 @@ class Equilibrium {
   double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
+  bool is_current_ = false;                  // factor: of the displacement that K_ belongs to
   SolverCounts counts_;
 };
 

@@ -18,8 +18,7 @@ Vec3 point_of(const FaceNodes& nodes, double r, double s) {
 }
 
 double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r, double s) {
-  return probe.shape->signed_distance(probe.radius_m, pose.axis, point_of(nodes, r, s) - pose.tip)
-      .distance_m;
+  return probe.distance(pose.axis, point_of(nodes, r, s) - pose.tip).distance_m;
 }
 
 /// Least gap over one curved face: a grid, then ever smaller grids about the best point.
@@ -67,7 +66,7 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
       const double bound = gap_at(nodes, probe, here, 1.0 / 3, 1.0 / 3) - 1.5 * spread;
       if (bound < least) least = std::min(least, least_gap_of_face(nodes, probe, here));
     }
-    if (std::abs(least) <= 1e-9 * probe.radius_m) return travel;
+    if (std::abs(least) <= 1e-9 * probe.length_m) return travel;
     travel += least;  // no point of the probe moves farther than it travels
     if (travel > reach_m) return std::nullopt;
   }

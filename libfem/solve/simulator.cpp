@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/solve/mesh_limit.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -13,12 +14,19 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTau = 6.283185307179586;
 
+/// A straight piece of where contact goes on the surface, from the test point, and the shallowest
+/// depth there.
+struct ContactWay {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  double depth_m = 0;
+};
+
 /// Rows of one test point and the ways of the probe that fill them.
 struct Script {
   std::vector<PointRow> rows;
   std::vector<Track> tracks;
-  std::vector<Segment> path;  // where the contact goes on the surface, from the test point
-  double depth_m = 0;         // deepest
+  std::vector<ContactWay> ways;
+  double depth_m = 0;  // deepest
 
   int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
     PointRow row;
@@ -33,7 +41,7 @@ struct Script {
 Script press_and_drag_script(const Experiments& experiments, const Vec3& normal) {
   Script script;
   script.depth_m = experiments.depth_m;
-  script.path.push_back({});
+  script.ways.push_back({});
   struct Stop {
     double depth_m;
     int row;
@@ -68,12 +76,10 @@ Script press_and_drag_script(const Experiments& experiments, const Vec3& normal)
             {deflection, script.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
       }
       script.tracks.push_back(drag);
+      script.ways.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent, depth});
       ++experiment;
     }
   }
-  if (!experiments.drag_depths_m.empty())
-    for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions))
-      script.path.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent});
   return script;
 }
 
@@ -81,7 +87,7 @@ Script path_script(const Points& deflections, const Vec3& normal) {
   Script script;
   script.tracks.emplace_back();
   Vec3 before = Vec3::Zero();
-  script.path.push_back({});
+  double depth_before = 0;
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
     const Vec3 here = deflections.row(i);
     const double depth = here.dot(normal);
@@ -89,8 +95,8 @@ Script path_script(const Points& deflections, const Vec3& normal) {
     script.tracks[0].waypoints.push_back(
         {here, script.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
     const Vec3 lateral = here - depth * normal;
-    script.path.push_back({before, lateral});
-    before = lateral;
+    script.ways.push_back({before, lateral, std::min(depth, depth_before)});
+    before = lateral, depth_before = depth;
   }
   return script;
 }
@@ -118,7 +124,8 @@ struct Simulator::State {
   std::vector<Material> materials;
   Probe probe;
 
-  QuadraticMesh mesh_at(const Vec3& position, const Script& script, double coarsening) const;
+  QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const Script& script,
+                        double coarsening) const;
   bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
            const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
            SolverCounts& counts) const;
@@ -127,6 +134,40 @@ struct Simulator::State {
 };
 
 namespace {
+
+/// Rows of one experiment from both meshes: force and torque at the mesh limit, with their error.
+void record_experiment(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                       double ratio, const std::vector<std::size_t>& rows,
+                       std::vector<PointRow>& out) {
+  std::vector<Vec3> force, twin;
+  for (const std::size_t i : rows) {
+    force.push_back(fine[i].force_N);  // zero where the row failed
+    twin.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
+  }
+  const MeshLimit limit = mesh_limit(force, twin, ratio);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const TrackRow& row = fine[rows[k]];
+    PointRow& recorded = out[rows[k]];
+    recorded.status = row.status;
+    recorded.doubt = row.doubt;
+    if (row.status != RowStatus::good) continue;
+    recorded.force = (1 - limit.excess) * row.force_N;
+    recorded.torque = (1 - limit.excess) * row.torque_Nm;
+    recorded.force_error =
+        limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
+  }
+}
+
+void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                 double ratio, std::vector<PointRow>& out) {
+  for (std::size_t begin = 0; begin < out.size();) {
+    std::vector<std::size_t> rows;
+    for (const int experiment = out[begin].experiment;
+         begin < out.size() && out[begin].experiment == experiment; ++begin)
+      rows.push_back(begin);
+    record_experiment(fine, coarse, ratio, rows, out);
+  }
+}
 
 Surface moved(Surface surface, const Vec3& by) {
   surface.vertices.rowwise() += by.transpose();
@@ -150,8 +191,7 @@ Simulator::Simulator(SimulationSetup setup) {
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
     state->materials.push_back(make_material(
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
-  state->probe = make_probe(state->setup.probe_shape, state->setup.probe_radius_m,
-                            state->setup.friction, "[probe]");
+  state->probe = make_probe(state->setup.probe, "[probe]");
   state_ = std::move(state);
 }
 
@@ -166,21 +206,31 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
   // The sheet that faces the probe, not the other side of a thin body.
   const std::optional<SurfaceHit> hit = state_->surface.closest(place, -normal, 0.3);
   return state_->surface.normal_gradient(hit ? *hit : state_->surface.closest(place),
-                                         state_->probe.radius_m);
+                                         state_->probe.half_width_m);
 }
 
-/// The graded mesh about a test point, in coordinates whose origin is the test point.
-QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& script,
-                                        double coarsening) const {
-  const double R = probe.radius_m;
+/// The graded mesh about a test point, in coordinates whose origin is the test point. About each way
+/// of the contact, size is proportional to distance from the contact radius at its depth on: so at
+/// every depth the rim of the contact meets elements of the same share of its radius.
+QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
+                                        const Script& script, double coarsening) const {
   const SolverOptions& options = setup.options;
   GradeOptions grade;
-  grade.h_contact_m = coarsening * options.element_size * std::sqrt(R * script.depth_m / 2);
-  grade.reach_m = options.reach * std::sqrt(R * std::min(script.depth_m, R));
   grade.growth = std::min(1.0, options.growth * coarsening);
-  grade.path.clear();
-  for (const Segment& segment : script.path)
-    grade.path.push_back({position - origin + segment.from, position - origin + segment.to});
+  const Vec3 line = probe.contact_line_m(normal);
+  for (const ContactWay& way : script.ways) {
+    const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
+    const double radius = probe.mesh_length_m(depth);
+    const auto add = [&](const Vec3& from, const Vec3& to) {
+      grade.path.push_back({position - origin + from, position - origin + to,
+                            coarsening * options.element_size * radius,
+                            probe.contact_reach_m(depth) - radius});
+    };
+    add(way.from, way.to);
+    if (line.isZero()) continue;
+    add(way.from - line, way.from + line);
+    add(way.to - line, way.to + line);
+  }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();
   return mesh;
@@ -190,11 +240,12 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Script& scri
 bool Simulator::State::run(const Script& script, const Vec3& position, const Vec3& normal,
                            double coarsening, const Progress& progress, std::vector<TrackRow>& rows,
                            double& touch_m, int& nodes, SolverCounts& counts) const {
-  const QuadraticMesh mesh = mesh_at(position, script, coarsening);
+  const QuadraticMesh mesh = mesh_at(position, normal, script, coarsening);
   nodes = static_cast<int>(mesh.nodes.rows());
   rows.assign(script.rows.size(), {});
-  const double R = probe.radius_m;
-  const std::optional<double> touch = first_touch_m(mesh, probe, {Vec3::Zero(), normal}, 2 * R, R);
+  const Probe here = pressed_to(probe, script.depth_m);
+  const std::optional<double> touch = first_touch_m(mesh, here, {Vec3::Zero(), normal},
+                                                    2 * here.half_width_m, here.half_width_m);
   if (!touch) {
     for (TrackRow& row : rows) row.status = RowStatus::no_contact;
     return true;
@@ -203,9 +254,9 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   const RegionAt local_region =
       setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
                       : RegionAt();
-  Equilibrium equilibrium(mesh, materials, local_region, probe, setup.options.contact,
+  Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
                           setup.options.equilibrium);
-  rows = walk_tracks(equilibrium, probe, {touch_m * normal, normal}, script.tracks,
+  rows = walk_tracks(equilibrium, here, {touch_m * normal, normal}, script.tracks,
                      static_cast<int>(script.rows.size()), setup.options.walk, progress);
   counts = equilibrium.counts();
   return !progress.stopped();
@@ -222,16 +273,7 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
   if (out.is_complete && ratio > 0)
     out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
                           out.cost.twin_nodes, out.cost.twin_solver);
-  for (std::size_t i = 0; i < script.rows.size(); ++i) {
-    PointRow& row = script.rows[i];
-    row.status = fine[i].status;
-    if (row.status != RowStatus::good) continue;
-    row.force = fine[i].force_N;
-    row.torque = fine[i].torque_Nm;
-    const bool has_twin = !coarse.empty() && coarse[i].status == RowStatus::good;
-    row.force_error = (has_twin ? (fine[i].force_N - coarse[i].force_N).norm() : kNaN) +
-                      fine[i].penalty_bias_N + fine[i].solver_error_N;
-  }
+  record_rows(fine, coarse, ratio, script.rows);
   out.rows = std::move(script.rows);
   return out;
 }

@@ -26,10 +26,10 @@ struct Experiments {
 
 /// How fine, how exact.
 struct SolverOptions {
-  double element_size = 0.8;  ///< h at the contact, over the contact radius sqrt(R d) at half depth
-  double growth = 0.7;        ///< size gained per distance away from it
-  double reach = 0.5;         ///< how far from the probe's way it stays fine, in contact radii
-  double twin_ratio = 1.6;    ///< element size of the coarser twin that gives force_error; 0: none
+  double element_size = 0.5;  ///< finest h, over the probe's contact radius at the shallowest depth
+  double growth = 0.5;        ///< h over distance from first touch or the probe's way, so at any rim too
+  double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
+  double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
   EquilibriumOptions equilibrium;
   ContactSettings contact;
   WalkOptions walk;
@@ -44,13 +44,13 @@ struct SimulationSetup {
   Surface surface;
   std::vector<MaterialParameters> materials;
   RegionAt region_at;
-  std::string probe_shape = "sphere";
-  double probe_radius_m = 0;
-  double friction = 0;
+  ProbeSpec probe;
   SolverOptions options;
 };
 
-/// One row as experiments record it; see Samples. force_error_N is NaN unless the row is good.
+/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh limit
+/// and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of the step
+/// that failed, where the status is rejected or inverted.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags
@@ -60,6 +60,7 @@ struct PointRow {
   Vec3 torque = Vec3::Zero();
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
+  Doubt doubt = Doubt::none;
 };
 
 /// What was spent on a point; deterministic.

@@ -10,35 +10,34 @@ namespace {
 /// An accepted state with how it is moving: displacement per metre of the probe's way.
 struct Walker {
   BodyState state;
-  Points velocity;            // empty before the first step
+  Points velocity;  // empty before the first step
   Vec3 direction = Vec3::Zero();
-  double penalty_bias_N = 0;  // of the latest press step
 };
 
 struct StepRules {
   double longest_m, deepest_penetration_m, solver_residual;
   int most_cuts;
+  bool gives_back;
+  double least_penalty_left;  // of what giving back the overlap has changed
 };
 
-/// Why a solved state cannot be believed, `good` when it can.
-RowStatus judge(const BodyState& before, const BodyState& after, bool must_rise,
-                const StepRules& rules) {
-  const double pushed_before = before.contact.force_N.dot(before.pose.axis);
-  const double pushed = after.contact.force_N.dot(after.pose.axis);
-  if (!(after.least_J > 0)) return RowStatus::inverted;
-  if (after.contact.greatest_penetration_m > rules.deepest_penetration_m) return RowStatus::rejected;
-  if (must_rise && !(pushed > pushed_before && after.contact.points > 0)) return RowStatus::rejected;
-  if (after.contact.points > 0 && !(pushed > 0)) return RowStatus::rejected;
-  return RowStatus::good;
-}
+// With friction the way to a state has crept as well, which its last equilibrium cannot give back:
+// of the shift, up to 0.4 was left against a penalty ten times as stiff.
+constexpr double kCreepLeft = 0.5;
+
+/// How a step or a series of them ended.
+struct Outcome {
+  RowStatus status = RowStatus::good;
+  Doubt doubt = Doubt::none;
+};
 
 RowStatus failure(SolveStatus status) {
   return status == SolveStatus::inverted ? RowStatus::inverted : RowStatus::not_converged;
 }
 
 /// One equilibrium from the walker's state to `tip`; moves the walker when it is accepted.
-RowStatus try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                   const StepRules& rules) {
+Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
+                 const StepRules& rules) {
   const Vec3 way = tip - walker.state.pose.tip;
   const double length = way.norm();
   Points guess = walker.state.u;
@@ -48,64 +47,105 @@ RowStatus try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bo
   BodyState next;
   const SolveStatus solved =
       equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next);
-  if (solved != SolveStatus::solved) return failure(solved);
-  const RowStatus verdict = judge(walker.state, next, must_rise, rules);
-  if (verdict != RowStatus::good) return verdict;
+  if (solved != SolveStatus::solved) return {failure(solved)};
+  const Doubt doubt = judge_step(walker.state, next, must_rise, rules.deepest_penetration_m);
+  if (doubt != Doubt::none)
+    return {doubt == Doubt::inverted ? RowStatus::inverted : RowStatus::rejected, doubt};
   walker.velocity = (next.u - walker.state.u) / length;
   walker.direction = way / length;
-  // To first order the penalty's shortfall of force is the rate of its own energy (method, 6).
-  if (must_rise)
-    walker.penalty_bias_N = (next.contact.energy_J - walker.state.contact.energy_J) / length;
   walker.state = std::move(next);
-  return RowStatus::good;
+  return {};
 }
 
 /// Reaches `tip` in as many steps as it takes.
-RowStatus reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                const StepRules& rules) {
+Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
+              const StepRules& rules) {
   const Vec3 start = walker.state.pose.tip;
   const double way = (tip - start).norm();
-  if (way == 0) return RowStatus::good;
+  if (way == 0) return {};
   const double whole_step = way / std::max(1.0, std::ceil(way / rules.longest_m - 1e-9));
   const double shortest = whole_step * std::ldexp(0.75, -rules.most_cuts);
   double step = whole_step, done = 0;
   while (done < way) {
     const double here = way - done < 1.25 * step ? way - done : step;
     const Vec3 goal = done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
-    const RowStatus status = try_step(equilibrium, walker, goal, must_rise, rules);
-    if (status == RowStatus::good) {
+    const Outcome outcome = try_step(equilibrium, walker, goal, must_rise, rules);
+    if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
     } else {
       step = here / 2;
-      if (step < shortest) return status;
+      if (step < shortest) return outcome;
     }
   }
-  return RowStatus::good;
+  return {};
 }
 
-TrackRow record(const Walker& walker, const Vec3& deflection, const StepRules& rules) {
-  const BodyState& state = walker.state;
+/// The row of an accepted state: sums of the equilibrium with the overlap given back.
+TrackRow record(Equilibrium& equilibrium, const BodyState& state, const Vec3& deflection,
+                const StepRules& rules) {
   TrackRow row;
-  const bool is_pressed = deflection.dot(state.pose.axis) > 0;
-  row.status = is_pressed && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
+  const double depth = deflection.dot(state.pose.axis);
+  row.status = depth > 0 && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
   row.force_N = state.contact.force_N;
   row.torque_Nm = state.contact.torque_Nm;
-  row.penalty_bias_N = std::abs(walker.penalty_bias_N);
-  row.solver_error_N = rules.solver_residual * row.force_N.norm();
   row.greatest_penetration_m = state.contact.greatest_penetration_m;
   row.least_J = state.least_J;
+  if (state.contact.points > 0) {
+    BodyState rigid;
+    const bool is_rigid = rules.gives_back &&
+                          equilibrium.give_back_overlap(state, rigid) == SolveStatus::solved &&
+                          rigid.contact.force_N.dot(state.pose.axis) > 0;
+    if (is_rigid) {
+      row.force_N = rigid.contact.force_N;
+      row.torque_Nm = rigid.contact.torque_Nm;
+      row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
+      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and go.
+      const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
+      row.penalty_error_N = std::max(left, rules.least_penalty_left) * row.penalty_shift_N.norm();
+    } else {
+      // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
+      row.penalty_error_N =
+          1.5 * row.force_N.norm() * std::min(1.0, state.contact.mean_penetration_m / depth);
+    }
+  }
+  row.solver_error_N = rules.solver_residual * row.force_N.norm();
   return row;
+}
+
+/// The next row that was to be recorded says why it could not be; those after it stay not_reached.
+void note_failure(const Track& track, std::size_t waypoint, const Outcome& outcome,
+                  std::vector<TrackRow>& rows) {
+  for (; waypoint < track.waypoints.size(); ++waypoint)
+    if (const int row = track.waypoints[waypoint].row; row >= 0) {
+      rows[row].status = outcome.status;
+      rows[row].doubt = outcome.doubt;
+      return;
+    }
 }
 
 }  // namespace
 
+Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
+                 double deepest_penetration_m) {
+  const double pushed_before = before.contact.force_N.dot(before.pose.axis);
+  const double pushed = after.contact.force_N.dot(after.pose.axis);
+  const bool has_area = after.contact.area_m2 > 0;
+  if (!(after.least_J > 0)) return Doubt::inverted;
+  if (!(after.contact.greatest_penetration_m <= deepest_penetration_m)) return Doubt::overlaps;
+  if (must_rise && !has_area) return Doubt::no_area;
+  if (has_area && !(pushed > 0)) return Doubt::pulls;
+  if (must_rise && !(pushed > pushed_before)) return Doubt::does_not_rise;
+  return Doubt::none;
+}
+
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<Track>& tracks, int rows,
                                   const WalkOptions& options, const Progress& progress) {
-  const StepRules rules{options.longest_step * probe.radius_m,
-                        options.greatest_penetration * probe.radius_m,
-                        equilibrium.options().residual, options.most_cuts};
+  const StepRules rules{options.longest_step * probe.length_m,
+                        options.greatest_penetration * probe.length_m,
+                        equilibrium.options().residual, options.most_cuts, options.gives_back,
+                        probe.friction > 0 ? kCreepLeft : 0.0};
   std::vector<TrackRow> out(rows);
   std::map<std::pair<int, int>, Walker> kept;  // at waypoints where later tracks start
   for (const Track& track : tracks)
@@ -123,17 +163,14 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
     for (std::size_t w = 0; w < track.waypoints.size(); ++w) {
       if (progress.stopped()) return out;
       const Waypoint& waypoint = track.waypoints[w];
-      const RowStatus status =
+      const Outcome outcome =
           reach(equilibrium, walker, touch.tip + waypoint.deflection, waypoint.must_rise, rules);
-      if (status != RowStatus::good) {
-        for (std::size_t later = w; later < track.waypoints.size(); ++later)
-          if (track.waypoints[later].row >= 0) {
-            out[track.waypoints[later].row].status = status;
-            break;
-          }
+      if (outcome.status != RowStatus::good) {
+        note_failure(track, w, outcome, out);
         break;
       }
-      if (waypoint.row >= 0) out[waypoint.row] = record(walker, waypoint.deflection, rules);
+      if (waypoint.row >= 0)
+        out[waypoint.row] = record(equilibrium, walker.state, waypoint.deflection, rules);
       const auto keep = kept.find({static_cast<int>(t), static_cast<int>(w)});
       if (keep != kept.end()) keep->second = walker;
     }

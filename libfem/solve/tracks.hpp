@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "libfem/solve/equilibrium.hpp"
@@ -25,27 +28,53 @@ struct Track {
   std::vector<Waypoint> waypoints;
 };
 
+/// Why an equilibrium is not believed although its equations are solved.
+enum class Doubt : std::int8_t { none, inverted, overlaps, no_area, pulls, does_not_rise };
+
+struct DoubtName {
+  Doubt doubt;
+  std::string_view name;
+};
+inline constexpr std::array<DoubtName, 6> kDoubtNames{{
+    {Doubt::none, "none"},
+    {Doubt::inverted, "inverted"},            ///< det F <= 0 somewhere
+    {Doubt::overlaps, "overlaps"},            ///< the body reaches too far into the probe
+    {Doubt::no_area, "no_area"},              ///< a press that touches nothing
+    {Doubt::pulls, "pulls"},                  ///< the force does not point into the body
+    {Doubt::does_not_rise, "does_not_rise"},  ///< a deeper press with no larger force
+}};
+
+/// Judges the step from one equilibrium to the next. must_rise: of a press, where force and contact
+/// area have to be there and grow.
+Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
+                 double deepest_penetration_m);
+
 /// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
-/// body, zero unless the status is good or no_contact. penalty_bias_N: estimated shortfall of force
-/// because the penalty lets surface points in. solver_error_N: what the residual may hide.
+/// body with the penalty's overlap given back (method, 10), zero unless the status is good or
+/// no_contact. penalty_shift_N: what giving back has changed; penalty_error_N: what may be left of it.
+/// solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`.
 struct TrackRow {
   RowStatus status = RowStatus::not_reached;
+  Doubt doubt = Doubt::none;
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
-  double penalty_bias_N = 0;
+  Vec3 penalty_shift_N = Vec3::Zero();
+  double penalty_error_N = 0;
   double solver_error_N = 0;
   double greatest_penetration_m = 0;
   double least_J = 1;
 };
 
-/// How far the probe may move between two equilibria and what is believed.
+/// How far the probe may move between two equilibria and what is believed, in the probe's length_m (the
+/// radius of a ball).
 struct WalkOptions {
-  double longest_step = 0.25;         ///< in radii
+  double longest_step = 0.25;         ///< in lengths of the probe
   int most_cuts = 6;                  ///< halvings of a step that failed
-  double greatest_penetration = 0.02; ///< in radii
+  double greatest_penetration = 0.02; ///< in lengths of the probe
+  bool gives_back = true;             ///< rows with the penalty's overlap given back
 };
 
-/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 R by
+/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of its length by
 /// conservative advancement from `back_off_m` before it, on the curved faces and not only at their
 /// quadrature points. Empty when nothing is met within `reach_m` past the tip.
 /// Source: Mirtich 1996, conservative advancement.

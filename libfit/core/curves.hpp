@@ -70,6 +70,8 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
+  /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
+  std::vector<std::string> rows_hash;
 };
 
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.

@@ -13,7 +13,7 @@ struct UnitRow {
   double factor;
 };
 
-constexpr std::array<UnitRow, 22> kUnits{{
+constexpr std::array<UnitRow, 24> kUnits{{
     {"m", Dimension::length, 1},       {"dm", Dimension::length, 1e-1},
     {"cm", Dimension::length, 1e-2},   {"mm", Dimension::length, 1e-3},
     {"um", Dimension::length, 1e-6},   {"nm", Dimension::length, 1e-9},
@@ -25,6 +25,7 @@ constexpr std::array<UnitRow, 22> kUnits{{
     {"nN", Dimension::force, 1e-9},    {"gf", Dimension::force, 9.80665e-3},
     {"s", Dimension::time, 1},         {"ms", Dimension::time, 1e-3},
     {"us", Dimension::time, 1e-6},     {"min", Dimension::time, 60},
+    {"rad", Dimension::angle, 1},      {"deg", Dimension::angle, 0.017453292519943295},
 }};
 
 std::string_view trimmed(std::string_view text) {
@@ -59,6 +60,7 @@ std::string_view dimension_name(Dimension dimension) {
     case Dimension::pressure: return "pressure";
     case Dimension::force: return "force";
     case Dimension::time: return "time";
+    case Dimension::angle: return "angle";
   }
   return "quantity";
 }

@@ -12,6 +12,7 @@ enum class Dimension {
   pressure,  ///< Pa
   force,     ///< N
   time,      ///< s
+  angle,     ///< rad
 };
 
 inline constexpr double from_millimetres(double x) { return x * 1e-3; }

@@ -119,7 +119,8 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
           ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
                 " meets the tolerance"
           : "held-out error of " + percent(evidence.heldout_error) +
-                " is above the tolerance, but mostly noise: more pieces hardly lower it";
+                " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
+                "depends on more than this deflection";
   return report;
 }
 

@@ -8,12 +8,14 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_basis.hpp"
 #include "libfit/fit/choose_family.hpp"
 #include "libfit/fit/fit_point.hpp"
+#include "libfit/fit/rows_hash.hpp"
 
 namespace palpate {
 namespace {
@@ -74,11 +76,34 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
   return bases;
 }
 
+// Rows of an earlier fit by what they were fitted from.
+std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
+  std::map<std::string, Eigen::Index> row;
+  if (earlier != nullptr)
+    for (std::size_t p = 0; p < earlier->rows_hash.size(); ++p)
+      row.emplace(earlier->rows_hash[p], static_cast<Eigen::Index>(p));
+  return row;
+}
+
+// Bases and family as the earlier fit had them.
+FitOptions as_before(FitOptions options) {
+  const CurveSet& curves = options.warm_start->curves;
+  options.degree = curves.basis[0].degree;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    require(curves.basis[kind].degree == options.degree, "warm start",
+            "has curves of several degrees", "Fit without a warm start.");
+    options.knots_m[kind] = curves.basis[kind].knots_m;
+  }
+  options.family = curves.family();
+  return options;
+}
+
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows,
                                     const BodyBases& bases, const FitOptions& options,
                                     const Progress& progress) {
   const fit::Bases plain(bases.plain, bases.lean_plain), si(bases.si, bases.lean_si);
+  const auto earlier = earlier_points(options.warm_start);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
@@ -87,8 +112,15 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
-    results[p] = fit::fit_point(samples, body.points[p], rows[p], body.length_m, bases, plain, si,
-                                options);
+    const std::string hash =
+        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], options);
+    const auto found = earlier.find(hash);
+    results[p] = found != earlier.end()
+                     ? fit::keep_point(samples, body.points[p], body.length_m, si,
+                                       *options.warm_start, found->second)
+                     : fit::fit_point(samples, body.points[p], rows[p], body.length_m, bases,
+                                      plain, si, options);
+    results[p].rows_hash = hash;
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   };
@@ -123,6 +155,7 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
     if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
+    out.rows_hash.push_back(result.rows_hash);
     out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth * body.length_m;
     if (!result.is_scored) continue;
     out.rms_residual_N[p] = result.score.rms_N;
@@ -158,6 +191,7 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
   FitReport report;
   report.kind = bases.report;
   report.worst = worst_points(fitted, results, count);
+  for (const PointResult& result : results) report.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
     report.good += status == FitStatus::good;
     report.underdetermined += status == FitStatus::underdetermined;
@@ -181,10 +215,11 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
 
 }  // namespace
 
-FittedCurves fit_curves(const Samples& samples, const FitOptions& options,
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
                         const Progress& progress, FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
-  check(options);
+  check(wanted);
+  const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
   const fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));

@@ -48,6 +48,9 @@ struct FitOptions {
   double default_lateral_ratio = 2.0 / 3.0;
   int jobs = 0;         ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;  ///< length of FitReport::worst
+  /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and points
+  /// fitted from the same rows with the same options keep their curves.
+  const FittedCurves* warm_start = nullptr;
 };
 
 /// One candidate of the search for a basis: mean error of rows the curve did not see.
@@ -94,6 +97,7 @@ struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
   FamilyReport family;
   std::vector<WorstPoint> worst;
+  std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
   std::size_t rows = 0;             ///< in the samples
   std::size_t rows_used = 0;        ///< fitted and scored
@@ -111,7 +115,8 @@ struct FitReport {
 /// included; weighted force differences are minimised over the increments of the control values,
 /// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
-/// none gets zero curves and `failed`; others are not affected.
+/// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit would
+/// on the earlier bases, in the time that the changed points take.
 /// Throws Error on options out of range and on samples whose arrays do not belong together.
 FittedCurves fit_curves(const Samples& samples, const FitOptions& options = {},
                         const Progress& progress = {}, FitReport* report = nullptr);

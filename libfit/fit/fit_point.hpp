@@ -26,6 +26,8 @@ struct PointResult {
   std::string message;
   PointScore score;
   bool is_scored = false;
+  std::string rows_hash;
+  bool is_kept = false;  ///< of an earlier fit
 };
 
 /// A result without curves.
@@ -39,6 +41,10 @@ PointCurves identify(const PointData& point, const PointRows& rows, const BodyBa
 PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
                       double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
                       const FitOptions& options);
+
+/// A point's curves of an earlier fit on the same bases, scored again.
+PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& si, const FittedCurves& earlier, Eigen::Index row);
 
 /// Appends a sentence to a message.
 inline void join(std::string& message, const std::string& sentence) {

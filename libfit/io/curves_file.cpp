@@ -30,6 +30,8 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   check_measure(complain, "points/rms_residual", f.rms_residual_N, points);
   check_measure(complain, "points/max_residual", f.max_residual_N, points);
   check_measure(complain, "points/depth_range", f.depth_range_m, points);
+  if (!f.rows_hash.empty())
+    check_rows(complain, "points/rows_hash", static_cast<Eigen::Index>(f.rows_hash.size()), points);
   check_curve_set(complain, f.curves, points);
 }
 
@@ -67,6 +69,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   f.rms_residual_N = read_vector(reader, "points/rms_residual", "N", points, true);
   f.max_residual_N = read_vector(reader, "points/max_residual", "N", points, true);
   f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
+  if (reader.has("points/rows_hash")) f.rows_hash = reader.strings("points/rows_hash", points);
   f.curves = read_curve_set(reader, points);
   check(f, complain_about(reader));
   return f;
@@ -84,6 +87,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_vector(writer, "points/rms_residual", "N", f.rms_residual_N);
   write_vector(writer, "points/max_residual", "N", f.max_residual_N);
   write_vector(writer, "points/depth_range", "m", f.depth_range_m);
+  if (!f.rows_hash.empty()) writer.strings("points/rows_hash", f.rows_hash);
   write_curve_set(writer, f.curves);
   writer.commit();
 }

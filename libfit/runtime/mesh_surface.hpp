@@ -28,7 +28,7 @@ constexpr unsigned kFlagFrictionless =
 /// How a ball's centre stands from its contact point. At first touch the centre is p and the
 /// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
 /// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
-/// section 11).
+/// section 12).
 struct Arm {
   double reach_m = 0;            ///< along the inward normal
   double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal

@@ -254,7 +254,7 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
 }
 
 /// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as
-/// touch(), but contact begins where the ball touches first (docs/method.md, section 11), and the
+/// touch(), but contact begins where the ball touches first (docs/method.md, section 12), and the
 /// reference point is x = p + R u(c). A ball that begins a tick deeper in the surface than
 /// kRestShare of its radius feels nothing until it has come out; one that is less deep, as after
 /// lifting off, begins contact there. radius 0 is a tip. Refuses a radius that is negative or not

@@ -58,7 +58,7 @@ std::vector<BadInput> bad_inputs() {
       {"wrong_unit", with("\"5 kPa\"", "\"5 mm\""), block, {"scene.toml:6:9", "is not a pressure"}},
       {"negative_stiffness", with("\"5 kPa\"", "\"-5 kPa\""), block, {"scene.toml:6:9", "young of [material]"}},
       {"incompressible", with("0.45", "0.5"), block, {"scene.toml:7:11", "below 0.5"}},
-      {"unknown_law", with("young", "law = \"jelly\"\nyoung"), block, {"jelly", "neo-hookean"}},
+      {"unknown_law", with("young", "law = \"jelly\"\nyoung"), block, {"scene.toml:6:7", "jelly", "neo-hookean"}},
       {"unknown_probe", with("radius = \"5 mm\"", "shape = \"spheer\""), block, {"spheer", "sphere"}},
       {"probe_larger_than_the_body", with("radius = \"5 mm\"", "radius = \"400 mm\""), block, {"probe", "larger"}},
       {"depth_beyond_the_body", with("depth = \"4 mm\"", "depth = \"60 mm\""), block, {"depth", "thick"}},
@@ -93,7 +93,7 @@ TEST(usage, wrong_usage_has_status_2_and_help_0) {
   EXPECT_EQ(palpate(folder, "run a.toml -o x --fast").status, 2);
   EXPECT_EQ(palpate(folder, "--help").status, 0);
   EXPECT_EQ(palpate(folder, "simulate --help").status, 0);
-  EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.1.0\n");
+  EXPECT_EQ(palpate(folder, "--version").out, "palpate 0.2.0\n");
 }
 
 TEST(usage, a_missing_file_is_bad_input) {

@@ -28,8 +28,9 @@ TEST(scene, fills_in_defaults_and_turns_everything_into_si) {
   const Scene scene = parse_scene(kSmallest, "/scenes/liver.toml");
   EXPECT_EQ(scene.body.surface->string(), "/scenes/liver.obj");
   EXPECT_DOUBLE_EQ(scene.body.length_unit_m, 1e-3);
-  EXPECT_DOUBLE_EQ(scene.material->young_Pa, 5000);
-  EXPECT_EQ(scene.probe.shape, "sphere");
+  EXPECT_EQ(scene.material->law, "neo-hookean");
+  EXPECT_EQ(scene.material->values, (std::vector<double>{5000, 0.45}));
+  EXPECT_EQ(scene.probe.spec.shape, "sphere");
   ASSERT_EQ(scene.body.fixed.size(), 1u);
   EXPECT_TRUE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0019)));
   EXPECT_FALSE(contains(scene.body.fixed[0], Vec3(1, 1, 0.0021)));
@@ -50,14 +51,41 @@ TEST(scene, a_wrong_unit_is_refused_with_the_right_ones) {
             "  Write a number and a unit, such as \"12 mm\". Units: m, dm, cm, mm, um, nm, in.");
 }
 
-TEST(scene, impossible_materials_are_refused) {
-  const auto with = [](const std::string& line) {
-    return error_of("[body]\nsurface = \"a.obj\"\nlength_unit = \"mm\"\n[material]\n" + line);
+TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
+  const auto probe = [](const std::string& lines) {
+    return parse_scene(kSmallest + "[probe]\n" + lines, "/scenes/liver.toml").probe;
   };
-  EXPECT_NE(with("young = \"-5 kPa\"\n").find("5:9: young of [material] is -5000 in SI units"), std::string::npos);
-  EXPECT_NE(with("young = \"5 kPa\"\npoisson = 0.5\n").find("poisson of [material] is 0.5"), std::string::npos);
-  EXPECT_NE(with("young = \"5 kPa\"\npoisson = 0.7\n").find("poisson of [material] is 0.7"), std::string::npos);
-  EXPECT_NE(with("poisson = 0.4\n").find("[material] has no young"), std::string::npos);
+  const ProbeSection flat = probe("shape = \"flat\"\nradius = \"6 mm\"\nedge_radius = \"0.4 mm\"\n");
+  EXPECT_DOUBLE_EQ(flat.spec.values.at("edge_radius").at(0), 0.0004);
+  EXPECT_EQ(recorded_radius_m(flat), 0);
+  const ProbeSection cone = probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
+  EXPECT_NEAR(cone.spec.values.at("half_angle").at(0), 0.785398163397448, 1e-15);
+  const ProbeSection egg = probe(
+      "shape = \"ellipsoid\"\nsemi_axes = [\"5 mm\", \"3 mm\", \"8 mm\"]\norientation = [1, 0, 1]\nheading = [0, 1, 0]\n");
+  EXPECT_DOUBLE_EQ(egg.spec.values.at("semi_axes").at(2), 0.008);
+  EXPECT_EQ(*egg.spec.orientation, Vec3(1, 0, 1));
+  EXPECT_EQ(*probe("shape = \"capsule\"\norientation = \"lying\"\n").spec.orientation, Vec3(Vec3::UnitX()));
+  const ProbeSection mesh = probe("shape = \"mesh\"\nmesh = \"tool.stl\"\nlength_unit = \"mm\"\n");
+  EXPECT_EQ(mesh.mesh->string(), "/scenes/tool.stl");
+  EXPECT_EQ(mesh.mesh_unit_m, 1e-3);
+  EXPECT_EQ(recorded_radius_m(probe("")), 0.005);
+  EXPECT_EQ(canonical(probe("")), "sphere 0.005 0.3");
+  EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
+}
+
+TEST(scene, a_key_of_another_shape_is_refused_and_says_whose_it_is) {
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nedge_radius = \"1 mm\"\n"),
+            "scenes/liver.toml:8:15: [probe]: shape \"sphere\" has no edge_radius\n"
+            "  edge_radius belongs to shape flat. A sphere takes radius.");
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nshape = \"flat\"\nheading = [1, 0, 0]\n"),
+            "scenes/liver.toml:9:11: [probe]: shape \"flat\" has no heading\n"
+            "  heading belongs to shape capsule, ellipsoid, mesh. A flat takes radius, edge_radius.");
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nshape = \"flat\"\nedge_radios = \"1 mm\"\n"),
+            "scenes/liver.toml:9:1: [probe] has no key \"edge_radios\"\n"
+            "  Did you mean \"edge_radius\"? Known: edge_radius, friction, radius, shape.");
+  EXPECT_EQ(error_of(kSmallest + "[probe]\nshape = \"mesh\"\nmesh = \"a.stl\"\n"),
+            "scenes/liver.toml:7:1: [probe] has no length_unit\n"
+            "  Mesh files carry no unit. Add length_unit = \"mm\" (or m, dm, cm, mm, um, nm, in).");
 }
 
 TEST(scene, the_mesh_unit_must_be_said) {

@@ -29,13 +29,14 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
     refuse("regions do not match the base mesh's tets", "Give one region for each tet, or none.");
   if (options.path.empty())
     refuse("the contact's path is empty", "Give at least one segment or point.");
-  if (!(options.h_contact_m > 0)) refuse("h_contact_m is not positive", "Give a size in metres.");
-  if (!(options.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
   if (!(options.growth > 0 && options.growth <= 1))
     refuse("growth is not in (0, 1]", "0.4 to 0.5 serves most bodies.");
-  for (const Segment& piece : options.path)
+  for (const Segment& piece : options.path) {
     if (!piece.from.allFinite() || !piece.to.allFinite())
       refuse("the contact's path is not finite", "Give positions in metres.");
+    if (!(piece.h_m > 0)) refuse("h_m is not positive", "Give a size in metres.");
+    if (!(piece.reach_m >= 0)) refuse("reach_m is negative", "Give a distance in metres.");
+  }
   for (Eigen::Index t = 0; t < base.tets.rows(); ++t) {
     const Vec3 a = base.nodes.row(base.tets(t, 0)), b = base.nodes.row(base.tets(t, 1)),
                c = base.nodes.row(base.tets(t, 2)), d = base.nodes.row(base.tets(t, 3));
@@ -113,11 +114,28 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const BisectedM
   }
 }
 
+double distance_m(const Segment& piece, const Vec3& x) {
+  const Vec3 along = piece.to - piece.from;
+  const double length = along.squaredNorm();
+  const double t = length > 0 ? std::clamp((x - piece.from).dot(along) / length, 0.0, 1.0) : 0.0;
+  return (piece.from + t * along - x).norm();
+}
+
+double wanted_size_m(const Segment& piece, double growth, const Vec3& x) {
+  return std::max(piece.h_m, growth * (distance_m(piece, x) - piece.reach_m));
+}
+
+bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x) {
+  return std::any_of(options.path.begin(), options.path.end(), [&](const Segment& piece) {
+    return wanted_size_m(piece, options.growth, x) <= piece.h_m;
+  });
+}
+
 void note_deviation(const Placement& placed, const GradeOptions& options, QuadraticMesh& out) {
   for (std::size_t n = 0; n < placed.nodes.size(); ++n) {
     if (placed.off_m[n] == 0) continue;
     out.deviation_m = std::max(out.deviation_m, placed.off_m[n]);
-    if (wanted_size_m(options, placed.nodes[n]) <= options.h_contact_m)
+    if (is_finest_of_a_piece(options, placed.nodes[n]))
       out.contact_deviation_m = std::max(out.contact_deviation_m, placed.off_m[n]);
   }
 }
@@ -133,14 +151,10 @@ double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 }
 
 double wanted_size_m(const GradeOptions& options, const Vec3& x) {
-  double squared = std::numeric_limits<double>::infinity();
-  for (const Segment& piece : options.path) {
-    const Vec3 along = piece.to - piece.from;
-    const double length = along.squaredNorm();
-    const double t = length > 0 ? std::clamp((x - piece.from).dot(along) / length, 0.0, 1.0) : 0.0;
-    squared = std::min(squared, (piece.from + t * along - x).squaredNorm());
-  }
-  return std::max(options.h_contact_m, options.growth * (std::sqrt(squared) - options.reach_m));
+  double least = std::numeric_limits<double>::infinity();
+  for (const Segment& piece : options.path)
+    least = std::min(least, wanted_size_m(piece, options.growth, x));
+  return least;
 }
 
 QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,

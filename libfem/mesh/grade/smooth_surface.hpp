@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "libfem/mesh/grade/box_tree.hpp"
+#include "libfit/core/box_tree.hpp"
 #include "libfit/core/surface.hpp"
 
 namespace palpate::fem {

@@ -43,7 +43,8 @@ class EvenOut {
   }
 
   void run() {
-    constexpr int kRounds = 10;  // hops are half-way, so the last moves are a thousandth of the first
+    constexpr int kRounds =
+        10;  // hops are half-way, so the last moves are a thousandth of the first
     for (int round = 0; round < kRounds; ++round) {
       flip_edges();
       for (const auto v : mesh_.vertices()) hop(v);
@@ -71,8 +72,8 @@ class EvenOut {
       const VertexHandle b = mesh_.to_vertex_handle(h);
       const VertexHandle c = mesh_.to_vertex_handle(mesh_.next_halfedge_handle(h));
       if (facing(v, b, c) < kLeastFacing) return -1;
-      worst = std::min(worst, roundness(position(mesh_, v), position(mesh_, b),
-                                        position(mesh_, c)));
+      worst =
+          std::min(worst, roundness(position(mesh_, v), position(mesh_, b), position(mesh_, c)));
     }
     return worst;
   }

@@ -18,8 +18,8 @@ constexpr double kShortest = 4.0 / 5.0;
 /// Least cosine between a triangle and the fine surface's normal at its corners: 66 degrees. A
 /// triangle steeper than that folds over a neighbour or cuts through a crease.
 constexpr double kLeastFacing = 0.4;
-/// How far a point may be left behind, of the wanted edge: by the collapse of its vertex, and by one
-/// move of it, of which there are several.
+/// How far a point may be left behind, of the wanted edge: by the collapse of its vertex, and by
+/// one move of it, of which there are several.
 constexpr double kLeftByCollapse = 0.12;
 constexpr double kLeftByMove = 0.03;
 
@@ -98,9 +98,9 @@ bool Remeshing::may_collapse(HalfedgeHandle h) const {
     const VertexHandle next = mesh.to_vertex_handle(mesh.next_halfedge_handle(around));
     if (next == kept) continue;
     if (!faces_outward(kept, far, next)) return false;
-    left_behind = std::min(left_behind,
-                           distance_to_triangle(position(mesh, gone), position(mesh, kept),
-                                                position(mesh, far), position(mesh, next)));
+    left_behind =
+        std::min(left_behind, distance_to_triangle(position(mesh, gone), position(mesh, kept),
+                                                   position(mesh, far), position(mesh, next)));
   }
   if (left_behind > kLeftByCollapse * edge_size_m(gone, kept)) return false;
   // A feature line may not swing onto another: the two wings of the edge keep their own status.
@@ -178,9 +178,9 @@ double Remeshing::distance_around_m(VertexHandle v, const Vec3& query) const {
   double least = std::numeric_limits<double>::infinity();
   for (const auto h : mesh.voh_range(v))
     least = std::min(
-        least, distance_to_triangle(
-                   query, position(mesh, v), position(mesh, mesh.to_vertex_handle(h)),
-                   position(mesh, mesh.to_vertex_handle(mesh.next_halfedge_handle(h)))));
+        least,
+        distance_to_triangle(query, position(mesh, v), position(mesh, mesh.to_vertex_handle(h)),
+                             position(mesh, mesh.to_vertex_handle(mesh.next_halfedge_handle(h)))));
   return least;
 }
 

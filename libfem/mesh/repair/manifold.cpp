@@ -92,12 +92,12 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
           turned += static_cast<std::size_t>(wanted);
           sheet.push_back(n.face);
         } else if (turn[n.face] != wanted) {
-          throw Error(
-              where,
-              "the surface has only one side (a Moebius strip) at " +
-                  name_faces(soup, {sheet[i], n.face}) + ", near " +
-                  place(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
-              "Remove inner sheets in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than that.");
+          throw Error(where,
+                      "the surface has only one side (a Moebius strip) at " +
+                          name_faces(soup, {sheet[i], n.face}) + ", near " +
+                          place(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
+                      "Remove inner sheets in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] "
+                      "fills gaps narrower than that.");
         }
       }
     if (2 * turned > sheet.size())

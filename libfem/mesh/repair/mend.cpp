@@ -25,7 +25,8 @@ constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
 constexpr std::size_t kMostCrossings = 200;
 constexpr const char* kWrapHint =
-    "Repair it in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than that.";
+    "Repair it in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than "
+    "that.";
 
 std::string percent(double share) {
   char text[32];

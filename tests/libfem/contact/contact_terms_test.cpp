@@ -94,7 +94,7 @@ struct Pressed {
 
   Pressed(double friction, double along_m, double rough_m, unsigned seed)
       : contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
-                make_probe("sphere", kRadius_m, friction, "test"), exact_settings()),
+                make_probe(sphere_spec(kRadius_m, friction), "test"), exact_settings()),
         pose(pose_at(along_m, kDepth_m)) {
     const Points rest = Points::Zero(sheet.nodes.rows(), 3);
     const ProbePose before = pose_at(0, 0.9 * kDepth_m);
@@ -189,7 +189,7 @@ TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_r
 TEST(Contact, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
   Sheet sheet;
   const Points rest = Points::Zero(sheet.nodes.rows(), 3);
-  const Probe probe = make_probe("sphere", kRadius_m, kFriction, "test");
+  const Probe probe = make_probe(sphere_spec(kRadius_m, kFriction), "test");
   const auto points_in_contact = [&](const ProbePose& pose) {
     Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa, probe);
     return contact.evaluate(rest, pose, contact.untouched(pose_at(0, 0))).points;
@@ -209,7 +209,7 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   const Sheet sheet;
   const ContactSettings settings;
   Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
-                  make_probe("sphere", kRadius_m, 0, "test"), settings);
+                  make_probe(sphere_spec(kRadius_m, 0), "test"), settings);
   const ContactHistory history = contact.untouched(pose_at(0, 0));
   const ContactTotals totals = contact.evaluate(Points::Zero(sheet.nodes.rows(), 3),
                                                 pose_at(0, kDepth_m), history);
@@ -220,6 +220,25 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   EXPECT_NEAR(totals.greatest_penetration_m / kDepth_m, 1, 0.02);
   const double area = M_PI * kDepth_m * (2 * kRadius_m - kDepth_m);
   EXPECT_NEAR(totals.area_m2 / area, 1, 0.02);
+}
+
+// The surface then bears the pressure of its overlap without overlapping: twice the force where it is.
+TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
+  const Sheet sheet;
+  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                  make_probe(sphere_spec(kRadius_m), "test"));
+  const Points u = Points::Zero(sheet.nodes.rows(), 3);
+  const ProbePose pose = pose_at(0, kDepth_m);
+  const ContactHistory accepted = contact.accepted(u, pose, contact.untouched(pose_at(0, 0)));
+  const ContactHistory again = contact.give_back(accepted);
+  const Vec3 once = contact.evaluate(u, pose, accepted).force_N;
+  const ContactTotals twice = contact.evaluate(u, pose, again);
+  EXPECT_LT((twice.force_N - 2 * once).norm(), 0.01 * once.norm());
+  EXPECT_NEAR(twice.greatest_penetration_m, kDepth_m, 0.02 * kDepth_m) << "true overlap";
+  // A ball that has backed off to touching still bears: k (d - r^2/R) where r^2 < R d, half the force.
+  const ContactTotals backed = contact.evaluate(u, pose_at(0, 0), again);
+  EXPECT_NEAR(backed.force_N.z() / once.z(), 0.5, 0.05);
+  EXPECT_LT(backed.greatest_penetration_m, 1e-6 * kDepth_m);
 }
 
 }  // namespace

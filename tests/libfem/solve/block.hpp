@@ -16,15 +16,14 @@ inline std::vector<char> held_below(const Points& nodes, double height) {
 /// The base mesh with quadratic nodes, flat faces and no refinement.
 inline QuadraticMesh ungraded(const TetMesh& base, const std::vector<char>& is_held) {
   GradeOptions options;
-  options.path = {{}};
-  options.h_contact_m = 1e6;
+  options.path = {{Vec3::Zero(), Vec3::Zero(), 1e6}};
   return grade_mesh(base, is_held, SmoothSurface({base.nodes, boundary_triangles(base.tets)}),
                     options);
 }
 
 constexpr double kYoung_Pa = 10e3, kPoisson = 0.45;
 
-/// A flat block of 60 x 60 x 30 mm, held at its bottom, and a ball of 8 mm; no twin.
+/// A flat block of 60 x 60 x 30 mm, held at its bottom, and a ball of 8 mm; a coarse mesh without twin.
 /// scale: factor on all lengths.
 inline SimulationSetup block_setup(double friction, double scale = 1) {
   SimulationSetup setup;
@@ -32,9 +31,9 @@ inline SimulationSetup block_setup(double friction, double scale = 1) {
   setup.is_held = held_below(setup.volume.nodes, scale * 1e-6);
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
-  setup.probe_radius_m = scale * 0.008;
-  setup.friction = friction;
+  setup.probe = sphere_spec(scale * 0.008, friction);
   setup.options.twin_ratio = 0;
+  setup.options.element_size = setup.options.growth = 0.8;
   return setup;
 }
 

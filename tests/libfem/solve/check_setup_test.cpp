@@ -45,18 +45,18 @@ TEST(CheckSetup, refuses_a_body_that_nothing_holds) {
 
 TEST(CheckSetup, refuses_a_probe_larger_than_the_body) {
   SimulationSetup setup = block_setup(0.3);
-  setup.probe_radius_m = 8;
+  setup.probe = sphere_spec(8);
   EXPECT_EQ(message_of(setup),
-            "[probe] radius: the probe (1.6e+04 mm wide) is larger than the body (60 mm)\n"
-            "  Check length_unit and the probe's radius.");
+            "[probe]: the probe (1.6e+04 mm wide) is larger than the body (60 mm)\n"
+            "  Check length_unit and the size of the probe.");
 }
 
 TEST(CheckSetup, says_which_material_is_wrong) {
   SimulationSetup setup = block_setup(0.3);
   setup.materials.push_back({"neo-hookean", {1e4, 0.5}});
   EXPECT_EQ(message_of(setup),
-            "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.500000\n"
-            "  Correct the material; law neo-hookean takes young, poisson.");
+            "[[inclusion]] 1: poisson must lie above -1 and below 0.5, not 0.5\n"
+            "  Correct the material; law neo-hookean takes young, poisson (may be left out).");
 }
 
 TEST(CheckExperiments, refuses_a_press_through_the_body) {

@@ -111,7 +111,7 @@ TEST(Bisect, every_tet_is_as_small_as_asked_and_far_ones_are_left_alone) {
     for (int k = 0; k < 4; ++k) centroid += 0.25 * fine.nodes.row(fine.tets(t, k));
     EXPECT_LE(size_of(fine, t), wanted_size_m(kPress, centroid) * (1 + 1e-12)) << "tet " << t;
   }
-  const GradeOptions coarse{.path = kPress.path, .h_contact_m = 1};
+  const GradeOptions coarse{.path = {{kPress.path[0].from, kPress.path[0].to, 1}}};
   EXPECT_EQ(bisect(base, coarse).tets.size(), static_cast<std::size_t>(base.tets.rows()));
 }
 
@@ -124,7 +124,7 @@ TEST(Bisect, dihedral_angles_shrink_boundedly) {
   };
   GradeOptions ball = kPress, deep = kPress;
   ball.path = {{{0, 0, 0.05}, {0, 0, 0.05}}};
-  deep.h_contact_m = 0.001;
+  deep.path[0].h_m = 0.001;
   const Case cases[] = {{"block", structured_block({0.1, 0.1, 0.04}, {5, 5, 2}), kPress, 0.99},
                         {"shaken block", shaken_block(6, 0.004), kPress, 0.45},
                         {"shaken block, h 1 mm", shaken_block(6, 0.004), deep, 0.45},
@@ -143,7 +143,7 @@ TEST(Bisect, dihedral_angles_shrink_boundedly) {
 
 TEST(Bisect, refinement_without_end_is_refused) {
   GradeOptions options = kPress;
-  options.h_contact_m = 1e-5;
+  options.path[0].h_m = 1e-5;
   options.max_corners = 5000;
   try {
     bisect(structured_block({0.1, 0.1, 0.04}, {5, 5, 2}), options);

@@ -97,7 +97,7 @@ TEST(GradeMesh, block_keeps_its_volume_its_edges_and_its_angles) {
   QuadraticMesh mesh;
   for (const double h_m : {0.006, 0.005, 0.0041, 0.004}) {
     GradeOptions options = kPress;
-    options.h_contact_m = h_m;
+    options.path[0].h_m = h_m;
     const auto begin = std::chrono::steady_clock::now();
     mesh = grade_mesh(block.base, block.held, block.surface, options);
     const double seconds =
@@ -166,7 +166,7 @@ TEST(GradeMesh, coarse_ball_becomes_the_fine_sphere_as_the_mesh_is_refined) {
   const double facets = volume_m3(surface.surface());
   double before = 1;
   for (const double h : {0.02, 0.01, 0.005}) {
-    GradeOptions everywhere{.path = {{Vec3::Zero(), Vec3::Zero()}}, .h_contact_m = h, .reach_m = 1};
+    GradeOptions everywhere{.path = {{Vec3::Zero(), Vec3::Zero(), h, 1}}};
     const QuadraticMesh mesh =
         grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
                    everywhere);
@@ -196,7 +196,7 @@ TEST(GradeMesh, cylinder_becomes_round_and_its_rim_stays_a_rim) {
   const SmoothSurface surface(cylinder(radius, length, 48, 20));
   const QuadraticMesh mesh =
       grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface,
-                 {.path = {{{radius, 0, length}, {radius, 0, length}}}, .h_contact_m = 0.005});
+                 {.path = {{{radius, 0, length}, {radius, 0, length}, 0.005}}});
   int on_rim = 0;
   for (Eigen::Index i = 0; i < mesh.faces.size(); ++i) {
     const Vec3 x = mesh.nodes.row(mesh.faces.data()[i]);
@@ -231,7 +231,7 @@ TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
   for (Eigen::Index v = 0; v < low.vertices.rows(); ++v)
     if (low.vertices(v, 2) > 0.001) low.vertices(v, 2) = 0.0001;
   const SmoothSurface surface(low);
-  GradeOptions options{.path = {{{0.02, 0.02, 0.002}, {0.02, 0.02, 0.002}}}, .h_contact_m = 0.01};
+  GradeOptions options{.path = {{{0.02, 0.02, 0.002}, {0.02, 0.02, 0.002}, 0.01}}};
   const QuadraticMesh mesh = grade_mesh(
       base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0), surface, options);
   EXPECT_GT(mesh.deviation_m, 0.0003);
@@ -247,13 +247,43 @@ TEST(GradeMesh, path_of_a_drag_is_fine_along_its_whole_length) {
                   {{0.05, 0.05, 0.04}, {0.05, 0.07, 0.04}}};
   const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, options);
   GradeOptions inner = options;  // a tet counts by its centroid: stay a size inside the zone
-  inner.reach_m -= options.h_contact_m;
-  const double largest = options.h_contact_m * std::sqrt(3.0);  // by the definition of size
+  const double h_m = options.path[0].h_m;
+  for (Segment& piece : inner.path) piece.reach_m -= h_m;
+  const double largest = h_m * std::sqrt(3.0);  // by the definition of size
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     const Vec3 a = mesh.nodes.row(mesh.faces(f, 0)), b = mesh.nodes.row(mesh.faces(f, 1));
-    if (wanted_size_m(inner, 0.5 * (a + b)) <= options.h_contact_m) {
+    if (wanted_size_m(inner, 0.5 * (a + b)) <= h_m) {
       EXPECT_LT((a - b).norm(), largest) << "face " << f;
     }
+  }
+}
+
+TEST(GradeMesh, each_piece_of_the_path_has_its_own_size_and_the_finest_wish_wins) {
+  const Vec3 end = kTop + Vec3(0.02, 0, 0);
+  const GradeOptions options{.path = {{kTop, kTop, 0.001, 0}, {kTop, end, 0.004, 0.002}},
+                             .growth = 0.5};
+  EXPECT_NEAR(wanted_size_m(options, kTop), 0.001, 1e-15);
+  EXPECT_NEAR(wanted_size_m(options, kTop - Vec3(0, 0, 0.004)), 0.002, 1e-15);  // 0.5 * 4 mm
+  EXPECT_NEAR(wanted_size_m(options, end), 0.004, 1e-15);
+  EXPECT_NEAR(wanted_size_m(options, end + Vec3(0.012, 0, 0)), 0.005, 1e-15);  // 0.5 * (12 - 2) mm
+}
+
+// Shells of doubling radius about the point of first touch hold about as many tets each: a press is
+// resolved alike at every depth, for a number of nodes that grows with the logarithm of its range.
+TEST(GradeMesh, size_proportional_to_distance_gives_every_octave_as_many_tets) {
+  const Block block;
+  const GradeOptions options{.path = {{kTop, kTop, 0.0005, 0}}, .growth = 0.4};
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, options);
+  int in_shell[3] = {};
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    Vec3 centroid = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) centroid += 0.25 * mesh.nodes.row(mesh.tets(t, k));
+    const double octave = std::log2((centroid - kTop).norm() / 0.0025);
+    if (octave >= 0 && octave < 3) ++in_shell[static_cast<int>(octave)];
+  }
+  for (const int tets : in_shell) {
+    EXPECT_GT(tets, 0.6 * in_shell[1]);
+    EXPECT_LT(tets, 1.6 * in_shell[1]);
   }
 }
 
@@ -286,11 +316,11 @@ TEST(GradeMesh, options_out_of_range_are_refused_by_name) {
     return std::string("accepted");
   };
   GradeOptions no_path, no_size = kPress, no_growth = kPress, far = kPress;
-  no_size.h_contact_m = 0;
+  no_size.path[0].h_m = 0;
   no_growth.growth = 0;
-  far.reach_m = NAN;
+  far.path[0].reach_m = NAN;
   EXPECT_EQ(fact_of(no_path, block.held), "the contact's path is empty");
-  EXPECT_EQ(fact_of(no_size, block.held), "h_contact_m is not positive");
+  EXPECT_EQ(fact_of(no_size, block.held), "h_m is not positive");
   EXPECT_EQ(fact_of(no_growth, block.held), "growth is not in (0, 1]");
   EXPECT_EQ(fact_of(far, block.held), "reach_m is negative");
   EXPECT_EQ(fact_of(kPress, {}), "held flags do not match the base mesh's nodes");

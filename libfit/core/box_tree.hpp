@@ -9,7 +9,7 @@
 
 #include "libfit/core/geometry.hpp"
 
-namespace palpate::fem {
+namespace palpate {
 
 /// Bounding boxes of primitives in a binary tree, for nearest-primitive queries.
 /// Written here instead of taken from CGAL's AABB_tree because the search must skip primitives (a
@@ -93,4 +93,4 @@ class BoxTree {
   std::vector<std::int32_t> order_;
 };
 
-}  // namespace palpate::fem
+}  // namespace palpate

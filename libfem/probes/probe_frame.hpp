@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "libfem/probes/probes.hpp"
+
+namespace palpate::fem {
+
+/// The probe's frame: columns are the part of `heading` across the axis, the direction across both,
+/// and the axis. Where heading is (almost) along the axis, or zero, the coordinate axis least along
+/// it takes its place, the first direction of drags.
+inline Mat3 probe_frame(const Vec3& axis, const Vec3& heading) {
+  constexpr double kAlong = 1e-3;  // sine of the angle between heading and axis
+  Vec3 first = heading - heading.dot(axis) * axis;
+  if (!(first.squaredNorm() > kAlong * kAlong * heading.squaredNorm())) {
+    Eigen::Index least = 0;
+    axis.cwiseAbs().minCoeff(&least);
+    first = Vec3::Unit(least) - axis[least] * axis;
+  }
+  first.normalize();
+  Mat3 frame;
+  frame << first, axis.cross(first), axis;
+  return frame;
+}
+
+/// Rotation from own axes to the probe's frame that takes `inward` (own axes, any length) to u and own
+/// z, or own x where inward is along z, to the heading.
+inline Mat3 turn_inward(const Vec3& inward) {
+  const Vec3 u = inward.normalized();
+  const bool is_along_z = std::hypot(u.x(), u.y()) < 1e-6;
+  return probe_frame(u, is_along_z ? Vec3::UnitX() : Vec3::UnitZ()).transpose();
+}
+
+/// Evaluates a shape given in own axes at an offset from the reference point in the body's axes.
+template <class OwnDistance>
+SignedDistance in_own_axes(const ProbeGeometry& probe, const Vec3& axis, const Vec3& offset,
+                           const OwnDistance& own_distance) {
+  const Mat3 turn = probe_frame(axis, probe.heading) * probe.turn;
+  SignedDistance out = own_distance(Vec3(probe.touch + turn.transpose() * offset));
+  out.gradient = turn * out.gradient;
+  out.hessian = turn * out.hessian * turn.transpose();
+  return out;
+}
+
+/// Where an offset lies about the axis: height above the tip's plane, against u, distance from the
+/// axis and the unit vector away from it (zero on the axis).
+struct AxialPlace {
+  double height_m, away_m;
+  Vec3 outward;
+};
+
+inline AxialPlace axial_place(const Vec3& axis, const Vec3& offset) {
+  const double along = offset.dot(axis);
+  const Vec3 lateral = offset - along * axis;
+  const double away = lateral.norm();
+  return {-along, away, away > 0 ? Vec3(lateral / away) : Vec3(Vec3::Zero())};
+}
+
+/// Ball about own origin that holds a probe, for any heading: the lateral part of the centre is added
+/// to the radius.
+inline BoundingBall ball_about_origin(const ProbeGeometry& probe, double radius_m) {
+  const Vec3 centre = -(probe.turn * probe.touch);
+  return {centre.z(), radius_m + centre.head<2>().norm()};
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,61 @@
+#include "libfem/solve/mesh_limit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kRatio = 1.6;
+
+/// Exact forces of a press, and those of a mesh that is too stiff by excess times (h/h_fine)^2.
+std::vector<Vec3> press(double excess, double h = 1) {
+  std::vector<Vec3> forces;
+  for (int row = 1; row <= 12; ++row)
+    forces.push_back(std::pow(row, 1.5) * (1 + excess * h * h) * Vec3(0.1, 0, -1));
+  return forces;
+}
+
+TEST(MeshLimit, an_error_of_second_order_is_taken_off_and_stays_within_the_bound) {
+  const std::vector<Vec3> exact = press(0), fine = press(0.012), twin = press(0.012, kRatio);
+  const MeshLimit limit = mesh_limit(fine, twin, kRatio);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const Vec3 corrected = (1 - limit.excess) * fine[i];
+    EXPECT_LT((corrected - exact[i]).norm(), 1e-3 * exact[i].norm());
+    EXPECT_GT(limit.error[i], 0.8 * 0.012);
+    EXPECT_LT(limit.error[i], 1.2 * 0.012);
+  }
+}
+
+TEST(MeshLimit, a_row_that_differs_more_than_the_others_says_so_and_leaves_them_alone) {
+  const std::vector<Vec3> fine = press(0.01);
+  std::vector<Vec3> twin = press(0.01, kRatio);
+  const MeshLimit even = mesh_limit(fine, twin, kRatio);
+  twin[0] *= 1.06;
+  const MeshLimit odd = mesh_limit(fine, twin, kRatio);
+  EXPECT_GT(odd.error[0], 2 * even.error[0]);
+  EXPECT_NEAR(odd.error[5] / even.error[5], 1, 0.35);  // the mean moved by a twelfth
+}
+
+TEST(MeshLimit, meshes_too_far_apart_are_not_extrapolated_but_owned_up_to) {
+  const MeshLimit limit = mesh_limit(press(0), press(0.2), kRatio);
+  EXPECT_EQ(limit.excess, 0);
+  for (const double error : limit.error) EXPECT_NEAR(error, 0.2, 1e-12);
+}
+
+TEST(MeshLimit, failed_rows_count_for_nothing_and_none_to_compare_is_unknown) {
+  const std::vector<Vec3> fine = press(0.01);
+  std::vector<Vec3> twin = press(0.01, kRatio);
+  const double excess = mesh_limit(fine, twin, kRatio).excess;
+  twin[3].setZero(), twin[11].setZero();
+  const MeshLimit gaps = mesh_limit(fine, twin, kRatio);
+  EXPECT_NEAR(gaps.excess, excess, 1e-12);
+  EXPECT_NEAR(gaps.error[3], gaps.error[4], 1e-12) << "by the other rows";
+  const MeshLimit none = mesh_limit(fine, std::vector<Vec3>(fine.size(), Vec3::Zero()), kRatio);
+  EXPECT_EQ(none.excess, 0);
+  for (const double error : none.error) EXPECT_TRUE(std::isnan(error));
+}
+
+}  // namespace
+}  // namespace palpate::fem

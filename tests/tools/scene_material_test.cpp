@@ -1,0 +1,152 @@
+#include "tools/scene_material.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "libfit/core/error.hpp"
+#include "tools/scene.hpp"
+
+namespace palpate::tools {
+namespace {
+
+std::string with_material(const std::string& lines) {
+  return "[body]\nsurface = \"a.obj\"\nlength_unit = \"mm\"\n[material]\n" + lines;
+}
+
+fem::MaterialParameters material_of(const std::string& lines) {
+  return *parse_scene(with_material(lines), "s.toml").material;
+}
+
+std::string error_of(const std::string& lines) {
+  try {
+    parse_scene(with_material(lines), "s.toml");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+void expect_beginning(const std::string& text, const std::string& beginning) {
+  EXPECT_EQ(text.substr(0, beginning.size()), beginning);
+}
+
+struct Given {
+  const char* lines;
+  std::vector<double> values;  ///< NaN: left out
+};
+
+constexpr const char* kFibres = "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\n";
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+const std::vector<Given> kGiven{
+    {"law = 'neo-hookean'\nyoung = '5 kPa'\npoisson = 0.49", {5e3, 0.49}},
+    {"law = 'neo-hookean-simo'\nyoung = '5 kPa'", {5e3, 0.45}},
+    {"law = 'neo-hookean-isochoric'\nyoung = 5000", {5e3, 0.45}},
+    {"law = 'neo-hookean-isochoric-log'\nyoung = '5 kPa'", {5e3, 0.45}},
+    {"law = 'neo-hookean-isochoric-simo'\nyoung = '5 kPa'", {5e3, 0.45}},
+    {"law = 'stable-neo-hookean'\nyoung = '5 kPa'", {5e3, 0.45}},
+    {"law = 'mooney-rivlin'\nc10 = '1 kPa'\nc01 = '0.5 kPa'\npoisson = 0.49", {1e3, 500, 0.49, kNaN}},
+    {"law = 'yeoh'\nc10 = '1 kPa'\nc30 = '2 Pa'\nbulk = '1 MPa'", {1e3, 0, 2, 0.45, 1e6}},
+    {"law = 'ogden'\nmu1 = '1 kPa'\nalpha1 = 8\nmu2 = '-20 Pa'\nalpha2 = -3",
+     {1e3, 8, -20, -3, kNaN, kNaN, 0.45, kNaN}},
+    {"law = 'fung'\nshear = '1 kPa'\nb = 1.5", {1e3, 1.5, 0.45, kNaN}},
+    {"law = 'veronda-westmann'\nc1 = '1 kPa'\nc2 = 5", {1e3, 5, 0.45, kNaN}},
+    {"law = 'holzapfel-gasser-ogden'\nshear = '1 kPa'\nk1 = '3 kPa'\nk2 = 0.8\nfibre = [0, 0.6, 0.8]",
+     {1e3, 3e3, 0.8, 0, 0.6, 0.8, 0, 0.45, kNaN}},
+    {"law = 'st-venant-kirchhoff'\nyoung = '5 kPa'\npoisson = 0.3", {5e3, 0.3}},
+};
+
+TEST(SceneMaterial, every_law_can_be_given) {
+  std::set<std::string> laws;
+  for (const Given& given : kGiven) {
+    SCOPED_TRACE(given.lines);
+    const fem::MaterialParameters material = material_of(given.lines);
+    laws.insert(material.law);
+    ASSERT_EQ(material.values.size(), given.values.size());
+    for (std::size_t i = 0; i < given.values.size(); ++i)
+      EXPECT_TRUE(material.values[i] == given.values[i] ||
+                  (std::isnan(material.values[i]) && std::isnan(given.values[i])))
+          << i << ": " << material.values[i];
+    EXPECT_NO_THROW(fem::make_material(material, "test"));
+  }
+  EXPECT_EQ(laws.size(), fem::material_laws().size());
+}
+
+TEST(SceneMaterial, inclusions_have_laws_of_their_own) {
+  const Scene scene = parse_scene(
+      with_material("young = '5 kPa'\n[[inclusion]]\nsphere = { center = [0, 0, 0], radius = '1 cm' }\n"
+                    "material = { law = 'yeoh', c10 = '9 kPa' }\n"), "s.toml");
+  EXPECT_EQ(scene.inclusions.at(0).material.law, "yeoh");
+  EXPECT_EQ(scene.inclusions.at(0).material.values.at(0), 9e3);
+}
+
+TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
+  expect_beginning(error_of("law = 'moony-rivlin'\nc10 = 1"),
+            "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
+            "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
+  EXPECT_EQ(error_of("law = 'mooney-rivlin'\nc1O = '1 kPa'\nc01 = '1 kPa'"),
+            "s.toml:6:1: [material] has no key \"c1O\"\n"
+            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson.");
+  expect_beginning(error_of("law = 'mooney-rivlin'\nyoung = '1 kPa'"),
+            "s.toml:6:1: [material] has no key \"young\"");
+}
+
+TEST(SceneMaterial, missing_keys_are_named_with_their_form) {
+  EXPECT_EQ(error_of("poisson = 0.4"),
+            "s.toml:4:1: [material] has no young, which law neo-hookean needs\n"
+            "  Add young = \"...\" with a unit (" + known_units(Dimension::pressure) +
+                "): Young's modulus at small strain.");
+  EXPECT_EQ(error_of("law = 'fung'\nshear = '1 kPa'"),
+            "s.toml:4:1: [material] has no b, which law fung needs\n"
+            "  Add b = a plain number: exponent, positive: how fast it stiffens.");
+  EXPECT_EQ(error_of("law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1"),
+            "s.toml:4:1: [material] has no fibre, which law holzapfel-gasser-ogden needs\n"
+            "  Add fibre = [...], 3 numbers: direction of the fibres at rest, three numbers of any length.");
+}
+
+TEST(SceneMaterial, wrong_units_and_forms_are_refused_at_their_place) {
+  expect_beginning(error_of("law = 'yeoh'\nc10 = '5 mm'"),
+            "s.toml:6:7: c10 of [material] is \"5 mm\", which is not a pressur");
+  EXPECT_EQ(error_of("law = 'fung'\nshear = 1\nb = '1 kPa'"),
+            "s.toml:7:5: b of [material] is a text, not a number\n"
+            "  Give a plain number from -1000000 to 1000000.");
+  for (const char* fibre : {"[1, 0]", "'z'", "1"})
+    EXPECT_EQ(error_of(kFibres + std::string("fibre = ") + fibre),
+              "s.toml:9:9: fibre of [material] is not a list of 3 numbers\n"
+              "  Write a list of 3 plain numbers from -1000000 to 1000000.");
+  EXPECT_EQ(error_of(kFibres + std::string("fibre = [1, 0, '1 mm']")),
+            "s.toml:9:16: fibre of [material] holds a text, not a number\n"
+            "  Write a list of 3 plain numbers from -1000000 to 1000000.");
+}
+
+TEST(SceneMaterial, what_a_law_refuses_is_refused_at_its_key) {
+  EXPECT_EQ(error_of("young = '-5 kPa'"),
+            "s.toml:5:9: young of [material] must be positive, not -5000 Pa\n"
+            "  young is the Young's modulus at small strain.");
+  expect_beginning(error_of("young = '5 kPa'\npoisson = 0.5"),
+            "s.toml:6:11: poisson of [material] must lie above -1 and below 0.5, not 0.5\n  p");
+  expect_beginning(error_of("law = 'ogden'\nmu1 = 1\nalpha1 = 2\nmu3 = 2"),
+            "s.toml:4:1: alpha3 of [material] is missing beside mu3\n  alp");
+  EXPECT_EQ(error_of("law = 'yeoh'\nc10 = 1\nbulk = 1\npoisson = 0.4"),
+            "s.toml:7:8: bulk of [material] is given beside poisson\n  Keep one of the two.");
+}
+
+TEST(SceneMaterial, canonical_texts_notice_every_key_and_no_spelling) {
+  std::set<std::string> seen;
+  for (const char* lines :
+       {"law = 'yeoh'\nc10 = '1 kPa'",
+        "law = 'yeoh'\nc10 = '2 kPa'",
+        "law = 'yeoh'\nc10 = '1 kPa'\nc20 = 1", "law = 'yeoh'\nc10 = '1 kPa'\nc30 = 1", "law = 'yeoh'\nc10 = '1 kPa'\npoisson = 0.4",
+        "law = 'yeoh'\nc10 = '1 kPa'\nbulk = '1 MPa'", "young = '1 kPa'",
+        "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [1, 0, 0]",
+        "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [0, 1, 0]"})
+    EXPECT_TRUE(seen.insert(canonical_experiments(parse_scene(with_material(lines), "s.toml"))).second)
+        << lines;
+  EXPECT_EQ(canonical(material_of("law = 'yeoh'\nc10 = '1 kPa'")),
+            canonical(material_of("poisson = 0.45\nc20 = 0\nc10 = 1000.0\nlaw = 'yeoh' # soft")));
+}
+
+}  // namespace
+}  // namespace palpate::tools

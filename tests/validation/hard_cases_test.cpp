@@ -1,0 +1,211 @@
+// Cases that break solvers: each row is right, or refused with its reason. `Right` is agreement with
+// the same case on a mesh half as coarse again, within the row's own error bound and 3 % of the force.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/libfem/solve/block.hpp"
+#include "tests/validation/record.hpp"
+
+namespace palpate::fem {
+namespace {
+
+using validation::cpu_seconds;
+using validation::record_case;
+using validation::record_curve;
+
+constexpr double kAgreement = 0.03;  // of the force
+
+struct HardCase {
+  std::string name;
+  SimulationSetup setup;
+  Vec3 position, normal;
+  Experiments experiments;
+};
+
+Experiments press(double depth_m, int steps) {
+  Experiments experiments;
+  experiments.depth_m = depth_m;
+  experiments.press_steps = steps;
+  return experiments;
+}
+
+/// A press and, at its depth, a drag as far along the first tangent.
+Experiments press_and_drag(double depth_m, int steps) {
+  Experiments experiments = press(depth_m, steps);
+  experiments.drag_depths_m = {depth_m};
+  experiments.drag_distance_m = depth_m;
+  experiments.drag_directions = 1;
+  experiments.drag_steps = 4;
+  return experiments;
+}
+
+SimulationSetup layer(double thickness_m, double poisson, double radius_m) {
+  SimulationSetup setup = block_setup(0.3);
+  setup.volume = structured_block(Vec3(0.06, 0.06, thickness_m), {6, 6, 1});
+  setup.is_held = held_below(setup.volume.nodes, 1e-6);
+  setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
+  setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
+  setup.probe = sphere_spec(radius_m, 0.3);
+  setup.options.twin_ratio = SolverOptions().twin_ratio;
+  return setup;
+}
+
+// Runs the case as shipped and finer, prints both, and holds every good row against the finer one.
+// Returns how many rows are good.
+int expect_right_or_refused(const HardCase& hard) {
+  const double start = cpu_seconds();
+  const PointRows shipped =
+      Simulator(hard.setup).press_and_drag(hard.position, hard.normal, hard.experiments);
+  const double cost = cpu_seconds() - start;
+  SimulationSetup finer = hard.setup;
+  finer.options.element_size /= 1.6;
+  finer.options.growth /= 1.6;
+  finer.options.twin_ratio = 0;
+  const PointRows reference =
+      Simulator(finer).press_and_drag(hard.position, hard.normal, hard.experiments);
+  int good = 0;
+  const Vec3 drag_way = drag_tangents(hard.normal, 1)[0];
+  for (std::size_t i = 0; i < shipped.rows.size(); ++i) {
+    const PointRow& row = shipped.rows[i];
+    const PointRow& fine = reference.rows[i];
+    const std::string where = hard.name + " row " + std::to_string(i);
+    std::printf("%-34s status %d, %.6f N (error bound %.6f), finer %.6f N status %d\n", where.c_str(),
+                static_cast<int>(row.status), row.force.norm(), row.force_error, fine.force.norm(),
+                static_cast<int>(fine.status));
+    if (row.status != RowStatus::good) {
+      EXPECT_TRUE(std::isnan(row.force_error)) << where << ": a refused row claims an error";
+      continue;
+    }
+    ++good;
+    EXPECT_GT(row.force.dot(hard.normal), 0) << where;
+    EXPECT_TRUE(row.force_error >= 0) << where << ": no error estimate";
+    if (fine.status != RowStatus::good) continue;
+    const bool is_drag = row.kind == ExperimentKind::drag;
+    const auto along = [&](const Vec3& v) { return v.dot(is_drag ? drag_way : hard.normal); };
+    record_curve(hard.name, is_drag ? "drag" : "press", 1e3 * along(row.deflection),
+                 along(row.force), row.force_error, along(fine.force));
+    const double difference = (row.force - fine.force).norm(), size = fine.force.norm();
+    EXPECT_LT(difference, row.force_error + kAgreement * size) << where;
+    if (i + 1 == shipped.rows.size())
+      record_case("hard/" + hard.name, size, row.force.norm(), "N", row.force.norm() / size - 1, cost);
+  }
+  return good;
+}
+
+TEST(HardCases, a_thin_layer_pressed_to_six_tenths_of_its_thickness) {
+  const HardCase hard{"thin layer 60 %", layer(0.01, kPoisson, 0.008), Vec3(0.031, 0.0283, 0.01),
+                      -Vec3::UnitZ(), press_and_drag(0.006, 6)};
+  EXPECT_EQ(expect_right_or_refused(hard), 10);
+}
+
+TEST(HardCases, poisson_0_4999) {
+  const HardCase hard{"nu 0.4999", layer(0.03, 0.4999, 0.008), Vec3(0.031, 0.0283, 0.03),
+                      -Vec3::UnitZ(), press_and_drag(0.004, 4)};
+  EXPECT_EQ(expect_right_or_refused(hard), 8);
+}
+
+// Inner nodes moved until the flattest dihedral angle is below 2 degrees.
+void make_slivers(TetMesh& mesh, const Vec3& size_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  const auto least_height = [&](Eigen::Index node) {
+    double least = 1;
+    for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+      if ((mesh.tets.row(t).array() != static_cast<int>(node)).all()) continue;
+      const Vec3 a = mesh.nodes.row(mesh.tets(t, 0)), b = mesh.nodes.row(mesh.tets(t, 1)),
+                 c = mesh.nodes.row(mesh.tets(t, 2)), d = mesh.nodes.row(mesh.tets(t, 3));
+      least = std::min(least, (b - a).cross(c - a).dot(d - a) / (size_m[0] * size_m[1] * size_m[2]));
+    }
+    return least;
+  };
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
+    const Vec3 x = mesh.nodes.row(n);
+    if (((x.array() < 1e-9) || (x.array() > size_m.array() - 1e-9)).any()) continue;
+    const Vec3 way(draw(random), draw(random), draw(random));
+    double low = 0, high = 0.05;  // [m]; the farthest that keeps every tet just positive
+    for (int i = 0; i < 40; ++i) {
+      const double middle = (low + high) / 2;
+      mesh.nodes.row(n) = x + middle * way.normalized();
+      (least_height(n) > 2e-6 ? low : high) = middle;
+    }
+    mesh.nodes.row(n) = x + low * way.normalized();
+  }
+}
+
+TEST(HardCases, slivers_below_two_degrees) {
+  HardCase hard{"slivers", block_setup(0.3), block_top(), -Vec3::UnitZ(), press_and_drag(0.004, 4)};
+  hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
+  make_slivers(hard.setup.volume, Vec3(0.06, 0.06, 0.03), 3);
+  expect_right_or_refused(hard);
+}
+
+TEST(HardCases, an_inclusion_a_thousand_times_stiffer) {
+  HardCase hard{"inclusion 1000:1", block_setup(0.3), block_top(), -Vec3::UnitZ(),
+                press_and_drag(0.004, 4)};
+  hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
+  hard.setup.materials.push_back({"neo-hookean", {1000 * kYoung_Pa, kPoisson}});
+  hard.setup.region_at = [](const Vec3& x) {
+    return (x - Vec3(0.031, 0.0283, 0.018)).norm() < 0.006 ? 1 : 0;
+  };
+  EXPECT_EQ(expect_right_or_refused(hard), 8);
+}
+
+TEST(HardCases, a_test_point_on_an_edge_and_on_a_corner) {
+  for (const auto& [name, position, normal] :
+       {std::tuple{"edge", Vec3(0.06, 0.031, 0.03), Vec3(-1, 0, -1)},
+        std::tuple{"corner", Vec3(0.06, 0.06, 0.03), Vec3(-1, -1, -1)}}) {
+    HardCase hard{name, block_setup(0), position, normal.normalized(), press(0.003, 3)};
+    hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
+    expect_right_or_refused(hard);
+  }
+}
+
+TEST(HardCases, a_tip_smaller_than_an_element_of_the_base_mesh) {
+  HardCase hard{"tip 0.5 mm, base mesh 15 mm", block_setup(0), block_top(), -Vec3::UnitZ(),
+                press(0.0005, 4)};
+  hard.setup.probe = sphere_spec(0.0005);
+  hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
+  EXPECT_EQ(expect_right_or_refused(hard), 4);
+}
+
+// A shallow cap of a spherical shell, held at its rim.
+SimulationSetup dome(double span_m, double rise_m, double thickness_m) {
+  SimulationSetup setup = block_setup(0);
+  const double radius = (span_m * span_m / 4 + rise_m * rise_m) / (2 * rise_m);
+  setup.volume = structured_block(Vec3(2, 2, thickness_m), {12, 12, 1});
+  setup.is_held.clear();
+  for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n) {
+    const double x = setup.volume.nodes(n, 0) - 1, y = setup.volume.nodes(n, 1) - 1;
+    const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
+    const double pull = 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
+    const double r = 0.5 * span_m * pull * away, lift = std::sqrt(radius * radius - r * r) - radius;
+    const double scale = away > 0 ? r / away : 0;
+    setup.volume.nodes.row(n) << scale * x, scale * y, setup.volume.nodes(n, 2) + lift;
+    setup.is_held.push_back(ring > 1 - 1e-9);
+  }
+  setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
+  setup.probe = sphere_spec(0.005);
+  setup.options.twin_ratio = SolverOptions().twin_ratio;
+  return setup;
+}
+
+TEST(HardCases, a_dome_that_snaps_through_is_followed_or_named) {
+  const double thickness_m = 0.002;
+  HardCase hard{"snap-through dome", dome(0.08, 0.008, thickness_m), Vec3(0, 0, thickness_m),
+                -Vec3::UnitZ(), press(0.012, 12)};
+  hard.setup.materials = {{"neo-hookean", {100e3, 0.4}}};
+  EXPECT_GE(expect_right_or_refused(hard), 1);
+}
+
+TEST(HardCases, a_small_ball_pressed_to_three_radii_neither_pops_through_nor_reports_no_force) {
+  HardCase hard{"R 2 mm to 6 mm", block_setup(0), block_top(), -Vec3::UnitZ(), press(0.006, 12)};
+  hard.setup.probe = sphere_spec(0.002);
+  hard.setup.options.twin_ratio = SolverOptions().twin_ratio;
+  expect_right_or_refused(hard);
+}
+
+}  // namespace
+}  // namespace palpate::fem

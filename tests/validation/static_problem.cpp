@@ -1,0 +1,276 @@
+#include "static_problem.hpp"
+
+#include <Eigen/CholmodSupport>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "record.hpp"
+
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array<std::array<int, 2>, 6> kEdges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+// Corners, then middles of (0,1) (1,2) (2,0) of each face of a ten-node tet.
+constexpr int kFaces[4][6] = {
+    {0, 2, 1, 6, 5, 4}, {0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {2, 0, 3, 6, 7, 9}};
+
+/// The free rows and columns of K.
+class FreeMatrix {
+ public:
+  explicit FreeMatrix(const Eigen::VectorXd& prescribed) : index_(prescribed.size(), -1) {
+    for (Eigen::Index i = 0; i < prescribed.size(); ++i)
+      if (std::isnan(prescribed[i])) index_[i] = size_++;
+  }
+  int size() const { return size_; }
+  int index(Eigen::Index i) const { return index_[i]; }
+
+  Eigen::SparseMatrix<double> lower(const SymmetricBlockMatrix& K) const {
+    Eigen::SparseMatrix<double> out(size_, size_);
+    out.reserve(static_cast<Eigen::Index>(K.values().size()));
+    for (int c = 0; c < K.size(); ++c) {
+      if (index_[c] < 0) continue;
+      out.startVec(index_[c]);
+      for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
+        if (const int r = index_[K.row_index()[k]]; r >= 0) out.insertBack(r, index_[c]) = K.values()[k];
+    }
+    out.finalize();
+    return out;
+  }
+  Eigen::VectorXd restricted(const Points& field) const {
+    Eigen::VectorXd out(size_);
+    for (Eigen::Index i = 0; i < field.size(); ++i)
+      if (index_[i] >= 0) out[index_[i]] = field(i / 3, i % 3);
+    return out;
+  }
+  void add(const Eigen::VectorXd& by, double factor, Points& field) const {
+    for (Eigen::Index i = 0; i < field.size(); ++i)
+      if (index_[i] >= 0) field(i / 3, i % 3) += factor * by[index_[i]];
+  }
+
+ private:
+  std::vector<int> index_;
+  int size_ = 0;
+};
+
+class Newton {
+ public:
+  explicit Newton(const StaticProblem& problem)
+      : problem_(problem),
+        body_(problem.mesh, {problem.material}, nullptr, problem.element),
+        K_(body_.pattern()),
+        free_(problem.prescribed) {
+    if (openblas_set_num_threads) openblas_set_num_threads(1);
+    solver_.cholmod().print = 0;
+  }
+
+  /// From equilibrium at share `from` to share `to` of prescribed displacement and load.
+  bool step(double from, double to, StaticOutcome& out) {
+    Points u = out.u, change = Points::Zero(u.rows(), 3);
+    for (Eigen::Index i = 0; i < u.size(); ++i)
+      if (!std::isnan(problem_.prescribed[i]))
+        change(i / 3, i % 3) = (to - from) * problem_.prescribed[i];
+    Points force;
+    Eigen::VectorXd direction;
+    if (!tangent_direction(u, to, change, force, direction)) return false;
+    u += change;
+    free_.add(direction, 1, u);
+    for (int iteration = 0; iteration < 30; ++iteration) {
+      ++out.newton;
+      if (!std::isfinite(body_.energy(u))) return false;
+      const bool is_direction = tangent_direction(u, to, Points::Zero(u.rows(), 3), force, direction);
+      const double scale = force.cwiseAbs().maxCoeff() + to * problem_.load.cwiseAbs().maxCoeff();
+      const Eigen::VectorXd residual = free_.restricted(to * problem_.load - force);
+      if (residual.cwiseAbs().maxCoeff() <= 1e-10 * scale) {
+        out.u = u, out.least_J = body_.least_J();
+        out.reaction = force - to * problem_.load;
+        return true;
+      }
+      if (!is_direction || !search(direction, residual, to, u)) return false;
+    }
+    return false;
+  }
+
+ private:
+  double potential(const Points& u, double share) const {
+    return body_.energy(u) - share * problem_.load.cwiseProduct(u).sum();
+  }
+
+  // K d = load - force - K change, with less of the indefinite part of K where it has to be.
+  bool tangent_direction(const Points& u, double share, const Points& change, Points& force,
+                         Eigen::VectorXd& direction) {
+    for (const double bend : {1.0, 0.5, 0.0}) {
+      force = Points::Zero(u.rows(), 3);
+      K_.set_zero();
+      body_.add_stiffness(u, bend, force, K_);
+      Eigen::VectorXd pulled;
+      K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
+      const Points right = share * problem_.load - force -
+                           Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
+      const Eigen::SparseMatrix<double> K = free_.lower(K_);
+      if (!is_analysed_) solver_.analyzePattern(K), is_analysed_ = true;
+      solver_.factorize(K);
+      if (solver_.info() != Eigen::Success) continue;
+      direction = solver_.solve(free_.restricted(right));
+      return direction.allFinite();
+    }
+    return false;
+  }
+
+  bool search(const Eigen::VectorXd& direction, const Eigen::VectorXd& residual, double share,
+              Points& u) {
+    const double start = potential(u, share), slope = -residual.dot(direction);
+    double length = 1;
+    for (int cut = 0; cut < 15; ++cut, length /= 2) {
+      Points trial = u;
+      free_.add(direction, length, trial);
+      if (potential(trial, share) <= start + 1e-4 * length * slope + 1e-12 * std::abs(start)) {
+        u = trial;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  const StaticProblem& problem_;
+  ElasticBody body_;
+  SymmetricBlockMatrix K_;
+  FreeMatrix free_;
+  Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver_;
+  bool is_analysed_ = false;
+};
+
+template <class Visit>
+void visit_points(const StaticProblem& problem, const Visit& visit) {
+  const bool is_linear = problem.element == ElementKind::tet4;
+  for (const auto& cell : problem.cells())
+    for (const CellPoint& point : cell_points({is_linear ? 4 : 10, 14, 0})) {
+      Vec3 X = Vec3::Zero();
+      Mat3 jacobian = Mat3::Zero();
+      for (std::size_t a = 0; a < cell.size(); ++a) {
+        const Vec3 node = problem.mesh.nodes.row(cell[a]);
+        X += point.shape[static_cast<Eigen::Index>(a)] * node;
+        jacobian += node * point.by_xi.row(static_cast<Eigen::Index>(a));
+      }
+      visit(cell, point.shape, X, point.weight * jacobian.determinant() / 6);
+    }
+}
+
+}  // namespace
+
+QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(const Vec3&)>& place) {
+  QuadraticMesh out;
+  std::vector<Vec3> nodes;
+  for (Eigen::Index n = 0; n < parameters.nodes.rows(); ++n)
+    nodes.push_back(place(parameters.nodes.row(n).transpose()));
+  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
+  out.tets.resize(parameters.tets.rows(), 10);
+  for (Eigen::Index t = 0; t < parameters.tets.rows(); ++t) {
+    for (int c = 0; c < 4; ++c) out.tets(t, c) = parameters.tets(t, c);
+    for (int e = 0; e < 6; ++e) {
+      const std::int32_t a = parameters.tets(t, kEdges[e][0]), b = parameters.tets(t, kEdges[e][1]);
+      const auto [at, is_new] =
+          middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(nodes.size()));
+      if (is_new)
+        nodes.push_back(place((parameters.nodes.row(a) + parameters.nodes.row(b)).transpose() / 2));
+      out.tets(t, 4 + e) = at->second;
+    }
+  }
+  out.nodes.resize(static_cast<Eigen::Index>(nodes.size()), 3);
+  for (std::size_t n = 0; n < nodes.size(); ++n) out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
+  out.is_held.assign(nodes.size(), 0);
+  return out;
+}
+
+StaticProblem::StaticProblem(QuadraticMesh mesh_of_body, const Material& of, ElementKind kind)
+    : mesh(std::move(mesh_of_body)),
+      material(of),
+      element(kind),
+      prescribed(Eigen::VectorXd::Constant(3 * mesh.nodes.rows(), kNaN)),
+      load(Points::Zero(mesh.nodes.rows(), 3)) {}
+
+void StaticProblem::prescribe(const std::function<bool(const Vec3&)>& here, int component,
+                              double value_m) {
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
+    if (here(mesh.nodes.row(n).transpose())) prescribed[3 * n + component] = value_m;
+}
+
+void StaticProblem::add_traction(const std::function<bool(const Vec3&)>& here,
+                                 const Vec3& traction_Pa) {
+  // Shares of the area at corners and middles of a flat face: six-node triangle, or four linear ones.
+  const bool is_linear = element == ElementKind::tet4;
+  const double corner = is_linear ? 1.0 / 12 : 0, middle = is_linear ? 0.25 : 1.0 / 3;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    for (const auto& face : kFaces) {
+      const auto node = [&](int k) { return Vec3(mesh.nodes.row(mesh.tets(t, face[k])).transpose()); };
+      bool is_here = true;
+      for (int k = 0; k < 6; ++k) is_here = is_here && here(node(k));
+      if (!is_here) continue;
+      const double area = (node(1) - node(0)).cross(node(2) - node(0)).norm() / 2;
+      for (int k = 0; k < 6; ++k)
+        load.row(mesh.tets(t, face[k])) += (k < 3 ? corner : middle) * area * traction_Pa.transpose();
+    }
+}
+
+void StaticProblem::add_body_force(const std::function<Vec3(const Vec3&)>& force_N_m3) {
+  visit_points(*this, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+    const Vec3 force = volume * force_N_m3(X);
+    for (std::size_t a = 0; a < cell.size(); ++a)
+      load.row(cell[a]) += shape[static_cast<Eigen::Index>(a)] * force.transpose();
+  });
+}
+
+std::vector<std::vector<std::int32_t>> StaticProblem::cells() const {
+  std::vector<std::vector<std::int32_t>> out;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    if (element != ElementKind::tet4) {
+      out.emplace_back(mesh.tets.row(t).begin(), mesh.tets.row(t).end());
+      continue;
+    }
+    Eigen::Matrix<double, 10, 3> nodes;
+    for (int a = 0; a < 10; ++a) nodes.row(a) = mesh.nodes.row(mesh.tets(t, a));
+    for (const auto& piece : eight_tets(nodes)) {
+      out.emplace_back();
+      for (const int a : piece) out.back().push_back(mesh.tets(t, a));
+    }
+  }
+  return out;
+}
+
+StaticOutcome solve(const StaticProblem& problem, int steps) {
+  const double start = palpate::validation::cpu_seconds();
+  StaticOutcome out;
+  out.u = Points::Zero(problem.mesh.nodes.rows(), 3);
+  Newton newton(problem);
+  double share = 0, step = 1.0 / steps;
+  while (share < 1 && step > 1e-3 / steps) {
+    const double next = share + step > 1 - 1e-9 ? 1 : share + step;
+    ++out.steps;
+    if (newton.step(share, next, out)) share = next;
+    else step /= 2;
+  }
+  out.is_solved = share == 1;
+  out.cpu_s = palpate::validation::cpu_seconds() - start;
+  return out;
+}
+
+double l2_error(const StaticProblem& problem, const Points& u,
+                const std::function<Vec3(const Vec3&)>& exact) {
+  double sum = 0;
+  visit_points(problem, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X,
+                            double volume) {
+    Vec3 error = -exact(X);
+    for (std::size_t a = 0; a < cell.size(); ++a)
+      error += shape[static_cast<Eigen::Index>(a)] * u.row(cell[a]).transpose();
+    sum += volume * error.squaredNorm();
+  });
+  return std::sqrt(sum);
+}
+
+}  // namespace palpate::fem
