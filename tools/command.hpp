@@ -55,5 +55,6 @@ std::unique_ptr<Command> declare_replay(Arguments& arguments);
 std::unique_ptr<Command> declare_validate(Arguments& arguments);
 std::unique_ptr<Command> declare_inspect(Arguments& arguments);
 std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
+std::unique_ptr<Command> declare_bench(Arguments& arguments);
 
 }  // namespace palpate::tools

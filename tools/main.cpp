@@ -24,6 +24,7 @@ constexpr std::array<CommandRow, 11> kCommands{{
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
     {"inspect", "Say what is in a file", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
+    {"bench", "Measure speed against error; write tables and pictures", declare_bench},
 }};
 
 // Declares a command's options on a CLI11 subcommand.
