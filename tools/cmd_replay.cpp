@@ -5,6 +5,7 @@
 #include "libfit/runtime/engine.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/realtime.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -28,31 +29,56 @@ class Replay final : public Command {
     arguments.positional("asset", asset_, "asset.palp");
     arguments.positional("path", path_, "PATH.csv: t_s,x_m,y_m,z_m of the tip");
     arguments.option("-o,--output", output_, "FORCES.csv to write; forces are those on the tool", true);
+    arguments.option("--realtime", rate_Hz_,
+                     "play a row per tick at this rate [Hz] on the real-time clock, touch found by a second "
+                     "thread; 0: as fast as it goes");
   }
 
   int run() override {
     const AssetFile file = read_asset_file(asset_);
     const TipPath path = read_tip_path(path_);
-    runtime::Contact contact;
+    const std::vector<PlayedTick> played =
+        rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path);
     std::vector<ForceRow> rows;
-    rows.reserve(path.time_s.size());
+    rows.reserve(played.size());
     std::size_t faults = 0;
-    for (std::size_t i = 0; i < path.time_s.size(); ++i) {
-      const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
-      runtime::Output out;
-      const runtime::Status status = runtime::touch(file.asset(), contact, tip.data(), out);
-      if (status != runtime::Status::ok && ++faults <= kFaultsShown)
-        say("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i], runtime::sentence(status));
-      rows.push_back(to_row(path.time_s[i], out));
+    for (std::size_t i = 0; i < played.size(); ++i) {
+      if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
+        say("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i], runtime::sentence(played[i].status));
+      rows.push_back(to_row(path.time_s[i], played[i].out));
     }
     write_forces(output_, rows);
-    say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(), faults, contact.refused_ticks);
+    say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(), faults,
+        played.empty() ? 0 : played.back().out.refused_ticks);
     return faults ? kSomeFailed : kDone;
   }
 
  private:
+  static std::vector<PlayedTick> play(const runtime::AssetView& asset, const TipPath& path) {
+    runtime::Contact contact;
+    std::vector<PlayedTick> played(path.time_s.size());
+    for (std::size_t i = 0; i < played.size(); ++i) {
+      const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
+      played[i].status = runtime::touch(asset, contact, tip.data(), played[i].out);
+    }
+    return played;
+  }
+  std::vector<PlayedTick> play_live(const runtime::AssetView& asset, const TipPath& path) const {
+    std::vector<PlayedTick> played;
+    const RealtimeReport report = play_in_real_time(asset, path.position, rate_Hz_, played, is_interrupted);
+    if (report.ticks < path.time_s.size()) throw Interrupted("replay: nothing was written");
+    say("{} ticks at {} Hz, {} deadlines missed; {}", report.ticks, rate_Hz_, report.missed,
+        report.remark.empty() ? "SCHED_FIFO, memory locked" : report.remark);
+    say("{} touches found by the search thread, their force at most {} ticks late", report.touches,
+        report.worst_touch_delay);
+    say("{}", histogram("jitter of the clock", report.jitter_ns));
+    say("{}", histogram("time of a tick", report.tick_ns));
+    return played;
+  }
+
   static constexpr std::size_t kFaultsShown = 10;
   std::string asset_, path_, output_;
+  int rate_Hz_ = 0;
 };
 
 }  // namespace

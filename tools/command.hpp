@@ -47,6 +47,7 @@ struct CommandRow {
 std::unique_ptr<Command> declare_run(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
+std::unique_ptr<Command> declare_import(Arguments& arguments);
 std::unique_ptr<Command> declare_fit(Arguments& arguments);
 std::unique_ptr<Command> declare_refine(Arguments& arguments);
 std::unique_ptr<Command> declare_export(Arguments& arguments);
@@ -54,5 +55,6 @@ std::unique_ptr<Command> declare_replay(Arguments& arguments);
 std::unique_ptr<Command> declare_validate(Arguments& arguments);
 std::unique_ptr<Command> declare_inspect(Arguments& arguments);
 std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
+std::unique_ptr<Command> declare_bench(Arguments& arguments);
 
 }  // namespace palpate::tools

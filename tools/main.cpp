@@ -11,11 +11,12 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::array<CommandRow, 10> kCommands{{
+constexpr std::array<CommandRow, 11> kCommands{{
     {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
      declare_run},
     {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra", declare_prepare},
     {"simulate", "Press and drag the probe at every test point", declare_simulate},
+    {"import", "Turn a rig's recordings into samples: a manifest names them", declare_import},
     {"fit", "Identify response curves at the test points", declare_fit},
     {"refine", "Spread the curves over the fine surface", declare_refine},
     {"export", "Write a runtime asset (or another format) and the engine beside it", declare_export},
@@ -23,6 +24,7 @@ constexpr std::array<CommandRow, 10> kCommands{{
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
     {"inspect", "Say what is in a file", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
+    {"bench", "Measure speed against error; write tables and pictures", declare_bench},
 }};
 
 // Declares a command's options on a CLI11 subcommand.

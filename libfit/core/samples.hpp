@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/measured.hpp"
 
 namespace palpate {
 
@@ -56,6 +57,8 @@ struct Samples {
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
+
+  MeasuredRecordings recordings;         ///< where measured rows came from; empty when simulated
 
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }

@@ -36,6 +36,8 @@ inline constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
 
 /// Unit of data sets without dimension: indices, codes, unit vectors, names.
 inline constexpr std::string_view kNoUnit = "1";
+/// For a rig's files, whose units the manifest says: the attribute is not looked at.
+inline constexpr std::string_view kAnyUnit = "*";
 
 /// Makes one HDF5 file in memory and stores it whole or not at all (AtomicFile).
 /// Same content, same bytes: no dates, no host names, arrays row-major, chunks compressed
@@ -92,7 +94,7 @@ class Reader {
 
   bool has(const std::string& name) const;
   /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).
-  /// The unit attribute must be there and equal `unit`. may_be_nan: NaN (never inf) is let through.
+  /// The unit attribute must be there and equal `unit` (but for kAnyUnit). may_be_nan: NaN (never inf) is let through.
   std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
                               bool may_be_nan = false) const;
   std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,

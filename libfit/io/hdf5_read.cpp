@@ -146,6 +146,7 @@ std::string Reader::unit_of(const std::string& name) const {
 }
 
 void Reader::check_unit(const Handle& set, const std::string& name, std::string_view unit) const {
+  if (unit == kAnyUnit) return;
   if (H5Aexists(set.id(), "unit") <= 0)
     throw error(name, "has no `unit` attribute, expected " + std::string(unit));
   const std::string found = text_attribute(name, "unit");

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "libfit/io/columns.hpp"
+#include "libfit/io/measured_columns.hpp"
 
 namespace palpate {
 
@@ -72,6 +73,7 @@ void check(const Samples& s, const h5::Complain& complain) {
                 s.points());
   check_numbers(s, complain);
   check_experiments(s, complain);
+  check_measured(s.recordings, complain);
 }
 
 std::vector<std::string> status_names() {
@@ -151,6 +153,7 @@ Samples read_samples(const std::filesystem::path& path) {
   s.torque = read_points(reader, "rows/torque", "N m", rows, true);
   s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
   s.status = read_status(reader, rows);
+  s.recordings = read_measured(reader);
   check(s, complain_about(reader));
   return s;
 }
@@ -176,6 +179,7 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   write_vector(writer, "rows/force_error", "N", s.force_error);
   write_codes(writer, "rows/status", s.status);
   writer.attribute("rows/status", "names", status_names());
+  write_measured(writer, s.recordings);
   writer.commit();
 }
 

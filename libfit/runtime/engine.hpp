@@ -14,3 +14,4 @@
 
 #include "asset.hpp"
 #include "tick.hpp"
+#include "tool.hpp"

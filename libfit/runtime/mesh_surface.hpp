@@ -4,6 +4,8 @@
 // The contact point on the asset's triangles, as a Surface of slide.hpp: it walks from triangle to
 // triangle, keeps to borders, and holds back slips that would create energy.
 
+#include <type_traits>
+
 #include "view.hpp"
 
 namespace palpate {
@@ -11,6 +13,8 @@ namespace runtime {
 
 constexpr double kAlongEdge = 1e-12;    ///< share of a direction below which it follows the edge
 constexpr double kEnergyNoise = 1e-13;  ///< rounding of a stored energy, relative; measured 2e-15
+constexpr double kMinOpen =
+    1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
 constexpr int kMaxGuardSteps = 12;  ///< bisections for the harmless part of a slip: 1/4096 of it
 
 // What happened at a tick besides the state, or-ed together.
@@ -21,10 +25,21 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;  ///< no lateral stiffness here: slides as if frictionless
 
+/// How a ball's centre stands from its contact point. At first touch the centre is p and the
+/// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
+/// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
+/// section 12).
+struct Arm {
+  double reach_m = 0;            ///< along the inward normal
+  double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
+};
+
 /// A spot of the mesh: everything blended by area coordinates n [1].
 template <class S>
 struct MeshSpot {
-  Vec3<S> point, normal;
+  Vec3<S> point;   ///< where the tool's reference point is with no deflection
+  Vec3<S> normal;  ///< inward unit
+  S length;        ///< of the blended normal before it was made unit
   S n[3];
   const float* node[3];  ///< controls of the corners
   const int* offset;     ///< of each curve and of the lean within them
@@ -37,75 +52,149 @@ struct MeshSpot {
   }
 };
 
-/// A straight way within one triangle: area coordinates n(s) = n + s rate.
-struct MeshPath {
-  const AssetView* asset;
-  int triangle;
-  double n[3], rate[3];  ///< [1], [1/m]
-  double end_m;          ///< where a coordinate reaches zero
-  int exit;              ///< which one
-  bool blocked;          ///< a border leaves no way to go
+/// A triangle as the law computes with it: read once, used by every spot of a way.
+struct Facet {
+  Vec3d vertex[3], normal[3];
+  const float* node[3];  ///< controls of the corners
 
-  double end() const noexcept { return end_m; }
+  static Facet of(const AssetView& asset, int triangle) noexcept {
+    Facet out;
+    for (int k = 0; k < 3; ++k) {
+      const int v = asset.corner(triangle, k);
+      out.vertex[k] = asset.vertex_at(v);
+      out.normal[k] = asset.normal_at(v);
+      out.node[k] = asset.control + static_cast<std::ptrdiff_t>(v) * asset.controls_per_vertex;
+    }
+    return out;
+  }
+};
+
+/// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
+/// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
+template <class P, bool kIsBall>
+struct MeshPath {
+  const Facet* facet;
+  const int* offset;  ///< of each curve in the controls
+  const Arm* arm;     ///< of a ball
+  P n[3], rate[3];    ///< [1], [1/m]
+  P end_m;            ///< where a coordinate reaches zero
+  int exit;           ///< which one
+  bool blocked;       ///< a border leaves no way to go
+
+  P end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
-  const MeshPath& plain() const noexcept { return *this; }
+  MeshPath<double, kIsBall> plain() const noexcept {
+    return {facet,
+            offset,
+            arm,
+            {value_of(n[0]), value_of(n[1]), value_of(n[2])},
+            {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
+            value_of(end_m),
+            exit,
+            blocked};
+  }
 
   template <class S>
   MeshSpot<S> at(const S& s) const noexcept {
+    using std::sqrt;
     MeshSpot<S> spot;
     Vec3<S> field{S(0), S(0), S(0)};
     spot.point = field;
     for (int k = 0; k < 3; ++k) {
-      const int v = asset->corner(triangle, k);
       spot.n[k] = s * rate[k] + n[k];
-      spot.point = spot.point + widened<S>(asset->vertex_at(v)) * spot.n[k];
-      field = field + widened<S>(asset->normal_at(v)) * spot.n[k];
-      spot.node[k] = asset->control + static_cast<std::ptrdiff_t>(v) * asset->controls_per_vertex;
+      spot.point = spot.point + facet->vertex[k] * spot.n[k];
+      field = field + facet->normal[k] * spot.n[k];
+      spot.node[k] = facet->node[k];
     }
-    spot.normal = normalized(field);
-    spot.offset = asset->control_offset;
+    spot.length = sqrt(dot(field, field));
+    spot.normal = field * (1.0 / spot.length);
+    spot.offset = offset;
+    if constexpr (kIsBall) {
+      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
+      const S along = dot(skew, spot.normal);
+      spot.point = spot.point - skew - spot.normal * (arm->reach_m - along);
+    }
     return spot;
   }
 };
 
-/// Stored energy of a spot [J]: the corners' curve energies blended, exact polynomials.
-inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
-                              const Vec3d& x) noexcept {
-  const auto d = deflection(views, spot, x);
-  double sum = 0;
-  for (int k = 0; k < 3; ++k)
-    sum += spot.n[k] *
-           (curve_energy(views.view[kNormal], spot.node[k] + spot.offset[kNormal], d.normal_m) +
-            curve_energy(views.view[kLateral], spot.node[k] + spot.offset[kLateral], d.lateral_m));
-  return sum;
+/// Area under one curve of a spot from 0 to x [J], exact; 0 for x <= 0.
+inline double energy_at(const CurveViews& views, const MeshSpot<double>& spot, int curve,
+                        double x) noexcept {
+  if (!(x > 0)) return 0;
+  const SplineView& view = views.view[curve];
+  const int piece = find_piece(view, x), first = first_control(view, piece);
+  const int order = view.degree + 1;
+  const double t = x - view.knots[piece];
+  const double* whole = view.integrals + piece * view.size();
+  const double* c = view.weights + piece * order * order;
+  double sum[4] = {0, 0, 0, 0};  // four at a time: one chain of additions would wait for each
+  int j = 0;
+  for (; j + 4 <= first; j += 4)
+    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + spot.control(curve, j + i) * whole[j + i];
+  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
+  double last = 0;
+  for (int k = 0; k < order; ++k, c += order)
+    last = last +
+           spot.control(curve, first + k) * (whole[first + k] + basis_integral(c, order, t) * t);
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + last;
 }
 
+/// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
+/// polynomials.
+inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
+                              const Deflection<double>& d) noexcept {
+  return energy_at(views, spot, kNormal, d.normal_m) +
+         energy_at(views, spot, kLateral, d.lateral_m);
+}
+inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
+                              const Vec3d& x) noexcept {
+  return stored_energy_J(views, spot, deflection(views, spot, x));
+}
+
+/// T: double, or a scalar with derivatives for the tangent; decisions read values only.
+template <class T, bool kIsBall>
 class MeshSurface {
  public:
-  MeshSurface(const AssetView& asset, int triangle, const double n[3]) noexcept
-      : asset_(asset), triangle_(triangle), n_{n[0], n[1], n[2]} {}
+  using Path = MeshPath<T, kIsBall>;
+  using Spot = MeshSpot<T>;
+
+  MeshSurface(const AssetView& asset, int triangle, const double n[3], const Arm& arm) noexcept
+      : asset_(asset),
+        arm_(arm),
+        triangle_(triangle),
+        facet_(Facet::of(asset, triangle)),
+        n_{T(n[0]), T(n[1]), T(n[2])} {}
 
   int triangle() const noexcept { return triangle_; }
-  const double* weights() const noexcept { return n_; }
+  double weight(int k) const noexcept { return value_of(n_[k]); }
   unsigned flags() const noexcept { return flags_; }
   double dissipated_J() const noexcept { return dissipated_J_; }
   double refused_J() const noexcept { return refused_J_; }
+  /// After a move: energy stored at the contact point.
+  double stored_J() const noexcept { return stored_J_; }
+  bool has_moved() const noexcept { return has_moved_; }
 
-  MeshSpot<double> standing() const noexcept {
-    const MeshPath here{&asset_, triangle_, {n_[0], n_[1], n_[2]}, {0, 0, 0}, 0, 0, false};
-    return here.at(0.0);
-  }
+  Spot standing() const noexcept { return resting().at(T(0)); }
 
-  /// The way along a lateral unit vector, projected onto the triangle along the spot's normal, so
-  /// that s metres shorten the lateral deflection by s. At a border only its part along the edge.
-  MeshPath aim(const Vec3d& lateral) noexcept {
-    MeshPath path{&asset_, triangle_, {n_[0], n_[1], n_[2]}, {0, 0, 0}, 1e300, 0, false};
-    const Vec3d area = asset_.area_vector(triangle_), normal = standing().normal;
-    set_rates(path, lateral - normal * (dot(lateral, area) / dot(normal, area)), area);
+  /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
+  /// its rest positions) along the spot's normal, so that s metres shorten the lateral deflection
+  /// by s. At a border only its part along the edge. Blocked where a ball is too large for the
+  /// hollow.
+  Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
+    Path path = resting();
+    path.end_m = T(1e300);
+    const Plane plane = plane_at(spot);
+    const T facing = dot(spot.normal, plane.area);
+    if (kIsBall && is_turned(plane, value_of(facing))) {
+      path.blocked = true;
+      return path;
+    }
+    set_rates(path, lateral - spot.normal * (dot(lateral, plane.area) / facing), plane);
     for (int k = 0; k < 3; ++k)
       if (leaves(path, k) && is_wall(k)) {
         flags_ |= kFlagBorder;
-        follow_edge(path, k, lateral, normal);
+        follow_edge(path, k, lateral, spot.normal, plane);
         break;
       }
     for (int k = 0; k < 3; ++k)
@@ -115,74 +204,115 @@ class MeshSurface {
   }
 
   /// Goes to path(s), s <= end, and over the edge when s reaches it.
-  Move move(const MeshPath& path, double s, const Vec3d& x) noexcept {
-    const double before_J = stored_energy_J(asset_.curves, path.at(0.0), x);
-    double after_J = stored_energy_J(asset_.curves, path.at(s), x);
+  Move move(const Path& path, T s, const Vec3<T>& x) noexcept {
+    const auto plain = path.plain();
+    const Vec3d tip = values_of(x);
+    const double wanted = value_of(s);
+    const double before_J =
+        has_moved_ ? stored_J_ : stored_energy_J(asset_.curves, plain.at(0.0), tip);
+    double after_J = stored_energy_J(asset_.curves, plain.at(wanted), tip);
     const double allowed_J = before_J * (1 + kEnergyNoise);
     const bool is_held_back = asset_.has_guard && after_J > allowed_J;
     if (is_held_back) {
       const double wanted_J = after_J;
-      s = harmless_part(path, s, x, allowed_J, &after_J);
-      if (!(s > 0)) after_J = before_J;
+      const double part = harmless_part(plain, wanted, tip, allowed_J, &after_J);
+      s = shortened(s, part);
+      if (!(part > 0)) after_J = before_J;
       refused_J_ += wanted_J - after_J;
       flags_ |= kFlagHeldBack;
     }
     dissipated_J_ += before_J - after_J;
+    stored_J_ = after_J;
+    has_moved_ = true;
     go(path, s);
     return is_held_back ? Move::stopped : Move::whole;
   }
 
  private:
+  using G = std::conditional_t<kIsBall, T, double>;  // a ball's rest positions move with n
+  struct Plane {
+    Vec3<G> corner[3];  ///< of the rest positions, to first order in the way
+    Vec3<G> area;       ///< twice the area times the outward normal
+  };
+
+  Path resting() const noexcept {
+    return {
+        &facet_, asset_.control_offset, &arm_, {n_[0], n_[1], n_[2]}, {T(0), T(0), T(0)}, T(0), 0,
+        false};
+  }
+  // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
+  // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
+  Plane plane_at(const Spot& spot) const noexcept {
+    Plane plane;
+    for (int k = 0; k < 3; ++k) {
+      plane.corner[k] = widened<G>(facet_.vertex[k]);
+      if constexpr (kIsBall)
+        plane.corner[k] = plane.corner[k] - facet_.normal[k] * (arm_.reach_m / spot.length);
+    }
+    plane.area = cross(plane.corner[1] - plane.corner[0], plane.corner[2] - plane.corner[0]);
+    return plane;
+  }
+  bool is_turned(const Plane& plane, double facing) const noexcept {
+    const Vec3d area = values_of(plane.area), facet = asset_.area_vector(triangle_);
+    const double squared = dot(area, area);
+    return !(-facing > kMinOpen * std::sqrt(squared) &&
+             squared > kMinOpen * kMinOpen * dot(facet, facet));
+  }
+
   int across(int k) const noexcept {  // the triangle beyond the edge opposite corner k
     return asset_.neighbour[3 * triangle_ + (k + 1) % 3];
   }
   bool is_wall(int k) const noexcept { return across(k) < 0 || !asset_.is_solid(across(k)); }
 
-  static double smallest_rate(const MeshPath& path) noexcept {
+  static double smallest_rate(const Path& path) noexcept {
     double largest = 0;
-    for (double rate : path.rate) largest = std::fabs(rate) > largest ? std::fabs(rate) : largest;
+    for (const T& rate : path.rate) {
+      const double size = std::fabs(value_of(rate));
+      largest = size > largest ? size : largest;
+    }
     return kAlongEdge * largest;
   }
-  static bool leaves(const MeshPath& path, int k) noexcept {
-    return !(path.n[k] > 0) && path.rate[k] < -smallest_rate(path);
+  static bool leaves(const Path& path, int k) noexcept {
+    return !(value_of(path.n[k]) > 0) && value_of(path.rate[k]) < -smallest_rate(path);
   }
 
   // d n_k / ds for a motion d in the plane: d . (area x e_k) / |area|^2, e_k the edge opposite k.
-  void set_rates(MeshPath& path, const Vec3d& d, const Vec3d& area) const noexcept {
-    const double scale = 1 / dot(area, area);
-    for (int k = 1; k < 3; ++k) path.rate[k] = dot(d, cross(area, edge(k))) * scale;
+  static void set_rates(Path& path, const Vec3<T>& d, const Plane& plane) noexcept {
+    const G scale = 1.0 / dot(plane.area, plane.area);
+    for (int k = 1; k < 3; ++k) path.rate[k] = dot(d, cross(plane.area, edge(plane, k))) * scale;
     path.rate[0] = -path.rate[1] - path.rate[2];
   }
-  Vec3d edge(int k) const noexcept {
-    return asset_.vertex_at(asset_.corner(triangle_, (k + 2) % 3)) -
-           asset_.vertex_at(asset_.corner(triangle_, (k + 1) % 3));
+  static Vec3<G> edge(const Plane& plane, int k) noexcept {
+    return plane.corner[(k + 2) % 3] - plane.corner[(k + 1) % 3];
   }
-  void follow_edge(MeshPath& path, int k, const Vec3d& lateral,
-                   const Vec3d& normal) const noexcept {
-    const Vec3d e = edge(k), shadow = e - normal * dot(e, normal);
-    const double squared = dot(shadow, shadow);
-    const double rate = squared > 0 ? dot(lateral, shadow) / squared : 0;
+  static void follow_edge(Path& path, int k, const Vec3<T>& lateral, const Vec3<T>& normal,
+                          const Plane& plane) noexcept {
+    const Vec3<T> e = widened_all(edge(plane, k)), shadow = e - normal * dot(e, normal);
+    const T squared = dot(shadow, shadow);
+    const T rate = value_of(squared) > 0 ? dot(lateral, shadow) / squared : T(0);
     // Across the edge nothing shortens dr any more: a share below a millionth counts as none.
-    const bool is_across = !(rate * rate * squared > 1e-12);
+    const double share = value_of(rate);
+    const bool is_across = !(share * share * value_of(squared) > 1e-12);
     path.blocked = is_across;
-    path.rate[k] = 0;
-    path.rate[(k + 1) % 3] = is_across ? 0 : -rate;
-    path.rate[(k + 2) % 3] = is_across ? 0 : rate;
+    path.rate[k] = T(0);
+    path.rate[(k + 1) % 3] = is_across ? T(0) : -rate;
+    path.rate[(k + 2) % 3] = is_across ? T(0) : rate;
   }
-  static void find_end(MeshPath& path) noexcept {
+  static Vec3<T> widened_all(const Vec3<G>& p) noexcept { return {T(p.x), T(p.y), T(p.z)}; }
+  static void find_end(Path& path) noexcept {
     const double smallest = smallest_rate(path);
     for (int k = 0; k < 3; ++k) {
-      if (!(path.rate[k] < -smallest)) continue;
-      const double end = path.n[k] > 0 ? path.n[k] / -path.rate[k] : 0;
-      if (end < path.end_m) {
+      if (!(value_of(path.rate[k]) < -smallest)) continue;
+      const T end = value_of(path.n[k]) > 0 ? path.n[k] / -path.rate[k] : T(0);
+      if (value_of(end) < value_of(path.end_m)) {
         path.end_m = end;
         path.exit = k;
       }
     }
   }
 
-  double harmless_part(const MeshPath& path, double s, const Vec3d& x, double allowed_J,
-                       double* energy_J) const noexcept {
+  double harmless_part(const MeshPath<double, kIsBall>& path, double s, const Vec3d& x,
+                       double allowed_J, double* energy_J) const noexcept {
     double lo = 0, hi = s;
     for (int i = 0; i < kMaxGuardSteps; ++i) {
       const double middle = 0.5 * (lo + hi);
@@ -196,35 +326,43 @@ class MeshSurface {
     }
     return lo;
   }
+  static double shortened(double, double part) noexcept { return part; }
+  static Jet3 shortened(const Jet3& s, double part) noexcept {  // part is a fixed share of s
+    return Jet3::chain(part, part / s.a, s, 0, s);
+  }
 
-  void go(const MeshPath& path, double s) noexcept {
-    const bool reaches_edge = s >= path.end_m;
-    double sum = 0;
+  void go(const Path& path, const T& s) noexcept {
+    const bool reaches_edge = value_of(s) >= value_of(path.end_m);
+    T sum = T(0);
     for (int k = 0; k < 3; ++k) {
-      const double n = path.n[k] + s * path.rate[k];
-      n_[k] = n > 0 && !(reaches_edge && k == path.exit) ? n : 0;
-      sum += n_[k];
+      const T n = path.n[k] + s * path.rate[k];
+      n_[k] = value_of(n) > 0 && !(reaches_edge && k == path.exit) ? n : T(0);
+      sum = sum + n_[k];
     }
-    for (double& n : n_) n = n / sum;
+    for (T& n : n_) n = n / sum;
     if (reaches_edge && !is_wall(path.exit)) cross_edge(path.exit);
   }
   void cross_edge(int k) noexcept {
     const int next = across(k);
-    const double old[3] = {n_[0], n_[1], n_[2]};
+    const T old[3] = {n_[0], n_[1], n_[2]};
     for (int j = 0; j < 3; ++j) {
-      n_[j] = 0;
+      n_[j] = T(0);
       for (int i = 1; i < 3; ++i)
         if (asset_.corner(next, j) == asset_.corner(triangle_, (k + i) % 3))
           n_[j] = old[(k + i) % 3];
     }
     triangle_ = next;
+    facet_ = Facet::of(asset_, next);
   }
 
   const AssetView& asset_;
+  const Arm& arm_;
   int triangle_;
-  double n_[3];
+  Facet facet_;
+  T n_[3];
   unsigned flags_ = 0;
-  double dissipated_J_ = 0, refused_J_ = 0;
+  bool has_moved_ = false;
+  double dissipated_J_ = 0, refused_J_ = 0, stored_J_ = 0;
 };
 
 }  // namespace runtime

@@ -28,8 +28,8 @@ Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
           p.x * g[6] + p.y * g[7] + p.z * g[8]};
 }
 
-/// Control values of the three curves at the test point [N], size() of each view's basis, and of its
-/// lean [m], x, y, z of each in turn; null where the body does not lean.
+/// Control values of the three curves at the test point [N], size() of each view's basis, and of
+/// its lean [m], x, y, z of each in turn; null where the body does not lean.
 template <class C>
 struct ControlPointers {
   const C* curve[kCurves];
@@ -96,10 +96,13 @@ struct QuadricSurface {
   ControlPointers<T> controls;
   Vec3<T> p;  ///< shadow of the contact point on the tangent plane [m]
 
-  QuadricSpot<T, T, false> standing() const noexcept { return aim({T(0), T(0), T(0)}).at(T(0)); }
+  QuadricSpot<T, T, false> standing() const noexcept { return way({T(0), T(0), T(0)}).at(T(0)); }
   /// The direction is tangent to the quadric (its normal is the field's), so only its shadow
   /// counts.
-  QuadricPath<T, T> aim(const Vec3<T>& direction) const noexcept {
+  QuadricPath<T, T> aim(const QuadricSpot<T, T, false>&, const Vec3<T>& direction) const noexcept {
+    return way(direction);
+  }
+  QuadricPath<T, T> way(const Vec3<T>& direction) const noexcept {
     const Vec3<T> u0 = widened<T>(quadric->u0);
     return {quadric, p, direction - u0 * dot(direction, u0), controls};
   }
@@ -146,11 +149,10 @@ int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, con
     before = tip;
     if (!in_contact) continue;
     const Vec3<T> x = widened<T>(tip);
-    if (slide(views, x, surface) != SlideEnd::stick) ++slipped;
-    const auto spot = surface.standing();
-    const Deflection<T> d = deflection(views, spot, x);
-    force_N[row] = response(views, spot, d);
-    in_contact = value_of(d.normal_m) > 0 || row == 0;
+    auto foot = footing(views, surface.standing(), x);
+    if (slide(views, x, surface, foot) != SlideEnd::stick) ++slipped;
+    force_N[row] = response(views, foot.spot, foot.d, foot.lateral_N);
+    in_contact = value_of(foot.d.normal_m) > 0 || row == 0;
   }
   return slipped;
 }

@@ -54,6 +54,50 @@ inline Dual sqrt(const Dual& x) noexcept {
   return Dual(root, x.v / (2 * root));
 }
 
+/// A number and its derivatives along x, y and z: tangent.hpp's scalar.
+struct Jet3 {
+  double a;     ///< value
+  double v[3];  ///< derivatives
+  Jet3() noexcept : a(0), v{0, 0, 0} {}
+  explicit Jet3(double value) noexcept : a(value), v{0, 0, 0} {}
+  Jet3(double value, double vx, double vy, double vz) noexcept : a(value), v{vx, vy, vz} {}
+  /// value with derivatives p times those of x plus q times those of y.
+  static Jet3 chain(double value, double p, const Jet3& x, double q, const Jet3& y) noexcept {
+    return Jet3(value, p * x.v[0] + q * y.v[0], p * x.v[1] + q * y.v[1], p * x.v[2] + q * y.v[2]);
+  }
+};
+inline Jet3 operator-(const Jet3& x) noexcept { return Jet3::chain(-x.a, -1, x, 0, x); }
+inline Jet3 operator+(const Jet3& x, const Jet3& y) noexcept {
+  return Jet3::chain(x.a + y.a, 1, x, 1, y);
+}
+inline Jet3 operator-(const Jet3& x, const Jet3& y) noexcept {
+  return Jet3::chain(x.a - y.a, 1, x, -1, y);
+}
+inline Jet3 operator*(const Jet3& x, const Jet3& y) noexcept {
+  return Jet3::chain(x.a * y.a, y.a, x, x.a, y);
+}
+inline Jet3 operator/(const Jet3& x, const Jet3& y) noexcept {
+  const double q = x.a / y.a;
+  return Jet3::chain(q, 1 / y.a, x, -q / y.a, y);
+}
+inline Jet3 operator+(const Jet3& x, double y) noexcept { return Jet3::chain(x.a + y, 1, x, 0, x); }
+inline Jet3 operator-(const Jet3& x, double y) noexcept { return Jet3::chain(x.a - y, 1, x, 0, x); }
+inline Jet3 operator*(const Jet3& x, double y) noexcept { return Jet3::chain(x.a * y, y, x, 0, x); }
+inline Jet3 operator/(const Jet3& x, double y) noexcept {
+  return Jet3::chain(x.a / y, 1 / y, x, 0, x);
+}
+inline Jet3 operator+(double x, const Jet3& y) noexcept { return y + x; }
+inline Jet3 operator-(double x, const Jet3& y) noexcept {
+  return Jet3::chain(x - y.a, -1, y, 0, y);
+}
+inline Jet3 operator*(double x, const Jet3& y) noexcept { return y * x; }
+inline Jet3 operator/(double x, const Jet3& y) noexcept { return Jet3(x) / y; }
+/// The argument is > 0.
+inline Jet3 sqrt(const Jet3& x) noexcept {
+  const double root = std::sqrt(x.a);
+  return Jet3::chain(root, 1 / (2 * root), x, 0, x);
+}
+
 /// A point, vector or force; units belong to the name it is given.
 template <class T>
 struct Vec3 {

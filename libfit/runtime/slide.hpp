@@ -11,8 +11,9 @@
 //   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go
 // A Surface holds the contact point:
 //   surface.standing()      -> Spot at the contact point
-//   surface.aim(direction)  -> Path from there along the lateral unit vector, projected obliquely
-//                              along the spot's normal so that the lateral deflection shrinks by s
+//   surface.aim(spot, direction) -> Path from there (the standing spot) along the lateral unit
+//                              vector, projected obliquely along the spot's normal so that the
+//                              lateral deflection shrinks by s
 //   surface.move(path, s, x) -> Move: the contact point goes to path(s)
 
 #include "scalar.hpp"
@@ -89,26 +90,49 @@ Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T
   return out;
 }
 
+/// Sum of a spot's control values times the basis at x, on a basis of a known order: the compiler
+/// unrolls it, which is half of a tick's time.
+template <int kOrder, class T, class Spot>
+T curve_of_order(const SplineView& view, const Spot& spot, int curve, const T& x) noexcept {
+  const int piece = find_piece(view, value_of(x)), first = first_control(view, piece);
+  const T t = x - view.knots[piece];
+  const double* c = view.weights + piece * kOrder * kOrder;
+  T sum = spot.control(curve, first) * basis_value(c, kOrder, t);
+  for (int k = 1; k < kOrder; ++k)
+    sum = sum + spot.control(curve, first + k) * basis_value(c + k * kOrder, kOrder, t);
+  return sum;
+}
+
 /// Force of one curve of a spot at x [m] -> [N]; exactly 0 for x <= 0.
 template <class T, class Spot>
 T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);
   const SplineView& view = views.view[curve];
-  const SplineWeights<T> weights = spline_weights(view, find_piece(view, value_of(x)), x);
-  T sum = spot.control(curve, weights.first) * weights.value[0];
-  for (int k = 1; k <= view.degree; ++k)
-    sum = sum + spot.control(curve, weights.first + k) * weights.value[k];
-  return sum;
+  switch (view.degree) {
+    case 1:
+      return curve_of_order<2>(view, spot, curve, x);
+    case 2:
+      return curve_of_order<3>(view, spot, curve, x);
+    case 3:
+      return curve_of_order<4>(view, spot, curve, x);
+    default:
+      return curve_of_order<5>(view, spot, curve, x);
+  }
 }
 
 /// Gradient of Z(dz) + R(dr), force of the tool on the body [N] (docs/method.md, section 2):
 /// (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
+/// lateral_N: f^r(dr), where the caller knows it already.
 template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
+                 const T& lateral_N) noexcept {
   if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  const T lateral_N = curve_at(views, spot, kLateral, d.lateral_m);
   const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
   return spot.normal * normal_N + d.lateral * lateral_N;
+}
+template <class T, class Spot>
+Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+  return response(views, spot, d, curve_at(views, spot, kLateral, d.lateral_m));
 }
 
 /// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless.
@@ -132,14 +156,26 @@ T slip_excess_along(const CurveViews& views, const Path& path, const Vec3<T>& x,
   return slip_excess(views, spot, deflection(views, spot, x), frictionless);
 }
 
+/// A contact point with what a tool at x feels there: made once, read by slip test and response.
+template <class T, class Spot>
+struct Footing {
+  Spot spot;
+  Deflection<T> d;
+  T lateral_N;  ///< f^r(dr)
+};
+template <class T, class Spot>
+Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
+  const Deflection<T> d = deflection(views, spot, x);
+  return {spot, d, curve_at(views, spot, kLateral, d.lateral_m)};
+}
+
 /// Whether the contact point cannot hold: f^r(dr) > L(dz).
 template <class T, class Spot>
-bool is_slipping(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  if (!(value_of(d.lateral_m) > 0)) return false;
-  if (is_frictionless(views, spot)) return true;
-  const double lateral_N = value_of(curve_at(views, spot, kLateral, d.lateral_m));
-  const double limit_N = value_of(curve_at(views, spot, kLimit, d.normal_m));
-  return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
+bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
+  if (!(value_of(foot.d.lateral_m) > 0)) return false;
+  if (is_frictionless(views, foot.spot)) return true;
+  const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
+  return value_of(foot.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
 }
 
 /// Root of the excess on [0, end] and its slope there.
@@ -199,38 +235,46 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
 /// Lets the contact point slide until f^r(dr) <= L(dz) for the tool at x [m].
+/// foot: the footing of surface.standing() at x, on entry and on return.
 /// A slip is made of straight segments: a new one begins where the path crosses into another
 /// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
 /// most kMaxRootSteps + 4 evaluations of the curves. Derivatives are those of the branches taken.
 /// Stops where sliding would not shorten dr: deeper than the centre of a convex body's curvature
 /// the contact point would flee (the elements' max_depth_m keeps well below).
-template <class T, class Surface>
-SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
+template <class T, class Surface, class Spot>
+SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
+               Footing<T, Spot>& foot) noexcept {
   for (int segment = 0; segment < kMaxSegments; ++segment) {
-    const auto spot = surface.standing();
-    const Deflection<T> d = deflection(views, spot, x);
-    if (!is_slipping(views, spot, d)) return segment == 0 ? SlideEnd::stick : SlideEnd::slid;
-    const bool frictionless = is_frictionless(views, spot);
-    const auto path = surface.aim(d.lateral);
-    const double lateral_m = value_of(d.lateral_m);
-    const double end = path.end() < lateral_m ? path.end() : lateral_m;
+    if (!is_slipping(views, foot)) return segment == 0 ? SlideEnd::stick : SlideEnd::slid;
+    const Deflection<T>& d = foot.d;
+    const bool frictionless = is_frictionless(views, foot.spot);
+    const auto path = surface.aim(foot.spot, d.lateral);
+    const double lateral_m = value_of(d.lateral_m), path_end = value_of(path.end());
+    const double end = path_end < lateral_m ? path_end : lateral_m;
     const auto plain = path.plain();
     if (path.is_blocked() || flees(views, plain, values_of(x), lateral_m, end))
       return SlideEnd::stopped;
     const double inside = kInside * end;
     const bool holds_within =
         slip_excess_along(views, plain, values_of(x), inside, frictionless) < 0;
-    T s = path.end() < lateral_m ? T(path.end()) : d.lateral_m;
+    T s = path_end < lateral_m ? T(path.end()) : d.lateral_m;
     if (holds_within) {
-      const double scale =
-          frictionless ? lateral_m : value_of(curve_at(views, spot, kLateral, d.lateral_m));
+      const double scale = frictionless ? lateral_m : value_of(foot.lateral_N);
       const SlipRoot root = slip_root(views, plain, values_of(x), inside, scale, frictionless);
       s = differentiable_root(views, path, x, root, frictionless);
     }
-    if (surface.move(path, s, x) == Move::stopped) return SlideEnd::stopped;
+    const Move move = surface.move(path, s, x);
+    foot = footing(views, surface.standing(), x);
+    if (move == Move::stopped) return SlideEnd::stopped;
     if (holds_within) return SlideEnd::slid;
   }
   return SlideEnd::unfinished;
+}
+
+template <class T, class Surface>
+SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
+  auto foot = footing(views, surface.standing(), x);
+  return slide(views, x, surface, foot);
 }
 
 }  // namespace runtime

@@ -52,6 +52,11 @@ inline int find_piece(const SplineView& spline, double x) noexcept {
   return lo;
 }
 
+/// First control value that is alive on an interval.
+inline int first_control(const SplineView& spline, int piece) noexcept {
+  return piece < spline.pieces ? piece : spline.pieces - 1;
+}
+
 /// Weights at x >= 0 on a known interval (`scalar` of a Jet decides the interval, so derivatives
 /// are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
 template <class T>
@@ -59,7 +64,7 @@ SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x)
   SplineWeights<T> out;
   const int order = spline.degree + 1;
   out.piece = piece;
-  out.first = piece < spline.pieces ? piece : spline.pieces - 1;
+  out.first = first_control(spline, piece);
   const T t = x - spline.knots[piece];
   for (int k = 0; k < order; ++k) {
     const double* c = spline.weights + (piece * order + k) * order;
@@ -71,6 +76,22 @@ SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x)
     out.slope[k] = slope;
   }
   return out;
+}
+
+/// One basis polynomial, c[0] + c[1] t + ... of `order` terms, by Horner's rule.
+template <class T>
+T basis_value(const double* c, int order, const T& t) noexcept {
+  T value = T(c[order - 1]);
+  for (int m = order - 2; m >= 0; --m) value = value * t + c[m];
+  return value;
+}
+
+/// Its integral from 0 to t, divided by t. The divisions by m + 1 are of constants.
+inline double basis_integral(const double* c, int order, double t) noexcept {
+  constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
+  double part = c[order - 1] * kShare[order - 1];
+  for (int m = order - 2; m >= 0; --m) part = part * t + c[m] * kShare[m];
+  return part;
 }
 
 /// sum_k b[first + k] * weight[k]; control may be float, double or Jet.
@@ -103,16 +124,14 @@ double curve_energy(const SplineView& spline, const C* control, double x) noexce
   if (!(x > 0)) return 0;
   const int piece = find_piece(spline, x);
   const int order = spline.degree + 1, size = spline.size();
-  const int first = piece < spline.pieces ? piece : spline.pieces - 1;
+  const int first = first_control(spline, piece);
   const double t = x - spline.knots[piece];
   double sum = 0;
   for (int j = 0; j < first + order && j < size; ++j)
     sum = sum + double(control[j]) * spline.integrals[piece * size + j];
   for (int k = 0; k < order; ++k) {
     const double* c = spline.weights + (piece * order + k) * order;
-    double part = c[order - 1] / order;
-    for (int m = order - 2; m >= 0; --m) part = part * t + c[m] / (m + 1);
-    sum = sum + double(control[first + k]) * (part * t);
+    sum = sum + double(control[first + k]) * (basis_integral(c, order, t) * t);
   }
   return sum;
 }

@@ -12,6 +12,10 @@ enum class Status {
   tip_teleported,
   contact_foreign,
   force_not_finite,
+  radius_wrong,
+  pose_wrong,
+  time_step_wrong,
+  tool_wrong,
   // opening an asset
   bytes_missing,
   bytes_misaligned,
@@ -46,6 +50,16 @@ inline const char* sentence(Status status) noexcept {
       return "The contact does not belong to this asset; it was reset and the force is zero.";
     case Status::force_not_finite:
       return "The force was not a finite number; it is zero and the contact was reset.";
+    case Status::radius_wrong:
+      return "The ball's radius is negative or not a finite number; the force is zero.";
+    case Status::pose_wrong:
+      return "A pose is not finite or its quaternion is not of unit length; "
+             "the force is zero and contact begins again from outside.";
+    case Status::time_step_wrong:
+      return "The tool has a damper and the time step is not a positive finite number; the force "
+             "is zero.";
+    case Status::tool_wrong:
+      return "The tool's offset, radius, damping or damper depth is not a finite number in range.";
     case Status::bytes_missing:
       return "There are too few bytes for an asset's header.";
     case Status::bytes_misaligned:

@@ -67,7 +67,8 @@ inline Entry first_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q)
   while (size > 0) {
     const int at = stack[--size];
     const TreeNode& node = asset.tree[at];
-    if (!may_meet(node, p, q, asset.skin_m)) continue;
+    const Vec3d until = best.triangle < 0 ? q : p + (q - p) * best.along;  // later entries lose
+    if (!may_meet(node, p, until, asset.skin_m)) continue;
     if (node.items == 0) {
       stack[size++] = node.at;
       stack[size++] = at + 1;

@@ -1,11 +1,13 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// One tick of the engine: a tip position in, a force out. No heap, no lock, no exception, no clock.
+// One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
+// lock, no exception, no clock.
 
 #include "mesh_surface.hpp"
 #include "status.hpp"
 #include "sweep.hpp"
+#include "sweep_ball.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -14,9 +16,10 @@ namespace runtime {
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
   bool has_tip = false;
-  double tip_m[3] = {0, 0, 0};     ///< previous tip, relative to the asset's origin
+  double tip_m[3] = {0, 0, 0};     ///< previous tip or centre, relative to the asset's origin
   int triangle = -1;               ///< -1 in the air
   double weight[3] = {0, 0, 0};    ///< area coordinates of the contact point
+  Arm arm;                         ///< of a ball in contact
   double dissipated_J = 0;         ///< by slips, since the Contact is in use
   double refused_J = 0;            ///< energy that slips would have created, each joule once
   double withheld_J = 0;           ///< refused at the latest tick
@@ -28,7 +31,10 @@ enum class ContactState { air, stick, slip };
 /// What a tick brings. In the air, and with any status but ok, the force is exactly zero.
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
-  double contact_m[3] = {0, 0, 0};        ///< contact point in body coordinates
+  double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
+  double acts_at_m[3] = {0, 0,
+                         0};     ///< where the force acts: x, a tip itself, p + reach u of a ball
+  double normal[3] = {0, 0, 0};  ///< u(c), inward
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
   double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
@@ -44,6 +50,7 @@ inline void release(Contact& contact) noexcept {
   contact.triangle = -1;
   contact.withheld_J = 0;
   for (double& weight : contact.weight) weight = 0;
+  contact.arm = Arm();
 }
 
 /// Everything but the running sums is forgotten: contact begins again from outside.
@@ -68,7 +75,23 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
 }
 
-inline void account(Contact& contact, const MeshSurface& surface) noexcept {
+/// Begins contact where a ball on its way from p to x first touches the body, if it does.
+inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
+                         double radius_m) noexcept {
+  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+  if (entry.triangle < 0 || entry.is_inside) return;
+  contact.triangle = entry.triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
+  const Vec3d u = blended_normal(asset, entry.triangle, entry.n);
+  contact.arm.reach_m = dot(entry.arm, u);
+  const Vec3d skew = entry.arm - u * contact.arm.reach_m;
+  contact.arm.skew_m[0] = skew.x;
+  contact.arm.skew_m[1] = skew.y;
+  contact.arm.skew_m[2] = skew.z;
+}
+
+template <class Surface>
+void account(Contact& contact, const Surface& surface) noexcept {
   const double refused_J = surface.refused_J();
   contact.dissipated_J += surface.dissipated_J();
   // A slip refused at one tick is asked for again at the next: only what is new counts.
@@ -77,62 +100,105 @@ inline void account(Contact& contact, const MeshSurface& surface) noexcept {
   contact.withheld_J = refused_J;
 }
 
+inline void put(const Vec3d& from, double to[3]) noexcept {
+  to[0] = from.x;
+  to[1] = from.y;
+  to[2] = from.z;
+}
+
+/// The surface point under a ball's rest position, or a tip's contact point itself.
+template <bool kIsBall>
+Vec3d surface_point(const MeshSpot<double>& spot, const Arm& arm) noexcept {
+  if (!kIsBall) return spot.point;
+  const Vec3d skew = make_vec3<double>(arm.skew_m);
+  return spot.point + skew + spot.normal * (arm.reach_m - dot(skew, spot.normal));
+}
+
+/// After a slip the skew lies across the new normal; the rest position stays what it is.
+inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
+  const Vec3d skew = make_vec3<double>(arm.skew_m);
+  put(skew - normal * dot(skew, normal), arm.skew_m);
+}
+
+template <bool kIsBall>
+void describe(const AssetView& asset, const Contact& contact,
+              const Footing<double, MeshSpot<double>>& foot, const Vec3d& x, Output& out) noexcept {
+  const Vec3d origin = make_vec3<double>(asset.origin_m);
+  const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
+  put(c + origin, out.contact_m);
+  put(kIsBall ? x + foot.spot.normal * contact.arm.reach_m + origin : x + origin, out.acts_at_m);
+  put(foot.spot.normal, out.normal);
+  out.triangle = contact.triangle;
+  for (int k = 0; k < 3; ++k) out.weight[k] = contact.weight[k];
+  out.normal_m = foot.d.normal_m;
+  out.lateral_m = foot.d.lateral_m;
+  if (foot.d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
+  if (is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
+}
+
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
-inline Status answer(const AssetView& asset, Contact& contact, const Vec3d& x,
-                     Output& out) noexcept {
-  MeshSurface surface(asset, contact.triangle, contact.weight);
-  const SlideEnd end = slide(asset.curves, x, surface);
+template <bool kIsBall>
+Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out) noexcept {
+  MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
+  auto foot = footing(asset.curves, surface.standing(), x);
+  const SlideEnd end = slide(asset.curves, x, surface, foot);
   account(contact, surface);
   contact.triangle = surface.triangle();
-  for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weights()[k];
-  const MeshSpot<double> spot = surface.standing();
-  const Deflection<double> d = deflection(asset.curves, spot, x);
-  const bool is_lifted = !(d.normal_m > 0) && end != SlideEnd::unfinished;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
+  const bool is_lifted = !(foot.d.normal_m > 0) && end != SlideEnd::unfinished;
   if (is_lifted || is_powerless(asset, contact)) {
     release(contact);
     return Status::ok;
   }
-  const Vec3d force = response(asset.curves, spot, d);
-  const double stored_J = stored_energy_J(asset.curves, spot, x);
+  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+  const double stored_J =
+      surface.has_moved() ? surface.stored_J() : stored_energy_J(asset.curves, foot.spot, foot.d);
   if (!is_finite(force) || !std::isfinite(stored_J)) {
     forget(contact);
     return Status::force_not_finite;
   }
-  out.force_on_tool_N[0] = -force.x;
-  out.force_on_tool_N[1] = -force.y;
-  out.force_on_tool_N[2] = -force.z;
-  out.contact_m[0] = spot.point.x + asset.origin_m[0];
-  out.contact_m[1] = spot.point.y + asset.origin_m[1];
-  out.contact_m[2] = spot.point.z + asset.origin_m[2];
-  out.triangle = contact.triangle;
-  for (int k = 0; k < 3; ++k) out.weight[k] = contact.weight[k];
-  out.normal_m = d.normal_m;
-  out.lateral_m = d.lateral_m;
+  out.flags = surface.flags();
+  describe<kIsBall>(asset, contact, foot, x, out);
+  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
   out.state = end == SlideEnd::stick ? ContactState::stick : ContactState::slip;
   out.stored_J = stored_J;
-  out.flags = surface.flags();
   if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
-  if (d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
-  if (is_frictionless(asset.curves, spot)) out.flags |= kFlagFrictionless;
+  if (kIsBall && end != SlideEnd::stick) lay_skew(contact.arm, foot.spot.normal);
   return Status::ok;
 }
 
-/// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
-/// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
-/// the tip is; a tip that starts inside the body feels nothing until it has come out and entered
-/// again through a covered triangle; so does one that slid off over the rim of the covered surface,
-/// where forces have faded to zero. Touch is swept from the previous tip, so nothing tunnels.
-/// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
-/// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
-/// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
-/// kMaxRootSteps + 2 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
-/// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
-inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3],
-                    Output& out) noexcept {
+/// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
+using TangentOut = double*;
+
+/// Derivative of the force ON THE BODY with respect to the place of the tip or centre, of the
+/// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
+/// of first touch the contact point found counts as fixed, and of a slip that the guard held back
+/// the share it let pass.
+template <bool kIsBall>
+void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
+             TangentOut tangent_N_m) noexcept {
+  const Vec3<Jet3> tip{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)};
+  MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
+  auto foot = footing(asset.curves, surface.standing(), tip);
+  slide(asset.curves, tip, surface, foot);
+  const Vec3<Jet3> force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+  for (int k = 0; k < 3; ++k) {
+    tangent_N_m[k] = force.x.v[k];
+    tangent_N_m[3 + k] = force.y.v[k];
+    tangent_N_m[6 + k] = force.z.v[k];
+  }
+}
+
+/// What touch() and touch_ball() share: the guard of inputs, first touch, answer.
+template <bool kIsBall>
+Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
+            Output& out, TangentOut tangent_N_m) noexcept {
   out = Output();
   out.dissipated_J = contact.dissipated_J;
   out.refused_J = contact.refused_J;
   out.refused_ticks = contact.refused_ticks;
+  if (tangent_N_m != nullptr)
+    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
                 tip_m[2] - asset.origin_m[2]};
   if (!is_finite(x)) {
@@ -146,21 +212,64 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
   const bool is_first = !contact.has_tip;
   const Vec3d before = is_first ? x : make_vec3<double>(contact.tip_m);
   contact.has_tip = true;
-  contact.tip_m[0] = x.x;
-  contact.tip_m[1] = x.y;
-  contact.tip_m[2] = x.z;
+  put(x, contact.tip_m);
   const Vec3d step = x - before;
   if (!(dot(step, step) <= asset.max_step_m * asset.max_step_m)) {
     release(contact);
     return Status::tip_teleported;
   }
-  if (contact.triangle < 0) seek_contact(asset, contact, before, x);
+  if (contact.triangle < 0) {
+    if constexpr (kIsBall)
+      seek_contact(asset, contact, before, x, radius_m);
+    else
+      seek_contact(asset, contact, before, x);
+  }
   if (contact.triangle < 0) return Status::ok;
-  const Status status = answer(asset, contact, x, out);
+  if (tangent_N_m != nullptr) tangent<kIsBall>(asset, contact, x, tangent_N_m);
+  const Status status = answer<kIsBall>(asset, contact, x, out);
   out.dissipated_J = contact.dissipated_J;
   out.refused_J = contact.refused_J;
   out.refused_ticks = contact.refused_ticks;
+  if (tangent_N_m != nullptr && out.state == ContactState::air)
+    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   return status;
+}
+
+/// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
+/// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
+/// the tip is; a tip that starts inside the body feels nothing until it has come out and entered
+/// again through a covered triangle; so does one that slid off over the rim of the covered surface,
+/// where forces have faded to zero. Touch is swept from the previous tip, so nothing tunnels.
+/// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
+/// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
+/// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
+/// kMaxRootSteps + 4 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
+/// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
+/// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
+/// branches this tick took; zero without force. Asking for it makes a tick about four times as long
+/// and changes no other bit.
+inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
+                    TangentOut tangent_N_m = nullptr) noexcept {
+  return tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);
+}
+
+/// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as
+/// touch(), but contact begins where the ball touches first (docs/method.md, section 12), and the
+/// reference point is x = p + R u(c). A ball that begins a tick deeper in the surface than
+/// kRestShare of its radius feels nothing until it has come out; one that is less deep, as after
+/// lifting off, begins contact there. radius 0 is a tip. Refuses a radius that is negative or not
+/// finite. Work in the air: the tree nodes within the radius of the way.
+inline Status touch_ball(const AssetView& asset, Contact& contact, const double centre_m[3],
+                         double radius_m, Output& out, TangentOut tangent_N_m = nullptr) noexcept {
+  if (radius_m == 0) return touch(asset, contact, centre_m, out, tangent_N_m);
+  if (!(radius_m > 0 && radius_m <= 1e3)) {
+    out = Output();
+    if (tangent_N_m != nullptr)
+      for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
+    forget(contact);
+    return Status::radius_wrong;
+  }
+  return tick<true>(asset, contact, centre_m, radius_m, out, tangent_N_m);
 }
 
 }  // namespace runtime

@@ -1,4 +1,4 @@
-// Hashes the outputs of 100000 ticks of a winding path: equal on every compiler and level.
+// Hashes the outputs of a winding path: equal on every compiler and level. probe ASSET TICKS
 #include <cstdio>
 #include <cstdlib>
 
@@ -17,12 +17,14 @@ int main(int argc, char** argv) {
   Status status;
   const Asset asset = Asset::open(bytes, size, &status);
   if (status != Status::ok) return std::puts(sentence(status)), 1;
-  Contact contact;
-  Output out;
+  const long ticks = argc > 2 ? std::atol(argv[2]) : 100000;
+  Contact contact, ball_contact;
+  Output out, ball;
+  double tangent[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};
   std::uint64_t hash = 0, random = 1;
   long touching = 0, slipping = 0;
   double tip[3] = {0.04, 0, 0}, goal[3] = {0, 0, 0.02};
-  for (int tick = 0; tick < 100000; ++tick) {
+  for (long tick = 0; tick < ticks; ++tick) {
     if (tick % 200 == 0)
       for (double& g : goal) {
         random = random * 6364136223846793005u + 1442695040888963407u;
@@ -30,8 +32,12 @@ int main(int argc, char** argv) {
       }
     for (int k = 0; k < 3; ++k) tip[k] += (goal[k] - tip[k]) * 0.01;
     if (touch(asset, contact, tip, out) != Status::ok) return 1;
-    const double words[6] = {out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
-                             out.contact_m[0],       out.stored_J,           out.dissipated_J};
+    touch_ball(asset, ball_contact, tip, 0.002, ball, tick % 8 == 0 ? tangent : nullptr);
+    const double words[11] = {out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
+                             out.contact_m[0],       out.stored_J,           out.dissipated_J,
+                              ball.force_on_tool_N[0], ball.force_on_tool_N[1],
+                              ball.force_on_tool_N[2], tangent[0],
+                              tangent[5]};
     hash = hash * 31 + checksum(words, sizeof words);
     touching += out.state != ContactState::air;
     slipping += out.state == ContactState::slip;

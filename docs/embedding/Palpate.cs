@@ -1,0 +1,83 @@
+// Palpate for C# (Unity, .NET): declarations of palpate.h, ABI 1. MIT licence.
+// The native library is palpate_engine (libpalpate_engine.so, palpate_engine.dll). Structures are
+// blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
+// against the header by the project's tests (check_csharp.c).
+//
+//   size palpate_asset 768, palpate_contact 512, palpate_pose 56, palpate_tool 48, palpate_input 128,
+//   size palpate_output 272, palpate_info 88
+using System;
+using System.Runtime.InteropServices;
+
+public static unsafe class Palpate
+{
+    const string Library = "palpate_engine";
+    public const int Abi = 1;
+
+    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[96]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[64]; }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Pose
+    {
+        public fixed double PositionM[3];
+        public fixed double OrientationWxyz[4]; // unit quaternion
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Tool
+    {
+        public fixed double OffsetM[3];
+        public double RadiusM, DampingNsM, DamperDepthM;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Input
+    {
+        public Pose Tool, Body;
+        public double DtS;
+        public int WantsTangent, Reserved;
+    }
+
+    public enum State { Air = 0, Stick = 1, Slip = 2 }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Output
+    {
+        public fixed double ForceOnToolN[3];
+        public fixed double TorqueOnToolNm[3];
+        public fixed double ContactM[3];
+        public fixed double Normal[3];
+        public fixed double Weight[3];
+        public double NormalM, LateralM, StoredJ, DissipatedJ, RefusedJ, DampedJ, DamperN;
+        public fixed double StiffnessNM[9];
+        public long RefusedTicks;
+        public int Triangle, State;
+        public uint Flags;
+        public int Status;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Info
+    {
+        public int Vertices, Triangles;
+        public double MaxStepM, ProbeRadiusM;
+        public fixed double BoxMinM[3];
+        public fixed double BoxMaxM[3];
+        public byte* MetaJson;
+        public ulong MetaBytes;
+    }
+
+    [DllImport(Library)] public static extern int palpate_abi();
+    [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
+    // bytes: at a multiple of 64 (Marshal.AllocHGlobal and round up), unchanged while the asset is used.
+    [DllImport(Library)] public static extern int palpate_open(out Asset asset, void* bytes, ulong size);
+    [DllImport(Library)] public static extern int palpate_describe(in Asset asset, out Info info);
+    [DllImport(Library)] public static extern int palpate_start(out Contact contact, in Tool tool);
+    [DllImport(Library)] public static extern int palpate_release(ref Contact contact);
+    [DllImport(Library)] public static extern int palpate_tick(in Asset asset, ref Contact contact, in Input input, out Output output);
+
+    public static string Sentence(int status) => Marshal.PtrToStringAnsi(palpate_sentence(status));
+}
+
+// Unity is left-handed with y up: swap y and z of positions on the way in and of forces on the way
+// out; a quaternion (x, y, z, w) there is (w, -x, -z, -y) here.

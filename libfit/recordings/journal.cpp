@@ -1,0 +1,209 @@
+#include "libfit/recordings/journal.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/content_hash.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr std::string_view kMagic = "palpate-journal 1\n";  // raise with every change of an entry
+constexpr std::size_t kHashDigits = 16;
+constexpr std::uint64_t kMostCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
+
+// Values one after another, native order: a journal does not travel between machines.
+class Writer {
+ public:
+  template <class T>
+  Writer& plain(const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  Writer& text(std::string_view value) {
+    plain<std::uint64_t>(value.size());
+    bytes.append(value);
+    return *this;
+  }
+  template <class Matrix>
+  Writer& numbers(const Matrix& values) {
+    plain<std::uint64_t>(static_cast<std::uint64_t>(values.rows()));
+    bytes.append(reinterpret_cast<const char*>(values.data()),
+                 static_cast<std::size_t>(values.size()) * sizeof(double));
+    return *this;
+  }
+  Writer& place(const std::optional<Vec3>& value) {
+    return plain<char>(value.has_value()).plain(value.value_or(Vec3::Zero()));
+  }
+  std::string bytes;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  bool is_bad = false;
+
+  template <class T>
+  T plain() {
+    T value{};
+    if (const auto part = take(sizeof value); !part.empty())
+      std::memcpy(static_cast<void*>(&value), part.data(), sizeof value);
+    return value;
+  }
+  std::string text() { return std::string(take(count(1))); }
+  template <class Matrix>
+  void numbers(Matrix& values) {
+    const auto rows =
+        static_cast<Eigen::Index>(count(sizeof(double) * static_cast<std::size_t>(values.cols())));
+    values.resize(rows, values.cols());
+    const auto part = take(static_cast<std::size_t>(values.size()) * sizeof(double));
+    if (!part.empty()) std::memcpy(values.data(), part.data(), part.size());
+  }
+  std::optional<Vec3> place() {
+    const bool is_there = plain<char>() != 0;
+    Vec3 value;
+    for (int k = 0; k < 3; ++k) value[k] = plain<double>();
+    return is_there ? std::optional(value) : std::nullopt;
+  }
+  std::size_t count(std::size_t bytes_each) {
+    const auto n = plain<std::uint64_t>();
+    if (n > kMostCount || n * bytes_each > rest_.size()) return is_bad = true, 0;
+    return static_cast<std::size_t>(n);
+  }
+  std::string_view take(std::size_t bytes) {
+    if (bytes > rest_.size()) return is_bad = true, rest_ = {}, std::string_view{};
+    const auto part = rest_.substr(0, bytes);
+    rest_.remove_prefix(bytes);
+    return part;
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+void write(Writer& w, const Conditioned& r) {
+  w.text(r.name).plain(r.is_axial).numbers(r.deflection_m).numbers(r.force_N).numbers(r.error_N);
+  w.plain<std::uint64_t>(r.status.size());
+  for (const RowStatus status : r.status) w.plain(status);
+  w.place(r.contact_m).place(r.inward);
+  w.plain(r.contact_travel_m)
+      .plain(r.contact_deviation_m)
+      .text(r.estimator)
+      .plain(r.speed_m_s)
+      .plain(r.noise_N);
+  w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
+  w.plain<std::uint64_t>(r.reasons.size());
+  for (const std::string& reason : r.reasons) w.text(reason);
+  w.plain<std::uint64_t>(r.dropped_rows);
+}
+
+Conditioned read_recording(Reader& in) {
+  Conditioned r;
+  r.name = in.text(), r.is_axial = in.plain<bool>();
+  in.numbers(r.deflection_m), in.numbers(r.force_N), in.numbers(r.error_N);
+  r.status.resize(in.count(1));
+  for (RowStatus& status : r.status) status = in.plain<RowStatus>();
+  r.contact_m = in.place(), r.inward = in.place();
+  r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
+  r.estimator = in.text();
+  r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
+  r.hysteresis = in.plain<double>();
+  r.young_Pa = in.plain<double>(), r.apparent_Pa = in.plain<double>(), r.grade = in.plain<Grade>();
+  r.reasons.resize(in.count(8));
+  for (std::string& reason : r.reasons) reason = in.text();
+  r.dropped_rows = in.plain<std::uint64_t>();
+  return r;
+}
+
+std::string entry_of(const std::string& key, const ItemResult& result) {
+  Writer w;
+  w.text(key).text(result.hash).plain<char>(result.failure.has_value());
+  if (result.failure)
+    w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
+  w.plain<std::uint64_t>(result.recordings.size());
+  for (const Conditioned& recording : result.recordings) write(w, recording);
+  Writer framed;
+  framed.text(w.bytes);
+  return framed.bytes + content_hash(w.bytes);
+}
+
+ItemResult read_result(Reader& in) {
+  ItemResult result;
+  result.hash = in.text();
+  if (in.plain<char>()) {
+    result.failure.emplace();
+    result.failure->where = in.text(), result.failure->what = in.text(),
+    result.failure->remedy = in.text();
+  }
+  result.recordings.resize(in.count(16));
+  for (Conditioned& recording : result.recordings) recording = read_recording(in);
+  result.is_done = result.is_reused = true;
+  return result;
+}
+
+Error cannot_keep(const std::filesystem::path& path) {
+  return Error(path.string(), std::string("cannot be written: ") + std::strerror(errno),
+               "Choose a folder that exists, can be written and has space.");
+}
+
+}  // namespace
+
+Journal::Journal(const std::filesystem::path& path) {
+  if (path.empty()) return;
+  std::size_t good_bytes = 0;
+  if (std::error_code ignored; std::filesystem::exists(path, ignored)) {
+    const std::string bytes = read_whole_file(path);
+    if (bytes.starts_with(kMagic)) {
+      good_bytes = kMagic.size();
+      while (true) {
+        Reader in(std::string_view(bytes).substr(good_bytes));
+        const std::string body = in.text();
+        const std::string hash(in.take(kHashDigits));
+        if (in.is_bad || body.empty() || content_hash(body) != hash) break;
+        good_bytes += sizeof(std::uint64_t) + body.size() + kHashDigits;
+        Reader entry(body);
+        const std::string key = entry.text();
+        ItemResult result = read_result(entry);
+        if (!entry.is_bad) kept_[key] = std::move(result);
+      }
+    }
+  }
+  descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(good_bytes)) != 0 ||
+      ::lseek(descriptor_, 0, SEEK_END) < 0)
+    throw cannot_keep(path);
+  if (good_bytes == 0 && ::write(descriptor_, kMagic.data(), kMagic.size()) < 0)
+    throw cannot_keep(path);
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+const ItemResult* Journal::find(const std::string& key) const {
+  const auto found = kept_.find(key);
+  return found == kept_.end() ? nullptr : &found->second;
+}
+
+void Journal::add(const std::string& key, const ItemResult& result) {
+  if (descriptor_ < 0) return;
+  const std::string entry = entry_of(key, result);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string_view rest = entry;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    // A full disk costs the journal, not the batch: what comes after a torn entry would be lost on
+    // reading.
+    if (written < 0) return void(::close(std::exchange(descriptor_, -1)));
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,108 @@
+#include "libfit/recordings/phases.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kTurnShare = 0.02;    // of the travel's range: less is noise or drift
+constexpr double kWindowShare = 0.02;  // of the rows, over which the speed is taken
+constexpr double kHoldShare = 0.1;     // of the mean speed
+
+// Rows where the travel turns, by the usual zigzag rule; first and last row included.
+std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double least_m) {
+  std::vector<Eigen::Index> turns{0};
+  Eigen::Index lowest = 0, highest = 0;
+  int direction = 0;
+  for (Eigen::Index i = 1; i < travel.size(); ++i) {
+    if (travel[i] < travel[lowest]) lowest = i;
+    if (travel[i] > travel[highest]) highest = i;
+    if (direction >= 0 && travel[highest] - travel[i] > least_m) {
+      if (direction > 0 || highest > 0) turns.push_back(highest);
+      direction = -1, lowest = i;
+    } else if (direction <= 0 && travel[i] - travel[lowest] > least_m) {
+      if (direction < 0 || lowest > 0) turns.push_back(lowest);
+      direction = 1, highest = i;
+    }
+  }
+  if (direction > 0 && highest + 1 < travel.size() && highest != turns.back())
+    turns.push_back(highest);
+  turns.push_back(travel.size() - 1);
+  return turns;
+}
+
+}  // namespace
+
+std::vector<Phase> find_phases(const Signal& signal) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  const Eigen::Index rows = travel.size();
+  std::vector<Phase> phases(static_cast<std::size_t>(rows), Phase::hold);
+  const double range_m = travel.maxCoeff() - travel.minCoeff();
+  std::vector<Eigen::Index> turns = turning_rows(travel, kTurnShare * range_m);
+  if (signal.retract_begins) turns = {0, *signal.retract_begins, rows - 1};
+  for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
+    const double gain_m = travel[turns[k + 1]] - travel[turns[k]];
+    const bool is_in = signal.retract_begins ? k == 0 : gain_m > 0;
+    std::fill(phases.begin() + turns[k], phases.begin() + turns[k + 1] + 1,
+              is_in ? Phase::approach : Phase::retract);
+  }
+  if (signal.retract_begins || rows < 20) return phases;
+  const Points sideways = signal.position_m - travel * signal.inward.transpose();
+  const auto half = std::max<Eigen::Index>(
+      1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
+  double path_m = 0;
+  for (Eigen::Index i = half; i < rows; i += half)
+    path_m += (signal.position_m.row(i) - signal.position_m.row(i - half)).norm();
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Eigen::Index a = std::max<Eigen::Index>(0, i - half), b = std::min(rows - 1, i + half);
+    const double in_m = std::abs(travel[b] - travel[a]),
+                 side_m = (sideways.row(b) - sideways.row(a)).norm();
+    const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
+    if (side_m > in_m && side_m > kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::slide;
+    else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::hold;
+  }
+  return phases;
+}
+
+RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  RowRange best;
+  double most_m = 0;
+  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const auto is_in = [&](Eigen::Index i) {  // a hold on the way in does not end it
+    const Phase phase = phases[static_cast<std::size_t>(i)];
+    return phase == Phase::approach || phase == Phase::hold;
+  };
+  for (Eigen::Index first = 0, last = 0; first < rows; first = std::max(last, first + 1)) {
+    for (last = first; last < rows && is_in(last); ++last) {
+    }
+    if (last - first < 2) continue;
+    Eigen::Index low = 0, high = 0;
+    const auto part = travel.segment(first, last - first);
+    part.maxCoeff(&high);
+    part.head(high + 1).minCoeff(&low);
+    if (part[high] - part[low] > most_m) {
+      most_m = part[high] - part[low];
+      best = {first + low, first + high + 1};
+    }
+  }
+  return best;
+}
+
+RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const RowRange& approach) {
+  const auto rows = static_cast<Eigen::Index>(phases.size());
+  Eigen::Index begin = approach.end;
+  while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {
+    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2)
+      return {};
+    ++begin;
+  }
+  Eigen::Index end = begin;
+  while (end < rows && phases[static_cast<std::size_t>(end)] != Phase::approach) ++end;
+  return {begin, end};
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,218 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+// The engine's C face: checks the caller's pointers, then tool.hpp and asset.hpp do the work.
+//   g++ -std=c++17 -O2 -ffp-contract=off -fno-exceptions -fno-rtti -fvisibility=hidden
+//       -shared -fPIC palpate.cpp -o libpalpate_engine.so
+#include "palpate.h"
+
+#include "engine.hpp"
+
+namespace rt = palpate::runtime;
+
+namespace {
+
+constexpr std::uint64_t kAssetMark = 0x50616c7061737365u, kContactMark = 0x50616c70636f6e74u;
+
+struct OpenAsset {
+  std::uint64_t mark;
+  rt::Asset asset;
+};
+struct StartedContact {
+  std::uint64_t mark;
+  rt::ToolContact tool;
+};
+static_assert(sizeof(OpenAsset) <= sizeof(palpate_asset), "raise palpate_asset and PALPATE_ABI");
+static_assert(sizeof(StartedContact) <= sizeof(palpate_contact),
+              "raise palpate_contact and PALPATE_ABI");
+static_assert(alignof(OpenAsset) <= alignof(palpate_asset), "storage must suit");
+static_assert(std::is_trivially_copyable<OpenAsset>::value, "a plain copy is a copy");
+static_assert(std::is_trivially_copyable<StartedContact>::value, "a plain copy is a copy");
+
+// Storage is filled and read by memcpy of the mark, and as the object it holds after that.
+template <class Held, class Storage>
+Held* held(Storage* storage, std::uint64_t mark) noexcept {
+  std::uint64_t found;
+  std::memcpy(&found, storage->storage, sizeof found);
+  return found == mark ? reinterpret_cast<Held*>(storage->storage) : nullptr;
+}
+template <class Held, class Storage>
+const Held* held(const Storage* storage, std::uint64_t mark) noexcept {
+  return held<Held>(const_cast<Storage*>(storage), mark);
+}
+
+palpate_status to_c(rt::Status status) noexcept {
+  switch (status) {
+    case rt::Status::ok:
+      return PALPATE_OK;
+    case rt::Status::tip_not_finite:
+      return PALPATE_TIP_NOT_FINITE;
+    case rt::Status::tip_teleported:
+      return PALPATE_TIP_TELEPORTED;
+    case rt::Status::contact_foreign:
+      return PALPATE_CONTACT_FOREIGN;
+    case rt::Status::force_not_finite:
+      return PALPATE_FORCE_NOT_FINITE;
+    case rt::Status::pose_wrong:
+      return PALPATE_POSE_WRONG;
+    case rt::Status::time_step_wrong:
+      return PALPATE_TIME_STEP_WRONG;
+    case rt::Status::radius_wrong:
+    case rt::Status::tool_wrong:
+      return PALPATE_TOOL_WRONG;
+    case rt::Status::bytes_missing:
+      return PALPATE_BYTES_MISSING;
+    case rt::Status::bytes_misaligned:
+      return PALPATE_BYTES_MISALIGNED;
+    case rt::Status::not_an_asset:
+      return PALPATE_NOT_AN_ASSET;
+    case rt::Status::other_endianness:
+      return PALPATE_OTHER_ENDIANNESS;
+    case rt::Status::other_version:
+      return PALPATE_OTHER_VERSION;
+    case rt::Status::size_wrong:
+      return PALPATE_SIZE_WRONG;
+    case rt::Status::layout_wrong:
+      return PALPATE_LAYOUT_WRONG;
+    case rt::Status::checksum_wrong:
+      return PALPATE_CHECKSUM_WRONG;
+    case rt::Status::replay_differs:
+      return PALPATE_REPLAY_DIFFERS;
+    default:
+      return PALPATE_CONTENT_WRONG;
+  }
+}
+
+rt::Pose to_pose(const palpate_pose& pose) noexcept {
+  rt::Pose out;
+  for (int k = 0; k < 3; ++k) out.position_m[k] = pose.position_m[k];
+  for (int k = 0; k < 4; ++k) out.orientation[k] = pose.orientation[k];
+  return out;
+}
+
+void copy3(const double from[3], double to[3]) noexcept {
+  for (int k = 0; k < 3; ++k) to[k] = from[k];
+}
+
+void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
+  const rt::Output& body = from.body;
+  copy3(from.force_on_tool_N, out.force_on_tool_N);
+  copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
+  copy3(from.contact_m, out.contact_m);
+  copy3(from.normal, out.normal);
+  copy3(body.weight, out.weight);
+  out.normal_m = body.normal_m;
+  out.lateral_m = body.lateral_m;
+  out.stored_J = body.stored_J;
+  out.dissipated_J = body.dissipated_J;
+  out.refused_J = body.refused_J;
+  out.damped_J = from.damped_J;
+  out.damper_N = from.damper_N;
+  out.refused_ticks = body.refused_ticks;
+  out.triangle = body.triangle;
+  out.state = static_cast<std::int32_t>(body.state);
+  out.flags = body.flags;
+}
+
+palpate_status refuse(palpate_output* out, palpate_status status) noexcept {
+  if (out != nullptr) out->status = status;
+  return status;
+}
+
+}  // namespace
+
+std::int32_t palpate_abi() noexcept { return PALPATE_ABI; }
+
+const char* palpate_sentence(palpate_status status) noexcept {
+  for (int i = 0; i <= static_cast<int>(rt::Status::replay_differs); ++i) {
+    const auto known = static_cast<rt::Status>(i);
+    if (to_c(known) == status && status != PALPATE_CONTENT_WRONG && status != PALPATE_TOOL_WRONG)
+      return rt::sentence(known);
+  }
+  switch (status) {
+    case PALPATE_NULL_ARGUMENT:
+      return "A pointer is null; the force is zero.";
+    case PALPATE_ASSET_NOT_OPEN:
+      return "The asset was not opened; the force is zero.";
+    case PALPATE_NOT_STARTED:
+      return "The contact was not started with palpate_start; the force is zero.";
+    case PALPATE_TOOL_WRONG:
+      return rt::sentence(rt::Status::tool_wrong);
+    case PALPATE_CONTENT_WRONG:
+      return "Numbers, curves, triangles, normals or the tree of the asset are not what they must "
+             "be.";
+    default:
+      return "Unknown status.";
+  }
+}
+
+palpate_status palpate_open(palpate_asset* asset, const void* bytes, std::uint64_t size) noexcept {
+  if (asset == nullptr) return PALPATE_NULL_ARGUMENT;
+  *asset = palpate_asset();
+  rt::Status status;
+  const OpenAsset opened{kAssetMark,
+                         rt::Asset::open(bytes, static_cast<std::size_t>(size), &status)};
+  if (status == rt::Status::ok) std::memcpy(asset->storage, &opened, sizeof opened);
+  return to_c(status);
+}
+
+palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) noexcept {
+  if (info == nullptr) return PALPATE_NULL_ARGUMENT;
+  *info = palpate_info();
+  if (asset == nullptr) return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  const rt::Asset& a = opened->asset;
+  info->vertices = a.vertices;
+  info->triangles = a.triangles;
+  info->max_step_m = a.max_step_m;
+  info->probe_radius_m = a.probe_radius_m;
+  for (int k = 0; k < 3; ++k) {
+    info->box_min_m[k] = a.origin_m[k] + double(a.tree[0].lo[k]);
+    info->box_max_m[k] = a.origin_m[k] + double(a.tree[0].hi[k]);
+  }
+  info->meta_json = a.meta;
+  info->meta_bytes = a.meta_bytes;
+  return PALPATE_OK;
+}
+
+palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool) noexcept {
+  if (contact == nullptr) return PALPATE_NULL_ARGUMENT;
+  *contact = palpate_contact();
+  if (tool == nullptr) return PALPATE_NULL_ARGUMENT;
+  StartedContact started{kContactMark, rt::ToolContact()};
+  rt::ToolShape& shape = started.tool.shape;
+  copy3(tool->offset_m, shape.offset_m);
+  shape.radius_m = tool->radius_m;
+  shape.damping_Ns_m = tool->damping_Ns_m;
+  shape.damper_depth_m = tool->damper_depth_m;
+  const rt::Status status = rt::check_tool(shape);
+  if (status == rt::Status::ok) std::memcpy(contact->storage, &started, sizeof started);
+  return to_c(status);
+}
+
+palpate_status palpate_release(palpate_contact* contact) noexcept {
+  if (contact == nullptr) return PALPATE_NULL_ARGUMENT;
+  auto* started = held<StartedContact>(contact, kContactMark);
+  if (started == nullptr) return PALPATE_NOT_STARTED;
+  rt::forget(started->tool.contact);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
+                            const palpate_input* in, palpate_output* out) noexcept {
+  if (out != nullptr) {
+    *out = palpate_output();
+    out->triangle = -1;
+  }
+  if (asset == nullptr || contact == nullptr || in == nullptr || out == nullptr)
+    return refuse(out, PALPATE_NULL_ARGUMENT);
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
+  auto* started = held<StartedContact>(contact, kContactMark);
+  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
+  rt::ToolOutput answer;
+  const rt::Status status =
+      rt::touch_tool(opened->asset, started->tool, to_pose(in->tool), to_pose(in->body), in->dt_s,
+                     answer, in->wants_tangent != 0 ? out->stiffness_N_m : nullptr);
+  fill(answer, *out);
+  return refuse(out, to_c(status));
+}

@@ -1,0 +1,215 @@
+/* Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT */
+#ifndef PALPATE_H
+#define PALPATE_H
+
+/* Palpate's engine for C, and for every language that calls C.
+
+   An asset (*.palp) holds force-deflection curves on every node of a soft body. A tool's pose goes
+   in at every tick, a force comes out. This page is the manual.
+
+     palpate_asset asset;
+     if (palpate_open(&asset, bytes, size) != PALPATE_OK) ...        once; checks every byte
+     palpate_contact contact;
+     palpate_tool tool = palpate_ball(0.005);
+     palpate_start(&contact, &tool);                                 once per tool
+     palpate_input in = palpate_input_at(x, y, z);
+     palpate_output out;
+     palpate_tick(&asset, &contact, &in, &out);                      every tick: out.force_on_tool_N
+
+   Units are SI: metres, newtons, newton metres, joules, seconds. Coordinates are right-handed and
+   those of the world in which both poses are given; with the body's pose left at rest, the world is
+   the body's own frame, that of the mesh it was made from.
+
+   Real time. No function but palpate_open takes longer than its bound below. No function allocates,
+   locks, waits, reads a clock, calls the system or throws; of the C library only sqrt, memcpy,
+   memset and memcmp are used. Everything is allocated by the caller.
+   Threads. An opened asset is never written: any number of threads and tools may share it. One
+   contact belongs to one thread at a time. There are no globals.
+   Determinism. The same bytes and inputs give the same bits with every compiler and optimization
+   level on machines with IEEE doubles; palpate_open verifies it on the asset's own check path.
+   Errors. A status other than PALPATE_OK always comes with zero force and torque, never a stale one.
+   Version. PALPATE_ABI is raised when a structure or a meaning changes. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(PALPATE_STATIC) || !defined(__GNUC__)
+#define PALPATE_API
+#else
+#define PALPATE_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+#define PALPATE_NOEXCEPT noexcept
+extern "C" {
+#else
+#define PALPATE_NOEXCEPT
+#endif
+
+#define PALPATE_ABI 1
+
+/* What the engine has to say. palpate_sentence() has a sentence for people on each. */
+typedef int32_t palpate_status;
+enum {
+  PALPATE_OK = 0,
+  /* A tick or a start was refused. */
+  PALPATE_NULL_ARGUMENT = 1,    /* a pointer is null; nothing but *out was written */
+  PALPATE_ASSET_NOT_OPEN = 2,   /* palpate_open was not called on it, or failed */
+  PALPATE_NOT_STARTED = 3,      /* palpate_start was not called on the contact, or failed */
+  PALPATE_TIP_NOT_FINITE = 4,   /* NaN or infinity where the tool is */
+  PALPATE_TIP_TELEPORTED = 5,   /* farther than max_step_m in one tick; contact begins anew outside */
+  PALPATE_CONTACT_FOREIGN = 6,  /* the contact was used with another asset; it was reset */
+  PALPATE_FORCE_NOT_FINITE = 7, /* overflow at absurd depths; the contact was reset */
+  PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
+  PALPATE_TIME_STEP_WRONG = 9,  /* the tool has a damper and dt_s is not positive and finite */
+  PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
+  /* palpate_open refused the bytes. */
+  PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
+  PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
+  PALPATE_NOT_AN_ASSET = 22,     /* they do not begin with PALP */
+  PALPATE_OTHER_ENDIANNESS = 23,
+  PALPATE_OTHER_VERSION = 24,
+  PALPATE_SIZE_WRONG = 25,
+  PALPATE_LAYOUT_WRONG = 26,   /* impossible counts or section offsets */
+  PALPATE_CHECKSUM_WRONG = 27, /* changed or cut */
+  PALPATE_CONTENT_WRONG = 28,  /* numbers, curves, triangles, normals or tree are not what they must be */
+  PALPATE_REPLAY_DIFFERS = 29  /* this build of the engine computes other bits than the exporter's */
+};
+
+/* Storage that the engine fills; treat it as opaque. Static, on a stack or in an array: nothing is
+   owned, nothing needs to be freed, and a plain copy is a copy. */
+typedef struct palpate_asset {
+  uint64_t storage[96];
+} palpate_asset;
+typedef struct palpate_contact {
+  uint64_t storage[64];
+} palpate_contact;
+
+/* Rotation, then translation: world = R(orientation) local + position_m. */
+typedef struct palpate_pose {
+  double position_m[3];
+  double orientation[4]; /* unit quaternion w, x, y, z; q and -q are the same */
+} palpate_pose;
+
+/* What touches: a point or a ball fixed to the tool. The asset's curves were measured with a ball of
+   palpate_info.probe_radius_m; another radius changes where contact begins, not the curves.
+   The damper acts parallel to the normal curve, b(dz) = damping_Ns_m min(1, dz / damper_depth_m),
+   against motion along the contact's normal. It never pulls the tool in. Its energy is damped_J. */
+typedef struct palpate_tool {
+  double offset_m[3];    /* of the tip or the ball's centre in the tool's frame; each within 1000 */
+  double radius_m;       /* 0: a tip; up to 1000 */
+  double damping_Ns_m;   /* N s/m, 0 to 1e9; 0: none */
+  double damper_depth_m; /* depth at which it is whole; > 0 where there is damping */
+} palpate_tool;
+
+/* One tick's question. */
+typedef struct palpate_input {
+  palpate_pose tool;
+  palpate_pose body;     /* identity for a body that rests */
+  double dt_s;           /* since the previous tick; read by the damper alone */
+  int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes about four times as long */
+  int32_t reserved;      /* 0 */
+} palpate_input;
+
+enum { PALPATE_AIR = 0, PALPATE_STICK = 1, PALPATE_SLIP = 2 };
+
+/* Or-ed together in flags. */
+enum {
+  PALPATE_FLAG_UNFINISHED = 1,  /* the slip was longer than a tick may take; it goes on at the next */
+  PALPATE_FLAG_BORDER = 2,      /* the contact point was at a border that held it */
+  PALPATE_FLAG_HELD_BACK = 4,   /* the guard refused the energy-creating part of a slip */
+  PALPATE_FLAG_TOO_DEEP = 8,    /* deeper than slides are well-conditioned for at this triangle */
+  PALPATE_FLAG_FRICTIONLESS = 16 /* no lateral stiffness here: slides as if frictionless */
+};
+
+/* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
+   torque and stiffness are exactly zero and triangle is -1. Energies are sums since palpate_start. */
+typedef struct palpate_output {
+  double force_on_tool_N[3];   /* what a device displays; the body feels the negative */
+  double torque_on_tool_Nm[3]; /* of that force about tool.position_m: it acts at the tip, or one
+                                  radius from a ball's centre along the contact's normal */
+  double contact_m[3];         /* the point of the resting surface that the tool holds on to */
+  double normal[3];            /* unit, into the body, at that point */
+  double weight[3];            /* its area coordinates in the triangle, sum 1 */
+  double normal_m;             /* deflection along the normal, > 0 in contact */
+  double lateral_m;            /* deflection across it, >= 0, from where the body leans to */
+  double stored_J;             /* elastic energy now */
+  double dissipated_J;         /* by slips */
+  double refused_J;            /* that slips would have created, each joule once */
+  double damped_J;             /* by the damper */
+  double damper_N;             /* the damper's part of the force on the body, along the normal */
+  double stiffness_N_m[9];     /* row-major d(force on the body) / d(tool position), elastic part, the
+                                  tool not turning: exact for the branch taken, with the contact point
+                                  of a first touch held; zero unless wanted */
+  int64_t refused_ticks;       /* ticks at which the guard acted */
+  int32_t triangle;            /* of the surface; -1 in the air */
+  int32_t state;               /* PALPATE_AIR, PALPATE_STICK or PALPATE_SLIP */
+  uint32_t flags;              /* PALPATE_FLAG_... */
+  palpate_status status;       /* what palpate_tick returned */
+} palpate_output;
+
+/* What an opened asset says about itself. */
+typedef struct palpate_info {
+  int32_t vertices, triangles;
+  double max_step_m;       /* a tip moving farther in one tick has teleported */
+  double probe_radius_m;   /* of the probe the curves were measured with; 0 unknown or a point */
+  double box_min_m[3], box_max_m[3]; /* of what can be touched, in the body's frame */
+  const char* meta_json;   /* error statement, scene; within the caller's bytes, NOT terminated */
+  uint64_t meta_bytes;
+} palpate_info;
+
+/* PALPATE_ABI of the library; compare with the header's before anything else. */
+PALPATE_API int32_t palpate_abi(void) PALPATE_NOEXCEPT;
+
+/* One sentence in English, never null, for any number. */
+PALPATE_API const char* palpate_sentence(palpate_status status) PALPATE_NOEXCEPT;
+
+/* Opens the asset in `bytes` [size], 64-byte aligned (a file map is), which must outlive it
+   unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte is
+   read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
+PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
+                                        uint64_t size) PALPATE_NOEXCEPT;
+
+/* PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_ASSET_NOT_OPEN. */
+PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
+                                            palpate_info* info) PALPATE_NOEXCEPT;
+
+/* Makes a contact for a tool: in the air, its sums zero. Call again to start anew.
+   PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG (the contact is then not started). */
+PALPATE_API palpate_status palpate_start(palpate_contact* contact,
+                                         const palpate_tool* tool) PALPATE_NOEXCEPT;
+
+/* Ends contact and forgets where the tool was, as after a pause or a jump that was meant: the next
+   tick only learns where the tool is. The sums stay. */
+PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOEXCEPT;
+
+/* One tick: call it at any rate. The first tick only learns where the tool is. Contact begins where
+   the tip or ball first touches on its straight way from the previous tick, at any speed up to
+   max_step_m. A tool that starts inside the body feels nothing until it has come out.
+   Writes *out whatever happens, and returns out->status.
+   Work, in evaluations of three curves (about 25 to 60 multiply-adds each): stick 2; slip at most
+   16 segments of 16 evaluations and 14 energies, usually one segment of 8 and 2; in the air the
+   tree boxes near the way, 2 log2(triangles) for a tip in free space and never more than
+   2 x triangles. No data-dependent loop is longer. */
+PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
+                                        const palpate_input* in, palpate_output* out) PALPATE_NOEXCEPT;
+
+/* The commonest tools and inputs, ready to pass. */
+static inline palpate_tool palpate_tip(void) {
+  const palpate_tool tool = {{0, 0, 0}, 0, 0, 0};
+  return tool;
+}
+static inline palpate_tool palpate_ball(double radius_m) {
+  const palpate_tool tool = {{0, 0, 0}, radius_m, 0, 0};
+  return tool;
+}
+static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {
+  const palpate_input in = {
+      {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, 0.001, 0, 0};
+  return in;
+}
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+#endif

@@ -1,0 +1,211 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// Where a ball on a straight way first touches the body: facets, edges and vertices, each by its
+// own quadratic, so no speed tunnels through and nothing is stepped.
+
+#include "sweep.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// Share of its radius that a ball may lie in the surface and still count as resting on it: after a
+/// lift-off the facets may stand above the blended normals' surface by R angle^2 / 2 (0.8 % of R at
+/// 14 degrees between facets).
+constexpr double kRestShare = 0.05;
+constexpr double kMinFacingBall = 0.01;  ///< least cosine of the arm to the normal at the contact
+
+/// The first touch; triangle is -1 when there is none.
+struct BallEntry {
+  int triangle = -1;
+  double along = 2;         ///< share of the way, 0 to 1
+  double n[3] = {0, 0, 0};  ///< area coordinates of the contact point
+  Vec3d arm{0, 0, 0};       ///< from the centre there to the contact point
+  bool is_inside = false;   ///< the ball began deeper than kRestShare: nothing counts
+};
+
+/// u at a place of a triangle (docs/method.md, M1).
+inline Vec3d blended_normal(const AssetView& asset, int t, const double n[3]) noexcept {
+  Vec3d field{0, 0, 0};
+  for (int k = 0; k < 3; ++k) field = field + asset.normal_at(asset.corner(t, k)) * n[k];
+  return normalized(field);
+}
+
+/// Area coordinates of the point of triangle a, b, c that is closest to the origin.
+/// Source: Ericson, Real-Time Collision Detection (2005), 5.1.5.
+inline void closest_to_origin(const Vec3d& a, const Vec3d& b, const Vec3d& c,
+                              double n[3]) noexcept {
+  const auto set = [&](double n0, double n1, double n2) {
+    n[0] = n0;
+    n[1] = n1;
+    n[2] = n2;
+  };
+  const Vec3d ab = b - a, ac = c - a;
+  const double d1 = -dot(ab, a), d2 = -dot(ac, a);
+  if (d1 <= 0 && d2 <= 0) return set(1, 0, 0);
+  const double d3 = -dot(ab, b), d4 = -dot(ac, b);
+  if (d3 >= 0 && d4 <= d3) return set(0, 1, 0);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return set(1 - d1 / (d1 - d3), d1 / (d1 - d3), 0);
+  const double d5 = -dot(ab, c), d6 = -dot(ac, c);
+  if (d6 >= 0 && d5 <= d6) return set(0, 0, 1);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return set(1 - d2 / (d2 - d6), 0, d2 / (d2 - d6));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return set(0, 1 - w, w);
+  }
+  const double sum = va + vb + vc;
+  set(va / sum, vb / sum, vc / sum);
+}
+
+/// A triangle seen from the centre at the way's beginning, and the ball that comes.
+struct BallSweep {
+  Vec3d corner[3];  ///< relative to the centre [m]
+  Vec3d way;
+  double radius_m;
+};
+
+/// First t in [0, 1] at which a t^2 + 2 b t + c falls to zero from c >= 0, else 2. No cancellation.
+inline double falling_root(double a, double b, double c) noexcept {
+  const double discriminant = b * b - a * c;
+  if (!(b < 0 && c >= 0 && discriminant >= 0)) return 2;
+  const double t = c / (-b + std::sqrt(discriminant));
+  return t <= 1 ? t : 2;
+}
+
+/// When the ball's lowest point meets the facet's inside, and where.
+inline double facet_touch(const BallSweep& s, double n[3]) noexcept {
+  const Vec3d area = cross(s.corner[1] - s.corner[0], s.corner[2] - s.corner[0]);
+  const Vec3d outward = normalized(area);
+  const double above = -dot(s.corner[0], outward), sinking = -dot(s.way, outward);
+  if (!(above >= s.radius_m && sinking > 0 && above - s.radius_m <= sinking)) return 2;
+  const double t = (above - s.radius_m) / sinking;
+  const Vec3d c = s.way * t - outward * s.radius_m;
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d p = s.corner[(k + 1) % 3] - c, q = s.corner[(k + 2) % 3] - c;
+    n[k] = dot(cross(p, q), outward);
+    if (!(n[k] >= 0)) return 2;
+    sum += n[k];
+  }
+  if (!(sum > 0)) return 2;
+  for (int k = 0; k < 3; ++k) n[k] = n[k] / sum;
+  return t;
+}
+
+/// When the ball meets the edge from corner k to the next, and where.
+inline double edge_touch(const BallSweep& s, int k, double n[3]) noexcept {
+  const int next = (k + 1) % 3;
+  const Vec3d a = s.corner[k], e = s.corner[next] - a;
+  const double ee = dot(e, e);
+  const Vec3d from = cross(a, e), go = cross(s.way, e);  // of the line, as the centre sees it
+  const double t =
+      falling_root(dot(go, go), -dot(from, go), dot(from, from) - s.radius_m * s.radius_m * ee);
+  if (t > 1) return 2;
+  const double share = dot(s.way * t - a, e) / ee;
+  if (!(share >= 0 && share <= 1)) return 2;
+  n[k] = 1 - share;
+  n[next] = share;
+  n[3 - k - next] = 0;
+  return t;
+}
+
+inline double vertex_touch(const BallSweep& s, int k, double n[3]) noexcept {
+  const Vec3d a = s.corner[k];
+  const double t =
+      falling_root(dot(s.way, s.way), -dot(a, s.way), dot(a, a) - s.radius_m * s.radius_m);
+  for (int j = 0; j < 3; ++j) n[j] = j == k ? 1 : 0;
+  return t;
+}
+
+inline Vec3d at_weights(const BallSweep& s, const double n[3]) noexcept {
+  return s.corner[0] * n[0] + s.corner[1] * n[1] + s.corner[2] * n[2];
+}
+
+/// Lets `best` be the touch at share t if the normal there faces the ball and it comes first (ties:
+/// the smaller triangle).
+inline void try_ball_touch(const AssetView& asset, int triangle, const BallSweep& s, double t,
+                           const double n[3], BallEntry& best) noexcept {
+  if (t > best.along || (t == best.along && triangle > best.triangle)) return;
+  const Vec3d arm = at_weights(s, n) - s.way * t;
+  const double facing = dot(arm, blended_normal(asset, triangle, n));
+  if (!(facing > kMinFacingBall * s.radius_m)) return;
+  best.triangle = triangle;
+  best.along = t;
+  best.arm = arm;
+  for (int k = 0; k < 3; ++k) best.n[k] = n[k];
+}
+
+inline void try_ball_entry(const AssetView& asset, int t, const Vec3d& p, const Vec3d& way,
+                           double radius_m, BallEntry& best) noexcept {
+  BallSweep s{{}, way, radius_m};
+  for (int k = 0; k < 3; ++k) s.corner[k] = asset.vertex_at(asset.corner(t, k)) - p;
+  double n[3];
+  closest_to_origin(s.corner[0], s.corner[1], s.corner[2], n);
+  const Vec3d closest = at_weights(s, n);
+  const double squared = dot(closest, closest);
+  if (squared < radius_m * radius_m) {  // it lies in this triangle already
+    const double least = radius_m * (1 - kRestShare);
+    const double facing = dot(closest, blended_normal(asset, t, n));
+    if (!(facing > kMinFacingBall * std::sqrt(squared))) return;  // from behind
+    if (squared < least * least)
+      best.is_inside = true;
+    else if (dot(closest, way) > 0)
+      try_ball_touch(asset, t, s, 0, n, best);
+    return;
+  }
+  const double facet = facet_touch(s, n);
+  if (facet <= 1) return try_ball_touch(asset, t, s, facet, n, best);
+  for (int k = 0; k < 3; ++k) {
+    const double edge = edge_touch(s, k, n);
+    if (edge <= 1) try_ball_touch(asset, t, s, edge, n, best);
+    const double vertex = vertex_touch(s, k, n);
+    if (vertex <= 1) try_ball_touch(asset, t, s, vertex, n, best);
+  }
+}
+
+/// Whether a box comes within `reach` of the point.
+inline bool is_near(const TreeNode& box, const Vec3d& p, double reach) noexcept {
+  const double at[3] = {p.x, p.y, p.z};
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double below = double(box.lo[k]) - at[k], above = at[k] - double(box.hi[k]);
+    const double off = below > 0 ? below : (above > 0 ? above : 0);
+    squared += off * off;
+  }
+  return squared <= reach * reach;
+}
+
+/// First touch of a ball whose centre goes from p to q [m], relative to the origin, with solid
+/// triangles that face it. Exact: the roots' rounding is its only error. Work: the tree nodes
+/// within the radius of the way, each triangle there at most one facet, three edges and three
+/// vertices.
+inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q,
+                                  double radius_m) noexcept {
+  BallEntry best;
+  const Vec3d way = q - p;
+  const double pad = radius_m + asset.skin_m;
+  int stack[kMaxTreeDepth + 2];
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0 && !best.is_inside) {
+    const int at = stack[--size];
+    const TreeNode& node = asset.tree[at];
+    const Vec3d half = best.triangle < 0 ? way * 0.5 : way * (0.5 * best.along);
+    const double half_m = std::sqrt(dot(half, half));
+    if (!is_near(node, p + half, (pad + half_m) * (1 + 1e-12))) continue;
+    if (!may_meet(node, p, p + half + half, pad)) continue;
+    if (node.items == 0) {
+      stack[size++] = node.at;
+      stack[size++] = at + 1;
+    }
+    for (int i = 0; i < node.items; ++i)
+      try_ball_entry(asset, asset.tree_item[node.at + i], p, way, radius_m, best);
+  }
+  return best;
+}
+
+}  // namespace runtime
+}  // namespace palpate

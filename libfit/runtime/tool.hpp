@@ -1,0 +1,157 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// A rigid tool against a rigid motion of the body: poses in, wrench out, with an optional damper.
+// palpate.h is this file's face for C and every other language.
+
+#include "check.hpp"
+#include "tick.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr double kQuaternionTolerance = 1e-3;  ///< of its length: floats drift, angles must not
+
+/// Rotation, then translation: world = R(orientation) local + position_m.
+struct Pose {
+  double position_m[3] = {0, 0, 0};
+  double orientation[4] = {1, 0, 0, 0};  ///< unit quaternion w, x, y, z; either sign
+};
+
+/// A frame as the engine computes with it. rows: of the rotation matrix.
+struct Frame {
+  Vec3d row[3], origin;
+  Vec3d turn(const Vec3d& p) const noexcept {
+    return {dot(row[0], p), dot(row[1], p), dot(row[2], p)};
+  }
+  Vec3d turn_back(const Vec3d& p) const noexcept {
+    return row[0] * p.x + row[1] * p.y + row[2] * p.z;
+  }
+  Vec3d place(const Vec3d& p) const noexcept { return turn(p) + origin; }
+  Vec3d place_back(const Vec3d& p) const noexcept { return turn_back(p - origin); }
+};
+
+/// False when a number is not finite or the quaternion's length is off by kQuaternionTolerance;
+/// what is within is made exactly unit.
+inline bool make_frame(const Pose& pose, Frame& out) noexcept {
+  out.origin = make_vec3<double>(pose.position_m);
+  const double* q = pose.orientation;
+  const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  if (!is_finite(out.origin) || !(std::fabs(squared - 1) <= 2 * kQuaternionTolerance)) return false;
+  const double s = 2 / squared;
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  out.row[0] = {1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)};
+  out.row[1] = {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)};
+  out.row[2] = {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)};
+  return true;
+}
+
+/// What touches: a point or a ball fixed to the tool, and a damper parallel to the normal curve,
+/// b(dz) = damping_Ns_m min(1, dz / damper_depth_m) [N s/m] against the motion along u. It fades to
+/// nothing at the surface, so contact begins and ends without a pop; it never pulls the tool in.
+struct ToolShape {
+  double offset_m[3] = {0, 0, 0};  ///< of the tip or the ball's centre, in the tool's frame
+  double radius_m = 0;             ///< 0: a tip
+  double damping_Ns_m = 0;
+  double damper_depth_m = 0;  ///< > 0 where there is damping
+};
+
+inline Status check_tool(const ToolShape& shape) noexcept {
+  for (double x : shape.offset_m)
+    if (!is_within(x, 1e3)) return Status::tool_wrong;
+  const bool is_good = shape.radius_m >= 0 && shape.radius_m <= 1e3 && shape.damping_Ns_m >= 0 &&
+                       shape.damping_Ns_m <= 1e9 && shape.damper_depth_m >= 0 &&
+                       shape.damper_depth_m <= 1e3 &&
+                       (shape.damping_Ns_m == 0 || shape.damper_depth_m > 0);
+  return is_good ? Status::ok : Status::tool_wrong;
+}
+
+/// One tool on one body: what is remembered between ticks. Plain data.
+struct ToolContact {
+  ToolShape shape;
+  Contact contact;
+  double damped_J = 0;  ///< taken by the damper since the start, never falling
+};
+
+/// A tick in world coordinates; `body` is the tick of the tip or ball in body coordinates.
+struct ToolOutput {
+  Output body;
+  double force_on_tool_N[3] = {0, 0, 0};
+  double torque_on_tool_Nm[3] = {0, 0, 0};  ///< about the tool pose's position
+  double contact_m[3] = {0, 0, 0};
+  double normal[3] = {0, 0, 0};  ///< inward at the contact point
+  double damper_N = 0;           ///< part of the force on the body along u
+  double damped_J = 0;
+};
+
+/// The damper's force on the body along u [N] for a motion `step` [m] in dt_s; its work on the
+/// body, force times step along u, is never negative.
+inline double damper_force_N(const ToolShape& shape, const Output& out, const Vec3d& step,
+                             double dt_s) noexcept {
+  if (shape.damping_Ns_m == 0 || out.state == ContactState::air) return 0;
+  const Vec3d u = make_vec3<double>(out.normal);
+  const double share =
+      out.normal_m < shape.damper_depth_m ? out.normal_m / shape.damper_depth_m : 1;
+  const double wanted = shape.damping_Ns_m * (share > 0 ? share : 0) * (dot(step, u) / dt_s);
+  const double elastic = -dot(make_vec3<double>(out.force_on_tool_N), u);
+  const double least = elastic > 0 ? -elastic : 0;
+  return wanted > least ? wanted : least;
+}
+
+/// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
+/// read by the damper alone. Between ticks the tip moves straight as the body sees it; a body that
+/// turns by an angle a in a tick is off by at most a^2/8 of the tip's distance from its axis.
+/// tangent_N_m: as touch(), in world coordinates, without the damper and for tools that do not
+/// turn. Refuses as touch_ball(), and bad poses and time steps: zero force and a status.
+inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
+                         const Pose& body, double dt_s, ToolOutput& out,
+                         TangentOut tangent_N_m = nullptr) noexcept {
+  out = ToolOutput();
+  out.damped_J = state.damped_J;
+  if (tangent_N_m != nullptr)
+    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
+  Contact& contact = state.contact;
+  const bool is_timed = state.shape.damping_Ns_m == 0 || (dt_s > 0 && dt_s <= 1e6);
+  Frame tool_frame, body_frame;
+  if (!is_timed || !make_frame(tool, tool_frame) || !make_frame(body, body_frame)) {
+    forget(contact);
+    out.body.dissipated_J = contact.dissipated_J;
+    out.body.refused_J = contact.refused_J;
+    out.body.refused_ticks = contact.refused_ticks;
+    return is_timed ? Status::pose_wrong : Status::time_step_wrong;
+  }
+  const Vec3d tip =
+      body_frame.place_back(tool_frame.place(make_vec3<double>(state.shape.offset_m)));
+  const double tip_m[3] = {tip.x, tip.y, tip.z};
+  const Vec3d before = make_vec3<double>(contact.tip_m);
+  double local[9];
+  const Status status = touch_ball(asset, contact, tip_m, state.shape.radius_m, out.body,
+                                   tangent_N_m != nullptr ? local : nullptr);
+  if (out.body.state == ContactState::air) return status;
+  const Vec3d step = make_vec3<double>(contact.tip_m) - before;
+  const Vec3d u = make_vec3<double>(out.body.normal);
+  out.damper_N = damper_force_N(state.shape, out.body, step, dt_s);
+  state.damped_J += out.damper_N * dot(step, u);
+  out.damped_J = state.damped_J;
+  const Vec3d elastic = make_vec3<double>(out.body.force_on_tool_N);
+  const Vec3d force = body_frame.turn(elastic - u * out.damper_N);
+  const Vec3d at = body_frame.place(make_vec3<double>(out.body.acts_at_m));
+  put(force, out.force_on_tool_N);
+  put(cross(at - tool_frame.origin, force), out.torque_on_tool_Nm);
+  put(body_frame.place(make_vec3<double>(out.body.contact_m)), out.contact_m);
+  put(body_frame.turn(u), out.normal);
+  if (tangent_N_m == nullptr) return status;
+  Vec3d turned[3];  // columns of R K
+  for (int k = 0; k < 3; ++k) turned[k] = body_frame.turn({local[k], local[3 + k], local[6 + k]});
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d& r = body_frame.row[i];
+    const Vec3d column = turned[0] * r.x + turned[1] * r.y + turned[2] * r.z;  // of R K R^T
+    tangent_N_m[i] = column.x;
+    tangent_N_m[3 + i] = column.y;
+    tangent_N_m[6 + i] = column.z;
+  }
+  return status;
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,265 @@
+// A ball against facets, edges and vertices; how its reference point follows the contact.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+using runtime::Vec3d;
+
+/// A tool that is a ball.
+struct Ball {
+  const Asset& asset;
+  double radius_m;
+  Contact contact{};
+  Output out{};
+  Status status = Status::ok;
+
+  Ball(const Asset& a, double radius) : asset(a), radius_m(radius) {}
+  Vec3 tick(const Vec3& centre_m) {  // force ON the body
+    status = touch_ball(asset, contact, centre_m.data(), radius_m, out);
+    return -Vec3::Map(out.force_on_tool_N);
+  }
+  Vec3 go(const Vec3& from_m, const Vec3& to_m, double step_m) {
+    const int steps = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / step_m)));
+    Vec3 force = Vec3::Zero();
+    for (int i = 1; i <= steps; ++i) force = tick(from_m + (to_m - from_m) * (double(i) / steps));
+    return force;
+  }
+};
+
+// Least distance from a point to the asset's surface, by looking at every triangle.
+double distance_m(const Asset& asset, const Vec3& at) {
+  const Vec3d p{at[0] - asset.origin_m[0], at[1] - asset.origin_m[1], at[2] - asset.origin_m[2]};
+  double least = 1e300;
+  for (int t = 0; t < asset.triangles; ++t) {
+    Vec3d corner[3];
+    for (int k = 0; k < 3; ++k) corner[k] = asset.vertex_at(asset.corner(t, k)) - p;
+    double n[3];
+    runtime::closest_to_origin(corner[0], corner[1], corner[2], n);
+    const Vec3d c = corner[0] * n[0] + corner[1] * n[1] + corner[2] * n[2];
+    least = std::min(least, std::sqrt(dot(c, c)));
+  }
+  return least;
+}
+
+Loaded load_plate(double mu = 0.3) { return load(plate_model(0.1, 20, uniform(400, 300, mu))); }
+
+TEST(ball, a_flat_body_is_touched_one_radius_above_it_at_any_speed) {
+  const Loaded plate = load_plate(1e6);
+  for (double step : {1e-5, 1e-3, 0.05, 0.2}) {
+    Ball ball(plate.asset, 0.005);
+    const Vec3 start(0.0012, 0.0007, 0.0051), way(0.3 * step, -0.1 * step, -step);
+    Vec3 x = start;
+    ball.tick(x);
+    while (ball.out.state == ContactState::air && x[2] > -0.3) ball.tick(x += way);
+    ASSERT_EQ(ball.out.state, ContactState::stick) << step;
+    const double share = (0.0051 - 0.005) / step;  // of one way, from the start
+    EXPECT_NEAR(ball.out.contact_m[0], start[0] + 0.3 * step * share, 1e-12) << step;
+    EXPECT_NEAR(ball.out.contact_m[1], start[1] - 0.1 * step * share, 1e-12) << step;
+    EXPECT_NEAR(ball.out.normal_m, 0.005 - x[2], 1e-12) << step;
+    EXPECT_NEAR(ball.out.acts_at_m[2], x[2] - 0.005, 1e-12) << step;
+  }
+}
+
+TEST(ball, first_touch_is_where_the_distance_first_falls_to_the_radius) {
+  const Loaded sphere = load(sphere_model(0.03, 6, uniform(400, 300, 1e6)));
+  std::mt19937 random(21);
+  std::normal_distribution<double> gauss;
+  int corners = 0, facets = 0;
+  for (int round = 0; round < 400; ++round) {
+    const Vec3 from = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.05;
+    const Vec3 to = Vec3(gauss(random), gauss(random), gauss(random)).normalized() * 0.025;
+    const double radius = 0.002 + 0.016 * (round % 7) / 7.0;
+    const Vec3d p{from[0], from[1], from[2]}, q{to[0], to[1], to[2]};
+    const auto entry = runtime::first_ball_entry(sphere.asset, p, q, radius);
+    ASSERT_GE(entry.triangle, 0) << "seed 21, round " << round;
+    EXPECT_NEAR(distance_m(sphere.asset, from + entry.along * (to - from)), radius, 1e-12)
+        << "seed 21, round " << round;
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 before = from + entry.along * i / 50.0 * (to - from);
+      ASSERT_GT(distance_m(sphere.asset, before), radius) << "seed 21, round " << round;
+    }
+    const double least = std::min({entry.n[0], entry.n[1], entry.n[2]});
+    (least == 0 ? corners : facets) += 1;
+  }
+  EXPECT_GT(corners, 20);
+  EXPECT_GT(facets, 20);
+}
+
+TEST(ball, a_hollow_is_touched_by_facets_on_both_sides) {
+  Model model = plate_model(0.1, 20, uniform(400, 300, 0.3));
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {  // a valley along y
+    const double x = model.surface.vertices(v, 0);
+    model.surface.vertices(v, 2) = std::abs(x);
+    model.inward_normal.row(v) = Vec3(x < 0 ? -1 : x > 0 ? 1 : 0, 0, -1).normalized().transpose();
+  }
+  const Loaded valley = load(model);
+  Ball ball(valley.asset, 0.004);
+  ball.go({0.0002, 0.001, 0.01}, {0.0002, 0.001, 0.004}, 1e-5);
+  ASSERT_NE(ball.out.state, ContactState::air);
+  EXPECT_GT(ball.out.contact_m[0], 0.0025);  // a ball stands on the slopes, off the bottom
+  EXPECT_NEAR(ball.out.contact_m[2], ball.out.contact_m[0], 1e-8);
+}
+
+TEST(ball, contact_begins_and_ends_without_a_pop) {
+  const Loaded sphere = load(sphere_model(0.03, 10, uniform(400, 300, 0.3)));
+  for (int round = 0; round < 20; ++round) {
+    Ball ball(sphere.asset, 0.005);
+    const double a = 0.3 * round;
+    const Vec3 out(std::cos(a) * 0.8, std::sin(a) * 0.8, 0.6), aside(-std::sin(a), std::cos(a), 0);
+    Vec3 before = Vec3::Zero(), x = out * 0.0355;
+    double jump_N = 0;
+    const auto follow = [&](const Vec3& to) {
+      const Vec3 from = x;
+      const int steps = static_cast<int>(std::ceil((to - from).norm() / 1e-5));
+      for (int i = 1; i <= steps; ++i) {
+        const Vec3 f = ball.tick(x = from + (to - from) * (double(i) / steps));
+        jump_N = std::max(jump_N, (f - before).norm());
+        before = f;
+      }
+    };
+    follow(out * 0.032);
+    EXPECT_GT(before.norm(), 0.8) << round;
+    follow(out * 0.032 + 0.006 * aside);
+    follow(out * 0.037 + 0.006 * aside);
+    EXPECT_EQ(ball.out.state, ContactState::air) << round;
+    EXPECT_LT(jump_N, 700 * 1e-5 * 1.5) << round;
+  }
+}
+
+TEST(ball, pressing_again_right_after_lifting_off_is_felt) {
+  const Loaded sphere = load(sphere_model(0.03, 10, uniform(400, 300, 0.3)));
+  std::mt19937 random(5);
+  std::normal_distribution<double> gauss;
+  for (int round = 0; round < 50; ++round) {
+    Ball ball(sphere.asset, 0.006);
+    const Vec3 out = Vec3(gauss(random), gauss(random), gauss(random)).normalized();
+    const Vec3 aside = out.cross(Vec3(gauss(random), gauss(random), gauss(random))).normalized();
+    ball.go(out * 0.037, out * 0.033, 1e-4);
+    ball.go(out * 0.033, out * 0.033 + aside * 0.01, 1e-4);
+    Vec3 x = out * 0.033 + aside * 0.01;
+    const Vec3 up = x.normalized();
+    for (int i = 0; i < 2000 && ball.out.state != ContactState::air; ++i) ball.tick(x += up * 1e-5);
+    ASSERT_EQ(ball.out.state, ContactState::air);
+    const double lost_m = 0.05 * 0.006;  // at most, of the next depth
+    const Vec3 f = ball.go(x, x - 0.003 * up, 1e-5);
+    EXPECT_GT(f.norm(), 400 * (0.003 - lost_m) * 0.9) << "seed 5, round " << round;
+  }
+}
+
+TEST(ball, rolling_a_depth_around_a_round_body_keeps_the_depth) {
+  // x = p + R u(c): the centre goes around at R + r - d, the force stays k d.
+  const Loaded sphere = load(sphere_model(0.03, 60, uniform(400, 300, 0)));
+  Ball ball(sphere.asset, 0.008);
+  const auto at = [](double angle, double depth) {
+    return Vec3((0.038 - depth) * std::sin(angle), 0.0001, (0.038 - depth) * std::cos(angle));
+  };
+  ball.go(at(0.3, -1e-4), at(0.3, 0.002), 1e-5);
+  for (int i = 0; i <= 2000; ++i) {
+    const Vec3 f = ball.tick(at(0.3 + 1e-3 * i, 0.002));
+    ASSERT_NEAR(f.norm(), 0.8, 0.025)
+        << i;  // facets' sagitta: 0.03 (1 - cos(0.026)) = 10 um, arms 3 um
+    const Vec3 c = Vec3::Map(ball.out.contact_m);
+    ASSERT_GT(c.normalized().dot(at(0.3 + 1e-3 * i, 0).normalized()), std::cos(0.03)) << i;
+  }
+}
+
+TEST(ball, a_vanishing_ball_is_a_tip) {
+  const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
+  Ball ball(sphere.asset, 1e-9), nothing(sphere.asset, 0);
+  Tool tip(sphere.asset);
+  for (int i = 0; i < 3000; ++i) {
+    const double t = i * 1e-3, r = 0.0295 + 0.001 * std::cos(9 * t);
+    const Vec3 x(r * std::sin(t) * 0.8, r * 0.6 * std::sin(t), r * std::cos(t));
+    const Vec3 f = tip.tick(x);
+    ASSERT_LT((ball.tick(x) - f).norm(), 1e-4) << i;
+    ASSERT_EQ(nothing.tick(x), f) << i;
+  }
+}
+
+TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
+  const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
+  for (double start : {0.0, 0.02, 0.028, 0.031, 0.033}) {
+    Ball ball(sphere.asset, 0.005);
+    const Vec3 out(0.48, 0.6, 0.64);
+    for (int i = 0; i < 50; ++i) {
+      ball.tick(out * (start + 0.0002 * std::sin(0.3 * i)));
+      ASSERT_EQ(ball.out.state, ContactState::air) << start << ' ' << i;
+    }
+    ball.go(out * start, out * 0.036, 1e-4);
+    EXPECT_EQ(ball.out.state, ContactState::air) << start;
+    ball.go(out * 0.036, out * 0.033, 1e-4);
+    EXPECT_NE(ball.out.state, ContactState::air) << start;
+  }
+}
+
+TEST(ball, slips_end_at_the_limit_and_never_create_energy) {
+  const Loaded cylinder = load(cylinder_model());
+  Ball ball(cylinder.asset, 0.006);
+  ball.tick({0.041, 0.012, 0.05});
+  double before_J = 0;
+  long slips = 0;
+  for (int tick = 0; tick < 20000; ++tick) {
+    const double t = tick * 1e-3, angle = 0.4 + 0.7 * std::sin(3 * t),
+                 radius = 0.0335 + 0.002 * std::sin(1.7 * t);
+    ball.tick(
+        {radius * std::cos(angle), radius * std::sin(angle), 0.05 + 0.02 * std::sin(2.3 * t)});
+    ASSERT_EQ(ball.status, Status::ok);
+    ASSERT_GE(ball.out.dissipated_J, before_J * (1 - 1e-15) - 1e-16) << tick;
+    before_J = ball.out.dissipated_J;
+    if (ball.out.state != ContactState::slip || ball.out.flags != 0) continue;
+    ++slips;
+    double f_r = 0, limit = 0;
+    for (int k = 0; k < 3; ++k) {
+      const int v = cylinder.asset.corner(ball.out.triangle, k);
+      const float* control = cylinder.asset.control + v * cylinder.asset.controls_per_vertex;
+      const int* offset = cylinder.asset.control_offset;
+      f_r += ball.out.weight[k] * runtime::curve_value(cylinder.asset.curves.view[1],
+                                                       control + offset[1], ball.out.lateral_m);
+      limit += ball.out.weight[k] * runtime::curve_value(cylinder.asset.curves.view[2],
+                                                         control + offset[2], ball.out.normal_m);
+    }
+    ASSERT_NEAR(f_r, limit, 1e-6 * limit) << tick;
+  }
+  EXPECT_GT(slips, 2000);
+}
+
+TEST(ball, bad_radii_are_refused) {
+  const Loaded plate = load_plate();
+  for (double radius : {-1.0, std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    Ball ball(plate.asset, radius);
+    ball.tick({0, 0, -0.001});
+    EXPECT_EQ(ball.status, Status::radius_wrong);
+    EXPECT_EQ(ball.out.state, ContactState::air);
+  }
+}
+
+TEST(ball, a_ball_larger_than_the_hollow_it_slides_in_stays_finite) {
+  Model model = plate_model(0.1, 20, uniform(400, 300, 0.1));
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    const double x = model.surface.vertices(v, 0);
+    model.surface.vertices(v, 2) = 0.002 * std::cos(x / 0.003);  // curvature radius 4.5 mm
+    model.inward_normal.row(v) =
+        Vec3(-0.002 / 0.003 * std::sin(x / 0.003), 0, -1).normalized().transpose();
+  }
+  const Loaded waves = load(model);
+  for (double radius : {0.003, 0.006, 0.02, 0.2}) {
+    Ball ball(waves.asset, radius);
+    for (int i = 0; i < 6000; ++i) {
+      const double x = -0.03 + 1e-5 * i;
+      const Vec3 f = ball.tick({x, 0.0013, radius + 0.004 - 0.006 * std::min(1.0, i / 500.0)});
+      ASSERT_EQ(ball.status, Status::ok);
+      ASSERT_TRUE(f.allFinite()) << radius << ' ' << i;
+      ASSERT_LT(f.norm(), 700 * 0.065) << radius << ' ' << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test

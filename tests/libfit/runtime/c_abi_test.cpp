@@ -1,0 +1,225 @@
+// The C face: every error, poses of tool and body, torque, damper, tangent in the world's frame.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <set>
+
+#include "palpate.h"
+#include "tests/libfit/runtime/models.hpp"
+
+extern "C" int palpate_c_walk(const void* bytes, uint64_t size, double* force_z_N);
+
+namespace palpate::test {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+AssetBytes sphere_bytes() {
+  return make_asset_bytes(sphere_model(0.03, 20, uniform(400, 300, 0.3)),
+                          {.meta_json = "{\"a\":1}"});
+}
+
+struct Player {
+  AssetBytes bytes = sphere_bytes();
+  palpate_asset asset;
+  palpate_contact contact;
+  palpate_output out;
+
+  explicit Player(const palpate_tool& tool) {
+    EXPECT_EQ(palpate_open(&asset, bytes.data(), bytes.size()), PALPATE_OK);
+    EXPECT_EQ(palpate_start(&contact, &tool), PALPATE_OK);
+  }
+  palpate_status tick(const palpate_input& in) { return palpate_tick(&asset, &contact, &in, &out); }
+  palpate_status tick(const Vec3& x) { return tick(palpate_input_at(x[0], x[1], x[2])); }
+};
+
+palpate_pose pose_of(const Eigen::Isometry3d& frame) {
+  const Eigen::Quaterniond q(frame.rotation());
+  const Vec3 p = frame.translation();
+  return {{p[0], p[1], p[2]}, {q.w(), q.x(), q.y(), q.z()}};
+}
+
+void expect_silence(const palpate_output& out, const char* what) {
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(out.force_on_tool_N[k], 0) << what;
+    EXPECT_EQ(out.torque_on_tool_Nm[k], 0) << what;
+  }
+  for (double entry : out.stiffness_N_m) EXPECT_EQ(entry, 0) << what;
+  EXPECT_EQ(out.triangle, -1) << what;
+  EXPECT_EQ(out.state, PALPATE_AIR) << what;
+}
+
+TEST(c_abi, a_c_program_feels_the_force_of_the_curve) {
+  const AssetBytes bytes = make_asset_bytes(plate_model(0.1, 20, uniform(400, 300, 0.3)), {});
+  double force_z_N = 0;
+  ASSERT_EQ(palpate_c_walk(bytes.data(), bytes.size(), &force_z_N), PALPATE_OK);
+  EXPECT_NEAR(force_z_N, 400 * 0.003, 1e-5);
+  EXPECT_EQ(palpate_abi(), PALPATE_ABI);
+}
+
+TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
+  const palpate_tool tool = {{0.01, -0.02, 0.003}, 0.004, 0, 0};
+  Player moving(tool);
+  Player resting(palpate_ball(0.004));
+  for (int i = 0; i < 3000; ++i) {
+    const double t = i * 1e-3, r = 0.0335 + 0.001 * std::sin(5 * t);
+    const Vec3 centre(r * std::sin(t) * 0.8, r * 0.6 * std::sin(t), r * std::cos(t));
+    Eigen::Isometry3d body = Eigen::Isometry3d::Identity(), held = Eigen::Isometry3d::Identity();
+    body.rotate(Eigen::AngleAxisd(2 * t, Vec3(1, 2, -1).normalized()));
+    body.pretranslate(Vec3(std::sin(t), 0.5 * t, -0.2));
+    held.rotate(Eigen::AngleAxisd(-3 * t, Vec3(0, 1, 1).normalized()));
+    const Vec3 offset = Vec3::Map(tool.offset_m);
+    held.pretranslate(body * centre - held.rotation() * offset);  // so that the ball is at centre
+    palpate_input in = palpate_input_at(0, 0, 0);
+    in.tool = pose_of(held);
+    in.body = pose_of(body);
+    in.wants_tangent = 1;
+    ASSERT_EQ(moving.tick(in), PALPATE_OK);
+    palpate_input there = palpate_input_at(centre[0], centre[1], centre[2]);
+    there.wants_tangent = 1;
+    ASSERT_EQ(resting.tick(there), PALPATE_OK);
+    const Vec3 f = Vec3::Map(resting.out.force_on_tool_N);
+    const Vec3 turned = body.rotation() * f, moved_f = Vec3::Map(moving.out.force_on_tool_N);
+    ASSERT_LT((moved_f - turned).norm(), 1e-9) << i;
+    if (resting.out.state == PALPATE_AIR) continue;
+    const Vec3 moved_c = Vec3::Map(moving.out.contact_m);
+    ASSERT_LT((moved_c - body * Vec3(Vec3::Map(resting.out.contact_m))).norm(), 1e-11) << i;
+    // The same line of action: torques about the centre agree once turned and moved.
+    const Vec3 about_centre = Vec3::Map(resting.out.torque_on_tool_Nm);
+    const Vec3 torque = Vec3::Map(moving.out.torque_on_tool_Nm);
+    const Vec3 arm = body * centre - held.translation();
+    ASSERT_LT((torque - body.rotation() * about_centre - arm.cross(moved_f)).norm(), 1e-10) << i;
+    const Mat3 k =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(resting.out.stiffness_N_m);
+    const Mat3 world =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(moving.out.stiffness_N_m);
+    ASSERT_LT((world - body.rotation() * k * body.rotation().transpose()).norm(), 1e-4 * k.norm());
+  }
+  EXPECT_GT(resting.out.dissipated_J, 0);
+}
+
+TEST(c_abi, a_tip_feels_no_torque_about_itself_and_a_ball_that_of_its_lever) {
+  Player tip(palpate_tip()), ball(palpate_ball(0.005));
+  for (int i = 0; i <= 100; ++i) {
+    tip.tick(Vec3(2e-5 * i, 0.0003, 0.0305 - 4e-5 * i));
+    ball.tick(Vec3(2e-5 * i, 0.0003, 0.0355 - 4e-5 * i));
+  }
+  const Vec3 tip_torque = Vec3::Map(tip.out.torque_on_tool_Nm);
+  EXPECT_LT(tip_torque.norm(), 1e-15);
+  const Vec3 f = Vec3::Map(ball.out.force_on_tool_N), u = Vec3::Map(ball.out.normal);
+  const Vec3 torque = Vec3::Map(ball.out.torque_on_tool_Nm);
+  EXPECT_GT(torque.norm(), 1e-4);
+  EXPECT_NEAR(torque.norm(), 0.005 * (f - u * u.dot(f)).norm(), 0.1 * torque.norm());
+}
+
+TEST(c_abi, a_damper_takes_energy_and_never_gives_or_pulls) {
+  palpate_tool damped = palpate_tip();
+  damped.damping_Ns_m = 5;
+  damped.damper_depth_m = 0.001;
+  Player with(damped), without(palpate_tip());
+  double before_J = 0, work_J = 0, undamped_J = 0;
+  Vec3 before_m(0, 0, 0.0305);
+  with.tick(before_m);
+  without.tick(before_m);
+  for (int i = 1; i <= 4000; ++i) {
+    const Vec3 x(0, 0, 0.029 + 0.0015 * std::cos(0.02 * i));
+    ASSERT_EQ(with.tick(x), PALPATE_OK);
+    ASSERT_EQ(without.tick(x), PALPATE_OK);
+    ASSERT_GE(with.out.damped_J, before_J) << i;
+    before_J = with.out.damped_J;
+    const Vec3 on_body = -Vec3::Map(with.out.force_on_tool_N);
+    const Vec3 elastic = -Vec3::Map(without.out.force_on_tool_N);
+    work_J += on_body.dot(x - before_m);
+    undamped_J += elastic.dot(x - before_m);
+    ASSERT_LE(on_body[2], 1e-12) << i << ": the damper pulls";
+    before_m = x;
+  }
+  EXPECT_GT(before_J, 1e-4);
+  EXPECT_NEAR(work_J - undamped_J, before_J, 1e-9);
+  palpate_input timeless = palpate_input_at(0, 0, 0.029);
+  timeless.dt_s = 0;
+  EXPECT_EQ(with.tick(timeless), PALPATE_TIME_STEP_WRONG);
+  expect_silence(with.out, "no time step");
+  EXPECT_EQ(without.tick(timeless), PALPATE_OK);
+}
+
+TEST(c_abi, every_misuse_has_its_status_and_no_force) {
+  Player player(palpate_tip());
+  palpate_input in = palpate_input_at(0, 0, 0.031);
+  palpate_output& out = player.out;
+  EXPECT_EQ(palpate_tick(nullptr, &player.contact, &in, &out), PALPATE_NULL_ARGUMENT);
+  expect_silence(out, "null asset");
+  EXPECT_EQ(palpate_tick(&player.asset, nullptr, &in, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, nullptr, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_tick(&player.asset, &player.contact, &in, nullptr), PALPATE_NULL_ARGUMENT);
+  palpate_asset closed{};
+  EXPECT_EQ(palpate_tick(&closed, &player.contact, &in, &out), PALPATE_ASSET_NOT_OPEN);
+  palpate_contact raw{};
+  EXPECT_EQ(palpate_tick(&player.asset, &raw, &in, &out), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_release(&raw), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_release(nullptr), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_open(nullptr, player.bytes.data(), 64), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_open(&closed, player.bytes.data(), 64), PALPATE_BYTES_MISSING);
+  EXPECT_EQ(palpate_open(&closed, player.bytes.data(), player.bytes.size() - 64),
+            PALPATE_SIZE_WRONG);
+  palpate_info info;
+  EXPECT_EQ(palpate_describe(&closed, &info), PALPATE_ASSET_NOT_OPEN);
+  EXPECT_EQ(palpate_describe(&player.asset, &info), PALPATE_OK);
+  EXPECT_EQ(std::string(info.meta_json, info.meta_bytes), "{\"a\":1}");
+  EXPECT_NEAR(info.box_max_m[2], 0.03, 1e-8);
+  for (palpate_tool bad : {palpate_tool{{kNan, 0, 0}, 0, 0, 0}, palpate_tool{{0, 0, 0}, -1, 0, 0},
+                           palpate_tool{{0, 0, 0}, 0, -1, 1}, palpate_tool{{0, 0, 0}, 0, 1, 0}}) {
+    EXPECT_EQ(palpate_start(&raw, &bad), PALPATE_TOOL_WRONG);
+    EXPECT_EQ(palpate_tick(&player.asset, &raw, &in, &out), PALPATE_NOT_STARTED);
+  }
+}
+
+TEST(c_abi, bad_poses_are_refused_with_zero_force_and_contact_begins_anew) {
+  Player player(palpate_tip());
+  const auto press = [&] {
+    for (int i = 0; i <= 30; ++i) player.tick(Vec3(0, 0.0003, 0.031 - 1e-4 * i));
+    ASSERT_EQ(player.out.state, PALPATE_STICK);
+  };
+  for (int field = 0; field < 14; ++field)
+    for (double bad : {kNan, 1e300 * 1e10, 3.0}) {
+      if (bad == 3.0 && (field % 7) < 3) continue;  // a position may be 3
+      press();
+      palpate_input in = palpate_input_at(0, 0.0003, 0.028);
+      palpate_pose& pose = field < 7 ? in.tool : in.body;
+      double* number =
+          field % 7 < 3 ? &pose.position_m[field % 7] : &pose.orientation[field % 7 - 3];
+      *number = bad;
+      EXPECT_EQ(player.tick(in), PALPATE_POSE_WRONG) << field << ' ' << bad;
+      expect_silence(player.out, "bad pose");
+      player.tick(Vec3(0, 0.0003, 0.028));
+      expect_silence(player.out, "inside after a bad pose");
+      player.tick(Vec3(0, 0.0003, 0.031));
+    }
+}
+
+TEST(c_abi, every_status_has_its_sentence) {
+  std::set<std::string> seen;
+  for (palpate_status status = 0; status <= PALPATE_REPLAY_DIFFERS; ++status) {
+    if (status > PALPATE_TOOL_WRONG && status < PALPATE_BYTES_MISSING) continue;
+    const std::string text = palpate_sentence(status);
+    EXPECT_NE(text, "Unknown status.") << status;
+    EXPECT_TRUE(seen.insert(text).second) << status << ": " << text;
+  }
+  EXPECT_STREQ(palpate_sentence(-7), "Unknown status.");
+  EXPECT_STREQ(palpate_sentence(15), "Unknown status.");
+}
+
+TEST(c_abi, contacts_are_plain_copies) {
+  Player player(palpate_tip());
+  for (int i = 0; i <= 30; ++i) player.tick(Vec3(0, 0.0003, 0.031 - 1e-4 * i));
+  const palpate_contact saved = player.contact;
+  player.tick(Vec3(0.002, 0.0003, 0.028));
+  const palpate_output first = player.out;
+  player.contact = saved;
+  player.tick(Vec3(0.002, 0.0003, 0.028));
+  EXPECT_EQ(std::memcmp(&first, &player.out, sizeof first), 0);
+}
+
+}  // namespace
+}  // namespace palpate::test

@@ -1,0 +1,59 @@
+#pragma once
+
+// The asset that stands for its version for ever: small, leaning, refined unevenly.
+
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+
+/// Keeps the first `ticks` check ticks, so that a golden file is small.
+inline AssetBytes with_fewer_check_ticks(const AssetBytes& whole, int ticks) {
+  runtime::Header from, to;
+  std::memcpy(&from, whole.data(), sizeof from);
+  to = from;
+  to.check_ticks = ticks;
+  to.file_bytes = runtime::lay_out(to, to.offset);
+  AssetBytes out(to.file_bytes);
+  for (int section = 0; section < runtime::kSections; ++section)
+    std::memcpy(out.data() + to.offset[section], whole.data() + from.offset[section],
+                runtime::section_bytes(to, section));
+  std::memcpy(out.data(), &to, sizeof to);
+  to.checksum = runtime::asset_checksum(out.data(), out.size());
+  std::memcpy(out.data(), &to, sizeof to);
+  return out;
+}
+
+/// A sphere of 30 mm, stiffer towards +x, that leans along x when pressed; a quarter not covered.
+inline Model golden_model() {
+  Model model = sphere_model(0.03, 4, uniform(400, 300, 0.3));
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const CurveBasis basis{3, {0, 0.002, 0.006, 0.01}};
+    model.curves.basis[kind] = basis;
+    model.curves.control[kind] = Controls::Zero(vertices, basis.size());
+    for (Eigen::Index v = 0; v < vertices; ++v)
+      for (int j = 1; j < basis.size(); ++j)
+        model.curves.control[kind](v, j) = (kind == 1   ? 3
+                                            : kind == 0 ? 4
+                                                        : 1.5) *
+                                           (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
+  }
+  model.curves.lean_basis = {2, {0, 0.01}};
+  model.curves.lean = Controls::Zero(vertices, 9);
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    model.curves.lean(v, 6) = 0.002;
+    if (model.surface.vertices(v, 2) > -0.02 || model.surface.vertices(v, 0) > 0) continue;
+    model.is_covered[static_cast<std::size_t>(v)] = 0;
+    for (Controls& control : model.curves.control) control.row(v).setZero();
+    model.curves.lean.row(v).setZero();
+  }
+  model.probe_radius_m = 0.005;
+  return model;
+}
+
+inline AssetBytes golden_asset() {
+  return with_fewer_check_ticks(
+      make_asset_bytes(golden_model(), {.meta_json = "{\"golden\": \"version 2\"}"}), 64);
+}
+
+}  // namespace palpate::test

@@ -1,0 +1,159 @@
+// Benchmarks measure what they say; a real-time replay brings what a plain one does.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <numbers>
+
+#include "tests/libfit/runtime/models.hpp"
+#include "tools/bench.hpp"
+#include "tools/bench_bodies.hpp"
+#include "tools/bench_clicks.hpp"
+#include "tools/finger_proxy.hpp"
+#include "tools/realtime.hpp"
+#include "tools/tick_work.hpp"
+
+namespace palpate::tools {
+namespace {
+
+TEST(clicks, come_from_either_interpolation_that_is_switched_off) {
+  const auto results = measure_clicks(6);
+  ASSERT_EQ(results.size(), 4U);
+  EXPECT_LT(results[0].median_jump_N, 0.004);
+  EXPECT_LT(results[0].max_jump_N, 0.04);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_GT(results[i].max_jump_N, 5 * results[0].max_jump_N) << results[i].name;
+    EXPECT_GT(results[i].click_index, 3) << results[i].name;
+    EXPECT_GE(results[i].crossings, 30) << results[i].name;
+  }
+}
+
+TEST(clicks, nothing_ablated_is_the_engine_itself) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
+  runtime::AssetView asset = body.asset;
+  asset.has_guard = false;
+  AblatedTip ablated(asset, {});
+  runtime::Contact contact;
+  runtime::Output out;
+  for (long i = 0; i < 3000; ++i) {
+    const Vec3 x = kTicksOfKind[2].tip(i - 1) * (i == 0 ? 1.2 : 1);
+    runtime::touch(asset, contact, x.data(), out);
+    const runtime::Vec3d f = ablated.tick(x.data());
+    ASSERT_EQ(f.x, -out.force_on_tool_N[0]) << i;
+    ASSERT_EQ(f.z, -out.force_on_tool_N[2]) << i;
+  }
+}
+
+// The independent reference slide of the cylinder, case T3_slide: tick, triangle, force.
+TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
+  ExportOptions options;
+  options.fades_borders = false;
+  const test::Loaded cylinder = test::load(test::cylinder_model(), options);
+  AblatedTip tip(cylinder.asset, {true, true, false});
+  std::ifstream file(std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/runtime/reference/slide.csv");
+  std::map<int, Vec3> reference;
+  for (std::string line; std::getline(file, line);) {
+    int tick = 0, triangle = 0;
+    Vec3 f;
+    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5)
+      reference[tick] = f;
+  }
+  ASSERT_EQ(reference.size(), 241U);
+  double worst_N = 0;
+  for (int tick = 0; tick <= 1200; ++tick) {
+    const double in = std::clamp(tick / 200.0, 0.0, 1.0),
+                 along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
+    const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
+    const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
+    const double x[3] = {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
+    const runtime::Vec3d f = tip.tick(x);
+    if (reference.count(tick))
+      worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
+  }
+  EXPECT_LT(worst_N, 1e-3 * 0.9397);  // of the reference's peak
+}
+
+TEST(tick_work, each_kind_brings_what_it_is_named_for) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(75, 32));
+  for (const TickKind& kind : kTicksOfKind) {
+    runtime::Contact contact;
+    runtime::Output out;
+    const Vec3 outside = kind.tip(0) * 1.2;
+    runtime::touch(body.asset, contact, outside.data(), out);
+    int count[3] = {0, 0, 0};
+    for (long i = 0; i < 2000; ++i) {
+      const Vec3 x = kind.tip(i);
+      ASSERT_EQ(runtime::touch(body.asset, contact, x.data(), out), runtime::Status::ok);
+      ++count[static_cast<int>(out.state)];
+    }
+    const int expected = kind.name == "slip" ? 2 : kind.name == "touch" ? 0 : 1;
+    EXPECT_GT(count[expected], 1500) << kind.name;
+    if (contact.triangle >= 0) {
+      const std::size_t lines = lines_of_a_tick(body.asset, contact).size();
+      EXPECT_GT(lines, 15U);
+      EXPECT_LT(lines, 60U);
+    }
+  }
+}
+
+TEST(finger_proxy, presses_like_a_spring_and_drags_along_its_cone) {
+  const test::Loaded plate = test::load(test::plate_model(0.1, 20, test::uniform(400, 300, 0.3)));
+  FingerProxy proxy(plate.asset, 400, 0.3);
+  runtime::Vec3d f{0, 0, 0};
+  for (int i = 0; i <= 40; ++i) {
+    const double x[3] = {0.001, 0.0013, 0.001 - 1e-4 * i};
+    f = proxy.tick(x);
+  }
+  EXPECT_NEAR(f.z, -1.2, 1e-9);
+  for (int i = 0; i <= 200; ++i) {
+    const double x[3] = {0.001 + 1e-4 * i, 0.0013, -0.003};
+    f = proxy.tick(x);
+  }
+  EXPECT_NEAR(f.x, 0.3 * 1.2, 1e-9);
+}
+
+TEST(realtime, a_replay_on_the_clock_brings_the_forces_of_a_plain_one_from_the_touch_on) {
+  const test::Loaded sphere =
+      test::load(test::sphere_model(0.03, 20, test::uniform(400, 300, 0.3)));
+  Points path(1200, 3);
+  for (int i = 0; i < path.rows(); ++i) {
+    const double t = i * 2e-3, r = 0.0295 + 0.0015 * std::cos(9 * t);
+    path.row(i) << 0.8 * r * std::sin(t), 0.6 * r * std::sin(t), r * std::cos(t);
+  }
+  std::vector<PlayedTick> played;
+  const RealtimeReport report =
+      play_in_real_time(sphere.asset, path, 2000, played, [] { return false; });
+  ASSERT_EQ(played.size(), 1200U);
+  EXPECT_EQ(report.ticks, 1200U);
+  EXPECT_GE(report.touches, 3U);
+  EXPECT_EQ(report.is_fifo && report.is_locked, report.remark.empty());
+  EXPECT_GT(*std::min_element(report.jitter_ns.begin(), report.jitter_ns.end()), 0);
+  runtime::Contact contact;
+  runtime::Output out;
+  int same = 0, late = 0, touching = 0;
+  for (int i = 0; i < path.rows(); ++i) {
+    const Vec3 x = path.row(i);
+    runtime::touch(sphere.asset, contact, x.data(), out);
+    const Vec3 plain = Vec3::Map(out.force_on_tool_N),
+               live = Vec3::Map(played[static_cast<std::size_t>(i)].out.force_on_tool_N);
+    touching += plain.norm() > 0;
+    if (plain.norm() > 0 && live.norm() == 0)
+      ++late;
+    else
+      same += (live - plain).norm() <= 0.02 * plain.norm() + 1e-3;
+  }
+  EXPECT_GT(touching, 300);
+  EXPECT_LE(late, static_cast<int>(report.touches) * (report.worst_touch_delay + 1));
+  EXPECT_GT(same, (1200 - late) * 0.9);
+}
+
+TEST(realtime, impossible_rates_are_refused) {
+  const test::Loaded plate = test::load(test::plate_model(0.1, 4, test::uniform(400, 300, 0.3)));
+  std::vector<PlayedTick> played;
+  for (double rate : {0.0, -5.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_ANY_THROW(
+        play_in_real_time(plate.asset, Points::Zero(3, 3), rate, played, [] { return false; }));
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,173 @@
+// `palpate import` as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// A press of F = 1000 N/m beyond 1 mm, 2 mm deep, 100 rows, position in mm.
+std::string press(double stiffness_N_m) {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i < 100; ++i) {
+    const double travel_mm = 0.03 * i;
+    text += std::to_string(0.01 * i) + "," + std::to_string(travel_mm) + "," +
+            std::to_string(stiffness_N_m * 1e-3 * std::max(0.0, travel_mm - 1) + 1e-4 * (i % 3)) +
+            "\n";
+  }
+  return text;
+}
+
+const std::string kManifest = R"([defaults]
+columns = { time = "t", depth = "d", force = "F" }
+units = { time = "s", position = "mm", force = "N" }
+force_on = "body"
+normal = [0, 0, -1]
+probe = { shape = "flat", radius = "10 mm" }
+[[recording]]
+file = "a.csv"
+point = "a"
+position = [0, 0, 40]
+[[recording]]
+file = "b.csv"
+point = "b"
+position = [10, 0, 40]
+)";
+
+std::string import_line(const Folder& folder, const std::string& more = "") {
+  return "import " + (folder / "manifest.toml").string() + " -o " +
+         (folder / "samples.h5").string() + " " + more;
+}
+
+TEST(import, recordings_become_samples_that_can_be_fitted) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
+      folder.write("b.csv", press(2000));
+  const Outcome outcome = palpate(folder, import_line(folder, "--json"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("imported"), 2);
+  EXPECT_EQ(json.at("failed"), 0);
+  const Outcome fit = palpate(
+      folder, "fit " + (folder / "samples.h5").string() + " -o " + (folder / "curves.h5").string());
+  EXPECT_NE(fit.err.find("2 underdetermined"), std::string::npos)
+      << fit.err;  // presses alone say nothing of drags
+  EXPECT_TRUE(fs::exists(folder / "curves.h5"));
+}
+
+TEST(import, a_bad_recording_is_listed_with_status_3_and_the_rest_is_there) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
+      folder.write("b.csv", "t,d,F\n0,0,0\n0,1,1\n0,x,2\n");
+  const Outcome outcome = palpate(folder, import_line(folder));
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_NE(outcome.err.find("b.csv:4: column `d`: `x` is not a number"), std::string::npos)
+      << outcome.err;
+  EXPECT_TRUE(fs::exists(folder / "samples.h5"));
+  EXPECT_NE(content_of(folder / "samples.import.csv").find("b.csv,4,\"\",b,refused"),
+            std::string::npos)
+      << content_of(folder / "samples.import.csv");
+  EXPECT_EQ(nlohmann::json::parse(content_of(folder / "samples.import.json")).at("failed"), 1);
+}
+
+TEST(import, without_any_good_recording_the_old_file_stays) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
+      folder.write("b.csv", press(1000));
+  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
+  const std::string before = content_of(folder / "samples.h5");
+  folder.write("a.csv", ""), fs::remove(folder / "b.csv");
+  const Outcome outcome = palpate(folder, import_line(folder));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("a.csv:1: is empty"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("b.csv: no such file"), std::string::npos) << outcome.err;
+  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+}
+
+TEST(import, unchanged_recordings_are_not_read_again) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
+      folder.write("b.csv", press(2000));
+  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
+  const std::string before = content_of(folder / "samples.h5");
+  const Outcome again = palpate(folder, import_line(folder));
+  EXPECT_NE(again.err.find("2 of 2 files are unchanged"), std::string::npos) << again.err;
+  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+}
+
+TEST(import, mistakes_in_the_manifest_name_line_and_column) {
+  const Folder folder;
+  const auto error_of = [&](const std::string& from, const std::string& to) {
+    std::string text = kManifest;
+    text.replace(text.find(from), from.size(), to);
+    folder.write("manifest.toml", text);
+    const Outcome outcome = palpate(folder, import_line(folder));
+    EXPECT_EQ(outcome.status, 1);
+    return outcome.err;
+  };
+  EXPECT_NE(
+      error_of("point = \"a\"", "pont = \"a\"")
+          .find("manifest.toml:9:1: [[recording]] has no key \"pont\"\n  Did you mean \"point\"?"),
+      std::string::npos);
+  EXPECT_NE(error_of("force = \"N\"", "force = \"mm\"").find("which is no unit of force"),
+            std::string::npos);
+  EXPECT_NE(error_of("force_on = \"body\"\n", "").find("force_on is missing"), std::string::npos);
+  EXPECT_NE(error_of("\"a.csv\"", "\"*.dat\"").find("no file matches \"*.dat\""),
+            std::string::npos);
+  EXPECT_NE(error_of("[0, 0, 40]", "[0, 0]").find("is not a list of 3 numbers"), std::string::npos);
+  EXPECT_NE(error_of("\"flat\"", "\"flta\"").find("Did you mean \"flat\"?"), std::string::npos);
+  EXPECT_NE(error_of("[defaults]", "[defaults").find("manifest.toml:1:"), std::string::npos);
+}
+
+// The 4 x 4 force map of an AFM, from its files to an asset.
+TEST(import, a_real_force_map_becomes_an_asset) {
+  const fs::path map = fs::path(PALPATE_SHARED_DATA) / "indentation/afm-workshop-map16";
+  if (!fs::exists(map)) GTEST_SKIP() << "no recordings at " << map;
+  const Folder folder;
+  std::string plane = "OFF\n121 200 0\n";
+  for (int i = 0; i < 121; ++i)
+    plane += std::to_string(2.2 * (i % 11)) + " " + std::to_string(2.2 * (i / 11)) + " 0\n";
+  for (int j = 0; j < 10; ++j)
+    for (int i = 0; i < 10; ++i) {
+      const int a = 11 * j + i;
+      plane += "3 " + std::to_string(a) + " " + std::to_string(a + 1) + " " +
+               std::to_string(a + 12) + "\n3 " + std::to_string(a) + " " + std::to_string(a + 12) +
+               " " + std::to_string(a + 11) + "\n";
+    }
+  folder.write("plane.off", plane);
+  folder.write("scene.toml",
+               "[body]\nsurface = \"plane.off\"\nlength_unit = \"um\"\n[probe]\nradius = \"0.1 "
+               "um\"\n[experiments]\ntest_points = 16\n");
+  folder.write("manifest.toml",
+               "surface = \"plane.off\"\nlength_unit = \"um\"\nplace_tolerance = \"1 "
+               "um\"\n[[recording]]\nfile = \"" +
+                   fs::canonical(map).string() +
+                   "/*.csv\"\ncantilever = { stiffness = 0.2, sensitivity = \"100 nm\" }\ncontact "
+                   "= \"hertz\"\nplausible = [\"1 Pa\", \"1 GPa\"]\n");
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
+  ASSERT_EQ(palpate(folder, "fit " + path("samples.h5") + " -o " + path("curves.h5")).status,
+            3);  // presses alone
+  ASSERT_EQ(
+      palpate(folder, "prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"))
+          .status,
+      0);
+  ASSERT_EQ(palpate(folder, "refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " +
+                                path("model.h5"))
+                .status,
+            0);
+  const Outcome exported =
+      palpate(folder, "export " + path("model.h5") + " -o " + path("asset.palp"));
+  ASSERT_EQ(exported.status, 0) << exported.err;
+  EXPECT_NE(palpate(folder, "inspect " + path("asset.palp")).out.find("reproduced bit for bit"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace palpate::tools {
+
+/// What a benchmark may be told.
+struct BenchRequest {
+  std::filesystem::path folder;  ///< where its tables and pictures go; made when missing
+  int jobs = 0;
+  bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
+};
+
+/// A row of the table of benchmarks in cmd_bench.cpp. run: writes its files and says what it found.
+/// Throws Error when a file cannot be written.
+struct Benchmark {
+  std::string_view name, summary;
+  void (*run)(const BenchRequest& request);
+};
+
+/// Every benchmark, one file `bench_<name>.cpp` each.
+std::span<const Benchmark> benchmarks();
+
+void bench_tick(const BenchRequest& request);
+void bench_clicks(const BenchRequest& request);
+
+}  // namespace palpate::tools
