@@ -11,7 +11,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::array<CommandRow, 11> kCommands{{
+constexpr std::array<CommandRow, 12> kCommands{{
     {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
      declare_run},
     {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra", declare_prepare},
