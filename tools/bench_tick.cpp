@@ -57,17 +57,19 @@ class CacheFlush {
   unsigned round_ = 0;
 };
 
-// Times `tick(i)` one by one, as a force thread would call it.
+// Times `tick(tip)` one by one along a kind's way, as a force thread would call it.
 template <class Tick>
-Spread time_ticks(std::size_t ticks, CacheFlush* flush, double overhead_ns, Tick tick) {
+Spread time_ticks(const TickKind& kind, std::size_t ticks, CacheFlush* flush, double overhead_ns,
+                  Tick tick) {
   std::vector<double> ns;
   ns.reserve(ticks);
   const long first = 300;  // begins in contact, as a warm loop does
-  for (long i = 0; i < first; ++i) tick(i);
+  for (long i = 0; i < first; ++i) tick(kind.tip(i));
   for (std::size_t i = 0; i < ticks; ++i) {
+    const Vec3 tip = kind.tip(first + static_cast<long>(i));
     if (flush != nullptr) (*flush)();
     const double started = now_ns();
-    tick(first + static_cast<long>(i));
+    tick(tip);
     ns.push_back(std::max(0.0, now_ns() - started - overhead_ns));
   }
   return spread_of(std::move(ns));
@@ -98,22 +100,19 @@ void measure_body(int around, int along, int pieces, bool is_quick, std::vector<
       const Vec3 outside = kind.tip(0) * 1.2;
       runtime::touch(asset, contact, outside.data(), out);
       lines.push_back({asset.vertices, kind.name, "engine", cache,
-                       time_ticks(ticks, flusher, overhead_ns, [&](long i) {
-                         const Vec3 tip = kind.tip(i);
+                       time_ticks(kind, ticks, flusher, overhead_ns, [&](const Vec3& tip) {
                          runtime::touch(asset, contact, tip.data(), out);
                          kept = out.force_on_tool_N[0];
                        })});
       FingerProxy proxy(asset, 400, 0.3);
       proxy.tick(outside.data());
       lines.push_back({asset.vertices, kind.name, "finger proxy", cache,
-                       time_ticks(ticks, flusher, overhead_ns, [&](long i) {
-                         const Vec3 tip = kind.tip(i);
-                         kept = proxy.tick(tip.data()).x;
-                       })});
+                       time_ticks(kind, ticks, flusher, overhead_ns,
+                                  [&](const Vec3& tip) { kept = proxy.tick(tip.data()).x; })});
       if (contact.triangle < 0) continue;
       const auto needed = lines_of_a_tick(asset, contact);
       lines.push_back({asset.vertices, kind.name, "reading its bytes", cache,
-                       time_ticks(ticks, flusher, overhead_ns, [&](long) {
+                       time_ticks(kind, ticks, flusher, overhead_ns, [&](const Vec3&) {
                          unsigned sum = 0;
                          for (const unsigned char* line : needed) sum += *line;
                          kept_byte = sum;
