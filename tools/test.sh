@@ -19,7 +19,7 @@ bash tools/install_packages.sh
 cmake --preset "$preset"
 cmake --build --preset "$preset"
 if $sanitize; then
-  tests=(test_runtime test_assets test_io test_importers test_mesh_read)
+  tests=(test_runtime test_assets test_io test_importers test_recordings test_mesh_read)
   cmake --preset ci-sanitize
   cmake --build --preset ci-sanitize --target "${tests[@]}"
   for test in "${tests[@]}"; do

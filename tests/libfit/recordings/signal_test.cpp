@@ -250,6 +250,52 @@ TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way
     EXPECT_GT(r.deflection_m(i, 0) - r.deflection_m(i, 2), r.deflection_m(i - 1, 0) - r.deflection_m(i - 1, 2) - 1e-6) << i;
 }
 
+// Nonsense of every kind: finite samples or an Error, whatever the settings.
+TEST(signal, any_signal_gives_finite_samples_or_an_error) {
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto pick = [&](unsigned n) { return random() % n; };
+  int imported = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    importers::RawRecording raw;
+    const int rows = 1 + static_cast<int>(pick(120));
+    const bool is_axial = pick(2) == 0, has_time = pick(3) != 0;
+    const double step = std::pow(10, 6 * unit(random) - 6), scale_N = std::pow(10, 6 * unit(random));
+    double x = 0;
+    raw.position_m.resize(is_axial ? 0 : rows, 3), raw.force_N.resize(is_axial ? 0 : rows, 3);
+    for (int i = 0; i < rows; ++i) {
+      x += pick(4) == 0 ? 0 : step * (unit(random) + static_cast<double>(pick(3)) - 0.5);
+      const double push_N = pick(5) == 0 ? 1e15 * unit(random) : scale_N * (x / step + unit(random));
+      if (has_time) raw.time_s.push_back(i);
+      if (is_axial) raw.travel_m.push_back(x), raw.push_N.push_back(push_N);
+      else {
+        raw.position_m.row(i) << step * unit(random), 0, -x;
+        raw.force_N.row(i) << 0, 0, -push_N;
+      }
+      raw.line.push_back(static_cast<std::size_t>(i) + 1);
+    }
+    if (pick(4) == 0 && is_axial) raw.retract_begins = static_cast<Eigen::Index>(pick(static_cast<unsigned>(rows)));
+    SignalSettings settings;
+    settings.contact = contact_estimators()[pick(5)].name;
+    settings.kind = is_axial ? ExperimentKind::press : static_cast<ExperimentKind>(pick(3));
+    settings.tip = static_cast<Tip>(pick(3)), settings.drift = static_cast<Drift>(pick(3));
+    settings.uses_retract = pick(4) == 0, settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
+    settings.rows = 3 + static_cast<int>(pick(60));
+    const auto inward = is_axial || pick(2) == 0 ? std::optional(Vec3(0, 0, -1)) : std::nullopt;
+    try {
+      const Conditioned r = condition(raw, settings, inward, "nonsense.csv", false);
+      ++imported;
+      ASSERT_TRUE(r.deflection_m.allFinite() && r.force_N.allFinite() && r.error_N.allFinite())
+          << "trial " << trial << " seed " << kSeed;
+      ASSERT_TRUE(std::isfinite(r.contact_travel_m) && r.contact_deviation_m >= 0)
+          << "trial " << trial << " seed " << kSeed << " " << settings.contact;
+    } catch (const Error& error) {
+      ASSERT_FALSE(error.remedy().empty());
+    }
+  }
+  EXPECT_GT(imported, 100);
+}
+
 Surface bumpy_sheet() {
   Surface s;
   const int n = 21;
