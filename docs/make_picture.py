@@ -4,15 +4,18 @@ usage: xvfb-run -a pvpython docs/make_picture.py MODEL.vtu FIELD OUT.png [azimut
 Needs Debian's paraview and xvfb, for pictures in the documentation only.
 """
 import sys
+from paraview.servermanager import Fetch
 from paraview.simple import (ColorBy, CreateView, GetColorTransferFunction, GetScalarBar, Render,
                              ResetCamera, SaveScreenshot, Show, XMLUnstructuredGridReader)
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 path, field, out = sys.argv[1:4]
-azimuth, elevation = (float(a) for a in sys.argv[4:6]) if len(sys.argv) > 5 else (-30.0, 35.0)
+azimuth, elevation = (float(a) for a in sys.argv[4:6]) if len(sys.argv) > 5 else (-30.0, 55.0)
 
 reader = XMLUnstructuredGridReader(FileName=[path])
 reader.UpdatePipeline()
-low, high = reader.PointData[field].GetRange()
+values = [v for v in vtk_to_numpy(Fetch(reader).GetPointData().GetArray(field)) if v > 0]
+low, high = min(values), max(values)  # the rest is not covered, or not pressed
 view = CreateView("RenderView")
 view.ViewSize = [1100, 760]
 view.Background = [1, 1, 1]
