@@ -6,9 +6,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=release
 sanitize=false
 select=(-LE slow)
+slow_tests=OFF
 for argument in "$@"; do
   case "$argument" in
-    --all) select=() ;;
+    --all) select=() slow_tests=ON ;;
     --sanitize) sanitize=true ;;
     --werror) preset=ci ;;
     *) echo "usage: tools/test.sh [--all] [--sanitize] [--werror]" >&2; exit 2 ;;
@@ -16,11 +17,11 @@ for argument in "$@"; do
 done
 
 bash tools/install_packages.sh
-cmake --preset "$preset"
+cmake --preset "$preset" -DPALPATE_SLOW_TESTS=$slow_tests
 cmake --build --preset "$preset"
 if $sanitize; then
   tests=(test_runtime test_assets test_io test_importers test_recordings test_mesh_read)
-  cmake --preset ci-sanitize
+  cmake --preset ci-sanitize -DPALPATE_SLOW_TESTS=OFF
   cmake --build --preset ci-sanitize --target "${tests[@]}"
   for test in "${tests[@]}"; do
     echo "== $test under sanitizers"
