@@ -91,6 +91,7 @@ void put(AssetBytes& bytes, const Header& header, int section, const std::vector
   if (values.size() * sizeof(T) != runtime::section_bytes(header, section))
     throw Error("model", "section " + std::to_string(section) + " of the asset has the wrong size",
                 "Report this: the model's arrays passed their checks.");
+  if (values.empty()) return;  // no lean, no meta: nothing to copy, and no address to copy from
   std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
 }
 
