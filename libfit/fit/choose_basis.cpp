@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libfit/fit/held_out.hpp"
+#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -64,12 +65,6 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   }
   basis.knots_m.push_back(range);
   return basis;
-}
-
-std::string percent(double share) {
-  const double tenths = std::round(share * 1000) / 10;
-  std::string text = std::to_string(tenths);
-  return text.substr(0, text.find('.') + 2) + " %";
 }
 
 // The basis of one kind from its rows at the points that can hold some out.

@@ -1,13 +1,14 @@
 #include "libfit/fit/choose_family.hpp"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr std::size_t kMostPoints = 24;
-constexpr double kWorthIt = 0.9;        // of the separable family's held-out error
+constexpr double kWorthIt = 0.9;         // of the separable family's held-out error
 constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
 
 // The point with the rows of one parity weightless.
@@ -54,12 +55,6 @@ FamilyEvidence judge(const BodyData& body, const std::vector<PointRows>& rows,
   return {family, median(errors), quantile(errors, 0.95)};
 }
 
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
-  return text;
-}
-
 }  // namespace
 
 FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
@@ -70,8 +65,8 @@ FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& r
       judge(body, rows, separable_bases, CurveFamily::separable, options);
   FamilyReport report{CurveFamily::separable, {separable}, {}};
   if (separable.p95_error <= options.tolerance) {
-    report.reason = "its held-out error of " + percent(separable.p95_error) +
-                    " (p95) is within the tolerance";
+    report.reason =
+        "its held-out error of " + percent(separable.p95_error) + " (p95) is within the tolerance";
     return report;
   }
   const FamilyEvidence leaning = judge(body, rows, bases, CurveFamily::leaning, options);

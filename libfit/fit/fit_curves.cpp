@@ -16,6 +16,7 @@
 #include "libfit/fit/choose_family.hpp"
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/rows_hash.hpp"
+#include "libfit/fit/words.hpp"
 
 namespace palpate {
 namespace {
@@ -173,7 +174,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
     const auto at = static_cast<Eigen::Index>(p);
     std::string reason = "worst at row " + std::to_string(score.worst_row) + " of experiment " +
                          std::to_string(score.worst_experiment);
-    if (!results[p].message.empty()) fit::join(reason, results[p].message);
+    if (!results[p].message.empty()) fit::add_sentence(reason, results[p].message);
     worst.push_back({at, fitted.name[p], fitted.position.row(at), score.relative, score.rms_N,
                      score.max_N, reason});
   }

@@ -1,16 +1,9 @@
 #include "libfit/fit/fit_point.hpp"
 
-#include <cmath>
-
 #include "libfit/fit/solve_point.hpp"
+#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
-namespace {
-
-std::string percent(double share) { return std::to_string(std::lround(share * 100)) + " %"; }
-
-}  // namespace
-
 PointResult no_curves(const BodyBases& bases, const std::string& why) {
   PointResult result;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
@@ -47,14 +40,14 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   result.score = score_point(samples, point, length_m, si, result.control, result.lean_m);
   result.is_scored = true;
   if (curves.is_identified[2] && result.score.slipped_rows == 0)
-    join(curves.message, "no row slips in the fitted model: the limit curve is a guess");
+    add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
   result.message = curves.message;
   result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
   if (result.score.relative > options.poor_above) {
     if (result.status == FitStatus::good) result.status = FitStatus::poor;
-    join(result.message, "residual is " + percent(result.score.relative) +
-                             " of the force, worst in experiment " +
-                             std::to_string(result.score.worst_experiment));
+    add_sentence(result.message, "residual is " + percent(result.score.relative) +
+                                     " of the force, worst in experiment " +
+                                     std::to_string(result.score.worst_experiment));
   }
   return result;
 }

@@ -46,9 +46,4 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
 PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& si, const FittedCurves& earlier, Eigen::Index row);
 
-/// Appends a sentence to a message.
-inline void join(std::string& message, const std::string& sentence) {
-  message += (message.empty() ? "" : "; ") + sentence;
-}
-
 }  // namespace palpate::fit

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libfit/fit/words.hpp"
+
 namespace palpate::fit {
 namespace {
 
@@ -17,11 +19,6 @@ std::string number(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", x);
   return text;
-}
-
-void say(PointCurves& curves, const std::string& sentence) {
-  if (!curves.message.empty()) curves.message += "; ";
-  curves.message += sentence;
 }
 
 // Slope of the straight line through zero nearest to the rows.
@@ -49,9 +46,9 @@ void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptio
   }
   if (data.size() <= 2 || count_groups(data) < 2) {
     out.increments[0] = slope * greville_steps(basis);
-    say(out, (data.size() <= 2 ? std::to_string(data.size()) + " row(s) in contact"
-                               : "all rows at one depth") +
-                 ": the normal curve is a straight line");
+    add_sentence(out.message, (data.size() <= 2 ? std::to_string(data.size()) + " row(s) in contact"
+                                                : "all rows at one depth") +
+                                  ": the normal curve is a straight line");
     return;
   }
   const SplineTables tables = tabulate(basis);
@@ -72,8 +69,8 @@ void start_lateral(const PointData& point, const PointRows& rows, const CurveBas
   const auto& data = rows.curve[1];
   double slope = line_slope(data);
   if (data.empty() || !(slope > 0)) {
-    slope = options.default_lateral_ratio *
-            value(normal, out.increments[0], point.depth) / point.depth;
+    slope =
+        options.default_lateral_ratio * value(normal, out.increments[0], point.depth) / point.depth;
     std::string sentence = "the lateral curve is a line of " +
                            number(options.default_lateral_ratio) +
                            " of the normal stiffness at full depth";
@@ -84,9 +81,9 @@ void start_lateral(const PointData& point, const PointRows& rows, const CurveBas
         slope = kHoldMargin * limit / rows.lateral_reach;
         sentence = "the lateral curve is the softest line on which all of them slip";
       }
-      say(out, "no row sticks: " + sentence);
+      add_sentence(out.message, "no row sticks: " + sentence);
     } else {
-      say(out, (rows.drags == 0 ? "no drags: " : "no lateral force: ") + sentence);
+      add_sentence(out.message, (rows.drags == 0 ? "no drags: " : "no lateral force: ") + sentence);
     }
     out.increments[1] = slope * greville_steps(basis);
     out.lower[1] = kLateralSlopeFloor * out.increments[1];
@@ -99,7 +96,8 @@ void start_lateral(const PointData& point, const PointRows& rows, const CurveBas
       fit_increments(view(tables), unit_weights(data), out.lower[1], out.faint[1], options.loss);
   out.is_identified[1] = true;
   if (data.size() <= 2)
-    say(out, std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
+    add_sentence(out.message,
+                 std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
 }
 
 void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBasis& basis,
@@ -115,10 +113,10 @@ void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBas
   if (!(out.friction > 0)) {
     out.friction = std::max(options.default_friction, kHoldMargin * rows.largest_friction);
     out.increments[2] = transfer(normal, out.increments[0], basis, out.friction);
-    say(out, (rows.drags == 0 ? "no drags: the limit is "
-                              : "no row slips: the limit is ") +
-                 number(out.friction) + " of the normal force" +
-                 (out.friction > options.default_friction ? ", just above what held" : ""));
+    add_sentence(out.message,
+                 (rows.drags == 0 ? "no drags: the limit is " : "no row slips: the limit is ") +
+                     number(out.friction) + " of the normal force" +
+                     (out.friction > options.default_friction ? ", just above what held" : ""));
     return;
   }
   out.faint[2] = faint_pull(transfer(normal, out.increments[0], basis, out.friction));
@@ -161,7 +159,8 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
       Eigen::VectorXd w = by_increment;
       w.head(n - 1) -= by_increment.tail(n - 1);
       normal += w * w.transpose();
-      for (int k = 0; k < 2; ++k) right.col(k) -= w * (away / force.norm() * force.dot(tangents[k]));
+      for (int k = 0; k < 2; ++k)
+        right.col(k) -= w * (away / force.norm() * force.dot(tangents[k]));
     }
   }
   const Eigen::MatrixXd components = normal.ldlt().solve(right);
