@@ -21,6 +21,13 @@ Vec3 contact_line_m(const ProbeGeometry& probe) {
   return Vec3::Zero();
 }
 
+/// Zero for shapes that touch a flat surface in one point, or along a line.
+template <class Shape>
+double edge_ring_m(const ProbeGeometry& probe) {
+  if constexpr (requires { Shape::edge_ring_m(probe); }) return Shape::edge_ring_m(probe);
+  return 0;
+}
+
 template <class Shape>
 constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bool is_axisymmetric,
                              bool takes_mesh = false) {
@@ -37,7 +44,8 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
           Shape::contact_reach_m,
           Shape::tip_radius_m,
           Shape::half_width_m,
-          contact_line_m<Shape>};
+          contact_line_m<Shape>,
+          edge_ring_m<Shape>};
 }
 
 // One row per shape; add a shape by its file and a row.

@@ -98,7 +98,10 @@ struct ShapeRow {
   double (*contact_reach_m)(const ProbeGeometry&, double depth_m);
   double (*tip_radius_m)(const ProbeGeometry&);
   double (*half_width_m)(const ProbeGeometry&);
-  Vec3 (*contact_line_m)(const ProbeGeometry&);  ///< half of the line it touches along, probe's frame; 0: a point
+  /// Half of the line it touches along, probe's frame; 0: a point.
+  Vec3 (*contact_line_m)(const ProbeGeometry&);
+  /// Radius of the ring about the axis where pressure peaks from the first touch on; 0: none.
+  double (*edge_ring_m)(const ProbeGeometry&);
 };
 
 /// Every shape there is.
@@ -140,6 +143,8 @@ struct Probe {
   double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
   /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a point.
   Vec3 contact_line_m(const Vec3& axis) const;
+  /// Radius of the edge about the axis at which pressure is all but singular; 0 for shapes without.
+  double edge_ring_m() const { return shape->edge_ring_m(geometry); }
   /// How far from there the mesh has to be that fine: the contact radius of round shapes.
   double contact_reach_m(double depth_m) const { return shape->contact_reach_m(geometry, depth_m); }
 };
