@@ -122,6 +122,19 @@ void remove_partial(const std::filesystem::path& output) {
   std::filesystem::remove(partial_of(output), ignored);
 }
 
+namespace {
+
+// "rejected: overlaps"
+std::string reason_of(const Samples& samples, std::size_t row) {
+  std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name);
+  if (!samples.doubt.empty() && samples.doubt[row] != RowDoubt::none &&
+      samples.status[row] != RowStatus::inverted)
+    reason += ": " + std::string(kRowDoubtNames[static_cast<std::size_t>(samples.doubt[row])].name);
+  return reason;
+}
+
+}  // namespace
+
 std::size_t list_bad_experiments(const Samples& samples) {
   // First bad row of each experiment, with the first reason that is not a consequence.
   std::map<std::int32_t, std::pair<Eigen::Index, std::size_t>> bad;
@@ -139,8 +152,7 @@ std::size_t list_bad_experiments(const Samples& samples) {
     say("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
         samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1], 1e3 * at[2],
         samples.kind[row] == ExperimentKind::press ? "press" : samples.kind[row] == ExperimentKind::drag ? "drag" : "path",
-        1e3 * samples.deflection.row(place.first).norm(), kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name,
-        place.second);
+        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
   }
   return bad.size();
 }

@@ -98,7 +98,7 @@ double Contact::pressing_gap(double gap, int point, const ContactHistory& histor
 Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa,
                                         double share, double stiffness, int point,
                                         const ContactHistory& history) const {
-  const Vec3 moved = history.elastic_slip[point] + share * (relative - history.relative[point]);
+  const Vec3 moved = history.stick_Pa[point] / stiffness + share * (relative - history.relative[point]);
   Friction out;
   out.slip = moved - normal * normal.dot(moved);
   out.traction_Pa = stiffness * out.slip;
@@ -254,7 +254,7 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
                                  const ContactHistory& history) const {
   ContactHistory next;
   const std::size_t points = area_weight_.size();
-  next.elastic_slip.assign(points, Vec3::Zero());
+  next.stick_Pa.assign(points, Vec3::Zero());
   next.relative.resize(points);
   next.gap.resize(points);
   next.normal.resize(points);
@@ -281,7 +281,7 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
       const Friction friction =
           friction_law(next.relative[point], gap.gradient, limit,
                        share_in_contact(gap.distance_m, point, history), spring, point, history);
-      next.elastic_slip[point] = friction.traction_Pa / spring;
+      next.stick_Pa[point] = friction.traction_Pa;
     }
   }
   return next;
@@ -292,9 +292,14 @@ ContactHistory Contact::give_back(const ContactHistory& accepted) const {
   for (std::size_t point = 0; point < out.gap.size(); ++point) {
     if (out.pressure_Pa[point] <= 0) continue;
     out.given_back[point] += std::max(0.0, -out.gap[point]);
-    out.elastic_slip[point] *= 2;
+    out.stick_Pa[point] *= 2;
   }
   return out;
+}
+
+void Contact::stiffen(double factor) {
+  for (double& stiffness : stiffness_) stiffness *= factor;
+  curvature_limit_m_ /= factor;
 }
 
 ContactHistory Contact::untouched(const ProbePose& pose) const {

@@ -18,11 +18,11 @@ struct ProbePose {
 };
 
 /// What the interface remembers of the last accepted state, per quadrature point.
-/// elastic_slip: tangential spring of the friction law [m]. relative: place of the surface point
+/// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the surface point
 /// relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the probe. faces_probe: 0 on the far wall of
 /// a thin body. given_back [m]: overlap that exerts pressure without being there; see give_back().
 struct ContactHistory {
-  std::vector<Vec3> elastic_slip;
+  std::vector<Vec3> stick_Pa;
   std::vector<Vec3> relative;
   std::vector<double> gap;
   std::vector<double> pressure_Pa;
@@ -109,6 +109,10 @@ class Contact {
   /// augmented Lagrangian's multipliers (Simo and Laursen 1992, doi:10.1016/0045-7949(92)90540-G).
   /// What is left of both is of second order.
   ContactHistory give_back(const ContactHistory& accepted) const;
+
+  /// Multiplies penalty and tangential spring. States accepted before can be gone on from: what a
+  /// history keeps does not depend on them.
+  void stiffen(double factor);
 
   /// Faces of which a node is within a distance of the probe, in increasing order.
   std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "libfem/solve/pcg.hpp"
 
@@ -58,10 +59,10 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
-void Equilibrium::assemble_elastic(double bend, Local& at) {
+void Equilibrium::assemble_elastic(double bend, double most_pressure, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  body_.add_stiffness(at.u, bend, at.elastic_force, K_, options_.most_pressure);
+  body_.add_stiffness(at.u, bend, at.elastic_force, K_, most_pressure);
   is_current_ = false;
 }
 
@@ -105,23 +106,27 @@ std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const P
   return nodes;
 }
 
+void Equilibrium::index_contact_nodes() {
+  contact_index_.assign(K_.nodes(), -1);
+  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
+    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
+}
+
 // Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the part
 // that carries the second derivative of J. The level that worked is remembered.
 void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
                                  BodyState& to) {
   const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
   for (;;) {
-    assemble_elastic(bend_, at);
+    assemble_elastic(bend_, options_.most_pressure, at);
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
     if (bend_ <= 0) break;
     bend_ = bend_ > 0.5 ? 0.5 : 0.0;
   }
-  contact_index_.assign(K_.nodes(), -1);
-  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
-    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
-  if (bend_ < 1) assemble_elastic(1.0, at);
+  index_contact_nodes();
+  if (bend_ < 1) assemble_elastic(1.0, options_.most_pressure, at);
   is_current_ = factor_.is_factored();
   add_contact(pose, from, at, to);
 }
@@ -299,7 +304,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       is_stale_ = false;
       refresh_factor(pose, from, at, to);
     } else {
-      assemble_elastic(1.0, at);
+      assemble_elastic(1.0, options_.most_pressure, at);
       add_contact(pose, from, at, to);
     }
     to.least_J = body_.least_J();
@@ -334,6 +339,21 @@ SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState&
   BodyState from = accepted;
   from.history = contact_.give_back(accepted.history);
   return solve(from, accepted.pose, accepted.u, to);
+}
+
+bool Equilibrium::is_stable(const BodyState& accepted) {
+  Local at;
+  at.u = accepted.u;
+  BodyState here;
+  assemble_elastic(1.0, std::numeric_limits<double>::infinity(), at);
+  ++counts_.factorizations;
+  is_stale_ = true;  // made without bounds that Newton's method likes
+  if (!factor_.factor(K_, nodes_near_probe(at.u, accepted.pose, options_.contact_margin * step_m_)))
+    return false;
+  index_contact_nodes();
+  contact_.hold_friction_limit(accepted.history);
+  add_contact(accepted.pose, accepted, at, here);
+  return use_contact_stiffness();
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

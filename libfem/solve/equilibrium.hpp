@@ -71,6 +71,13 @@ class Equilibrium {
   /// walk on from.
   SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
 
+  /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
+  /// sticking friction included, is positive definite. Costs a factorization.
+  bool is_stable(const BodyState& accepted);
+
+  /// Multiplies the contact penalty from here on; accepted states can be gone on from.
+  void stiffen_contact(double factor) { contact_.stiffen(factor); }
+
   /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
   /// equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;
@@ -92,9 +99,10 @@ class Equilibrium {
     double contact_scale_N = 0;
   };
 
-  void assemble_elastic(double bend, Local& at);
+  void assemble_elastic(double bend, double most_pressure, Local& at);
   void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void index_contact_nodes();
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
   bool use_contact_stiffness();

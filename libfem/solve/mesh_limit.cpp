@@ -17,7 +17,8 @@ constexpr double kLeast = 0.003;
 
 }  // namespace
 
-MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio) {
+MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio,
+                     double least_order) {
   assert(fine.size() == twin.size());
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   double largest = 0;
@@ -39,7 +40,8 @@ MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twi
   const double share = std::abs(mean) > kTooCoarse ? 0 : 1 / (std::pow(ratio, kOrder) - 1);
   out.excess = share * mean;
   for (std::size_t i = 0; i < fine.size(); ++i) {
-    const double left = share == 0 ? 1 : share;  // of the excess, and of a row's deviation from it
+    // Of the excess, and of a row's deviation from it.
+    const double left = share == 0 ? 1 : 1 / (std::pow(ratio, least_order) - 1);
     const double of_row = std::isnan(difference[i]) ? 0 : std::abs(difference[i] - mean);
     out.error[i] = std::max({kLeast, left * std::abs(mean), left * of_row});
   }

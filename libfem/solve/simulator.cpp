@@ -136,6 +136,7 @@ struct Simulator::State {
   bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
            const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
            SolverCounts& counts) const;
+  bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(Script script, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
 };
@@ -144,14 +145,14 @@ namespace {
 
 /// Rows of one experiment from both meshes: force and torque at the mesh limit, with their error.
 void record_experiment(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
-                       double ratio, const std::vector<std::size_t>& rows,
+                       double ratio, double least_order, const std::vector<std::size_t>& rows,
                        std::vector<PointRow>& out) {
   std::vector<Vec3> force, twin;
   for (const std::size_t i : rows) {
     force.push_back(fine[i].force_N);  // zero where the row failed
     twin.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
   }
-  const MeshLimit limit = mesh_limit(force, twin, ratio);
+  const MeshLimit limit = mesh_limit(force, twin, ratio, least_order);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const TrackRow& row = fine[rows[k]];
     PointRow& recorded = out[rows[k]];
@@ -166,13 +167,13 @@ void record_experiment(const std::vector<TrackRow>& fine, const std::vector<Trac
 }
 
 void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
-                 double ratio, std::vector<PointRow>& out) {
+                 double ratio, double least_order, std::vector<PointRow>& out) {
   for (std::size_t begin = 0; begin < out.size();) {
     std::vector<std::size_t> rows;
     for (const int experiment = out[begin].experiment;
          begin < out.size() && out[begin].experiment == experiment; ++begin)
       rows.push_back(begin);
-    record_experiment(fine, coarse, ratio, rows, out);
+    record_experiment(fine, coarse, ratio, least_order, rows, out);
   }
 }
 
@@ -224,6 +225,9 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   const SolverOptions& options = setup.options;
   GradeOptions grade;
   grade.growth = std::min(1.0, options.growth * coarsening);
+  grade.interface_share = options.interface_share;
+  if (setup.region_at)
+    grade.region_at = [this](const Vec3& x) { return setup.region_at(x + origin); };
   const Vec3 line = probe.contact_line_m(normal);
   const double ring = probe.edge_ring_m();
   const auto add_ring = [&](const Vec3& middle) {
@@ -281,6 +285,21 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   return !progress.stopped();
 }
 
+/// Whether another material than that at the test point is so close that its border matters: on a
+/// grid of half contact radii, four of them about the point.
+bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
+                                      double depth_m) const {
+  if (!setup.region_at) return false;
+  constexpr int kReach = 8;  // of half radii
+  const double step = here.contact_reach_m(depth_m) / 2;
+  const int own = setup.region_at(position);
+  for (int i = -kReach; i <= kReach; ++i)
+    for (int j = -kReach; j <= kReach; ++j)
+      for (int k = -kReach; k <= kReach; ++k)
+        if (setup.region_at(position + step * Vec3(i, j, k)) != own) return true;
+  return false;
+}
+
 PointRows Simulator::State::experiment(Script script, const Vec3& position, const Vec3& normal,
                                        const Progress& progress) const {
   PointRows out;
@@ -292,7 +311,8 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
   if (out.is_complete && ratio > 0)
     out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
                           out.cost.twin_nodes, out.cost.twin_solver);
-  record_rows(fine, coarse, ratio, script.rows);
+  const bool is_uneven = sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m);
+  record_rows(fine, coarse, ratio, is_uneven ? 1 : 2, script.rows);
   out.rows = std::move(script.rows);
   return out;
 }

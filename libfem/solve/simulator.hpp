@@ -29,6 +29,7 @@ struct SolverOptions {
   double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
   double growth = 0.6;        ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
+  double interface_share = 0.5;  ///< h of elements that two materials share, over h
   double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
   EquilibriumOptions equilibrium;
   ContactSettings contact;
@@ -60,7 +61,7 @@ struct PointRow {
   Vec3 torque = Vec3::Zero();
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
-  Doubt doubt = Doubt::none;
+  RowDoubt doubt = RowDoubt::none;
 };
 
 /// What was spent on a point; deterministic.

@@ -7,16 +7,18 @@
 namespace palpate::fem {
 namespace {
 
-/// An accepted state with how it is moving: displacement per metre of the probe's way.
+/// An accepted state with how it is moving: displacement per metre of the probe's way. falls: it is on
+/// a branch past a limit point, where deeper presses have less force.
 struct Walker {
   BodyState state;
   Points velocity;  // empty before the first step
   Vec3 direction = Vec3::Zero();
+  bool falls = false;
 };
 
 struct StepRules {
   double longest_m, deepest_penetration_m, solver_residual;
-  int most_cuts;
+  int most_cuts, most_stiffenings;
   bool gives_back;
   double least_penalty_left;  // of what giving back the overlap has changed
 };
@@ -24,20 +26,36 @@ struct StepRules {
 // With friction the way to a state has crept as well, which its last equilibrium cannot give back:
 // of the shift, up to 0.4 was left against a penalty ten times as stiff.
 constexpr double kCreepLeft = 0.5;
+// A force that falls is believed from steps this much shorter than the first try on, and when it falls
+// by no more than this share: a body that jumps to somewhere else falls by as much in any step.
+constexpr double kFallingStep = 0.25, kLargestFall = 0.1;
 
 /// How a step or a series of them ended.
 struct Outcome {
   RowStatus status = RowStatus::good;
-  Doubt doubt = Doubt::none;
+  RowDoubt doubt = RowDoubt::none;
+};
+
+/// One walk over all tracks on one mesh.
+struct Walk {
+  Equilibrium& equilibrium;
+  StepRules rules;
+  int stiffenings = 0;
 };
 
 RowStatus failure(SolveStatus status) {
   return status == SolveStatus::inverted ? RowStatus::inverted : RowStatus::not_converged;
 }
 
+bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
+                              const BodyState& after) {
+  const double pushed_before = before.contact.force_N.dot(before.pose.axis);
+  const double pushed = after.contact.force_N.dot(after.pose.axis);
+  return pushed_before - pushed <= kLargestFall * pushed_before && equilibrium.is_stable(after);
+}
+
 /// One equilibrium from the walker's state to `tip`; moves the walker when it is accepted.
-Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-                 const StepRules& rules) {
+Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bool may_fall) {
   const Vec3 way = tip - walker.state.pose.tip;
   const double length = way.norm();
   Points guess = walker.state.u;
@@ -46,20 +64,26 @@ Outcome try_step(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool
     guess += length * walker.velocity;
   BodyState next;
   const SolveStatus solved =
-      equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next);
+      walk.equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next);
   if (solved != SolveStatus::solved) return {failure(solved)};
-  const Doubt doubt = judge_step(walker.state, next, must_rise, rules.deepest_penetration_m);
-  if (doubt != Doubt::none)
-    return {doubt == Doubt::inverted ? RowStatus::inverted : RowStatus::rejected, doubt};
+  RowDoubt doubt =
+      judge_step(walker.state, next, must_rise, walk.rules.deepest_penetration_m);
+  if (doubt == RowDoubt::does_not_rise && may_fall &&
+      falls_on_a_stable_branch(walk.equilibrium, walker.state, next))
+    doubt = RowDoubt::falls;
+  if (doubt != RowDoubt::none && doubt != RowDoubt::falls)
+    return {doubt == RowDoubt::inverted ? RowStatus::inverted : RowStatus::rejected, doubt};
+  walker.falls = must_rise ? doubt == RowDoubt::falls : walker.falls;
   walker.velocity = (next.u - walker.state.u) / length;
   walker.direction = way / length;
   walker.state = std::move(next);
   return {};
 }
 
-/// Reaches `tip` in as many steps as it takes.
-Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool must_rise,
-              const StepRules& rules) {
+/// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with twice
+/// the penalty, which then stays.
+Outcome reach(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise) {
+  const StepRules& rules = walk.rules;
   const Vec3 start = walker.state.pose.tip;
   const double way = (tip - start).norm();
   if (way == 0) return {};
@@ -69,10 +93,14 @@ Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool mu
   while (done < way) {
     const double here = way - done < 1.25 * step ? way - done : step;
     const Vec3 goal = done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
-    const Outcome outcome = try_step(equilibrium, walker, goal, must_rise, rules);
+    const bool may_fall = walker.falls || here <= 1.3 * kFallingStep * whole_step;
+    const Outcome outcome = try_step(walk, walker, goal, must_rise, may_fall);
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
+    } else if (outcome.doubt == RowDoubt::overlaps && walk.stiffenings < rules.most_stiffenings) {
+      walk.equilibrium.stiffen_contact(2);
+      ++walk.stiffenings;
     } else {
       step = here / 2;
       if (step < shortest) return outcome;
@@ -82,9 +110,11 @@ Outcome reach(Equilibrium& equilibrium, Walker& walker, const Vec3& tip, bool mu
 }
 
 /// The row of an accepted state: sums of the equilibrium with the overlap given back.
-TrackRow record(Equilibrium& equilibrium, const BodyState& state, const Vec3& deflection,
-                const StepRules& rules) {
+TrackRow record(Walk& walk, const Walker& walker, const Vec3& deflection) {
+  const StepRules& rules = walk.rules;
+  const BodyState& state = walker.state;
   TrackRow row;
+  if (walker.falls) row.doubt = RowDoubt::falls;
   const double depth = deflection.dot(state.pose.axis);
   row.status = depth > 0 && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
   row.force_N = state.contact.force_N;
@@ -94,7 +124,7 @@ TrackRow record(Equilibrium& equilibrium, const BodyState& state, const Vec3& de
   if (state.contact.points > 0) {
     BodyState rigid;
     const bool is_rigid = rules.gives_back &&
-                          equilibrium.give_back_overlap(state, rigid) == SolveStatus::solved &&
+                          walk.equilibrium.give_back_overlap(state, rigid) == SolveStatus::solved &&
                           rigid.contact.force_N.dot(state.pose.axis) > 0;
     if (is_rigid) {
       row.force_N = rigid.contact.force_N;
@@ -126,17 +156,17 @@ void note_failure(const Track& track, std::size_t waypoint, const Outcome& outco
 
 }  // namespace
 
-Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
+RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
                  double deepest_penetration_m) {
   const double pushed_before = before.contact.force_N.dot(before.pose.axis);
   const double pushed = after.contact.force_N.dot(after.pose.axis);
   const bool has_area = after.contact.area_m2 > 0;
-  if (!(after.least_J > 0)) return Doubt::inverted;
-  if (!(after.contact.greatest_penetration_m <= deepest_penetration_m)) return Doubt::overlaps;
-  if (must_rise && !has_area) return Doubt::no_area;
-  if (has_area && !(pushed > 0)) return Doubt::pulls;
-  if (must_rise && !(pushed > pushed_before)) return Doubt::does_not_rise;
-  return Doubt::none;
+  if (!(after.least_J > 0)) return RowDoubt::inverted;
+  if (!(after.contact.greatest_penetration_m <= deepest_penetration_m)) return RowDoubt::overlaps;
+  if (must_rise && !has_area) return RowDoubt::no_area;
+  if (has_area && !(pushed > 0)) return RowDoubt::pulls;
+  if (must_rise && !(pushed > pushed_before)) return RowDoubt::does_not_rise;
+  return RowDoubt::none;
 }
 
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
@@ -144,8 +174,10 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   const WalkOptions& options, const Progress& progress) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
-                        equilibrium.options().residual, options.most_cuts, options.gives_back,
+                        equilibrium.options().residual, options.most_cuts,
+                        options.most_stiffenings, options.gives_back,
                         probe.friction > 0 ? kCreepLeft : 0.0};
+  Walk walk{equilibrium, rules};
   std::vector<TrackRow> out(rows);
   std::map<std::pair<int, int>, Walker> kept;  // at waypoints where later tracks start
   for (const Track& track : tracks)
@@ -164,13 +196,13 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
       if (progress.stopped()) return out;
       const Waypoint& waypoint = track.waypoints[w];
       const Outcome outcome =
-          reach(equilibrium, walker, touch.tip + waypoint.deflection, waypoint.must_rise, rules);
+          reach(walk, walker, touch.tip + waypoint.deflection, waypoint.must_rise);
       if (outcome.status != RowStatus::good) {
         note_failure(track, w, outcome, out);
         break;
       }
       if (waypoint.row >= 0)
-        out[waypoint.row] = record(equilibrium, walker.state, waypoint.deflection, rules);
+        out[waypoint.row] = record(walk, walker, waypoint.deflection);
       const auto keep = kept.find({static_cast<int>(t), static_cast<int>(w)});
       if (keep != kept.end()) keep->second = walker;
     }

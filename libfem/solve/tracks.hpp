@@ -28,25 +28,9 @@ struct Track {
   std::vector<Waypoint> waypoints;
 };
 
-/// Why an equilibrium is not believed although its equations are solved.
-enum class Doubt : std::int8_t { none, inverted, overlaps, no_area, pulls, does_not_rise };
-
-struct DoubtName {
-  Doubt doubt;
-  std::string_view name;
-};
-inline constexpr std::array<DoubtName, 6> kDoubtNames{{
-    {Doubt::none, "none"},
-    {Doubt::inverted, "inverted"},            ///< det F <= 0 somewhere
-    {Doubt::overlaps, "overlaps"},            ///< the body reaches too far into the probe
-    {Doubt::no_area, "no_area"},              ///< a press that touches nothing
-    {Doubt::pulls, "pulls"},                  ///< the force does not point into the body
-    {Doubt::does_not_rise, "does_not_rise"},  ///< a deeper press with no larger force
-}};
-
 /// Judges the step from one equilibrium to the next. must_rise: of a press, where force and contact
 /// area have to be there and grow.
-Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
+RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
                  double deepest_penetration_m);
 
 /// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
@@ -55,7 +39,7 @@ Doubt judge_step(const BodyState& before, const BodyState& after, bool must_rise
 /// solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`.
 struct TrackRow {
   RowStatus status = RowStatus::not_reached;
-  Doubt doubt = Doubt::none;
+  RowDoubt doubt = RowDoubt::none;
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
   Vec3 penalty_shift_N = Vec3::Zero();
@@ -70,6 +54,7 @@ struct TrackRow {
 struct WalkOptions {
   double longest_step = 0.25;         ///< in lengths of the probe
   int most_cuts = 6;                  ///< halvings of a step that failed
+  int most_stiffenings = 4;           ///< doublings of the penalty where the overlap is too large
   double greatest_penetration = 0.02; ///< in lengths of the probe
   bool gives_back = true;             ///< rows with the penalty's overlap given back
 };

@@ -23,6 +23,32 @@ enum class RowStatus : std::int8_t {
   not_reached = 5,     ///< an earlier step of the experiment failed
 };
 
+/// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
+/// others say why a row is `rejected` or `inverted`.
+enum class RowDoubt : std::int8_t {
+  none = 0,
+  inverted = 1,       ///< det F <= 0 somewhere
+  overlaps = 2,       ///< the body reaches too far into the probe
+  no_area = 3,        ///< a press that touches nothing
+  pulls = 4,          ///< the force does not point into the body
+  does_not_rise = 5,  ///< a deeper press with no larger force, and no stable branch that falls
+  falls = 6,          ///< on a stable branch past a limit point: deeper presses have less force
+};
+
+struct RowDoubtName {
+  RowDoubt doubt;
+  std::string_view name;
+};
+inline constexpr std::array<RowDoubtName, 7> kRowDoubtNames{{
+    {RowDoubt::none, "none"},
+    {RowDoubt::inverted, "inverted"},
+    {RowDoubt::overlaps, "overlaps"},
+    {RowDoubt::no_area, "no_area"},
+    {RowDoubt::pulls, "pulls"},
+    {RowDoubt::does_not_rise, "does_not_rise"},
+    {RowDoubt::falls, "falls"},
+}};
+
 struct RowStatusName {
   RowStatus status;
   std::string_view name;
@@ -57,6 +83,7 @@ struct Samples {
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
+  std::vector<RowDoubt> doubt;           ///< N, or none at all where nothing checked
 
   MeasuredRecordings recordings;         ///< where measured rows came from; empty when simulated
 

@@ -31,6 +31,7 @@ void check_sizes(const Samples& s, const h5::Complain& complain) {
   check_rows(complain, "rows/torque", s.torque.rows(), rows);
   check_rows(complain, "rows/force_error", s.force_error.size(), rows);
   check_rows(complain, "rows/status", size(s.status), rows);
+  if (!s.doubt.empty()) check_rows(complain, "rows/doubt", size(s.doubt), rows);
 }
 
 void check_numbers(const Samples& s, const h5::Complain& complain) {
@@ -76,36 +77,35 @@ void check(const Samples& s, const h5::Complain& complain) {
   check_measured(s.recordings, complain);
 }
 
-std::vector<std::string> status_names() {
+template <class Table>
+std::vector<std::string> names_of(const Table& table) {
   std::vector<std::string> names;
-  for (const auto& row : kRowStatusNames) names.emplace_back(row.name);
+  for (const auto& row : table) names.emplace_back(row.name);
   return names;
 }
 
-RowStatus status_named(const std::string& name, const h5::Reader& reader) {
-  const auto row = std::find_if(kRowStatusNames.begin(), kRowStatusNames.end(),
-                                [&](const RowStatusName& r) { return r.name == name; });
-  if (row == kRowStatusNames.end())
-    throw reader.error("rows/status", "names an unknown status `" + name + "`");
-  return row->status;
-}
-
-// Codes mean what the file's own list of names says; without a list, what version 1 says.
-std::vector<RowStatus> read_status(const h5::Reader& reader, std::size_t rows) {
-  const auto codes = reader.bytes("rows/status", h5::kNoUnit, {rows, 0});
-  const auto names = reader.has_attribute("rows/status", "names")
-                         ? reader.texts_attribute("rows/status", "names")
-                         : status_names();
-  std::vector<RowStatus> meanings;
-  for (const auto& name : names) meanings.push_back(status_named(name, reader));
-  std::vector<RowStatus> status;
+// Codes of a column and what they mean by the file's own list of names; without a list, by `table`.
+// `member` is the table's column of values.
+template <class Row, std::size_t Count, class Enum>
+std::vector<Enum> read_named(const h5::Reader& reader, const std::string& column, std::size_t rows,
+                             const std::array<Row, Count>& table, Enum Row::*member) {
+  const auto codes = reader.bytes(column, h5::kNoUnit, {rows, 0});
+  const auto names = reader.has_attribute(column, "names") ? reader.texts_attribute(column, "names")
+                                                           : names_of(table);
+  std::vector<Enum> meanings, out;
+  for (const auto& name : names) {
+    const auto row = std::find_if(table.begin(), table.end(),
+                                  [&](const Row& known) { return known.name == name; });
+    if (row == table.end()) throw reader.error(column, "names an unknown code `" + name + "`");
+    meanings.push_back((*row).*member);
+  }
   for (const std::int8_t code : codes) {
     if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
-      throw reader.error("rows/status", "row " + std::to_string(status.size()) + " has code " +
-                                            std::to_string(code) + " without a name");
-    status.push_back(meanings[static_cast<std::size_t>(code)]);
+      throw reader.error(column, "row " + std::to_string(out.size()) + " has code " +
+                                     std::to_string(code) + " without a name");
+    out.push_back(meanings[static_cast<std::size_t>(code)]);
   }
-  return status;
+  return out;
 }
 
 std::vector<ExperimentKind> read_kind(const h5::Reader& reader, std::size_t rows) {
@@ -152,7 +152,9 @@ Samples read_samples(const std::filesystem::path& path) {
   s.force = read_points(reader, "rows/force", "N", rows, true);
   s.torque = read_points(reader, "rows/torque", "N m", rows, true);
   s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
-  s.status = read_status(reader, rows);
+  s.status = read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status);
+  if (reader.has("rows/doubt"))
+    s.doubt = read_named(reader, "rows/doubt", rows, kRowDoubtNames, &RowDoubtName::doubt);
   s.recordings = read_measured(reader);
   check(s, complain_about(reader));
   return s;
@@ -178,7 +180,11 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   write_points(writer, "rows/torque", "N m", s.torque);
   write_vector(writer, "rows/force_error", "N", s.force_error);
   write_codes(writer, "rows/status", s.status);
-  writer.attribute("rows/status", "names", status_names());
+  writer.attribute("rows/status", "names", names_of(kRowStatusNames));
+  if (!s.doubt.empty()) {
+    write_codes(writer, "rows/doubt", s.doubt);
+    writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
+  }
   write_measured(writer, s.recordings);
   writer.commit();
 }

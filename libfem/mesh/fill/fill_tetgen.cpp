@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libfem/mesh/fill/meshers.hpp"
-#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/grade/tet_quality.hpp"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 #include "libfem/mesh/fill/child_process.hpp"
 #include "libfem/mesh/fill/meshers.hpp"
 #include "libfem/mesh/fill/smooth_interior.hpp"
-#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/grade/tet_quality.hpp"
 #include "libfem/mesh/points/surface_checks.hpp"
 #include "libfit/core/error.hpp"
 

@@ -71,8 +71,20 @@ class Bisection {
     const Vec3 &x0 = mesh_.nodes[tet.node[0]], &x1 = mesh_.nodes[tet.node[1]],
                &x2 = mesh_.nodes[tet.node[2]], &x3 = mesh_.nodes[tet.node[3]];
     const Vec3 centroid = 0.25 * (x0 + x1 + x2 + x3);
-    is_fine_[t] = tet_size_m(x0, x1, x2, x3) <= wanted_size_m(options_, centroid);
+    const double size = tet_size_m(x0, x1, x2, x3), wanted = wanted_size_m(options_, centroid);
+    is_fine_[t] = size <= wanted &&
+                  (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}));
     return !is_fine_[t];
+  }
+
+  // Whether several regions fill a tet, as its corners, edges' middles and centroid tell.
+  bool is_shared(const std::array<Vec3, 4>& x) const {
+    if (!options_.region_at) return false;
+    const int region = options_.region_at(0.25 * (x[0] + x[1] + x[2] + x[3]));
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t k = 0; k <= i; ++k)
+        if (options_.region_at(0.5 * (x[i] + x[k])) != region) return true;
+    return false;
   }
 
   // An edge can hang only if both its ends saw an edge halved since the tet was last looked at.

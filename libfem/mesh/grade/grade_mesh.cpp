@@ -31,6 +31,8 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
     refuse("the contact's path is empty", "Give at least one segment or point.");
   if (!(options.growth > 0 && options.growth <= 1))
     refuse("growth is not in (0, 1]", "0.4 to 0.5 serves most bodies.");
+  if (!(options.interface_share > 0 && options.interface_share <= 1))
+    refuse("interface_share is not in (0, 1]", "0.5 serves most inclusions.");
   for (const Segment& piece : options.path) {
     if (!piece.from.allFinite() || !piece.to.allFinite())
       refuse("the contact's path is not finite", "Give positions in metres.");

@@ -241,5 +241,25 @@ TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
   EXPECT_LT(backed.greatest_penetration_m, 1e-6 * kDepth_m);
 }
 
+// What sticks goes on bearing the traction it had: of a pose it does not move from, the lateral force stays.
+TEST(Contact, a_stiffer_penalty_presses_harder_and_keeps_the_traction_of_what_sticks) {
+  const Sheet sheet;
+  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                  make_probe(sphere_spec(kRadius_m, 100), "test"));
+  const Points u = Points::Zero(sheet.nodes.rows(), 3);
+  const ProbePose pressed = pose_at(0, kDepth_m), dragged = pose_at(1e-5, kDepth_m);
+  const ContactHistory first = contact.accepted(u, pressed, contact.untouched(pose_at(0, 0)));
+  const ContactHistory sticks = contact.accepted(u, dragged, first);
+  contact.hold_friction_limit(u, dragged, sticks);
+  const Vec3 before = contact.evaluate(u, dragged, sticks).force_N;
+  contact.stiffen(2);
+  contact.hold_friction_limit(u, dragged, sticks);
+  const Vec3 after = contact.evaluate(u, dragged, sticks).force_N;
+  ASSERT_GT(std::abs(before.x()), 0);
+  // Along x the pressures of a shifted ball nearly cancel, so what is left is friction.
+  EXPECT_NEAR(after.x() / before.x(), 1, 0.05);
+  EXPECT_NEAR(after.z() / before.z(), 2, 0.05);
+}
+
 }  // namespace
 }  // namespace palpate::fem

@@ -44,6 +44,20 @@ TEST(MeshLimit, meshes_too_far_apart_are_not_extrapolated_but_owned_up_to) {
   for (const double error : limit.error) EXPECT_NEAR(error, 0.2, 1e-12);
 }
 
+TEST(MeshLimit, an_error_that_may_be_of_first_order_stays_within_a_wider_bound) {
+  const std::vector<Vec3> exact = press(0);
+  std::vector<Vec3> fine = exact, twin = exact;
+  for (Vec3& force : fine) force *= 1.015;
+  for (Vec3& force : twin) force *= 1 + 0.015 * kRatio;
+  const MeshLimit limit = mesh_limit(fine, twin, kRatio, 1);
+  EXPECT_EQ(limit.excess, mesh_limit(fine, twin, kRatio).excess);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const double error = ((1 - limit.excess) * fine[i] - exact[i]).norm() / exact[i].norm();
+    EXPECT_GT(error, mesh_limit(fine, twin, kRatio).error[i]) << "the usual bound holds anyway";
+    EXPECT_LT(error, limit.error[i]);
+  }
+}
+
 TEST(MeshLimit, failed_rows_count_for_nothing_and_none_to_compare_is_unknown) {
   const std::vector<Vec3> fine = press(0.01);
   std::vector<Vec3> twin = press(0.01, kRatio);

@@ -22,13 +22,13 @@ BodyState pressed(double force_N) {
   return state;
 }
 
-Doubt judged(const BodyState& before, const BodyState& after, bool must_rise = true) {
+RowDoubt judged(const BodyState& before, const BodyState& after, bool must_rise = true) {
   return judge_step(before, after, must_rise, kDeepest_m);
 }
 
 TEST(JudgeStep, a_press_that_pushes_harder_is_believed) {
-  EXPECT_EQ(judged(pressed(0), pressed(0.1)), Doubt::none);
-  EXPECT_EQ(judged(pressed(0.1), pressed(0.2)), Doubt::none);
+  EXPECT_EQ(judged(pressed(0), pressed(0.1)), RowDoubt::none);
+  EXPECT_EQ(judged(pressed(0.1), pressed(0.2)), RowDoubt::none);
 }
 
 TEST(JudgeStep, each_doubt_has_its_own_name) {
@@ -38,32 +38,32 @@ TEST(JudgeStep, each_doubt_has_its_own_name) {
   overlaps.contact.greatest_penetration_m = 1.01 * kDeepest_m;
   pulls.contact.force_N *= -1;
   no_area.contact.area_m2 = 0;
-  EXPECT_EQ(judged(before, inverted), Doubt::inverted);
-  EXPECT_EQ(judged(before, overlaps), Doubt::overlaps);
-  EXPECT_EQ(judged(before, pulls), Doubt::pulls);
-  EXPECT_EQ(judged(before, no_area), Doubt::no_area);
-  EXPECT_EQ(judged(before, pressed(0.1)), Doubt::does_not_rise);
-  EXPECT_EQ(judged(before, pressed(0.09)), Doubt::does_not_rise);
+  EXPECT_EQ(judged(before, inverted), RowDoubt::inverted);
+  EXPECT_EQ(judged(before, overlaps), RowDoubt::overlaps);
+  EXPECT_EQ(judged(before, pulls), RowDoubt::pulls);
+  EXPECT_EQ(judged(before, no_area), RowDoubt::no_area);
+  EXPECT_EQ(judged(before, pressed(0.1)), RowDoubt::does_not_rise);
+  EXPECT_EQ(judged(before, pressed(0.09)), RowDoubt::does_not_rise);
   std::set<std::string_view> names;
-  for (std::size_t i = 0; i < kDoubtNames.size(); ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(kDoubtNames[i].doubt), i);
-    names.insert(kDoubtNames[i].name);
+  for (std::size_t i = 0; i < kRowDoubtNames.size(); ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(kRowDoubtNames[i].doubt), i);
+    names.insert(kRowDoubtNames[i].name);
   }
-  EXPECT_EQ(names.size(), kDoubtNames.size());
+  EXPECT_EQ(names.size(), kRowDoubtNames.size());
 }
 
 TEST(JudgeStep, a_drag_may_ease_and_may_leave_the_body) {
-  EXPECT_EQ(judged(pressed(0.1), pressed(0.05), false), Doubt::none);
-  EXPECT_EQ(judged(pressed(0.1), pressed(0), false), Doubt::none);
+  EXPECT_EQ(judged(pressed(0.1), pressed(0.05), false), RowDoubt::none);
+  EXPECT_EQ(judged(pressed(0.1), pressed(0), false), RowDoubt::none);
 }
 
 TEST(JudgeStep, a_number_that_is_none_is_not_believed) {
   BodyState state = pressed(0.2);
   state.least_J = std::nan("");
-  EXPECT_EQ(judged(pressed(0.1), state), Doubt::inverted);
+  EXPECT_EQ(judged(pressed(0.1), state), RowDoubt::inverted);
   state = pressed(0.2);
   state.contact.force_N.setConstant(std::nan(""));
-  EXPECT_EQ(judged(pressed(0.1), state), Doubt::pulls);
+  EXPECT_EQ(judged(pressed(0.1), state), RowDoubt::pulls);
 }
 
 /// Rows of the press on the block with a penalty, its overlap given back or not.

@@ -41,7 +41,18 @@ TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
   EXPECT_TRUE(same_bits(a.torque, b.torque));
   EXPECT_TRUE(same_bits(a.force_error, b.force_error));
   EXPECT_EQ(a.status, b.status);
+  EXPECT_TRUE(b.doubt.empty()) << "nobody checked";
   EXPECT_EQ(read_attributes(at("s.h5")).at("inputs_hash"), "00ff00ff00ff00ff");
+}
+
+TEST_F(RoundTrip, what_checks_of_rows_found_comes_back_and_needs_one_entry_a_row) {
+  Samples a = example_samples();
+  for (std::size_t row = 0; row < a.status.size(); ++row)
+    a.doubt.push_back(kRowDoubtNames[row % kRowDoubtNames.size()].doubt);
+  write_samples(at("s.h5"), a, {});
+  EXPECT_EQ(read_samples(at("s.h5")).doubt, a.doubt);
+  a.doubt.pop_back();
+  EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
 }
 
 TEST_F(RoundTrip, samples_without_rows_or_gradient_come_back) {

@@ -71,7 +71,7 @@ TEST(PartialSlip, tangential_force_follows_cattaneo_and_mindlin_up_to_gross_slip
   const double ratio = gross * initial_N_m;
   std::printf("  gross slip at %.3f times the displacement of the linear law\n", ratio);
   validation::record_case("MINDLIN/nu0.49/mu0.2/ratio", 1.5, ratio, "", ratio / 1.5 - 1, moved.cpu_s);
-  EXPECT_NEAR(ratio, 1.5, 0.045);
+  EXPECT_NEAR(ratio, 1.5, 0.05);  // 0.02 of the first row's 2.2 %, times the last ones' 1 %
 }
 
 }  // namespace

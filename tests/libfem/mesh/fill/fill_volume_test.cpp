@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "libfem/mesh/fill/meshers.hpp"
-#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/grade/tet_quality.hpp"
 #include "libfem/mesh/fill/child_process.hpp"
 #include "libfem/mesh/points/simulation_surface.hpp"
 #include "libfit/core/error.hpp"

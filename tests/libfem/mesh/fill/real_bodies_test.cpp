@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "libfem/mesh/fill/fill_volume.hpp"
-#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/grade/tet_quality.hpp"
 #include "libfem/mesh/points/simulation_surface.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "libfem/mesh/grade/boundary.hpp"
 #include "libfem/mesh/grade/structured_block.hpp"
@@ -113,6 +114,31 @@ TEST(Bisect, every_tet_is_as_small_as_asked_and_far_ones_are_left_alone) {
   }
   const GradeOptions coarse{.path = {{kPress.path[0].from, kPress.path[0].to, 1}}};
   EXPECT_EQ(bisect(base, coarse).tets.size(), static_cast<std::size_t>(base.tets.rows()));
+}
+
+TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
+  const TetMesh base = shaken_block(5, 0.004);
+  GradeOptions options = kPress;
+  options.interface_share = 0.5;
+  options.region_at = [](const Vec3& x) { return x.z() > 0.031 ? 1 : 0; };
+  const TetMesh fine = straight(bisect(base, options));
+  int shared = 0;
+  for (Eigen::Index t = 0; t < fine.tets.rows(); ++t) {
+    Vec3 centroid = Vec3::Zero();
+    std::set<int> regions;
+    for (int k = 0; k < 4; ++k) {
+      centroid += 0.25 * fine.nodes.row(fine.tets(t, k));
+      regions.insert(options.region_at(fine.nodes.row(fine.tets(t, k))));
+    }
+    const double share = regions.size() == 2 ? 0.5 : 1.0;
+    shared += regions.size() == 2;
+    EXPECT_LE(size_of(fine, t), share * wanted_size_m(options, centroid) * (1 + 1e-12)) << "tet " << t;
+  }
+  EXPECT_GT(shared, 50);
+  options.interface_share = 0;
+  EXPECT_THROW(grade_mesh(base, std::vector<char>(base.nodes.rows(), 0),
+                          SmoothSurface({base.nodes, boundary_triangles(base.tets)}), options),
+               Error);
 }
 
 TEST(Bisect, dihedral_angles_shrink_boundedly) {

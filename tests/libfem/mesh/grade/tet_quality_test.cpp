@@ -1,4 +1,4 @@
-#include "libfem/mesh/fill/tet_quality.hpp"
+#include "libfem/mesh/grade/tet_quality.hpp"
 
 #include <gtest/gtest.h>
 
