@@ -32,8 +32,8 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
-      K_(body_.pattern()),
-      factor_(K_) {
+      K_(body_.pattern()) {
+  factor_.count_time(options.profile);
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
     for (int a = 0; a < kFaceNodes; ++a)
       for (int b = 0; b <= a; ++b)
@@ -59,6 +59,7 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
 }
 
 void Equilibrium::assemble_elastic(double bend, Local& at) {
+  const PhaseTimer timer(options_.profile, Phase::stiffness);
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
   body_.add_stiffness(at.u, bend, at.elastic_force, K_, options_.most_pressure);
@@ -68,6 +69,7 @@ void Equilibrium::assemble_elastic(double bend, Local& at) {
 // Adds the contact stiffness to K_ and forms the residual.
 void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
                               BodyState& to) {
+  const PhaseTimer timer(options_.profile, Phase::contact);
   to.contact = contact_.evaluate(at.u, pose, from.history);
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms()) {
@@ -89,6 +91,7 @@ void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Loca
 
 double Equilibrium::energy(const Points& u, const ProbePose& pose,
                            const ContactHistory& history) const {
+  const PhaseTimer timer(options_.profile, Phase::force);
   const double elastic = body_.energy(u);
   return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
 }
@@ -179,6 +182,7 @@ bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points&
 std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
                                                             const BodyState& from,
                                                             const Local& at) {
+  const PhaseTimer timer(options_.profile, Phase::model);
   const auto& nodes = factor_.contact_nodes();
   if (nodes.empty() || !factor_.is_factored()) return std::nullopt;
   Eigen::VectorXd elastic(K_.size()), load, w, force, step;
@@ -238,8 +242,12 @@ double Equilibrium::linear_tolerance(double relative_residual) const {
 
 Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
                                               Local& at, BodyState& to) {
-  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
+  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+    const PhaseTimer timer(options_.profile, Phase::multiply);
+    K_.multiply(x, y);
+  };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+    const PhaseTimer timer(options_.profile, Phase::apply);
     factor_.solve(b, x);
   };
   const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);

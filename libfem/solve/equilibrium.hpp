@@ -5,6 +5,7 @@
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/solve/elastic_body.hpp"
+#include "libfem/solve/profile.hpp"
 #include "libfem/solve/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -22,6 +23,7 @@ struct EquilibriumOptions {
   double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
+  Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
 };
 
 /// What was spent; deterministic.
