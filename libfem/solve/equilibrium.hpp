@@ -45,6 +45,7 @@ struct BodyState {
   ContactTotals contact;
   double relative_residual = 0;
   double least_J = 1;
+  double elastic_energy_J = 0;
 };
 
 /// Equilibrium of one body under one probe.
@@ -92,10 +93,17 @@ class Equilibrium {
     Points elastic_force;      // dE/du of all nodes [N]
     Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
     double contact_scale_N = 0;
+    double elastic_energy_J = 0;
+    double energy_J = 0;         // with the probe, for the friction limit held
+    bool has_stiffness = false;  // K_ is the elastic tangent at u
   };
 
   void assemble_elastic(double bend, Local& at);
+  void evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  void start(const BodyState& from, const ProbePose& pose, const Points& guess, Local& at,
+             BodyState& to);
   void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
@@ -108,17 +116,15 @@ class Equilibrium {
   double linear_tolerance(double relative_residual) const;
   Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
-  double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
-  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                   const ContactHistory& history, const Eigen::VectorXd& residual, Points& u);
+  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose, const BodyState& from,
+                   Local& at, BodyState& to);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
   EquilibriumOptions options_;
   ElasticBody body_;
   Contact contact_;
-  SymmetricBlockMatrix K_;
-  std::vector<BlockPlace> face_places_;  // #F x kFaceBlocks
+  SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;
   std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
   double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
