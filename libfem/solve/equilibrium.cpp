@@ -34,6 +34,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
                contact),
       K_(body_.pattern()) {
   factor_.count_time(options.profile);
+  if (options.is_plain) factor_.use_double();
 }
 
 BodyState Equilibrium::rest(const ProbePose& pose) const {
@@ -339,7 +340,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   double residual_before = 1e300;
   constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
-    if (!factor_.is_factored() || (iteration == 0 && is_stale_)) {
+    if (!factor_.is_factored() || (iteration == 0 && is_stale_) || options_.is_plain) {
       is_stale_ = false;
       refresh_factor(pose, from, at, to);
     }
@@ -360,7 +361,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       residual_before = iteration == 0 ? 1e300 : at.residual.norm();
     }
     std::optional<Eigen::VectorXd> direction;
-    if (iteration == 0) direction = model_direction(pose, from, at);
+    if (iteration == 0 && !options_.is_plain) direction = model_direction(pose, from, at);
     if (direction && search_line(*direction, pose, from, at, to)) continue;
     if (!search_line(newton_direction(pose, from, at, to), pose, from, at, to)) break;
   }
@@ -372,6 +373,10 @@ SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState&
   BodyState from = accepted;
   from.history = contact_.give_back(accepted.history);
   return solve(from, accepted.pose, accepted.u, to);
+}
+
+std::int64_t Equilibrium::memory_bytes() const {
+  return K_.memory_bytes() + factor_.memory_bytes() + body_.memory_bytes();
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

@@ -22,6 +22,9 @@ struct EquilibriumOptions {
   int most_model = 15;      ///< iterations of the condensed model
   double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
+  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double precision,
+  /// and no condensed model.
+  bool is_plain = false;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
   Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
 };
@@ -83,6 +86,7 @@ class Equilibrium {
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const SchurFactor& factor() const { return factor_; }
+  std::int64_t memory_bytes() const;  ///< of matrix, factor and elements
   Contact& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 

@@ -11,6 +11,11 @@ void openblas_set_num_threads(int) __attribute__((weak));
 void omp_set_max_active_levels(int) __attribute__((weak));
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
+void sgemv_(const char* trans, const int* m, const int* n, const float* alpha, const float* a,
+            const int* lda, const float* x, const int* incx, const float* beta, float* y,
+            const int* incy);
+void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a,
+            const int* lda, float* x, const int* incx);
 void spotrs_(const char* uplo, const int* n, const int* right_sides, const float* a, const int* lda,
              float* b, const int* ldb, int* info);
 }
@@ -22,8 +27,6 @@ void use_one_thread() {
   if (openblas_set_num_threads) openblas_set_num_threads(1);
   if (omp_set_max_active_levels) omp_set_max_active_levels(0);
 }
-
-using FloatMatrix = Eigen::Map<const Eigen::MatrixXf>;
 
 }  // namespace
 
@@ -65,35 +68,34 @@ struct SchurFactor::State {
     return info == 0;
   }
 
-  FloatMatrix panel(int s) const {
-    return {frontal.panels.data() + frontal.panel_start[s], 3 * plan.height(s),
-            3 * plan.columns(s)};
-  }
-
   void forward() {
+    const float one = 1, zero = 0;
+    const int step = 1;
     for (int s = 0; s < plan.supernodes(); ++s) {
-      const FloatMatrix L = panel(s);
-      const Eigen::Index own = L.cols(), under = L.rows() - own;
-      auto mine = x.segment(3 * plan.first[s], own);
-      L.topRows(own).triangularView<Eigen::Lower>().solveInPlace(mine);
+      const float* L = frontal.panels.data() + frontal.panel_start[s];
+      const int height = 3 * plan.height(s), own = 3 * plan.columns(s), under = height - own;
+      float* mine = x.data() + 3 * plan.first[s];
+      strsv_("L", "N", "N", &own, L, &height, mine, &step);
       if (under == 0) continue;
-      below.head(under).noalias() = L.bottomRows(under) * mine;
+      sgemv_("N", &under, &own, &one, L + own, &height, mine, &step, &zero, below.data(), &step);
       const std::int32_t* rows = plan.rows.data() + plan.row_start[s] + plan.columns(s);
-      for (Eigen::Index r = 0; r < under; r += 3)
-        x.segment<3>(3 * rows[r / 3]) -= below.segment<3>(r);
+      for (int r = 0; r < under; r += 3) x.segment<3>(3 * rows[r / 3]) -= below.segment<3>(r);
     }
   }
 
   void backward() {
+    const float one = 1, minus_one = -1;
+    const int step = 1;
     for (int s = plan.supernodes() - 1; s >= 0; --s) {
-      const FloatMatrix L = panel(s);
-      const Eigen::Index own = L.cols(), under = L.rows() - own;
-      auto mine = x.segment(3 * plan.first[s], own);
+      const float* L = frontal.panels.data() + frontal.panel_start[s];
+      const int height = 3 * plan.height(s), own = 3 * plan.columns(s), under = height - own;
+      float* mine = x.data() + 3 * plan.first[s];
       const std::int32_t* rows = plan.rows.data() + plan.row_start[s] + plan.columns(s);
-      for (Eigen::Index r = 0; r < under; r += 3)
-        below.segment<3>(r) = x.segment<3>(3 * rows[r / 3]);
-      if (under > 0) mine.noalias() -= L.bottomRows(under).transpose() * below.head(under);
-      L.topRows(own).transpose().triangularView<Eigen::Upper>().solveInPlace(mine);
+      for (int r = 0; r < under; r += 3) below.segment<3>(r) = x.segment<3>(3 * rows[r / 3]);
+      if (under > 0)
+        sgemv_("T", &under, &own, &minus_one, L + own, &height, below.data(), &step, &one, mine,
+               &step);
+      strsv_("L", "T", "N", &own, L, &height, mine, &step);
     }
   }
 
@@ -167,6 +169,16 @@ void SchurFactor::solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) co
 }
 
 void SchurFactor::count_time(Profile* profile) { state_->profile = profile; }
+
+void SchurFactor::use_double() { state_->needs_double = true; }
+std::int64_t SchurFactor::memory_bytes() const {
+  const State& state = *state_;
+  return static_cast<std::int64_t>(
+      sizeof(float) * (state.frontal.panels.size() + static_cast<std::size_t>(state.dense.size())) +
+      sizeof(double) * static_cast<std::size_t>(state.frontal.schur.size()) +
+      sizeof(std::int32_t) * (3 * state.plan.order.size() + state.plan.rows.size()) +
+      state.frontal.scratch_bytes);
+}
 
 double SchurFactor::factor_flops() const { return state_->plan.flops; }
 std::int64_t SchurFactor::factor_entries() const { return state_->plan.entries; }

@@ -51,6 +51,10 @@ class SchurFactor {
   /// Solves with S + C.
   void solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
 
+  /// Eliminates in double precision from now on.
+  void use_double();
+  std::int64_t memory_bytes() const;  ///< greatest so far, while factoring
+
   /// Where the time of analyses and factorizations is counted; null for nowhere.
   void count_time(Profile* profile);
 
