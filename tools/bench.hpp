@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace palpate::tools {
@@ -11,6 +12,7 @@ namespace palpate::tools {
 struct BenchRequest {
   std::filesystem::path folder;  ///< where its tables and pictures go; made when missing
   int jobs = 0;
+  std::string part = {};  ///< of a benchmark that has parts; empty: all of them
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };
 
@@ -26,5 +28,7 @@ std::span<const Benchmark> benchmarks();
 
 void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);
+void bench_fem(const BenchRequest& request);
+void bench_peers(const BenchRequest& request);
 
 }  // namespace palpate::tools

@@ -15,6 +15,8 @@ constexpr std::array kBenchmarks{
     Benchmark{"tick", "time per engine tick by body size and kind of contact", bench_tick},
     Benchmark{"clicks", "the paper's edge clicks: force jumps with each interpolation off",
               bench_clicks},
+    Benchmark{"fem", "simulator: force error, time, rates and ratios, by part", bench_fem},
+    Benchmark{"peers", "the same press by CalculiX, where ccx is installed", bench_peers},
 };
 
 std::string names() {
@@ -31,6 +33,7 @@ class Bench final : public Command {
     arguments.positional("benchmark", name_, help);
     arguments.option("-o,--output", folder_, "folder for tables and pictures");
     arguments.option("--jobs", jobs_, "threads, where the benchmark has any; 0: all cores");
+    arguments.option("--part", part_, "of a benchmark that has parts, such as fem: this one alone");
     arguments.flag("--quick", is_quick_, "smaller sizes, for a look");
   }
 
@@ -41,12 +44,12 @@ class Bench final : public Command {
       throw Error("bench", "there is no benchmark called " + name_,
                   "Choose one of: " + names() + ".");
     std::filesystem::create_directories(folder_);
-    row->run({folder_, jobs_, is_quick_});
+    row->run({folder_, jobs_, part_, is_quick_});
     return kDone;
   }
 
  private:
-  std::string name_, folder_ = "docs/bench";
+  std::string name_, folder_ = "docs/bench", part_;
   int jobs_ = 0;
   bool is_quick_ = false;
 };

@@ -22,6 +22,7 @@ class PackArray {
   explicit PackArray(std::size_t size = 0) : lanes_(size) {}
   Pack* data() { return reinterpret_cast<Pack*>(lanes_.data()); }
   const Pack* data() const { return reinterpret_cast<const Pack*>(lanes_.data()); }
+  std::size_t size() const { return lanes_.size(); }
   double& at(std::size_t i, int lane) { return lanes_[i].lane[lane]; }
 
  private:

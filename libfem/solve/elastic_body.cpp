@@ -100,6 +100,13 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batches_.push_back(std::move(batch));
 }
 
+std::int64_t ElasticBody::memory_bytes() const {
+  std::size_t packs = 0;
+  for (const Batch& batch : batches_)
+    packs += batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
+  return static_cast<std::int64_t>(packs * sizeof(Pack) + places_.size() * sizeof(BlockPlace));
+}
+
 void ElasticBody::use(InstructionSet set) {
   set_ = set;
   for (Batch& batch : batches_) batch.kernels = cell_kernels(batch.element, set);
@@ -129,19 +136,33 @@ SymmetricBlockMatrix ElasticBody::pattern() const {
 }
 
 void ElasticBody::gather(const Batch& batch, const Points& u, Pack* displacement) const {
+  const Eigen::Index nodes = cells_.cols();
   for (int lane = 0; lane < kLanes; ++lane) {
+    double* to = reinterpret_cast<double*>(displacement) + lane;
     const std::int32_t c = batch.cell[lane];
-    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
-      for (int i = 0; i < 3; ++i) displacement[3 * a + i][lane] = c < 0 ? 0.0 : u(cells_(c, a), i);
+    if (c < 0) {
+      for (Eigen::Index i = 0; i < 3 * nodes; ++i) to[kLanes * i] = 0;
+      continue;
+    }
+    const std::int32_t* cell = cells_.data() + nodes * c;
+    for (Eigen::Index a = 0; a < nodes; ++a, to += 3 * kLanes) {
+      const double* from = u.data() + std::ptrdiff_t{3} * cell[a];
+      to[0] = from[0], to[kLanes] = from[1], to[2 * kLanes] = from[2];
+    }
   }
 }
 
 void ElasticBody::scatter_force(const Batch& batch, const CellResult& result, Points& force) const {
+  const Eigen::Index nodes = cells_.cols();
   for (int lane = 0; lane < kLanes; ++lane) {
     const std::int32_t c = batch.cell[lane];
     if (c < 0) continue;
-    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
-      for (int i = 0; i < 3; ++i) force(cells_(c, a), i) += result.force[3 * a + i][lane];
+    const double* from = reinterpret_cast<const double*>(result.force) + lane;
+    const std::int32_t* cell = cells_.data() + nodes * c;
+    for (Eigen::Index a = 0; a < nodes; ++a, from += 3 * kLanes) {
+      double* to = force.data() + std::ptrdiff_t{3} * cell[a];
+      to[0] += from[0], to[1] += from[kLanes], to[2] += from[2 * kLanes];
+    }
   }
 }
 

@@ -49,6 +49,7 @@ class ElasticBody {
   double least_J() const { return least_J_; }
   /// Least det(dX/dxi) over elements and quadrature points, relative to the element's own mean.
   double least_rest_jacobian() const { return least_rest_jacobian_; }
+  std::int64_t memory_bytes() const;
   double rest_volume_m3() const { return rest_volume_m3_; }
 
   /// For tests and measurements: results have the same bits on every instruction set.

@@ -33,13 +33,9 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
-      K_(body_.pattern()),
-      factor_(K_) {
-  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f)
-    for (int a = 0; a < kFaceNodes; ++a)
-      for (int b = 0; b <= a; ++b)
-        face_places_.push_back(K_.place(body_.free_index()[mesh.faces(f, a)],
-                                        body_.free_index()[mesh.faces(f, b)]));
+      K_(body_.pattern()) {
+  factor_.count_time(options.profile);
+  if (options.is_plain) factor_.use_double();
 }
 
 BodyState Equilibrium::rest(const ProbePose& pose) const {
@@ -59,24 +55,27 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
   return out;
 }
 
+// Tangent, forces and energy of the body at at.u.
 void Equilibrium::assemble_elastic(double bend, double most_pressure, Local& at) {
+  const PhaseTimer timer(options_.profile, Phase::stiffness);
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  body_.add_stiffness(at.u, bend, at.elastic_force, K_, most_pressure);
+  at.elastic_energy_J = body_.add_stiffness(at.u, bend, at.elastic_force, K_, most_pressure);
+  at.has_stiffness = bend == 1;
   is_current_ = false;
 }
 
-// Adds the contact stiffness to K_ and forms the residual.
+// Contact terms, energy and residual from the elastic ones at `at`; the friction limit is held.
 void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
                               BodyState& to) {
+  const PhaseTimer timer(options_.profile, Phase::contact);
   to.contact = contact_.evaluate(at.u, pose, from.history);
+  at.energy_J = at.elastic_energy_J;
+  if (std::isfinite(at.energy_J)) at.energy_J += contact_.energy(at.u, pose, from.history);
   Points contact_force = Points::Zero(at.u.rows(), 3);
-  for (const FaceTerms& face : contact_.terms()) {
+  for (const FaceTerms& face : contact_.terms())
     for (int a = 0; a < kFaceNodes; ++a)
       for (int i = 0; i < 3; ++i) contact_force(mesh_.faces(face.face, a), i) += face.force[3 * a + i];
-    for (int block = 0; block < kFaceBlocks; ++block)
-      K_.add(face_places_[kFaceBlocks * face.face + block], face.stiffness + 9 * block);
-  }
   at.residual.resize(K_.size());
   double contact_squared = 0;
   for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
@@ -88,10 +87,33 @@ void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Loca
   at.contact_scale_N = std::sqrt(contact_squared);
 }
 
-double Equilibrium::energy(const Points& u, const ProbePose& pose,
-                           const ContactHistory& history) const {
-  const double elastic = body_.energy(u);
-  return std::isfinite(elastic) ? elastic + contact_.energy(u, pose, history) : elastic;
+// Forces and energy at at.u; no stiffness, which costs ten times as much.
+void Equilibrium::evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to) {
+  {
+    const PhaseTimer timer(options_.profile, Phase::force);
+    at.elastic_force = Points::Zero(at.u.rows(), 3);
+    at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
+  }
+  at.has_stiffness = is_current_ = false;
+  to.least_J = body_.least_J();
+  add_contact(pose, from, at, to);
+}
+
+// y += C x with the contact stiffness of the latest evaluation.
+void Equilibrium::add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+  for (const FaceTerms& face : contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
+      if (i < 0) continue;
+      for (int b = 0; b <= a; ++b) {
+        const std::int32_t j = body_.free_index()[mesh_.faces(face.face, b)];
+        if (j < 0) continue;
+        const Block block(face.stiffness + 9 * (a * (a + 1) / 2 + b));
+        y.segment<3>(3 * i) += block * x.segment<3>(3 * j);
+        if (a != b) y.segment<3>(3 * j) += block.transpose() * x.segment<3>(3 * i);
+      }
+    }
 }
 
 // Free nodes of faces that come within a distance of the probe.
@@ -118,7 +140,7 @@ void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, L
                                  BodyState& to) {
   const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
   for (;;) {
-    assemble_elastic(bend_, options_.most_pressure, at);
+    if (bend_ < 1 || !at.has_stiffness) assemble_elastic(bend_, options_.most_pressure, at);
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
@@ -126,7 +148,8 @@ void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, L
     bend_ = bend_ > 0.5 ? 0.5 : 0.0;
   }
   index_contact_nodes();
-  if (bend_ < 1) assemble_elastic(1.0, options_.most_pressure, at);
+  if (!at.has_stiffness) assemble_elastic(1.0, options_.most_pressure, at);
+  to.least_J = body_.least_J();
   is_current_ = factor_.is_factored();
   add_contact(pose, from, at, to);
 }
@@ -184,6 +207,7 @@ bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points&
 std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
                                                             const BodyState& from,
                                                             const Local& at) {
+  const PhaseTimer timer(options_.profile, Phase::model);
   const auto& nodes = factor_.contact_nodes();
   if (nodes.empty() || !factor_.is_factored()) return std::nullopt;
   Eigen::VectorXd elastic(K_.size()), load, w, force, step;
@@ -243,10 +267,17 @@ double Equilibrium::linear_tolerance(double relative_residual) const {
 
 Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
                                               Local& at, BodyState& to) {
-  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) { K_.multiply(x, y); };
+  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+    const PhaseTimer timer(options_.profile, Phase::multiply);
+    K_.multiply(x, y);
+    add_contact_product(x, y);
+  };
   const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+    const PhaseTimer timer(options_.profile, Phase::apply);
     factor_.solve(b, x);
   };
+  if (!at.has_stiffness) assemble_elastic(1.0, options_.most_pressure, at);
+  add_contact(pose, from, at, to);  // its terms may be those of another place
   const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
   Eigen::VectorXd direction;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -262,20 +293,23 @@ Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyS
   return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
 }
 
-// Backtracks from a full step until the incremental energy falls enough (Armijo). Near the solution
-// the fall drowns in rounding, and a full step that leaves the energy level is taken.
+// Backtracks from a full step until the incremental energy falls enough (Armijo), and moves there.
+// Near the solution the fall drowns in rounding, and a full step that leaves the energy level is
+// taken. Forces come with the energy of a trial for a fifth more, and the accepted one's are kept.
 bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                              const ContactHistory& history, const Eigen::VectorXd& residual,
-                              Points& u) {
+                              const BodyState& from, Local& at, BodyState& to) {
   constexpr double kSufficient = 1e-4, kRounding = 1e-13;
-  const double start = energy(u, pose, history);
-  const double slope = -residual.dot(direction);
+  const double slope = -at.residual.dot(direction);
   double length = 1;
   for (int cut = 0; cut < 12; ++cut, length /= 2) {
-    const Points trial = moved(u, direction, length);
-    const double there = energy(trial, pose, history);
-    if (there <= start + kSufficient * length * slope + kRounding * std::abs(start)) {
-      u = trial;
+    Local trial;
+    trial.u = moved(at.u, direction, length);
+    evaluate(pose, from, trial, to);
+    if (trial.energy_J <=
+        at.energy_J + kSufficient * length * slope + kRounding * std::abs(at.energy_J)) {
+      at = std::move(trial);
+      contact_.hold_friction_limit(at.u, pose, from.history);
+      add_contact(pose, from, at, to);
       return true;
     }
     ++counts_.backtracks;
@@ -283,53 +317,58 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose&
   return false;
 }
 
+// Takes the guess, drawn towards the state it comes from until its energy is finite and no larger
+// than there.
+void Equilibrium::start(const BodyState& from, const ProbePose& pose, const Points& guess,
+                        Local& at, BodyState& to) {
+  contact_.hold_friction_limit(from.history);
+  at.u = guess;
+  evaluate(pose, from, at, to);
+  for (int halving = 0; halving < 3 && !std::isfinite(at.energy_J); ++halving) {
+    at.u = halving < 2 ? Points((at.u + from.u) / 2) : from.u;
+    evaluate(pose, from, at, to);
+  }
+  if (from.elastic_energy_J + contact_.energy(from.u, pose, from.history) < at.energy_J) {
+    at.u = from.u;
+    evaluate(pose, from, at, to);
+  }
+}
+
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                                BodyState& to) {
   Local at;
-  at.u = guess;
-  for (int halving = 0; halving < 4 && !std::isfinite(body_.energy(at.u)); ++halving)
-    at.u = halving < 3 ? Points((at.u + from.u) / 2) : from.u;
-  contact_.hold_friction_limit(from.history);
-  if (energy(from.u, pose, from.history) < energy(at.u, pose, from.history)) at.u = from.u;
+  start(from, pose, guess, at, to);
   to.pose = pose;
   if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
   const int pcg_before = counts_.pcg;
-  bool factor_is_due = false;
-  double residual_before = 0;
+  double residual_before = 1e300;
   constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
-    if (iteration == 0 && is_stale_) factor_is_due = true;
-    if (!factor_.is_factored() || factor_is_due) {
-      factor_is_due = false;
+    if (!factor_.is_factored() || (iteration == 0 && is_stale_) || options_.is_plain) {
       is_stale_ = false;
       refresh_factor(pose, from, at, to);
-    } else {
-      assemble_elastic(1.0, options_.most_pressure, at);
-      add_contact(pose, from, at, to);
     }
-    to.least_J = body_.least_J();
-    if (!(to.least_J > 0)) return SolveStatus::inverted;
     to.relative_residual = at.residual.norm() / at.contact_scale_N;
     if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
+      // Laws that tolerate it may turn an element over on the way, but not in the end.
+      if (!(to.least_J > 0)) return SolveStatus::inverted;
       is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
       to.u = at.u;
+      to.elastic_energy_J = at.elastic_energy_J;
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
     ++counts_.newton;
-    if (iteration >= 2 && iteration < 30 && at.residual.norm() > kGrows * residual_before) {
+    if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
       refresh_factor(pose, from, at, to);
       residual_before = 1e300;
-    } else residual_before = iteration == 0 ? 1e300 : at.residual.norm();
-    std::optional<Eigen::VectorXd> direction;
-    if (iteration == 0) direction = model_direction(pose, from, at);
-    if (direction && search_line(*direction, pose, from.history, at.residual, at.u)) {
-      contact_.hold_friction_limit(at.u, pose, from.history);
-      continue;
+    } else {
+      residual_before = iteration == 0 ? 1e300 : at.residual.norm();
     }
-    if (!search_line(newton_direction(pose, from, at, to), pose, from.history, at.residual, at.u))
-      break;
-    contact_.hold_friction_limit(at.u, pose, from.history);
+    std::optional<Eigen::VectorXd> direction;
+    if (iteration == 0 && !options_.is_plain) direction = model_direction(pose, from, at);
+    if (direction && search_line(*direction, pose, from, at, to)) continue;
+    if (!search_line(newton_direction(pose, from, at, to), pose, from, at, to)) break;
   }
   to.u = at.u;
   return SolveStatus::not_converged;
@@ -354,6 +393,10 @@ bool Equilibrium::is_stable(const BodyState& accepted) {
   contact_.hold_friction_limit(accepted.history);
   add_contact(accepted.pose, accepted, at, here);
   return use_contact_stiffness();
+}
+
+std::int64_t Equilibrium::memory_bytes() const {
+  return K_.memory_bytes() + factor_.memory_bytes() + body_.memory_bytes();
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

@@ -5,6 +5,7 @@
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/solve/elastic_body.hpp"
+#include "libfem/solve/profile.hpp"
 #include "libfem/solve/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -21,7 +22,11 @@ struct EquilibriumOptions {
   int most_model = 15;      ///< iterations of the condensed model
   double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
+  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double precision,
+  /// and no condensed model.
+  bool is_plain = false;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
+  Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
 };
 
 /// What was spent; deterministic.
@@ -43,6 +48,7 @@ struct BodyState {
   ContactTotals contact;
   double relative_residual = 0;
   double least_J = 1;
+  double elastic_energy_J = 0;
 };
 
 /// Equilibrium of one body under one probe.
@@ -87,6 +93,7 @@ class Equilibrium {
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const SchurFactor& factor() const { return factor_; }
+  std::int64_t memory_bytes() const;  ///< of matrix, factor and elements
   Contact& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 
@@ -97,10 +104,17 @@ class Equilibrium {
     Points elastic_force;      // dE/du of all nodes [N]
     Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
     double contact_scale_N = 0;
+    double elastic_energy_J = 0;
+    double energy_J = 0;         // with the probe, for the friction limit held
+    bool has_stiffness = false;  // K_ is the elastic tangent at u
   };
 
   void assemble_elastic(double bend, double most_pressure, Local& at);
+  void evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  void start(const BodyState& from, const ProbePose& pose, const Points& guess, Local& at,
+             BodyState& to);
   void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
   void index_contact_nodes();
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
@@ -114,17 +128,15 @@ class Equilibrium {
   double linear_tolerance(double relative_residual) const;
   Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
                                    BodyState& to);
-  double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
-  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                   const ContactHistory& history, const Eigen::VectorXd& residual, Points& u);
+  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose, const BodyState& from,
+                   Local& at, BodyState& to);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
   EquilibriumOptions options_;
   ElasticBody body_;
   Contact contact_;
-  SymmetricBlockMatrix K_;
-  std::vector<BlockPlace> face_places_;  // #F x kFaceBlocks
+  SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;
   std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
   double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfem/solve/block_matrix.hpp"
+#include "libfem/solve/profile.hpp"
 
 namespace palpate::fem {
 
@@ -12,22 +13,23 @@ namespace palpate::fem {
 /// the body looks like to the probe is one dense matrix S (the Schur complement), and a new contact
 /// stiffness C costs a dense factorization of S + C instead of a sparse one.
 ///
-/// CHOLMOD, supernodal, ordered by nested dissection of the graph of the other nodes (Chen, Davis,
-/// Hager, Rajamanickam 2008, doi:10.1145/1391989.1391995), one thread of BLAS, so results depend on
-/// nothing else that runs. The factor is kept in single precision: it preconditions, and applying
-/// it is limited by memory. Not thread-safe.
+/// One nested dissection per body serves every set of contact nodes; the nodes are eliminated in
+/// single precision with one thread of BLAS, so results depend on nothing else that runs. The factor
+/// preconditions: it need not be exact, and applying it is limited by memory. Where single precision
+/// meets a pivot that is not positive, double precision is tried, and kept from then on. Not
+/// thread-safe.
 class SchurFactor {
  public:
-  explicit SchurFactor(const SymmetricBlockMatrix& pattern);
+  SchurFactor();
   ~SchurFactor();
   SchurFactor(SchurFactor&&) noexcept;
   SchurFactor& operator=(SchurFactor&&) noexcept;
 
-  /// Factors K, which has the pattern, with `contact_nodes` last. False when K is not positive
-  /// definite even with springs on the contact nodes; there is no factor then. The springs are put
-  /// on K for the factorization and taken off S again: a body under high pressure may be held up by
-  /// the probe alone. Contact stiffness is zero until set_contact().
-  bool factor(SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
+  /// Factors K, always of the same pattern, with `contact_nodes` last. False when K is not positive
+  /// definite even with the contact nodes held; there is no factor then. A body under high pressure
+  /// may be held up by the probe alone: S is then indefinite, and springs on the contact nodes stand
+  /// in for contact stiffness until set_contact().
+  bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
   bool is_factored() const;
 
   /// Nodes of the dense block in its order: entry 3 i + c is direction c of contact_nodes()[i].
@@ -49,8 +51,15 @@ class SchurFactor {
   /// Solves with S + C.
   void solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
 
-  double factor_flops() const;          ///< of the latest factorization
-  std::int64_t factor_entries() const;  ///< numbers in the factor
+  /// Eliminates in double precision from now on.
+  void use_double();
+  std::int64_t memory_bytes() const;  ///< greatest so far, while factoring
+
+  /// Where the time of analyses and factorizations is counted; null for nowhere.
+  void count_time(Profile* profile);
+
+  double factor_flops() const;          ///< of a factorization, the dense block apart
+  std::int64_t factor_entries() const;  ///< numbers in the factor, the same apart
 
  private:
   struct State;
