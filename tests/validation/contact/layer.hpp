@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <ctime>
 #include <functional>
 
@@ -25,7 +26,7 @@ struct LayerSize {
 inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe, const LayerSize& size = {}) {
   SimulationSetup setup;
   const int across = static_cast<int>(size.width_m / size.cell_m + 0.5);
-  const int down = static_cast<int>(size.thick_m / size.cell_m + 0.5);
+  const int down = std::max(1, static_cast<int>(size.thick_m / size.cell_m + 0.5));
   setup.volume = structured_block(Vec3(size.width_m, size.width_m, size.thick_m), {across, across, down});
   setup.volume.nodes.rowwise() -= Eigen::RowVector3d(size.width_m / 2, size.width_m / 2, size.thick_m);
   for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
