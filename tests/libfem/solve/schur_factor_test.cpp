@@ -84,6 +84,18 @@ TEST(SchurFactor, solves_with_and_without_contact_nodes_to_single_precision) {
   }
 }
 
+TEST(SchurFactor, both_precisions_leave_the_same_on_the_contact_nodes) {
+  const SymmetricBlockMatrix K = grid();
+  SchurFactor single, twice;
+  twice.use_double();
+  ASSERT_TRUE(single.factor(K, first_nodes(17)));
+  ASSERT_TRUE(twice.factor(K, first_nodes(17)));
+  EXPECT_EQ(single.contact_nodes(), twice.contact_nodes());
+  EXPECT_LT((single.schur() - twice.schur()).norm(), kSingle * twice.schur().norm());
+  EXPECT_LT(solve_error(twice, K, 0), kSingle);
+  EXPECT_GT(twice.memory_bytes(), 4 * twice.factor_entries());
+}
+
 // A factorization for another number of contact nodes used to keep the dense block of the one before
 // where the new block was empty, and applied it past the end of the unknowns.
 TEST(SchurFactor, another_number_of_contact_nodes_never_meets_the_block_of_before) {

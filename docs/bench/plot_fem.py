@@ -1,0 +1,73 @@
+"""Draws the tables of `palpate bench fem` that are worth a picture, one SVG each.
+
+    palpate bench fem
+    python3 docs/bench/plot_fem.py docs/bench
+
+Needs python3-matplotlib.
+"""
+import csv
+import os
+import sys
+
+import matplotlib
+
+matplotlib.use("svg")
+matplotlib.rcParams["svg.hashsalt"] = "palpate"  # the same bytes from the same numbers
+import matplotlib.pyplot as plt
+
+
+def read(folder, name):
+    with open(os.path.join(folder, f"fem_{name}.csv"), newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def save(figure, folder, name):
+    figure.tight_layout()
+    figure.savefig(os.path.join(folder, f"fem_{name}.svg"), metadata={"Date": None})
+    plt.close(figure)
+
+
+def accuracy(folder):
+    rows = read(folder, "accuracy")
+    ratios = sorted({row["poisson"] for row in rows})
+    figure, axes = plt.subplots(1, len(ratios), figsize=(4.5 * len(ratios), 3.4), sharey=True)
+    for axis, ratio in zip(axes, ratios):
+        kinds = sorted({(r["element"], r["twin"]) for r in rows})
+        for element, twin in kinds:
+            here = sorted((float(r["CPU_s"]), float(r["mean_percent"]), r["size"]) for r in rows
+                          if (r["element"], r["twin"], r["poisson"]) == (element, twin, ratio))
+            label = element + (", twin" if float(twin) > 0 else "")
+            axis.plot([h[0] for h in here], [h[1] for h in here], "o-", ms=4, label=label)
+            for cpu, error, size in here:
+                axis.annotate(size, (cpu, error), fontsize=6, xytext=(3, 3),
+                              textcoords="offset points")
+        axis.set(xscale="log", yscale="log", xlabel="CPU of a press [s]",
+                 title=f"press of 10 mm, Poisson's ratio {ratio}")
+        axis.grid(alpha=0.3, which="both")
+    axes[0].set_ylabel("mean of |force error|, 1 to 10 mm [%]")
+    axes[0].legend(fontsize=7)
+    save(figure, folder, "accuracy")
+
+
+def rates(folder):
+    rows = read(folder, "rates")
+    nodes = [float(r["nodes"]) for r in rows]
+    figure, axis = plt.subplots(figsize=(5, 3.4))
+    for column, factor, label in [("factor_s", 1, "factor, single precision"),
+                                  ("double_factor_s", 1, "factor, double precision"),
+                                  ("solve_ms", 1e-3, "solve"),
+                                  ("stiffness_ms", 1e-3, "assembly of the stiffness")]:
+        axis.plot(nodes, [factor * float(r[column]) for r in rows], "o-", ms=4, label=label)
+    axis.set(xscale="log", yscale="log", xlabel="nodes", ylabel="CPU [s]")
+    axis.grid(alpha=0.3, which="both")
+    axis.legend(fontsize=7)
+    save(figure, folder, "rates")
+
+
+def main():
+    folder = sys.argv[1]
+    accuracy(folder)
+    rates(folder)
+
+
+main()

@@ -1,0 +1,37 @@
+// `palpate bench fem` writes the table it prints.
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools::testing_support {
+namespace {
+
+TEST(bench_fem, eight_cells_at_a_time_give_the_bits_of_one_double_at_a_time) {
+  const Folder folder;
+  const Outcome outcome =
+      palpate(folder, "bench fem --part assembly --quick -o " + folder.path().string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  std::istringstream table(content_of(folder / "fem_assembly.csv"));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line.substr(0, 8), "kernels,");
+  int rows = 0;
+  for (; std::getline(table, line); ++rows)
+    EXPECT_EQ(line.substr(line.rfind(',') + 1), "0.0e+00") << line;
+  EXPECT_GE(rows, 2);
+  EXPECT_NE(outcome.out.find("one double at a time"), std::string::npos);
+}
+
+TEST(bench_fem, an_unknown_part_is_named_with_those_there_are) {
+  const Folder folder;
+  const Outcome outcome = palpate(folder, "bench fem --part speed -o " + folder.path().string());
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("there is no part called speed"), std::string::npos);
+  EXPECT_NE(outcome.err.find("assembly"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate::tools::testing_support
