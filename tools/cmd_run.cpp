@@ -13,6 +13,7 @@
 #include "tools/freshness.hpp"
 #include "tools/stage_export.hpp"
 #include "tools/stage_fit.hpp"
+#include "tools/stage_place.hpp"
 #include "tools/stage_prepare.hpp"
 #include "tools/stage_refine.hpp"
 #include "tools/stage_simulate.hpp"
@@ -76,13 +77,32 @@ class Run final : public Command {
   void simulate() {
     const fs::path output = file("samples.h5");
     const std::string inputs = samples_inputs(scene_, file("body.h5"));
-    if (!is_stale("simulate", output, inputs_of_hdf5(output), inputs)) return;
-    const Samples samples =
-        simulate_body(scene_, read_body(file("body.h5")),
-                      {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
-    write_samples(output, samples, {{kInputsAttribute, inputs}});
+    const bool is_placed =
+        !scene_.experiments.placement || inputs_of_hdf5(file("placed.h5")) == inputs;
+    if (!is_stale("simulate", output, is_placed ? inputs_of_hdf5(output) : std::nullopt, inputs))
+      return;
+    Body body = read_body(file("body.h5"));
+    const std::string points = point_inputs(scene_, body);
+    const SimulateRequest request{
+        .jobs = jobs_, .output = output, .inputs = points, .resume = !force_};
+    Samples samples;
+    if (scene_.experiments.placement) {
+      Placement placement = place_and_simulate(scene_, body, request);
+      samples = std::move(placement.samples);
+      body.test_points = std::move(placement.points);
+      write_body(file("placed.h5"), body, {{kInputsAttribute, inputs}});
+      write_rounds(file("placement.csv"), placement.rounds);
+    } else {
+      samples = simulate_body(scene_, body, request);
+    }
+    write_samples(output, samples, {{kInputsAttribute, inputs}, {kPointInputsAttribute, points}});
     remove_partial(output);
     bad_experiments_ = list_bad_experiments(samples);
+  }
+
+  // The body with the test points that were simulated.
+  fs::path placed_body() const {
+    return file(scene_.experiments.placement ? "placed.h5" : "body.h5");
   }
 
   void fit() {
@@ -96,9 +116,9 @@ class Run final : public Command {
 
   void refine() {
     const fs::path output = file("model.h5");
-    const std::string inputs = model_inputs(file("curves.h5"), file("body.h5"));
+    const std::string inputs = model_inputs(file("curves.h5"), placed_body());
     if (!is_stale("refine", output, inputs_of_hdf5(output), inputs)) return;
-    const Model model = refine_body(read_curves(file("curves.h5")), read_body(file("body.h5")));
+    const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
     write_model(output, model, {{kInputsAttribute, inputs}});
   }
 

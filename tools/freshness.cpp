@@ -26,7 +26,24 @@ std::optional<std::string> inputs_in(const std::string& json) {
   return parsed[kInputsAttribute].get<std::string>();
 }
 
+template <class Matrix>
+std::string_view bytes_of(const Matrix& matrix) {
+  return {reinterpret_cast<const char*>(matrix.data()),
+          static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar)};
+}
+
 }  // namespace
+
+std::string point_inputs(const Scene& scene, const Body& body) {
+  ContentHash hash;
+  hash.add(kSamplesRevision).add(canonical_point(scene));
+  hash.add(bytes_of(body.surface.vertices)).add(bytes_of(body.surface.triangles));
+  hash.add(bytes_of(body.volume.nodes)).add(bytes_of(body.volume.tets));
+  hash.add(bytes_of(body.volume.region));
+  hash.add({body.is_held.data(), body.is_held.size()});
+  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+  return hash.hex();
+}
 
 std::string body_inputs(const Scene& scene) {
   ContentHash hash;
@@ -65,9 +82,13 @@ std::string statement_inputs(const Scene& scene, const std::filesystem::path& as
 }
 
 std::optional<std::string> inputs_of_hdf5(const std::filesystem::path& path) {
+  return attribute_of_hdf5(path, kInputsAttribute);
+}
+
+std::optional<std::string> attribute_of_hdf5(const std::filesystem::path& path, const char* name) {
   try {
     const Attributes attributes = read_attributes(path);
-    const auto found = attributes.find(kInputsAttribute);
+    const auto found = attributes.find(name);
     if (found != attributes.end()) return found->second;
   } catch (const Error&) {  // missing or damaged: made anew
   }
