@@ -109,8 +109,8 @@ class Run final : public Command {
     const fs::path output = file("curves.h5");
     const std::string inputs = curves_inputs(scene_, file("samples.h5"));
     if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
-    const FittedCurves curves =
-        fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.spec.friction, jobs_);
+    const FittedCurves curves = fit_samples(read_samples(file("samples.h5")), scene_.fit,
+                                            scene_.probe.spec.friction, jobs_);
     write_curves(output, curves, {{kInputsAttribute, inputs}});
   }
 
@@ -132,19 +132,36 @@ class Run final : public Command {
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
     export_model(model, output, "palp",
-                 {.guard = scene_.export_.guard, .inputs = inputs, .engine = file("engine")});
+                 {.guard = scene_.export_.guard,
+                  .inputs = inputs,
+                  .statement = {},
+                  .engine = file("engine")});
   }
 
   void validate() {
-    const fs::path output = file("statement.json");
-    const std::string inputs = statement_inputs(scene_, file("asset.palp"), file("body.h5"));
-    if (!is_stale("validate", output, inputs_of_json(output), inputs)) return;
-    const Statement statement =
-        validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")),
-                       {.points = scene_.validate.points,
-                        .seed = scene_.validate.seed,
-                        .jobs = jobs_,
-                        .rows_csv = file("validation.csv")});
+    const fs::path output = file("statement.json"), asset = file("asset.palp");
+    const std::string made_from = asset_inputs(scene_, file("model.h5"));
+    const std::string inputs = statement_inputs(scene_, made_from, file("body.h5"));
+    const auto carried = has_statement(asset) ? inputs_of_json(output) : std::nullopt;
+    if (!is_stale("validate", output, carried, inputs)) return;
+    const Model model = read_model(file("model.h5"));
+    const FittedCurves curves = read_curves(file("curves.h5"));
+    Statement statement = validate_asset(asset, scene_, read_body(file("body.h5")),
+                                         {.points = scene_.validate.points,
+                                          .seed = scene_.validate.seed,
+                                          .jobs = jobs_,
+                                          .has_causes = scene_.validate.causes,
+                                          .rows_csv = file("validation.csv"),
+                                          .reference = folder_,
+                                          .resume = !force_,
+                                          .curves = &curves,
+                                          .model = &model});
+    export_model(model, asset, "palp",
+                 {.guard = scene_.export_.guard,
+                  .inputs = made_from,
+                  .statement = to_asset_json(statement),
+                  .engine = {}});
+    statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, inputs));
   }
 

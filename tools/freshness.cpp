@@ -17,11 +17,12 @@ constexpr const char* kSamplesRevision = "samples 1 " PALPATE_VERSION;
 constexpr const char* kCurvesRevision = "curves 1 " PALPATE_VERSION;
 constexpr const char* kModelRevision = "model 1 " PALPATE_VERSION;
 constexpr const char* kAssetRevision = "asset 1 " PALPATE_VERSION;
-constexpr const char* kStatementRevision = "statement 1 " PALPATE_VERSION;
+constexpr const char* kStatementRevision = "statement 2 " PALPATE_VERSION;
 
 std::optional<std::string> inputs_in(const std::string& json) {
   const auto parsed = nlohmann::json::parse(json, nullptr, false);
-  if (!parsed.is_object() || !parsed.contains(kInputsAttribute) || !parsed[kInputsAttribute].is_string())
+  if (!parsed.is_object() || !parsed.contains(kInputsAttribute) ||
+      !parsed[kInputsAttribute].is_string())
     return std::nullopt;
   return parsed[kInputsAttribute].get<std::string>();
 }
@@ -72,11 +73,11 @@ std::string asset_inputs(const Scene& scene, const std::filesystem::path& model)
   return ContentHash().add(kAssetRevision).add(canonical_export(scene)).add_file(model).hex();
 }
 
-std::string statement_inputs(const Scene& scene, const std::filesystem::path& asset,
+std::string statement_inputs(const Scene& scene, const std::string& asset_inputs,
                              const std::filesystem::path& body) {
   ContentHash hash;
   hash.add(kStatementRevision).add(canonical_validate(scene)).add(canonical_experiments(scene));
-  hash.add_file(asset).add_file(body);
+  hash.add(asset_inputs).add_file(body);
   if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
   return hash.hex();
 }
@@ -100,6 +101,15 @@ std::optional<std::string> inputs_of_asset(const std::filesystem::path& path) {
     return inputs_in(std::string(read_asset_file(path).meta_json()));
   } catch (const Error&) {
     return std::nullopt;
+  }
+}
+
+bool has_statement(const std::filesystem::path& asset) {
+  try {
+    const auto meta = nlohmann::json::parse(read_asset_file(asset).meta_json(), nullptr, false);
+    return meta.is_object() && meta.contains("statement");
+  } catch (const Error&) {
+    return false;
   }
 }
 

@@ -32,6 +32,7 @@ int experiments_per_point(const fem::Experiments& experiments) {
 }  // namespace
 
 KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
+  if (request.output.empty()) return;
   const auto partial = partial_of(request.output);
   const bool has_partial = std::filesystem::exists(partial);
   if (!request.resume) {
@@ -47,8 +48,11 @@ KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
           interrupted_.points() -
               static_cast<Eigen::Index>(points_without_rows(interrupted_).size()));
   }
-  if (std::filesystem::exists(request.output))
-    earlier_ = read_known(request.output, request.inputs);
+  if (!std::filesystem::exists(request.output)) return;
+  earlier_ = read_known(request.output, request.inputs);
+  if (earlier_.points() != 0)
+    say("  {} points of {} need not be simulated again where they are wanted", earlier_.points(),
+        request.output.string());
 }
 
 Samples KnownSamples::known_at(const TestPoints& points, int per_point) const {
@@ -61,10 +65,7 @@ Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& poin
                          const fem::Experiments& experiments, const std::string& what) {
   const int per_point = experiments_per_point(experiments);
   Samples known = known_at(points, per_point);
-  const std::size_t missing = points_without_rows(known).size();
-  if (missing == 0) return known;
-  const auto count = static_cast<std::size_t>(points.position.rows());
-  if (missing < count) say("  {} of {} points are known already", count - missing, count);
+  if (points_without_rows(known).empty()) return known;
   // What is known of other points stays known: rounds of a placement come back to them.
   const Samples others = take_points(interrupted_, points_beyond(interrupted_, points), per_point);
   double kept_s = 0;  // the first finished point is kept at once
@@ -89,6 +90,7 @@ Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& poin
 }
 
 void KnownSamples::keep(const Samples& samples) const {
+  if (request_.output.empty()) return;
   write_samples(partial_of(request_.output), samples, {{kPointInputsAttribute, request_.inputs}});
 }
 

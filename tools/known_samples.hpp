@@ -12,7 +12,8 @@ namespace palpate::tools {
 /// Where simulated points are remembered, and what they must come from to be used again.
 struct SimulateRequest {
   int jobs = 0;
-  std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is
+  std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is.
+                                 ///< Empty: nothing is kept, nothing known
   std::string inputs;            ///< point_inputs of what is simulated
   bool resume = true;            ///< use what earlier runs simulated
 };

@@ -184,6 +184,7 @@ ValidateSection read_validate(SceneTable table) {
   ValidateSection out;
   out.points = static_cast<int>(table.integer("points", out.points, 1, 100000));
   out.seed = static_cast<int>(table.integer("seed", out.seed, 0, 1 << 30));
+  out.causes = table.boolean("causes", out.causes);
   table.finish();
   return out;
 }
@@ -262,7 +263,8 @@ std::string canonical_export(const Scene& scene) {
 }
 
 std::string canonical_validate(const Scene& scene) {
-  return fmt::format("{} {}\n", scene.validate.points, scene.validate.seed);
+  return fmt::format("{} {} {}\n", scene.validate.points, scene.validate.seed,
+                     scene.validate.causes);
 }
 
 }  // namespace palpate::tools

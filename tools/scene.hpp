@@ -64,6 +64,7 @@ struct ExportSection {
 struct ValidateSection {
   int points = 12;
   int seed = 1;
+  bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
 };
 
 struct Scene {

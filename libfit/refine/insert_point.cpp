@@ -159,6 +159,7 @@ bool is_taken(const Mesh& mesh, const Corners& corners, const Vec3& position, co
 }
 
 // Splits triangle t = (a, b, c) along the edge (a, b), with its neighbour there, at the new point.
+// Returns the edges that may have to flip.
 std::vector<Edge> split_edge(Mesh& mesh, std::size_t t, std::int32_t a, std::int32_t b,
                              std::int32_t point) {
   const std::int32_t c = mesh.apex(t, a, b);
@@ -172,7 +173,8 @@ std::vector<Edge> split_edge(Mesh& mesh, std::size_t t, std::int32_t a, std::int
     changed.insert(changed.end(), {*other, mesh.triangles().size()});
     mesh.put(*other, {b, point, d});
     mesh.put(changed[3], {point, a, d});
-    outer.insert(outer.end(), {{a, d}, {d, b}});
+    // Beside the edge near its ends, the point need not see the far corner.
+    outer.insert(outer.end(), {{a, d}, {d, b}, {point, d}, {point, c}});
   }
   for (const std::size_t triangle : changed) mesh.index(triangle);
   return outer;
