@@ -26,5 +26,6 @@ std::span<const Benchmark> benchmarks();
 
 void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);
+void bench_refine(const BenchRequest& request);
 
 }  // namespace palpate::tools

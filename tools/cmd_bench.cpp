@@ -15,6 +15,8 @@ constexpr std::array kBenchmarks{
     Benchmark{"tick", "time per engine tick by body size and kind of contact", bench_tick},
     Benchmark{"clicks", "the paper's edge clicks: force jumps with each interpolation off",
               bench_clicks},
+    Benchmark{"refine", "curves of a thousand test points on up to a million vertices",
+              bench_refine},
 };
 
 std::string names() {
