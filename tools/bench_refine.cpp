@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "libfit/io/csv.hpp"
 #include "libfit/refine/refine.hpp"
@@ -25,6 +26,19 @@ double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Three digits: more are noise.
+double rounded(double value) {
+  const double scale = std::pow(10, 2 - std::floor(std::log10(value)));
+  return std::round(value * scale) / scale;
+}
+
+std::string machine() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown";
 }
 
 // The most that this process has had in memory so far [MiB].
@@ -64,8 +78,8 @@ double largest_error(const Model& model) {
 
 void bench_refine(const BenchRequest& request) {
   static constexpr std::string_view kHeader[] = {
-      "vertices",  "test_points", "triangulation",    "cpu_s",
-      "model_MiB", "peak_MiB",    "largest_error_rel"};
+      "vertices",  "test_points", "triangulation",     "cpu_s",
+      "model_MiB", "peak_MiB",    "largest_error_rel", "machine"};
   CsvWriter csv(request.folder / "refine.csv", kHeader);
   const Model coarse = bench_cylinder(kPoints.around, kPoints.along, kPieces);
   const FittedCurves curves = curves_of(coarse);
@@ -85,10 +99,11 @@ void bench_refine(const BenchRequest& request) {
       csv.integer(fine.vertices.rows())
           .integer(curves.position.rows())
           .text(is_given ? "given" : "made")
-          .number(seconds)
-          .number(bytes / (1 << 20))
-          .number(peak)
-          .number(largest_error(model))
+          .number(rounded(seconds))
+          .number(rounded(bytes / (1 << 20)))
+          .number(rounded(peak))
+          .number(rounded(largest_error(model)))
+          .text(machine())
           .end_row();
       say("{} vertices, {} triangulation: {:.2f} s of CPU, peak {:.0f} MiB", fine.vertices.rows(),
           is_given ? "given" : "made", seconds, peak);
