@@ -33,7 +33,7 @@ struct PlacementSection {
   double tolerance = 0.07;  ///< relative force error at new points, p95; 0: spend the budget
   int budget = 100;         ///< most points simulated
 };
-inline constexpr int kFirstPoints = 12;  ///< where it starts: coarse, yet four or so across a window
+inline constexpr int kFirstPoints = 12;  ///< where it starts: some four across a window
 
 struct ExperimentsSection {
   std::optional<int> test_points = 40;  ///< absent: every vertex, or the file below
