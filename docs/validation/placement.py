@@ -1,10 +1,11 @@
 """Error against number of test points, even and adaptive, on one set of held-out experiments.
 
-    python3 docs/validation/placement.py measure build/ci/tools/palpate data/scenes/liver.toml FOLDER
+    python3 docs/validation/placement.py measure PALPATE data/scenes/liver.toml FOLDER
     python3 docs/validation/placement.py draw docs/validation
 
-`measure` simulates (25 minutes of CPU for the liver; what FOLDER holds is used again) and writes
-docs/validation/placement.csv; `draw` makes placement.svg of it. Needs python3-matplotlib to draw.
+`measure` simulates (some 130 different points of 10 s of CPU for the liver; what FOLDER holds is
+used again) and writes docs/validation/placement.csv; `draw` makes placement.svg of it, for which it
+needs python3-matplotlib.
 """
 import csv
 import json
@@ -14,13 +15,13 @@ import shutil
 import subprocess
 import sys
 
-EVEN = (72, 60, 48, 36, 24, 12)
+EVEN = (72, 60, 48, 36, 24, 12)  # the first lends the others the points they share
 ADAPTIVE = (38, 31, 25, 20, 16)  # the first simulates what the others need
 HELD_OUT = 12
 LEAST_PREDICTED = 20
 COLUMNS = ("placement", "points", "predicted_points", "predicted_median_rel", "predicted_p95_rel",
-           "predicted_max_rel", "random_p95_rel", "paths_median_rel", "paths_p95_rel", "paths_max_rel",
-           "interpolation_p95_rel", "curve_fit_p95_rel", "curve_family_p95_rel",
+           "predicted_max_rel", "random_p95_rel", "paths_median_rel", "paths_p95_rel",
+           "paths_max_rel", "interpolation_p95_rel", "curve_fit_p95_rel", "curve_family_p95_rel",
            "friction_law_p95_rel", "nearest_point_p95_rel")
 
 
@@ -69,10 +70,12 @@ def simulated(palpate, placement, points, scene_path, work):
         text = file.read()
     folder = os.path.join(work, f"{placement}{points}")
     os.makedirs(folder, exist_ok=True)
-    whole = os.path.join(work, f"adaptive{ADAPTIVE[0]}", "samples.h5")
-    if placement == "adaptive" and not os.path.exists(os.path.join(folder, "samples.h5")):
-        if points != ADAPTIVE[0]:
-            shutil.copy(whole, folder)
+    is_smaller = placement == "adaptive" and points != ADAPTIVE[0]
+    lender = os.path.join(work, f"adaptive{ADAPTIVE[0]}" if is_smaller else f"even{EVEN[0]}",
+                          "samples.h5")
+    own = os.path.join(folder, "samples.h5")
+    if os.path.exists(lender) and not os.path.exists(own):
+        shutil.copy(lender, own)  # points that it does not want are dropped
     scene, body = os.path.join(folder, "scene.toml"), os.path.join(folder, "body.h5")
     wanted = str(points) if placement == "even" else f'"auto"\ntolerance = 0\nbudget = {points}'
     with open(scene, "w") as file:
@@ -84,7 +87,8 @@ def simulated(palpate, placement, points, scene_path, work):
 
 
 def measure(palpate, scene_path, work):
-    simulated(palpate, "even", EVEN[1], scene_path, work)
+    for points in EVEN[:2]:
+        simulated(palpate, "even", points, scene_path, work)
     rows = []
     for placement, points in [("even", n) for n in EVEN] + [("adaptive", n) for n in ADAPTIVE]:
         folder, scene, body = simulated(palpate, placement, points, scene_path, work)
