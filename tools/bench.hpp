@@ -30,5 +30,6 @@ void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);
 void bench_fem(const BenchRequest& request);
 void bench_peers(const BenchRequest& request);
+void bench_refine(const BenchRequest& request);
 
 }  // namespace palpate::tools

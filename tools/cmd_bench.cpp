@@ -17,6 +17,8 @@ constexpr std::array kBenchmarks{
               bench_clicks},
     Benchmark{"fem", "simulator: force error, time, rates and ratios, by part", bench_fem},
     Benchmark{"peers", "the same press by CalculiX, where ccx is installed", bench_peers},
+    Benchmark{"refine", "curves of a thousand test points on up to a million vertices",
+              bench_refine},
 };
 
 std::string names() {

@@ -19,7 +19,7 @@ class Export final : public Command {
 
   int run() override {
     export_model(read_model(model_), output_, format_,
-                 {.guard = !no_guard_, .inputs = {}, .engine = engine_});
+                 {.guard = !no_guard_, .inputs = {}, .statement = {}, .engine = engine_});
     return kDone;
   }
 

@@ -13,6 +13,7 @@
 #include "tools/freshness.hpp"
 #include "tools/stage_export.hpp"
 #include "tools/stage_fit.hpp"
+#include "tools/stage_place.hpp"
 #include "tools/stage_prepare.hpp"
 #include "tools/stage_refine.hpp"
 #include "tools/stage_simulate.hpp"
@@ -76,29 +77,48 @@ class Run final : public Command {
   void simulate() {
     const fs::path output = file("samples.h5");
     const std::string inputs = samples_inputs(scene_, file("body.h5"));
-    if (!is_stale("simulate", output, inputs_of_hdf5(output), inputs)) return;
-    const Samples samples =
-        simulate_body(scene_, read_body(file("body.h5")),
-                      {.jobs = jobs_, .output = output, .inputs = inputs, .resume = !force_});
-    write_samples(output, samples, {{kInputsAttribute, inputs}});
+    const bool is_placed =
+        !scene_.experiments.placement || inputs_of_hdf5(file("placed.h5")) == inputs;
+    if (!is_stale("simulate", output, is_placed ? inputs_of_hdf5(output) : std::nullopt, inputs))
+      return;
+    Body body = read_body(file("body.h5"));
+    const std::string points = point_inputs(scene_, body);
+    const SimulateRequest request{
+        .jobs = jobs_, .output = output, .inputs = points, .resume = !force_};
+    Samples samples;
+    if (scene_.experiments.placement) {
+      Placement placement = place_and_simulate(scene_, body, request);
+      samples = std::move(placement.samples);
+      body.test_points = std::move(placement.points);
+      write_body(file("placed.h5"), body, {{kInputsAttribute, inputs}});
+      write_rounds(file("placement.csv"), placement.rounds);
+    } else {
+      samples = simulate_body(scene_, body, request);
+    }
+    write_samples(output, samples, {{kInputsAttribute, inputs}, {kPointInputsAttribute, points}});
     remove_partial(output);
     bad_experiments_ = list_bad_experiments(samples);
+  }
+
+  // The body with the test points that were simulated.
+  fs::path placed_body() const {
+    return file(scene_.experiments.placement ? "placed.h5" : "body.h5");
   }
 
   void fit() {
     const fs::path output = file("curves.h5");
     const std::string inputs = curves_inputs(scene_, file("samples.h5"));
     if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
-    const FittedCurves curves =
-        fit_samples(read_samples(file("samples.h5")), scene_.fit, scene_.probe.spec.friction, jobs_);
+    const FittedCurves curves = fit_samples(read_samples(file("samples.h5")), scene_.fit,
+                                            scene_.probe.spec.friction, jobs_);
     write_curves(output, curves, {{kInputsAttribute, inputs}});
   }
 
   void refine() {
     const fs::path output = file("model.h5");
-    const std::string inputs = model_inputs(file("curves.h5"), file("body.h5"));
+    const std::string inputs = model_inputs(file("curves.h5"), placed_body());
     if (!is_stale("refine", output, inputs_of_hdf5(output), inputs)) return;
-    const Model model = refine_body(read_curves(file("curves.h5")), read_body(file("body.h5")));
+    const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
     write_model(output, model, {{kInputsAttribute, inputs}});
   }
 
@@ -112,19 +132,36 @@ class Run final : public Command {
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
     export_model(model, output, "palp",
-                 {.guard = scene_.export_.guard, .inputs = inputs, .engine = file("engine")});
+                 {.guard = scene_.export_.guard,
+                  .inputs = inputs,
+                  .statement = {},
+                  .engine = file("engine")});
   }
 
   void validate() {
-    const fs::path output = file("statement.json");
-    const std::string inputs = statement_inputs(scene_, file("asset.palp"), file("body.h5"));
-    if (!is_stale("validate", output, inputs_of_json(output), inputs)) return;
-    const Statement statement =
-        validate_asset(file("asset.palp"), scene_, read_body(file("body.h5")),
-                       {.points = scene_.validate.points,
-                        .seed = scene_.validate.seed,
-                        .jobs = jobs_,
-                        .rows_csv = file("validation.csv")});
+    const fs::path output = file("statement.json"), asset = file("asset.palp");
+    const std::string made_from = asset_inputs(scene_, file("model.h5"));
+    const std::string inputs = statement_inputs(scene_, made_from, file("body.h5"));
+    const auto carried = has_statement(asset) ? inputs_of_json(output) : std::nullopt;
+    if (!is_stale("validate", output, carried, inputs)) return;
+    const Model model = read_model(file("model.h5"));
+    const FittedCurves curves = read_curves(file("curves.h5"));
+    Statement statement = validate_asset(asset, scene_, read_body(file("body.h5")),
+                                         {.points = scene_.validate.points,
+                                          .seed = scene_.validate.seed,
+                                          .jobs = jobs_,
+                                          .has_causes = scene_.validate.causes,
+                                          .rows_csv = file("validation.csv"),
+                                          .reference = folder_,
+                                          .resume = !force_,
+                                          .curves = &curves,
+                                          .model = &model});
+    export_model(model, asset, "palp",
+                 {.guard = scene_.export_.guard,
+                  .inputs = made_from,
+                  .statement = to_asset_json(statement),
+                  .engine = {}});
+    statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, inputs));
   }
 

@@ -1,12 +1,13 @@
 #include "libfem/solve/simulate.hpp"
 #include "libfit/io/body_file.hpp"
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/samples_file.hpp"
 #include "libfit/io/tables.hpp"
 #include "tools/check_scene.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/freshness.hpp"
 #include "tools/place_points.hpp"
+#include "tools/stage_place.hpp"
 #include "tools/stage_prepare.hpp"
 #include "tools/stage_simulate.hpp"
 
@@ -30,8 +31,15 @@ class Simulate final : public Command {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
-    const Samples samples = paths_.empty() ? press_and_drag() : follow_paths();
-    write_samples(output_, samples);
+    const std::string inputs = point_inputs(scene_, body_);
+    const bool is_placing = scene_.experiments.placement && points_.empty() && paths_.empty();
+    const Samples samples = !paths_.empty() ? follow_paths()
+                            : is_placing    ? place({jobs_, output_, inputs, resume_})
+                                            : simulate_body(scene_, body_,
+                                                            {jobs_, output_, inputs, resume_});
+    Attributes attributes;
+    if (paths_.empty()) attributes[kPointInputsAttribute] = inputs;
+    write_samples(output_, samples, attributes);
     remove_partial(output_);
     say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
     return list_bad_experiments(samples) ? kSomeFailed : kDone;
@@ -50,14 +58,15 @@ class Simulate final : public Command {
       body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
   }
 
-  Samples press_and_drag() {
-    // What a kept part must have been made from: the scene's experiments and these very points.
-    ContentHash hash;
-    hash.add(canonical_body(scene_)).add(canonical_experiments(scene_));
-    hash.add({reinterpret_cast<const char*>(body_.test_points.position.data()),
-              static_cast<std::size_t>(body_.test_points.position.size()) * sizeof(double)});
-    return simulate_body(
-        scene_, body_, {.jobs = jobs_, .output = output_, .inputs = hash.hex(), .resume = resume_});
+  // The points grow; the body that `refine` needs then is written beside the samples.
+  Samples place(const SimulateRequest& request) {
+    Placement placement = place_and_simulate(scene_, body_, request);
+    body_.test_points = std::move(placement.points);
+    const auto folder = std::filesystem::path(output_).parent_path();
+    write_body(folder / "placed.h5", body_);
+    write_rounds(folder / "placement.csv", placement.rounds);
+    say("wrote {}", (folder / "placed.h5").string());
+    return std::move(placement.samples);
   }
 
   Samples follow_paths() {

@@ -2,6 +2,8 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/body_file.hpp"
+#include "libfit/io/curves_file.hpp"
+#include "libfit/io/model_file.hpp"
 #include "tools/check_scene.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -21,6 +23,14 @@ class Validate final : public Command {
     arguments.option("--jobs", request_.jobs, "Threads; 0: all cores");
     arguments.option("--body", body_, "body.h5 of the scene, where it is at hand");
     arguments.option("--rows", rows_, "CSV of every compared row");
+    arguments.option("--curves", curves_,
+                     "curves.h5 the asset was made from, and --model: for the baseline without "
+                     "interpolation");
+    arguments.option("--model", model_, "model.h5 the asset was made from");
+    arguments.option("--reference", reference_,
+                     "Folder that keeps what is simulated, to use again");
+    arguments.flag("--no-causes", no_causes_,
+                   "Do not simulate at the points themselves, which splits the error by cause");
     arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
   }
 
@@ -33,15 +43,29 @@ class Validate final : public Command {
     const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
+    request_.reference = reference_;
+    request_.has_causes = !no_causes_;
+    if (!reference_.empty()) std::filesystem::create_directories(reference_);
+    if (curves_.empty() != model_.empty())
+      throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
+                  "Give both --curves and --model, or none.");
+    FittedCurves curves;
+    Model model;
+    if (!curves_.empty()) {
+      curves = read_curves(curves_);
+      model = read_model(model_);
+      request_.curves = &curves;
+      request_.model = &model;
+    }
     const Statement statement = validate_asset(asset_, scene, body, request_);
     fmt::print("{}\n", json_ ? to_json(statement) : in_words(statement));
     return statement.reference_failures ? kSomeFailed : kDone;
   }
 
  private:
-  std::string asset_, scene_, body_, rows_;
+  std::string asset_, scene_, body_, rows_, curves_, model_, reference_;
   ValidateRequest request_;
-  bool json_ = false;
+  bool json_ = false, no_causes_ = false;
 };
 
 }  // namespace

@@ -52,6 +52,7 @@ std::unique_ptr<Command> declare_fit(Arguments& arguments);
 std::unique_ptr<Command> declare_refine(Arguments& arguments);
 std::unique_ptr<Command> declare_export(Arguments& arguments);
 std::unique_ptr<Command> declare_replay(Arguments& arguments);
+std::unique_ptr<Command> declare_predict(Arguments& arguments);
 std::unique_ptr<Command> declare_validate(Arguments& arguments);
 std::unique_ptr<Command> declare_inspect(Arguments& arguments);
 std::unique_ptr<Command> declare_tabulate(Arguments& arguments);

@@ -13,20 +13,38 @@ namespace {
 
 // Raise a stage's number when its results change although its inputs do not.
 constexpr const char* kBodyRevision = "body 1 " PALPATE_VERSION;
-constexpr const char* kSamplesRevision = "samples 1 " PALPATE_VERSION;
-constexpr const char* kCurvesRevision = "curves 1 " PALPATE_VERSION;
+constexpr const char* kSamplesRevision = "samples 2 " PALPATE_VERSION;
+constexpr const char* kCurvesRevision = "curves 2 " PALPATE_VERSION;
 constexpr const char* kModelRevision = "model 1 " PALPATE_VERSION;
 constexpr const char* kAssetRevision = "asset 1 " PALPATE_VERSION;
-constexpr const char* kStatementRevision = "statement 1 " PALPATE_VERSION;
+constexpr const char* kStatementRevision = "statement 2 " PALPATE_VERSION;
 
 std::optional<std::string> inputs_in(const std::string& json) {
   const auto parsed = nlohmann::json::parse(json, nullptr, false);
-  if (!parsed.is_object() || !parsed.contains(kInputsAttribute) || !parsed[kInputsAttribute].is_string())
+  if (!parsed.is_object() || !parsed.contains(kInputsAttribute) ||
+      !parsed[kInputsAttribute].is_string())
     return std::nullopt;
   return parsed[kInputsAttribute].get<std::string>();
 }
 
+template <class Matrix>
+std::string_view bytes_of(const Matrix& matrix) {
+  return {reinterpret_cast<const char*>(matrix.data()),
+          static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar)};
+}
+
 }  // namespace
+
+std::string point_inputs(const Scene& scene, const Body& body) {
+  ContentHash hash;
+  hash.add(kSamplesRevision).add(canonical_point(scene));
+  hash.add(bytes_of(body.surface.vertices)).add(bytes_of(body.surface.triangles));
+  hash.add(bytes_of(body.volume.nodes)).add(bytes_of(body.volume.tets));
+  hash.add(bytes_of(body.volume.region));
+  hash.add({body.is_held.data(), body.is_held.size()});
+  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+  return hash.hex();
+}
 
 std::string body_inputs(const Scene& scene) {
   ContentHash hash;
@@ -55,19 +73,23 @@ std::string asset_inputs(const Scene& scene, const std::filesystem::path& model)
   return ContentHash().add(kAssetRevision).add(canonical_export(scene)).add_file(model).hex();
 }
 
-std::string statement_inputs(const Scene& scene, const std::filesystem::path& asset,
+std::string statement_inputs(const Scene& scene, const std::string& asset_inputs,
                              const std::filesystem::path& body) {
   ContentHash hash;
   hash.add(kStatementRevision).add(canonical_validate(scene)).add(canonical_experiments(scene));
-  hash.add_file(asset).add_file(body);
+  hash.add(asset_inputs).add_file(body);
   if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
   return hash.hex();
 }
 
 std::optional<std::string> inputs_of_hdf5(const std::filesystem::path& path) {
+  return attribute_of_hdf5(path, kInputsAttribute);
+}
+
+std::optional<std::string> attribute_of_hdf5(const std::filesystem::path& path, const char* name) {
   try {
     const Attributes attributes = read_attributes(path);
-    const auto found = attributes.find(kInputsAttribute);
+    const auto found = attributes.find(name);
     if (found != attributes.end()) return found->second;
   } catch (const Error&) {  // missing or damaged: made anew
   }
@@ -79,6 +101,15 @@ std::optional<std::string> inputs_of_asset(const std::filesystem::path& path) {
     return inputs_in(std::string(read_asset_file(path).meta_json()));
   } catch (const Error&) {
     return std::nullopt;
+  }
+}
+
+bool has_statement(const std::filesystem::path& asset) {
+  try {
+    const auto meta = nlohmann::json::parse(read_asset_file(asset).meta_json(), nullptr, false);
+    return meta.is_object() && meta.contains("statement");
+  } catch (const Error&) {
+    return false;
   }
 }
 

@@ -13,8 +13,10 @@
 namespace palpate::tools {
 namespace {
 
-constexpr int kPressRows = 6;
-constexpr int kDragRows = 6;
+constexpr int kPressRows = 6;    // of a straight or oblique press
+constexpr int kSlidingRows = 9;  // the last two thirds slide
+constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
+constexpr double kBeyond = 0.5;  // of the drag, past where it began
 
 // std::uniform_real_distribution may differ between libraries; this does not.
 class Uniform {
@@ -28,27 +30,30 @@ class Uniform {
   std::mt19937_64 random_;
 };
 
-Vec3 eigen(const runtime::Vec3d& v) { return {v.x, v.y, v.z}; }
-
-struct CoveredArea {
-  std::vector<int> triangle;
+struct ReachableArea {
+  std::vector<Eigen::Index> triangle;
   std::vector<double> sum_m2;  ///< running
 };
 
-CoveredArea covered_area(const runtime::AssetView& asset) {
-  CoveredArea area;
+ReachableArea reachable_area(const Body& body) {
+  ReachableArea area;
   double sum = 0;
-  for (int t = 0; t < asset.triangles; ++t) {
-    const bool is_covered = asset.is_solid(t) && asset.covered[asset.corner(t, 0)] &&
-                            asset.covered[asset.corner(t, 1)] && asset.covered[asset.corner(t, 2)];
-    if (!is_covered) continue;
-    sum += 0.5 * eigen(asset.area_vector(t)).norm();
+  for (Eigen::Index t = 0; t < body.surface.triangles.rows(); ++t) {
+    const auto corner = body.surface.triangles.row(t);
+    bool is_reachable = true;
+    for (int k = 0; k < 3; ++k)
+      is_reachable = is_reachable && body.is_reachable[static_cast<std::size_t>(corner[k])];
+    if (!is_reachable) continue;
+    const Vec3 a = body.surface.vertices.row(corner[0]);
+    sum += 0.5 * (body.surface.vertices.row(corner[1]).transpose() - a)
+                     .cross(body.surface.vertices.row(corner[2]).transpose() - a)
+                     .norm();
     area.triangle.push_back(t);
     area.sum_m2.push_back(sum);
   }
   if (area.triangle.empty() || !(sum > 0))
-    throw Error("asset", "no triangle is covered by curves",
-                "Fit and refine more test points before validating.");
+    throw Error("validate", "no triangle of the body can be reached",
+                "Widen the region of [experiments].");
   return area;
 }
 
@@ -57,47 +62,75 @@ Vec3 tangent_of(const Vec3& normal, double angle_rad) {
   return std::cos(angle_rad) * first + std::sin(angle_rad) * normal.cross(first);
 }
 
-Points draw_path(int kind, const Vec3& normal, const HeldOutRange& range, Uniform& uniform) {
+// Rows of depth and travel, from first touch on [m].
+std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double depth, double slope,
+                                                        double drag) {
+  std::vector<std::pair<double, double>> rows;
+  const auto press = [&](int count, double lean) {
+    for (int k = 1; k <= count; ++k) rows.emplace_back(depth * k / count, lean * depth * k / count);
+  };
+  switch (kind) {
+    case PathKind::straight:
+      press(kPressRows, 0);
+      break;
+    case PathKind::oblique:
+      press(kPressRows, slope);
+      break;
+    case PathKind::sliding:
+      for (int k = 1; k <= kSlidingRows; ++k)
+        rows.emplace_back(depth * k / kSlidingRows,
+                          drag * std::max(0, 3 * k - kSlidingRows) / (2.0 * kSlidingRows));
+      break;
+    case PathKind::back_and_forth:
+      press(kDownRows, 0);
+      for (int k = 1; k <= kForthRows; ++k) rows.emplace_back(depth, drag * k / kForthRows);
+      for (int k = 1; k <= kBackRows; ++k)
+        rows.emplace_back(depth, drag - drag * (1 + kBeyond) * k / kBackRows);
+      break;
+  }
+  return rows;
+}
+
+Points draw_path(PathKind kind, const Vec3& normal, const HeldOutRange& range, Uniform& uniform) {
   const Vec3 tangent = tangent_of(normal, uniform(0, 2 * std::numbers::pi));
   const double depth = range.depth_m * uniform(0.5, 0.95);
   const double slope = std::tan(uniform(20, 45) * std::numbers::pi / 180);
   const double drag = range.drag_distance_m * uniform(0.5, 1);
-  const bool is_drag = kind == 2, is_oblique = kind == 1;
-  Points path(kPressRows + (is_drag ? kDragRows : 0), 3);
-  for (int k = 0; k < kPressRows; ++k) {
-    const double d = depth * (k + 1) / kPressRows;
-    path.row(k) = d * normal + (is_oblique ? slope * d : 0.0) * tangent;
-  }
-  for (int k = kPressRows; k < path.rows(); ++k)
-    path.row(k) = depth * normal + drag * (k - kPressRows + 1) / kDragRows * tangent;
+  const auto rows = depth_and_travel(kind, depth, slope, drag);
+  Points path(static_cast<Eigen::Index>(rows.size()), 3);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    path.row(static_cast<Eigen::Index>(k)) = rows[k].first * normal + rows[k].second * tangent;
   return path;
 }
 
 }  // namespace
 
-HeldOut draw_held_out(const runtime::AssetView& asset, const HeldOutRange& range, int points,
-                      std::uint64_t seed) {
-  const CoveredArea area = covered_area(asset);
+HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
+  const ReachableArea area = reachable_area(body);
+  const Points outward = vertex_normals(body.surface);
   Uniform uniform(seed);
   HeldOut out;
+  out.points.triangles.resize(0, 3);
   out.points.position.resize(points, 3);
   out.points.normal.resize(points, 3);
   for (int i = 0; i < points; ++i) {
     const double at = uniform(0, area.sum_m2.back());
     const auto found = std::upper_bound(area.sum_m2.begin(), area.sum_m2.end() - 1, at);
-    const int t = area.triangle[static_cast<std::size_t>(found - area.sum_m2.begin())];
+    const auto corner = body.surface.triangles.row(
+        area.triangle[static_cast<std::size_t>(found - area.sum_m2.begin())]);
     const double root = std::sqrt(uniform(0, 1)), split = uniform(0, 1);
     const double weight[3] = {1 - root, root * (1 - split), root * split};
-    Vec3 position(asset.origin_m[0], asset.origin_m[1], asset.origin_m[2]), normal = Vec3::Zero();
+    Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
     for (int k = 0; k < 3; ++k) {
-      position += weight[k] * eigen(asset.vertex_at(asset.corner(t, k)));
-      normal += weight[k] * eigen(asset.normal_at(asset.corner(t, k)));
+      position += weight[k] * body.surface.vertices.row(corner[k]).transpose();
+      normal -= weight[k] * outward.row(corner[k]).transpose();
     }
     normal.normalize();
     out.points.position.row(i) = position;
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
-    out.paths.push_back({i, draw_path(i % 3, normal, range, uniform)});
+    out.kind.push_back(static_cast<PathKind>(i % static_cast<int>(kPathKindNames.size())));
+    out.paths.push_back({i, draw_path(out.kind.back(), normal, range, uniform)});
   }
   return out;
 }

@@ -11,7 +11,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::array<CommandRow, 12> kCommands{{
+constexpr std::array<CommandRow, 13> kCommands{{
     {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
      declare_run},
     {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra", declare_prepare},
@@ -22,6 +22,8 @@ constexpr std::array<CommandRow, 12> kCommands{{
     {"export", "Write a runtime asset (or another format) and the engine beside it", declare_export},
     {"replay", "Replay a tool path on an asset", declare_replay},
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
+    {"predict", "Compare a model with experiments at points that it was not fitted at",
+     declare_predict},
     {"inspect", "Say what is in a file", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
     {"bench", "Measure speed against error; write tables and pictures", declare_bench},

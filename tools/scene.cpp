@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kAnyLength = 1e6;                       // m; beyond it the unit is wrong
 constexpr double kSmallestLength = 1e-9;                 // m
+constexpr long kMostPoints = 10000;                      // as many as can be triangulated
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
@@ -123,9 +124,15 @@ void read_test_points(SceneTable& table, const std::filesystem::path& scene, Exp
   const std::string text = table.text("test_points", "");
   out.test_points.reset();
   if (text == "vertices") return;
-  if (text == "auto")
-    throw Error(table.where("test_points"), "test_points = \"auto\" is not available in this version",
-                "Give a number of test points, \"vertices\" or a CSV file.");
+  if (text == "auto") {
+    PlacementSection placement;
+    placement.tolerance = table.number("tolerance", placement.tolerance, 0, 1);
+    placement.budget = static_cast<int>(
+        table.integer("budget", placement.budget, kFirstPoints, kMostPoints));
+    out.placement = placement;
+    out.test_points = kFirstPoints;
+    return;
+  }
   out.points_file = beside(scene, text);
 }
 
@@ -177,6 +184,7 @@ ValidateSection read_validate(SceneTable table) {
   ValidateSection out;
   out.points = static_cast<int>(table.integer("points", out.points, 1, 100000));
   out.seed = static_cast<int>(table.integer("seed", out.seed, 0, 1 << 30));
+  out.causes = table.boolean("causes", out.causes);
   table.finish();
   return out;
 }
@@ -229,7 +237,7 @@ std::string canonical_body(const Scene& scene) {
   return out + fmt::format("probe {}\n", recorded_radius_m(scene.probe));
 }
 
-std::string canonical_experiments(const Scene& scene) {
+std::string canonical_point(const Scene& scene) {
   std::string out = "element " + scene.body.element + "\n";
   if (scene.material) out += "material " + canonical(*scene.material);
   for (const auto& inclusion : scene.inclusions)
@@ -237,6 +245,12 @@ std::string canonical_experiments(const Scene& scene) {
   const auto& e = scene.experiments;
   return out + fmt::format("probe {}\npress {} {}\ndrag {} {} {} {}\n", canonical(scene.probe), e.depth_m, e.press_steps,
                            fmt::join(e.drag_depths_m, " "), e.drag_distance_m, e.drag_directions, e.drag_steps);
+}
+
+std::string canonical_experiments(const Scene& scene) {
+  const auto& placement = scene.experiments.placement;
+  return canonical_point(scene) +
+         (placement ? fmt::format("auto {} {}\n", placement->tolerance, placement->budget) : "");
 }
 
 std::string canonical_fit(const Scene& scene) {
@@ -249,7 +263,8 @@ std::string canonical_export(const Scene& scene) {
 }
 
 std::string canonical_validate(const Scene& scene) {
-  return fmt::format("{} {}\n", scene.validate.points, scene.validate.seed);
+  return fmt::format("{} {} {}\n", scene.validate.points, scene.validate.seed,
+                     scene.validate.causes);
 }
 
 }  // namespace palpate::tools

@@ -28,8 +28,16 @@ struct BodySection {
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
 };
 
+/// test_points = "auto": points are added where prediction fails (docs/method.md, section 7).
+struct PlacementSection {
+  double tolerance = 0.07;  ///< relative force error at new points, p95; 0: spend the budget
+  int budget = 100;         ///< most points simulated
+};
+inline constexpr int kFirstPoints = 12;  ///< where it starts: some four across a window
+
 struct ExperimentsSection {
   std::optional<int> test_points = 40;  ///< absent: every vertex, or the file below
+  std::optional<PlacementSection> placement;  ///< with test_points = kFirstPoints
   std::optional<std::filesystem::path> points_file;
   std::optional<Region> region;
   double depth_m = 0.010;
@@ -56,6 +64,7 @@ struct ExportSection {
 struct ValidateSection {
   int points = 12;
   int seed = 1;
+  bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
 };
 
 struct Scene {
@@ -82,6 +91,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path);
 /// results; comments, key order and spelling of units do not count.
 std::string canonical_body(const Scene& scene);
 std::string canonical_experiments(const Scene& scene);
+/// canonical_experiments without what chooses the points: what the rows of one point come from.
+std::string canonical_point(const Scene& scene);
 std::string canonical_fit(const Scene& scene);
 std::string canonical_export(const Scene& scene);
 std::string canonical_validate(const Scene& scene);

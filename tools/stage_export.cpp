@@ -12,6 +12,8 @@ void export_model(const Model& model, const std::filesystem::path& output,
                   const std::string& format, const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.inputs.empty()) meta[kInputsAttribute] = request.inputs;
+  if (!request.statement.empty())
+    meta["statement"] = nlohmann::ordered_json::parse(request.statement);
   ExportOptions options;
   options.has_guard = request.guard;
   options.meta_json = meta.dump();

@@ -10,6 +10,7 @@ namespace palpate::tools {
 struct ExportRequest {
   bool guard = true;
   std::string inputs;            ///< hash put into the asset's meta; empty for none
+  std::string statement;         ///< JSON object put into the asset's meta; empty for none
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
 };
 

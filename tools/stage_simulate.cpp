@@ -1,55 +1,14 @@
 #include "tools/stage_simulate.hpp"
 
 #include <map>
-#include <numeric>
-#include <set>
 
 #include "libfem/mesh/read/read.hpp"
-#include "libfem/solve/simulate.hpp"
-#include "libfit/io/describe.hpp"
-#include "libfit/io/samples_file.hpp"
 #include "tools/console.hpp"
-#include "tools/freshness.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr double kKeepInterval_s = 5;   // an interruption by force loses no more than this
 constexpr std::size_t kListed = 15;     // experiments named before "and N more"
-
-std::filesystem::path partial_of(const std::filesystem::path& output) { return output.string() + ".partial"; }
-
-// Keeps finished points in a file beside the output.
-class Keeper {
- public:
-  Keeper(const SimulateRequest& request, const TestPoints& points) : request_(request), points_(points) {}
-
-  // What an earlier run kept for the same inputs; empty otherwise.
-  Samples kept() const {
-    const auto partial = partial_of(request_.output);
-    if (!std::filesystem::exists(partial)) return {};
-    if (!request_.resume) {
-      say("  {} of an interrupted run is not used (no --resume)", partial.string());
-      return {};
-    }
-    if (inputs_of_hdf5(partial) != request_.inputs) {
-      say("  {} was made from something else and is not used", partial.string());
-      return {};
-    }
-    Samples samples = read_samples(partial);
-    const std::set<std::int32_t> done(samples.point.begin(), samples.point.end());
-    say("  resuming: {} of {} points are done", done.size(), points_.position.rows());
-    return samples;
-  }
-
-  void keep(const Samples& samples) const {
-    write_samples(partial_of(request_.output), samples, {{kInputsAttribute, request_.inputs}});
-  }
-
- private:
-  const SimulateRequest& request_;
-  const TestPoints& points_;
-};
 
 }  // namespace
 
@@ -95,31 +54,8 @@ fem::Experiments experiments_of(const Scene& scene) {
 fem::Simulator make_simulator(const Scene& scene, const Body& body) { return fem::Simulator(make_setup(scene, body)); }
 
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {
-  const fem::Simulator simulator = make_simulator(scene, body);
-  const Keeper keeper(request, body.test_points);
-  fem::SimulateOptions options{.jobs = job_count(request.jobs), .already_done = keeper.kept()};
-  double kept_s = 0;  // the first finished point is kept at once
-  const auto on_done = [&](const std::function<Samples()>& so_far) {
-    if (wall_seconds() - kept_s < kKeepInterval_s) return;
-    keeper.keep(so_far());
-    kept_s = wall_seconds();
-  };
-  Samples samples;
-  {
-    ConsoleProgress progress("simulate");
-    samples = fem::simulate(simulator, body.test_points, experiments_of(scene), options, on_done, progress.progress());
-  }
-  if (is_interrupted()) {
-    keeper.keep(samples);
-    throw Interrupted(fmt::format("simulate: what is done is kept in {}; go on with --resume (run does so by itself)",
-                                  partial_of(request.output).string()));
-  }
-  return samples;
-}
-
-void remove_partial(const std::filesystem::path& output) {
-  std::error_code ignored;
-  std::filesystem::remove(partial_of(output), ignored);
+  return KnownSamples(request).at(make_simulator(scene, body), body.test_points,
+                                  experiments_of(scene), "simulate");
 }
 
 namespace {

@@ -107,6 +107,36 @@ TEST(scene, drags_cannot_start_deeper_than_the_press) {
             std::string::npos);
 }
 
+TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
+  const auto experiments = [](const std::string& lines) {
+    return parse_scene(kSmallest + "[experiments]\n" + lines, "a.toml").experiments;
+  };
+  const ExperimentsSection automatic = experiments("test_points = \"auto\"\n");
+  ASSERT_TRUE(automatic.placement.has_value());
+  EXPECT_DOUBLE_EQ(automatic.placement->tolerance, 0.07);
+  EXPECT_EQ(automatic.placement->budget, 100);
+  EXPECT_EQ(automatic.test_points, kFirstPoints);
+  EXPECT_EQ(experiments("test_points = \"auto\"\nbudget = 30\n").placement->budget, 30);
+  EXPECT_FALSE(experiments("test_points = 30\n").placement.has_value());
+  EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = 30\nbudget = 40\n")
+                .find("has no key \"budget\""),
+            std::string::npos);
+  EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n")
+                .find("budget"),
+            std::string::npos);
+}
+
+TEST(scene, which_points_are_chosen_does_not_change_what_one_of_them_comes_from) {
+  const Scene few = parse_scene(kSmallest + "[experiments]\ntest_points = 10\n", "a.toml");
+  const Scene automatic =
+      parse_scene(kSmallest + "[experiments]\ntest_points = \"auto\"\n", "a.toml");
+  const Scene spent = parse_scene(
+      kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 50\n", "a.toml");
+  EXPECT_EQ(canonical_point(few), canonical_point(automatic));
+  EXPECT_NE(canonical_experiments(automatic), canonical_experiments(spent));
+  EXPECT_EQ(canonical_body(automatic), canonical_body(spent));
+}
+
 TEST(scene, broken_toml_names_line_and_column) {
   EXPECT_EQ(error_of("[body\n").substr(0, 20), "scenes/liver.toml:1:");
 }

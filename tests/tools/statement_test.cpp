@@ -51,6 +51,31 @@ TEST(statement, reads_back_what_it_wrote) {
   EXPECT_EQ(to_json(back), to_json(s));
 }
 
+TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
+  Statement s = summarize({row(1, 0.02)});
+  s.causes = {named_error("interpolation", {row(1, 0.05)}), named_error("curve_fit", {row(2, 0.1)})};
+  s.baselines = {named_error("linear", {row(1, 0.5)})};
+  s.by_path = {named_error("straight", {row(1, 0.02)})};
+  const Statement back = parse_statement(to_json(s), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+  ASSERT_EQ(back.causes.size(), 2u);
+  EXPECT_EQ(back.causes[1].name, "curve_fit");
+  EXPECT_NEAR(back.causes[1].p95_N, 0.1, 1e-12);
+  EXPECT_NEAR(back.causes[1].p95_rel, 0.05, 1e-12);
+  EXPECT_NE(in_words(back).find("p95 by cause: interpolation 5.0 %, curve_fit 5.0 %"),
+            std::string::npos)
+      << in_words(back);
+}
+
+TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_next) {
+  Statement s = summarize({row(1, 0.02)});
+  s.tick_ns = 100, s.asset_bytes = 5;
+  Statement other = s;
+  other.tick_ns = 200, other.asset_bytes = 6;
+  EXPECT_EQ(to_asset_json(s), to_asset_json(other));
+  EXPECT_NE(to_asset_json(s).find("\"p95_rel\""), std::string::npos);
+}
+
 TEST(statement, json_holds_the_names_others_read) {
   const auto json = nlohmann::json::parse(to_json(summarize({row(1, 0.02)})));
   for (const char* name : {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})

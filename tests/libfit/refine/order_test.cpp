@@ -45,6 +45,28 @@ TEST(Refine, converges_with_second_order_on_a_cylinder) {
   RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
 }
 
+// z = (x^2 - y^2) / (2 R) over a square of 60 mm, R = 40 mm.
+Surface saddle(int cells) {
+  return sheet(cells, cells, [](double u, double v) {
+    const double x = 0.06 * (u - 0.5), y = 0.06 * (v - 0.5);
+    return Vec3(x, y, (x * x - y * y) / 0.08);
+  });
+}
+
+TEST(Refine, converges_with_second_order_on_a_saddle) {
+  const Surface fine = saddle(144);
+  std::vector<FieldError> errors;
+  for (const int cells : {6, 12, 24}) {
+    const Surface points = saddle(cells);
+    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    errors.push_back(field_error(model, kSmooth));
+    EXPECT_EQ(errors.back().covered, fine.vertices.rows());
+    expect_partition_of_unity(model);
+  }
+  for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9);
+  RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+}
+
 TEST(Refine, converges_with_second_order_on_its_own_triangulation) {
   const Surface fine = icosphere(6, 0.03);
   std::vector<FieldError> errors;
@@ -93,6 +115,24 @@ TEST(Refine, converges_with_second_order_on_scattered_points) {
   }
   for (const double order : orders(errors, &FieldError::rms)) EXPECT_GE(order, 1.9) << "seed 7";
   RecordProperty("rms_orders", testing::PrintToString(orders(errors, &FieldError::rms)));
+}
+
+// A rig's points as they come: between ten and ten thousand, none of them a vertex.
+TEST(Refine, ten_to_ten_thousand_scattered_points_close_around_a_sphere) {
+  const Surface fine = icosphere(7, 0.03);
+  for (const int count : {10, 100, 1000, 10000}) {
+    SCOPED_TRACE(count);
+    const Surface points = scattered_on_sphere(count, 0.03, 11);
+    FittedCurves curves = curves_at(points, kSmooth);
+    curves.normal = -points.vertices / 0.03;
+    RefineReport report;
+    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
+    EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "Euler, seed 11";
+    EXPECT_TRUE(report.uncovered.empty());
+    EXPECT_NEAR(model.blend_weight.rowwise().sum().minCoeff(), 1, 1e-14);
+    EXPECT_NEAR(model.blend_weight.rowwise().sum().maxCoeff(), 1, 1e-14);
+    EXPECT_GE(model.blend_weight.minCoeff(), 0);
+  }
 }
 
 }  // namespace

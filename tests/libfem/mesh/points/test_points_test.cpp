@@ -54,6 +54,17 @@ TEST(TestPointsOnASphere, have_the_asked_number_and_close_around_it) {
   }
 }
 
+TEST(TestPointsOnASphere, may_be_ten_to_ten_thousand) {
+  const Surface fine = sphere(0.05, 6);
+  for (const int count : {10, 100, 1000, 10000}) {
+    SCOPED_TRACE(count);
+    const TestPoints points = choose_test_points(fine, all_of(fine), count);
+    ASSERT_EQ(points.position.rows(), count);
+    EXPECT_EQ(points.triangles.rows(), 2 * count - 4);
+    EXPECT_GT(smallest_angle_deg(points), 10);
+  }
+}
+
 TEST(TestPointsOnASphere, are_evenly_spread) {
   const Surface fine = sphere(0.05, 5);
   const TestPoints points = choose_test_points(fine, all_of(fine), 100);

@@ -1,0 +1,129 @@
+#include "libfit/core/sample_points.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+namespace palpate {
+namespace {
+
+using Key = std::array<double, 6>;
+
+Key key_of(const Points& position, const Points& normal, Eigen::Index point) {
+  return {position(point, 0), position(point, 1), position(point, 2),
+          normal(point, 0),   normal(point, 1),   normal(point, 2)};
+}
+
+// Appends a row under the number of another point.
+void append_row(Samples& to, const Samples& from, Eigen::Index row, std::int32_t point,
+                int per_point) {
+  const auto r = static_cast<std::size_t>(row);
+  const auto at = static_cast<Eigen::Index>(to.point.size());
+  to.point.push_back(point);
+  to.experiment.push_back(from.experiment[r] + per_point * (point - from.point[r]));
+  to.kind.push_back(from.kind[r]);
+  to.step.push_back(from.step[r]);
+  to.status.push_back(from.status[r]);
+  to.deflection.row(at) = from.deflection.row(row);
+  to.force.row(at) = from.force.row(row);
+  to.torque.row(at) = from.torque.row(row);
+  to.force_error[at] = from.force_error[row];
+}
+
+void resize_rows(Samples& samples, Eigen::Index rows) {
+  samples.deflection.conservativeResize(rows, 3);
+  samples.force.conservativeResize(rows, 3);
+  samples.torque.conservativeResize(rows, 3);
+  samples.force_error.conservativeResize(rows);
+}
+
+}  // namespace
+
+Samples take_points(const Samples& from, const TestPoints& wanted, int per_point) {
+  std::map<Key, std::int32_t> index;
+  for (Eigen::Index p = 0; p < wanted.position.rows(); ++p)
+    index.emplace(key_of(wanted.position, wanted.normal, p), static_cast<std::int32_t>(p));
+  const std::vector<std::int32_t> empty = points_without_rows(from);
+  std::vector<char> is_taken(static_cast<std::size_t>(wanted.position.rows()), 0);
+  std::vector<std::int32_t> new_number;
+  for (Eigen::Index p = 0; p < from.points(); ++p) {
+    const auto found = index.find(key_of(from.point_position, from.point_normal, p));
+    const bool is_wanted = found != index.end() &&
+                           !std::binary_search(empty.begin(), empty.end(), p) &&
+                           !is_taken[static_cast<std::size_t>(found->second)];
+    new_number.push_back(is_wanted ? found->second : -1);
+    if (is_wanted) is_taken[static_cast<std::size_t>(found->second)] = 1;
+  }
+  // Rows by wanted point, each point's in their order.
+  std::vector<std::vector<Eigen::Index>> rows_of(static_cast<std::size_t>(wanted.position.rows()));
+  Eigen::Index rows = 0;
+  for (Eigen::Index row = 0; row < from.rows(); ++row) {
+    const auto point = static_cast<std::size_t>(from.point[static_cast<std::size_t>(row)]);
+    if (new_number[point] < 0) continue;
+    rows_of[static_cast<std::size_t>(new_number[point])].push_back(row);
+    ++rows;
+  }
+  Samples out;
+  out.point_position = wanted.position;
+  out.point_normal = wanted.normal;
+  out.point_name = wanted.name;
+  out.point_normal_gradient.setZero(wanted.position.rows(), 9);
+  resize_rows(out, rows);
+  for (Eigen::Index p = 0; p < from.points(); ++p)
+    if (new_number[static_cast<std::size_t>(p)] >= 0 && from.point_normal_gradient.rows() != 0)
+      out.point_normal_gradient.row(new_number[static_cast<std::size_t>(p)]) =
+          from.point_normal_gradient.row(p);
+  for (std::size_t p = 0; p < rows_of.size(); ++p)
+    for (const Eigen::Index row : rows_of[p])
+      append_row(out, from, row, static_cast<std::int32_t>(p), per_point);
+  return out;
+}
+
+Samples joined(const Samples& first, const Samples& second, int per_point) {
+  Samples out = first;
+  const Eigen::Index before = first.points(), points = before + second.points();
+  out.point_position.conservativeResize(points, 3);
+  out.point_normal.conservativeResize(points, 3);
+  out.point_normal_gradient.conservativeResize(points, 9);
+  out.point_position.bottomRows(second.points()) = second.point_position;
+  out.point_normal.bottomRows(second.points()) = second.point_normal;
+  out.point_normal_gradient.bottomRows(second.points()) = second.point_normal_gradient;
+  out.point_name.insert(out.point_name.end(), second.point_name.begin(), second.point_name.end());
+  resize_rows(out, first.rows() + second.rows());
+  for (Eigen::Index row = 0; row < second.rows(); ++row)
+    append_row(out, second, row,
+               static_cast<std::int32_t>(before) + second.point[static_cast<std::size_t>(row)],
+               per_point);
+  return out;
+}
+
+std::vector<std::int32_t> points_without_rows(const Samples& samples) {
+  std::vector<char> has_rows(static_cast<std::size_t>(samples.points()), 0);
+  for (const std::int32_t point : samples.point) has_rows[static_cast<std::size_t>(point)] = 1;
+  std::vector<std::int32_t> without;
+  for (std::size_t p = 0; p < has_rows.size(); ++p)
+    if (!has_rows[p]) without.push_back(static_cast<std::int32_t>(p));
+  return without;
+}
+
+TestPoints points_beyond(const Samples& samples, const TestPoints& points) {
+  std::set<Key> known;
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p)
+    known.insert(key_of(points.position, points.normal, p));
+  const std::vector<std::int32_t> empty = points_without_rows(samples);
+  std::vector<Eigen::Index> beyond;
+  for (Eigen::Index p = 0; p < samples.points(); ++p)
+    if (!std::binary_search(empty.begin(), empty.end(), p) &&
+        known.insert(key_of(samples.point_position, samples.point_normal, p)).second)
+      beyond.push_back(p);
+  TestPoints out;
+  out.triangles.resize(0, 3);
+  out.position = samples.point_position(beyond, Eigen::all);
+  out.normal = samples.point_normal(beyond, Eigen::all);
+  for (const Eigen::Index p : beyond)
+    out.name.push_back(samples.point_name[static_cast<std::size_t>(p)]);
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,74 @@
+#include "libfit/core/sample_points.hpp"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+// Two experiments of two rows at each point; forces tell where they come from.
+Samples samples_at(const std::vector<double>& places, double force_N) {
+  Samples s;
+  const auto points = static_cast<Eigen::Index>(places.size());
+  s.point_position = Points::Zero(points, 3);
+  s.point_normal = Points::Zero(points, 3);
+  s.point_normal_gradient.setZero(points, 9);
+  s.deflection = s.force = s.torque = Points::Zero(4 * points, 3);
+  s.force_error = Eigen::VectorXd::Zero(4 * points);
+  for (std::int32_t p = 0; p < points; ++p) {
+    s.point_position(p, 0) = places[static_cast<std::size_t>(p)];
+    s.point_normal(p, 2) = -1;
+    s.point_name.push_back("p");
+    for (int row = 0; row < 4; ++row) {
+      s.force(4 * p + row, 0) = force_N + 10 * places[static_cast<std::size_t>(p)] + row;
+      s.point.push_back(p);
+      s.experiment.push_back(2 * p + row / 2);
+      s.kind.push_back(row < 2 ? ExperimentKind::press : ExperimentKind::drag);
+      s.step.push_back(row % 2);
+      s.status.push_back(RowStatus::good);
+    }
+  }
+  return s;
+}
+
+TestPoints points_at(const std::vector<double>& places) {
+  const Samples s = samples_at(places, 0);
+  return {s.point_position, s.point_normal, s.point_name, Triangles(0, 3)};
+}
+
+TEST(SamplePoints, are_found_by_place_and_renumbered_whatever_the_order) {
+  const Samples taken = take_points(samples_at({1, 2, 3}, 0), points_at({3, 9, 1}), 2);
+  EXPECT_EQ(taken.point, (std::vector<std::int32_t>{0, 0, 0, 0, 2, 2, 2, 2}));
+  EXPECT_EQ(taken.experiment, (std::vector<std::int32_t>{0, 0, 1, 1, 4, 4, 5, 5}));
+  EXPECT_EQ(taken.force(0, 0), 30);
+  EXPECT_EQ(taken.force(4, 0), 10);
+  EXPECT_EQ(points_without_rows(taken), std::vector<std::int32_t>{1});
+}
+
+TEST(SamplePoints, the_last_bit_of_a_place_or_a_normal_tells_points_apart) {
+  TestPoints moved = points_at({1});
+  moved.position(0, 0) = std::nextafter(1.0, 2.0);
+  EXPECT_EQ(take_points(samples_at({1}, 0), moved, 2).rows(), 0);
+  TestPoints turned = points_at({1});
+  turned.normal(0, 2) = std::nextafter(-1.0, 0.0);
+  EXPECT_EQ(take_points(samples_at({1}, 0), turned, 2).rows(), 0);
+}
+
+TEST(SamplePoints, of_both_files_the_first_with_rows_counts) {
+  const Samples without_rows = take_points({}, points_at({2}), 2);
+  const Samples both =
+      joined(joined(without_rows, samples_at({1, 2}, 100), 2), samples_at({2, 3}, 500), 2);
+  const Samples taken = take_points(both, points_at({1, 2, 3}), 2);
+  EXPECT_EQ(taken.rows(), 12);
+  EXPECT_EQ(taken.force(4, 0), 120);
+  EXPECT_EQ(taken.force(8, 0), 530);
+}
+
+TEST(SamplePoints, what_lies_beyond_some_points_is_what_they_do_not_hold) {
+  const TestPoints beyond = points_beyond(samples_at({1, 2, 3}, 0), points_at({2, 7}));
+  ASSERT_EQ(beyond.position.rows(), 2);
+  EXPECT_EQ(beyond.position(0, 0), 1);
+  EXPECT_EQ(beyond.position(1, 0), 3);
+}
+
+}  // namespace
+}  // namespace palpate

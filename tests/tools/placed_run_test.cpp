@@ -1,0 +1,97 @@
+// Points that place themselves, and the statement an asset carries, as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/block_scene.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+class PlacedRun : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene = folder.write("scene.toml", kScene);
+    folder.write("block.off", block_off(8));
+  }
+  Outcome run(const std::string& out, const std::string& options = "") {
+    return palpate(folder,
+                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
+  }
+  Folder folder;
+  fs::path scene;
+};
+
+// The scene's budget leaves room for two rounds of four; a tolerance of 0 spends it.
+std::string automatic_scene(int budget) {
+  std::string text = kScene;
+  text.replace(text.find("test_points = 4"), 15,
+               "test_points = \"auto\"\ntolerance = 0\nbudget = " + std::to_string(budget));
+  text.replace(text.find("drag_depths = [\"3 mm\"]"), 22, "drag_depths = []");
+  text.replace(text.find("press_steps = 5"), 15, "press_steps = 3");
+  text.replace(text.find("[[\"20 mm\", \"20 mm\""), 18, "[[\"9 mm\", \"9 mm\"");
+  return text;
+}
+
+TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
+  folder.write("scene.toml", automatic_scene(16));
+  // Without drags every point is listed as underdetermined: 3, "done, but some items failed".
+  const Outcome sixteen = run("out", "--jobs 1");
+  ASSERT_EQ(sixteen.status, 3) << sixteen.err;
+  EXPECT_NE(sixteen.err.find("12 points predict 4 new ones"), std::string::npos) << sixteen.err;
+  const Outcome again = run("out");
+  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
+
+  folder.write("scene.toml", automatic_scene(18));
+  const Outcome more = run("out", "--jobs 1");
+  ASSERT_EQ(more.status, 3) << more.err;
+  EXPECT_NE(more.err.find("16 points predict 2 new ones"), std::string::npos) << more.err;
+  EXPECT_NE(more.err.find("simulate 18/18"), std::string::npos) << more.err;
+  EXPECT_EQ(more.err.find("simulate 16/"), std::string::npos) << "simulated again: " << more.err;
+
+  // HDF5 files carry the scene's text as it was when the body was made.
+  const Outcome at_once = run("fresh", "--jobs 2");
+  ASSERT_EQ(at_once.status, 3) << at_once.err;
+  for (const char* file : {"placement.csv", "stiffness.vtu", "validation.csv"})
+    EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "fresh" / file)) << file;
+}
+
+TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
+  std::string text = kScene;
+  text.replace(text.find("causes = false"), 14, "causes = true");
+  folder.write("scene.toml", text);
+  ASSERT_EQ(run("out").status, 0);
+  const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
+  for (const char* cause :
+       {"interpolation", "curve_fit", "curve_family", "friction_law", "float_precision"})
+    EXPECT_TRUE(statement.at("causes").at(cause).at("p95_rel").is_number()) << cause;
+  for (const char* baseline : {"nearest_point", "one_response", "linear"})
+    EXPECT_TRUE(statement.at("baselines").at(baseline).at("p95_rel").is_number()) << baseline;
+  EXPECT_LT(statement.at("causes").at("float_precision").at("p95_rel").get<double>(), 1e-4);
+  const std::string asset = content_of(folder / "out" / "asset.palp");
+  EXPECT_EQ(statement.at("asset_bytes").get<std::size_t>(), asset.size());
+  const auto meta_at = asset.rfind("{\"program\"");
+  ASSERT_NE(meta_at, std::string::npos);
+  const auto meta =
+      nlohmann::json::parse(asset.substr(meta_at, asset.find('\0', meta_at) - meta_at));
+  EXPECT_EQ(meta.at("statement").at("causes"), statement.at("causes"));
+  EXPECT_EQ(meta.at("statement").at("force_error"), statement.at("force_error"));
+
+  // The held-out points' own experiments are new to the model; its own points are not.
+  const std::string out = (folder / "out").string();
+  const Outcome fresh =
+      palpate(folder, "predict " + out + "/model.h5 " + out + "/reference_own.h5 --json");
+  ASSERT_EQ(fresh.status, 0) << fresh.err;
+  EXPECT_EQ(nlohmann::json::parse(fresh.out).at("probes").get<int>(), 2);
+  const Outcome own = palpate(folder, "predict " + out + "/model.h5 " + out +
+                                          "/samples.h5 --without " + out + "/curves.h5");
+  EXPECT_EQ(own.status, 1);
+  EXPECT_NE(own.err.find("none of its points can be predicted"), std::string::npos) << own.err;
+}
+
+}  // namespace
+}  // namespace palpate::tools

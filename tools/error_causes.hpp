@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/runtime/view.hpp"
+#include "tools/reference.hpp"
+#include "tools/statement.hpp"
+
+namespace palpate::tools {
+
+/// What the error of an asset is made of (docs/method.md, section 6), a figure per cause:
+/// interpolation, curve_fit, curve_family, friction_law and float_precision.
+/// reference.own must hold presses and drags at the held-out points. Paths at points whose own
+/// curves failed are left out.
+std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
+                                     double depth_m, int jobs);
+
+/// The same paths with something simpler in place of the asset's curves, each with its whole
+/// error: nearest_point (no interpolation; only where curves and model are given),
+/// one_response (the mean curve everywhere), linear (slope at the first row of a press, first_m).
+std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const Reference& reference,
+                                        double depth_m, double first_m, const FittedCurves* curves,
+                                        const Model* model);
+
+/// Errors of the asset by kind of path, in the order of kPathKindNames.
+std::vector<NamedError> errors_by_path(const runtime::AssetView& asset, const Reference& reference,
+                                       double depth_m);
+
+}  // namespace palpate::tools
