@@ -54,13 +54,12 @@ void add_choices(const std::string& experiment, FemCase what, const fem::Experim
                                    [](const auto& row) { return row.status != RowStatus::good; });
     const fem::SolverCounts& n = run.rows.cost.solver;
     say("  {}, {}, {}: {:.2f} s", experiment, poisson, kChoices[c].name, run.cpu_s);
-    table.rows.push_back(
-        {experiment, fmt::format("{}", poisson), std::string(kChoices[c].name),
-         fmt::format("{}", run.rows.cost.nodes), seconds(run.cpu_s),
-         fmt::format("{:.2f}", plain.cpu_s / run.cpu_s),
-         fmt::format("{:.3f}", 100 * greatest_difference(run.rows, plain.rows)),
-         fmt::format("{}", n.newton), fmt::format("{}", n.pcg),
-         fmt::format("{}", n.factorizations), fmt::format("{}", bad)});
+    table.rows.push_back({experiment, fmt::format("{}", poisson), std::string(kChoices[c].name),
+                          fmt::format("{}", run.rows.cost.nodes), seconds(run.cpu_s),
+                          fmt::format("{:.2f}", plain.cpu_s / run.cpu_s),
+                          fmt::format("{:.3f}", 100 * greatest_difference(run.rows, plain.rows)),
+                          fmt::format("{}", n.newton), fmt::format("{}", n.pcg),
+                          fmt::format("{}", n.factorizations), fmt::format("{}", bad)});
   }
 }
 
@@ -86,12 +85,12 @@ BenchTable fem_solver(const BenchRequest& request) {
 }
 
 BenchTable fem_uniform(const BenchRequest& request) {
-  BenchTable table{{"mesh", "nodes", "rows", "CPU_s", "uniform/this", "force_N", "factors",
-                    "factor_CPU_s"},
-                   {}};
+  BenchTable table{
+      {"mesh", "nodes", "rows", "CPU_s", "uniform/this", "force_N", "factors", "factor_CPU_s"}, {}};
   const double size_m = request.is_quick ? 0.01 : 0.004;
   const auto cells = [&](double edge) { return static_cast<int>(std::lround(edge / size_m)); };
-  FemCase uniform = fem_block(0.45, 0, {cells(0.1), cells(0.1), cells(0.04)}), graded = fem_block(0.45);
+  FemCase uniform = fem_block(0.45, 0, {cells(0.1), cells(0.1), cells(0.04)}),
+          graded = fem_block(0.45);
   const double depth_m = 0.002;
   const fem::Probe probe = fem::make_probe(graded.setup.probe, "bench");
   for (FemCase* what : {&uniform, &graded}) {
@@ -168,10 +167,14 @@ BenchTable fem_bodies(const BenchRequest& request) {
       if (row.status == RowStatus::good) bounds.push_back(row.force_error / row.force.norm());
     std::sort(bounds.begin(), bounds.end());
     std::vector<std::string> line{
-        body, fmt::format("{}", poisson), kind, fmt::format("{:.1f}", 1e3 * experiments.depth_m),
+        body,
+        fmt::format("{}", poisson),
+        kind,
+        fmt::format("{:.1f}", 1e3 * experiments.depth_m),
         fmt::format("{}", run.rows.rows.size()),
         fmt::format("{}", run.rows.rows.size() - bounds.size()),
-        fmt::format("{}", run.rows.cost.nodes), fmt::format("{}", run.rows.cost.twin_nodes),
+        fmt::format("{}", run.rows.cost.nodes),
+        fmt::format("{}", run.rows.cost.twin_nodes),
         seconds(run.cpu_s),
         bounds.empty() ? "-" : fmt::format("{:.2f}", 100 * bounds[bounds.size() / 2])};
     // What is outside an equilibrium (meshes, first touch) belongs to "other".

@@ -48,7 +48,8 @@ volatile float kept;  // so that no read is optimized away
 
 // Bytes a second that one thread reads in order from an array of this size.
 double streaming_read_GB_s(std::size_t bytes) {
-  const Eigen::VectorXf block = Eigen::VectorXf::Ones(static_cast<Eigen::Index>(bytes / sizeof(float)));
+  const Eigen::VectorXf block =
+      Eigen::VectorXf::Ones(static_cast<Eigen::Index>(bytes / sizeof(float)));
   return 1e-9 * static_cast<double>(bytes) / least_s(7, [&] { kept = block.sum(); });
 }
 
@@ -58,19 +59,19 @@ BenchTable fem_rates(const BenchRequest& request) {
   const FemCase what = fem_block(0.45);
   const SmoothSurface surface(what.setup.surface);
   const std::vector<Material> materials{make_material(what.setup.materials[0], "bench")};
-  BenchTable table{{"nodes", "factor_GF", "factor_MB", "mesh_s", "analysis_s", "factor_s",
-                    "solve_ms", "stiffness_ms", "factor_GF_s", "sgemm_GF_s", "dgemm_GF_s",
-                    "factor/dgemm_percent", "solve_GB_s", "read_GB_s", "solve/read_percent",
-                    "double_factor_s", "memory_MB"},
-                   {}};
+  BenchTable table{
+      {"nodes", "factor_GF", "factor_MB", "mesh_s", "analysis_s", "factor_s", "solve_ms",
+       "stiffness_ms", "factor_GF_s", "sgemm_GF_s", "dgemm_GF_s", "factor/dgemm_percent",
+       "solve_GB_s", "read_GB_s", "solve/read_percent", "double_factor_s", "memory_MB"},
+      {}};
   struct Size {
     double h_m, growth;
   };
   // The largest takes 40 GF and more.
   const std::vector<Size> sizes =
-      request.is_quick
-          ? std::vector<Size>{{6e-3, 0.6}}
-          : std::vector<Size>{{2e-3, 0.6}, {1.5e-3, 0.45}, {1e-3, 0.4}, {1e-3, 0.33}, {0.8e-3, 0.2}};
+      request.is_quick ? std::vector<Size>{{6e-3, 0.6}}
+                       : std::vector<Size>{
+                             {2e-3, 0.6}, {1.5e-3, 0.45}, {1e-3, 0.4}, {1e-3, 0.33}, {0.8e-3, 0.2}};
   for (const Size& size : sizes) {
     GradeOptions grade;
     grade.growth = size.growth;
@@ -97,14 +98,15 @@ BenchTable fem_rates(const BenchRequest& request) {
     Eigen::VectorXd x;
     const double solve_s = least_s(7, [&] { factor.solve(b, x); });
     const double bytes = 4.0 * static_cast<double>(factor.factor_entries());
-    const double memory = static_cast<double>(factor.memory_bytes() + K.memory_bytes() + body.memory_bytes());
+    const double memory =
+        static_cast<double>(factor.memory_bytes() + K.memory_bytes() + body.memory_bytes());
     SchurFactor exact;
     exact.use_double();
     exact.factor(K, {});
     const double double_s = least_s(1, [&] { exact.factor(K, {}); });
     const double dgemm = gemm_GF_s<double>(dgemm_), sgemm = gemm_GF_s<float>(sgemm_);
-    const double read = streaming_read_GB_s(std::max<std::size_t>(
-        static_cast<std::size_t>(bytes), std::size_t{1} << 20));
+    const double read = streaming_read_GB_s(
+        std::max<std::size_t>(static_cast<std::size_t>(bytes), std::size_t{1} << 20));
     const double factor_rate = 1e-9 * factor.factor_flops() / factor_s;
     const double solve_rate = 2e-9 * bytes / solve_s;
     table.rows.push_back(

@@ -94,9 +94,12 @@ class ScalarBody {
       for (int a = 0; a < kShape.nodes; ++a)
         for (int i = 0; i < 3; ++i) displacement[3 * a + i] = u(mesh_.tets(t, a), i);
       const scalar::CellBatch batch{gradient_.data() + t * 3 * kShape.nodes * kShape.points,
-                                    weight_.data() + t * kShape.points, constants_.data(),
+                                    weight_.data() + t * kShape.points,
+                                    constants_.data(),
                                     mode_.data() + t * kShape.points,
-                                    material_.law->constants_used, averaged_, 1e300};
+                                    material_.law->constants_used,
+                                    averaged_,
+                                    1e300};
       scalar::run<kShape.nodes, kShape.points, 1, kWant>(batch, law, displacement, 1.0, result);
       for (int a = 0; a < kShape.nodes; ++a)
         for (int i = 0; i < 3; ++i) force(mesh_.tets(t, a), i) += result.force[3 * a + i];
@@ -159,11 +162,10 @@ BenchTable fem_assembly(const BenchRequest& request) {
     one.assemble<scalar::Want::force>(u, force_scalar, K_scalar);
   });
   const auto add = [&](const char* name, double stiffness, double residual, double difference) {
-    table.rows.push_back({name, fmt::format("{}", mesh.tets.rows()),
-                          fmt::format("{:.0f}", stiffness), fmt::format("{:.0f}", residual),
-                          fmt::format("{:.2f}", scalar_K / stiffness),
-                          fmt::format("{:.2f}", scalar_f / residual),
-                          fmt::format("{:.1e}", difference)});
+    table.rows.push_back(
+        {name, fmt::format("{}", mesh.tets.rows()), fmt::format("{:.0f}", stiffness),
+         fmt::format("{:.0f}", residual), fmt::format("{:.2f}", scalar_K / stiffness),
+         fmt::format("{:.2f}", scalar_f / residual), fmt::format("{:.1e}", difference)});
   };
   add("one double at a time", scalar_K, scalar_f, 0);
   constexpr std::pair<InstructionSet, const char*> kSets[] = {

@@ -67,8 +67,8 @@ fem::QuadraticMesh mesh_of(const FemCase& what) {
                          fem::SmoothSurface(what.setup.surface), grade);
 }
 
-/// The press as a deck of CalculiX: ten-node tets, W = C10 (I1 J^-2/3 - 3) + (J - 1)^2 / D1, contact
-/// face to face with a linear penalty. Node and element numbers from 1.
+/// The press as a deck of CalculiX: ten-node tets, W = C10 (I1 J^-2/3 - 3) + (J - 1)^2 / D1,
+/// contact face to face with a linear penalty. Node and element numbers from 1.
 std::string calculix_deck(const fem::QuadraticMesh& mesh, const Vec3& touch) {
   // Faces of a tet as CalculiX counts them, by their corners.
   static constexpr int kFace[4][3] = {{0, 1, 2}, {0, 1, 3}, {1, 2, 3}, {0, 2, 3}};
@@ -191,13 +191,14 @@ void bench_peers(const BenchRequest& request) {
     say("ccx is not installed (Debian: calculix-ccx); the deck alone is written");
   } else {
     const double before_s = children_cpu_s();
-    const std::string command =
-        fmt::format("cd '{}' && OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 timeout {} ccx press > press.log 2>&1",
-                    folder.string(), kMostTime_s);
+    const std::string command = fmt::format(
+        "cd '{}' && OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 timeout {} ccx press > press.log 2>&1",
+        folder.string(), kMostTime_s);
     const int status = std::system(command.c_str());
     peer_s = children_cpu_s() - before_s;
     reactions = read_reactions(folder / "press.dat");
-    if (status != 0) say("ccx ended with status {}; see {}", status, (folder / "press.log").string());
+    if (status != 0)
+      say("ccx ended with status {}; see {}", status, (folder / "press.log").string());
   }
 
   BenchTable table{{"depth_mm", "ours_N", "ours_tet10_N", "calculix_N", "reference_N",
@@ -206,12 +207,14 @@ void bench_peers(const BenchRequest& request) {
                    {}};
   for (std::size_t k = 0; k < kRows; ++k) {
     const double time = static_cast<double>(k + 1) / kRows;
-    const auto found =
-        std::find_if(reactions.begin(), reactions.end(),
-                     [&](const auto& row) { return std::abs(row.first - time) < 1e-4; });
+    const auto found = std::find_if(reactions.begin(), reactions.end(), [&](const auto& row) {
+      return std::abs(row.first - time) < 1e-4;
+    });
     const auto force = [&](const FemRun& run) { return run.rows.rows[k].force.norm(); };
     const double reference = force(truth);
-    const auto percent = [&](double f) { return fmt::format("{:+.2f}", 100 * (f / reference - 1)); };
+    const auto percent = [&](double f) {
+      return fmt::format("{:+.2f}", 100 * (f / reference - 1));
+    };
     const bool has_peer = found != reactions.end();
     table.rows.push_back(
         {fmt::format("{:.0f}", 1e3 * kDepth_m * time), fmt::format("{:.5f}", force(ours)),
@@ -219,8 +222,7 @@ void bench_peers(const BenchRequest& request) {
          has_peer ? fmt::format("{:.5f}", std::abs(found->second)) : "-",
          fmt::format("{:.5f}", reference), percent(force(ours)), percent(force(ours_tet10)),
          has_peer ? percent(std::abs(found->second)) : "-", fmt::format("{:.2f}", ours.cpu_s),
-         fmt::format("{:.2f}", ours_tet10.cpu_s),
-         peer_s > 0 ? fmt::format("{:.1f}", peer_s) : "-",
+         fmt::format("{:.2f}", ours_tet10.cpu_s), peer_s > 0 ? fmt::format("{:.1f}", peer_s) : "-",
          peer_s > 0 ? fmt::format("{:.0f}", peer_s / ours.cpu_s) : "-",
          fmt::format("{}", mesh.nodes.rows())});
   }

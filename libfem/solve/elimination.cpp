@@ -19,8 +19,8 @@ struct Cholmod {
     common.supernodal = CHOLMOD_SUPERNODAL;
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_GIVEN;
-    // Supernodes of so few columns are merged with their parents whatever zeros that stores; CHOLMOD's
-    // own numbers, over the three unknowns of a node.
+    // Supernodes of so few columns are merged with their parents whatever zeros that stores;
+    // CHOLMOD's own numbers, over the three unknowns of a node.
     common.nrelax[0] = 2, common.nrelax[1] = 6, common.nrelax[2] = 16;
   }
   ~Cholmod() {

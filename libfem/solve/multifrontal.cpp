@@ -58,8 +58,8 @@ void add_block(const SymmetricBlockMatrix& K, std::int32_t node, std::int32_t b,
                     col = 3 * (*front.position)[std::min(i, j)];
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t r = i == j ? c : 0; r < 3; ++r) {
-      const std::size_t at = is_swapped ? front.size * (col + r) + row + c
-                                        : front.size * (col + c) + row + r;
+      const std::size_t at =
+          is_swapped ? front.size * (col + r) + row + c : front.size * (col + c) + row + r;
       front.values[at] += static_cast<Real>(column[c][r]);
     }
 }
@@ -130,7 +130,8 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
     out.panel_start.push_back(out.panel_start.back() +
                               std::size_t{9} * plan.height(s) * plan.columns(s));
   out.panels.resize(out.panel_start.back());
-  // What supernodes leave waits on a stack for their parent: a post-order finds its children on top.
+  // What supernodes leave waits on a stack for their parent: a post-order finds its children on
+  // top.
   std::vector<Real> stack, work;
   std::vector<std::pair<int, std::size_t>> waiting;  // supernode, begin on the stack
   std::size_t highest = 0;
@@ -147,7 +148,8 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
     for (int c = 0; c < plan.columns(s); ++c) take_up(rows[c], front);
     while (!waiting.empty() && plan.parent[waiting.back().first] == s) {
       const auto [child, begin] = waiting.back();
-      extend_add(stack.data() + begin, plan.rows.data() + plan.row_start[child] + plan.columns(child),
+      extend_add(stack.data() + begin,
+                 plan.rows.data() + plan.row_start[child] + plan.columns(child),
                  plan.height(child) - plan.columns(child), front);
       stack.resize(begin);
       waiting.pop_back();
@@ -177,8 +179,9 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
   }
   for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
     take_up(static_cast<std::int32_t>(k), last);
-  out.scratch_bytes = sizeof(Real) * (highest + work.size() + static_cast<std::size_t>(dense) * dense) +
-                      sizeof(std::int32_t) * (3 * K.block_row().size() + 2 * position.size());
+  out.scratch_bytes =
+      sizeof(Real) * (highest + work.size() + static_cast<std::size_t>(dense) * dense) +
+      sizeof(std::int32_t) * (3 * K.block_row().size() + 2 * position.size());
   out.schur = schur.template cast<double>();
   out.schur.template triangularView<Eigen::StrictlyUpper>() = out.schur.transpose();
   return true;

@@ -14,10 +14,10 @@ namespace palpate::fem {
 /// stiffness C costs a dense factorization of S + C instead of a sparse one.
 ///
 /// One nested dissection per body serves every set of contact nodes; the nodes are eliminated in
-/// single precision with one thread of BLAS, so results depend on nothing else that runs. The factor
-/// preconditions: it need not be exact, and applying it is limited by memory. Where single precision
-/// meets a pivot that is not positive, double precision is tried, and kept from then on. Not
-/// thread-safe.
+/// single precision with one thread of BLAS, so results depend on nothing else that runs. The
+/// factor preconditions: it need not be exact, and applying it is limited by memory. Where single
+/// precision meets a pivot that is not positive, double precision is tried, and kept from then on.
+/// Not thread-safe.
 class SchurFactor {
  public:
   SchurFactor();
@@ -27,8 +27,8 @@ class SchurFactor {
 
   /// Factors K, always of the same pattern, with `contact_nodes` last. False when K is not positive
   /// definite even with the contact nodes held; there is no factor then. A body under high pressure
-  /// may be held up by the probe alone: S is then indefinite, and springs on the contact nodes stand
-  /// in for contact stiffness until set_contact().
+  /// may be held up by the probe alone: S is then indefinite, and springs on the contact nodes
+  /// stand in for contact stiffness until set_contact().
   bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
   bool is_factored() const;
 
@@ -44,8 +44,8 @@ class SchurFactor {
   /// x = (K + C)^-1 b, to single precision.
   void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x);
 
-  /// The two halves of a solve around the dense block: the load that S sees, and the displacement of
-  /// all nodes once that of the contact nodes is known.
+  /// The two halves of a solve around the dense block: the load that S sees, and the displacement
+  /// of all nodes once that of the contact nodes is known.
   void reduce(const Eigen::VectorXd& b, Eigen::VectorXd& reduced);
   void expand(const Eigen::VectorXd& contact_displacement, Eigen::VectorXd& x);
   /// Solves with S + C.
