@@ -14,6 +14,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_basis.hpp"
 #include "libfit/fit/choose_family.hpp"
+#include "libfit/fit/curve_band.hpp"
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/rows_hash.hpp"
 #include "libfit/fit/words.hpp"
@@ -80,7 +81,7 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
 // Rows of an earlier fit by what they were fitted from.
 std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
   std::map<std::string, Eigen::Index> row;
-  if (earlier != nullptr)
+  if (earlier != nullptr && earlier->covariance[0].size() > 0)
     for (std::size_t p = 0; p < earlier->rows_hash.size(); ++p)
       row.emplace(earlier->rows_hash[p], static_cast<Eigen::Index>(p));
   return row;
@@ -142,8 +143,10 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.normal = samples.point_normal;
   out.name = samples.point_name;
   out.curves.basis = bases.si;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     out.curves.control[kind].resize(points, bases.si[kind].size());
+    out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
+  }
   out.curves.lean_basis = bases.lean_si;
   if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
@@ -151,8 +154,10 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
       out.curves.control[kind].row(p) = result.control[kind];
+      out.covariance[kind].row(p) = result.covariance[kind];
+    }
     if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
