@@ -18,7 +18,7 @@ CurveBasis halved(const CurveBasis& basis) {
   return fine;
 }
 
-// A curve on a grid, its variance there per unit noise, and the noise that it leaves.
+// A curve on a grid, its variance there per unit of noise, and the noise that it leaves.
 struct Look {
   Eigen::VectorXd value, variance;
   double noise = 0;
@@ -39,8 +39,7 @@ Look look(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss lo
     sizes.push_back(row.weight * std::abs(w.dot(increments) - row.f));
   }
   Look out{Eigen::VectorXd(kGrid), Eigen::VectorXd(kGrid), robust_deviation(sizes)};
-  const double strength = std::max(faint.strength / std::max(out.noise, 1e-300), kFaint);
-  information += strength * strength * faint.matrix.transpose() * faint.matrix;
+  information += faint.strength * faint.strength * faint.matrix.transpose() * faint.matrix;
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
   for (int i = 0; i < kGrid; ++i) {
     const Eigen::VectorXd w = increment_weights(spline, range * (i + 1) / kGrid);
@@ -54,16 +53,14 @@ Look look(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss lo
 
 double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss loss) {
   const CurveBasis fine = halved(basis);
-  if (static_cast<int>(rows.size()) < 2 * fine.size()) return 1;
+  const auto count = static_cast<double>(rows.size());
+  if (count < 2 * fine.size()) return 1;
   double range = 0;
   for (const CurveRow& row : rows) range = std::max(range, row.x);
   const Look f = look(basis, rows, loss, range), g = look(fine, rows, loss, range);
-  const double noise = g.noise * g.noise * static_cast<double>(rows.size()) /
-                       static_cast<double>(static_cast<int>(rows.size()) - fine.size());
-  const double own = noise * f.variance.mean();
+  const double own = g.noise * g.noise * count / (count - fine.size()) * f.variance.mean();
   if (!(own > 0)) return 1;
-  const double apart = (f.value - g.value).squaredNorm() / kGrid;
-  return 1 + std::max(0.0, (apart - noise * (g.variance - f.variance).mean()) / own);
+  return 1 + (f.value - g.value).squaredNorm() / kGrid / own;
 }
 
 }  // namespace palpate::fit

@@ -4,11 +4,11 @@
 
 namespace palpate::fit {
 
-/// What the variance of a curve is to be multiplied with for what its basis cannot follow: 1 where
-/// the basis is rich enough (docs/method.md, section 14).
-/// The rows are fitted on the basis (f) and on one with every piece halved (g), which holds the first.
-/// Without bias E (f - g)^2 = s_g^2 - s_f^2, so what is more than that, averaged over the range of
-/// the rows, is squared bias. rows: of unit weights; too few for the finer basis give 1.
+/// What the variance of a curve is to be multiplied with for what its basis cannot follow
+/// (docs/method.md, section 14): 1 + the mean over the rows' range of (f - g)^2 / s_f^2, f the curve on
+/// the basis, s_f its standard error and g the curve on one with every piece halved. Without bias f
+/// and g differ by noise, which is not taken off: the basis was chosen by the same noise, for being
+/// close to g. rows: of unit weights; 1 where they are too few for the finer basis.
 double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss loss);
 
 }  // namespace palpate::fit

@@ -5,6 +5,7 @@
 #include "libfit/fit/basis_bias.hpp"
 #include "libfit/fit/covariance.hpp"
 #include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/sensors.hpp"
 #include "libfit/fit/solve_point.hpp"
 #include "libfit/fit/words.hpp"
 
@@ -99,6 +100,7 @@ PointResult keep_point(const Samples& samples, const PointData& point, double le
   result.status = earlier.status[static_cast<std::size_t>(row)];
   result.message = earlier.message[static_cast<std::size_t>(row)];
   result.is_kept = true;
+  restore_sensors(earlier.recordings, row, point.experiments.size(), result);
   result.is_scored = result.status != FitStatus::failed;
   if (result.is_scored)
     result.score =
