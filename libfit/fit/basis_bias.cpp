@@ -1,6 +1,5 @@
 #include "libfit/fit/basis_bias.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -18,49 +17,33 @@ CurveBasis halved(const CurveBasis& basis) {
   return fine;
 }
 
-// A curve on a grid, its variance there per unit of noise, and the noise that it leaves.
-struct Look {
-  Eigen::VectorXd value, variance;
-  double noise = 0;
-};
-
-Look look(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss loss, double range) {
-  const SplineTables tables = tabulate(basis);
-  const auto spline = view(tables);
-  const Eigen::Index n = basis.size() - 1;
-  Faint faint = faint_smoothness(basis);
-  const Eigen::VectorXd increments =
-      fit_increments(spline, rows, Eigen::VectorXd::Zero(n), faint, loss);
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
-  std::vector<double> sizes;
-  for (const CurveRow& row : rows) {
-    const Eigen::VectorXd w = increment_weights(spline, row.x);
-    information += row.weight * row.weight * w * w.transpose();
-    sizes.push_back(row.weight * std::abs(w.dot(increments) - row.f));
-  }
-  Look out{Eigen::VectorXd(kGrid), Eigen::VectorXd(kGrid), robust_deviation(sizes)};
-  information += faint.strength * faint.strength * faint.matrix.transpose() * faint.matrix;
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  for (int i = 0; i < kGrid; ++i) {
-    const Eigen::VectorXd w = increment_weights(spline, range * (i + 1) / kGrid);
-    out.value[i] = w.dot(increments);
-    out.variance[i] = w.dot(factor.solve(w));
-  }
-  return out;
+// Increments of the curve nearest to the rows.
+Eigen::VectorXd nearest(const CurveBasis& basis, const SplineTables& tables,
+                        const std::vector<CurveRow>& rows, FitLoss loss) {
+  return fit_increments(view(tables), rows, Eigen::VectorXd::Zero(basis.size() - 1),
+                        faint_smoothness(basis), loss);
 }
 
 }  // namespace
 
-double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows, FitLoss loss) {
+double basis_inflation(const CurveBasis& basis, const std::vector<CurveRow>& rows,
+                       const Eigen::MatrixXd& covariance, FitLoss loss) {
   const CurveBasis fine = halved(basis);
-  const auto count = static_cast<double>(rows.size());
-  if (count < 2 * fine.size()) return 1;
+  if (static_cast<int>(rows.size()) < 2 * fine.size()) return 1;
   double range = 0;
   for (const CurveRow& row : rows) range = std::max(range, row.x);
-  const Look f = look(basis, rows, loss, range), g = look(fine, rows, loss, range);
-  const double own = g.noise * g.noise * count / (count - fine.size()) * f.variance.mean();
-  if (!(own > 0)) return 1;
-  return 1 + (f.value - g.value).squaredNorm() / kGrid / own;
+  const SplineTables coarse_tables = tabulate(basis), fine_tables = tabulate(fine);
+  const Eigen::VectorXd f = nearest(basis, coarse_tables, rows, loss);
+  const Eigen::VectorXd g = nearest(fine, fine_tables, rows, loss);
+  double sum = 0;
+  for (int i = 1; i <= kGrid; ++i) {
+    const double x = range * i / kGrid;
+    const Eigen::VectorXd w = increment_weights(view(coarse_tables), x);
+    const double apart = w.dot(f) - increment_weights(view(fine_tables), x).dot(g);
+    const double square = w.dot(covariance * w);
+    if (square > 0) sum += apart * apart / square / kGrid;
+  }
+  return 1 + sum;
 }
 
 }  // namespace palpate::fit

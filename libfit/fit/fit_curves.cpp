@@ -227,6 +227,30 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
   return worst;
 }
 
+// Relative bands where each curve's rows end: past that it is extrapolated.
+void report_bands(const FittedCurves& fitted, const std::vector<fit::PointRows>& rows,
+                  double length_m, FitReport& report) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
+    const auto spline = fit::view(tables);
+    std::vector<double> bands;
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+      const auto at = static_cast<Eigen::Index>(p);
+      const Eigen::VectorXd covariance = fitted.covariance[kind].row(at);
+      if (!covariance.allFinite() || rows[p].curve[kind].empty()) continue;
+      double end = 0;
+      for (const fit::CurveRow& row : rows[p].curve[kind]) end = std::max(end, row.x * length_m);
+      const double value =
+          runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
+      if (!(value > 0)) continue;
+      bands.push_back(fit::kBand90 * fit::curve_deviation(spline, covariance, end) / value);
+      if (bands.back() > report.widest_band[kind] || report.widest_point[kind] < 0)
+        report.widest_band[kind] = bands.back(), report.widest_point[kind] = at;
+    }
+    report.median_band[kind] = fit::median(std::move(bands));
+  }
+}
+
 FitReport make_report(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
                       const FittedCurves& fitted, const std::vector<PointResult>& results,
                       int count) {
@@ -274,6 +298,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
   if (report != nullptr) {
     *report = make_report(samples, body, bases, fitted, results, options.worst_points);
     report->family = family;
+    report_bands(fitted, rows, body.length_m, *report);
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

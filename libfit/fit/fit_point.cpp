@@ -23,7 +23,8 @@ void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBa
   const PointCovariance found = covariance(point, plain, curves, loss);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (found.increments[kind].size() == 0) continue;
-    const double bias = basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]), loss);
+    const double bias = basis_inflation(
+        bases.plain[kind], unit_weights(rows.curve[kind]), found.increments[kind], loss);
     result.covariance[kind] =
         pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
   }
