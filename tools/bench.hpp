@@ -26,5 +26,6 @@ std::span<const Benchmark> benchmarks();
 
 void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);
+void bench_fit(const BenchRequest& request);
 
 }  // namespace palpate::tools

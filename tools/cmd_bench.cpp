@@ -15,6 +15,8 @@ constexpr std::array kBenchmarks{
     Benchmark{"tick", "time per engine tick by body size and kind of contact", bench_tick},
     Benchmark{"clicks", "the paper's edge clicks: force jumps with each interpolation off",
               bench_clicks},
+    Benchmark{"fit", "curves per second by rows and test points, beside plain least squares",
+              bench_fit},
 };
 
 std::string names() {

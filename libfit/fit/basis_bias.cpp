@@ -1,7 +1,6 @@
 #include "libfit/fit/basis_bias.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace palpate::fit {
 namespace {

@@ -83,7 +83,7 @@ TEST(certified, a_load_cells_parabola_offset_and_errors_are_the_certified_ones) 
   Recorder rig;  // through the whole fit, the offset a sensor's bias
   record(rig, depth, push);
   rig.samples.force_error.setConstant(residual_deviation);
-  FitOptions options{.degree = 2, .weight_floor = 1e-9, .loss = FitLoss::squared};
+  FitOptions options{.degree = 2, .loss = FitLoss::squared, .weight_floor = 1e-9};
   options.knots_m[0] = {0, 1};
   options.frees[static_cast<std::size_t>(SensorPart::bias)] = true;
   const FittedCurves fitted = fit_curves(rig.samples, options);
