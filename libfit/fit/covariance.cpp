@@ -8,16 +8,17 @@
 namespace palpate::fit {
 namespace {
 
-constexpr int kDraws = 64;       // pairs of opposite sign: 6 % of a deviation
-constexpr double kReach = 3;     // deviations within which a bound matters
+constexpr int kDraws = 64;                // pairs of opposite sign: 6 % of a deviation
+constexpr double kReach = 3;              // deviations within which a bound matters
 constexpr double kLeastDeviation = 1e-6;  // of a weighted residual: exact rows have no noise
 constexpr double kMostCorrelation = 0.95;
 
-// Rows of one noise: forces along the normal, or across it. A rig with one axis has no noise across.
+// Rows of one noise: forces along the normal, or across it. A rig with one axis has no noise
+// across.
 struct Groups {
-  Eigen::VectorXd residual;        // rotated: per row normal, then two lateral
+  Eigen::VectorXd residual;  // rotated: per row normal, then two lateral
   Eigen::MatrixXd rows;
-  std::vector<int> group;          // of each scalar row; -1 where it has no weight
+  std::vector<int> group;  // of each scalar row; -1 where it has no weight
 };
 
 Groups rotate(const PointData& point, const PointCurves& curves, const Linearised& linear) {
@@ -76,9 +77,10 @@ Solved solve(const PointData& point, const PointCurves& curves, const Linearised
   const Groups g = rotate(point, curves, linear);
   const Eigen::Index n = linear.rows.cols();
   // Priors were weighed against residuals of this deviation.
-  const double prior_sigma = std::max(
-      curves.noise * root_mean_square_weight(curves), kLeastDeviation);
-  const Eigen::MatrixXd prior = linear.prior.transpose() * linear.prior / (prior_sigma * prior_sigma);
+  const double prior_sigma =
+      std::max(curves.noise * root_mean_square_weight(curves), kLeastDeviation);
+  const Eigen::MatrixXd prior =
+      linear.prior.transpose() * linear.prior / (prior_sigma * prior_sigma);
   std::array<double, 2> sigma{prior_sigma, prior_sigma};
   Solved out;
   double used = 0;
@@ -95,8 +97,8 @@ Solved solve(const PointData& point, const PointCurves& curves, const Linearised
       if (k < 0) continue;
       const auto psi = influence(loss, g.residual[i] / sigma[k]);
       square[k] += std::pow(psi[0] * sigma[k], 2), slope[k] += psi[1], ++rows[k];
-      leverage[k] += g.rows.row(i).dot(out.covariance * g.rows.row(i).transpose()) /
-                     (sigma[k] * sigma[k]);
+      leverage[k] +=
+          g.rows.row(i).dot(out.covariance * g.rows.row(i).transpose()) / (sigma[k] * sigma[k]);
     }
     out.freedom = 0, used = leverage[0];
     for (int k = 0; k < 2; ++k) {
@@ -119,8 +121,7 @@ Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd&
   if ((x - lower - kReach * deviation).minCoeff() >= 0) return covariance;
   const Eigen::Index n = x.size();
   const double jitter = 1e-12 * covariance.diagonal().maxCoeff();
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance +
-                                           jitter * Eigen::MatrixXd::Identity(n, n));
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance + jitter * Eigen::MatrixXd::Identity(n, n));
   const Eigen::MatrixXd L = factor.matrixL();
   const Eigen::MatrixXd whiten =
       L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n));

@@ -13,8 +13,8 @@ inline Eigen::Index packed_size(Eigen::Index size) { return size * (size + 1) / 
 Eigen::VectorXd pack_symmetric(const Eigen::MatrixXd& matrix);
 
 /// Standard error [N] of a fitted curve at x [m]: sqrt(w' C w) with w the I-splines at x and C the
-/// covariance of the curve's increments, packed: a row of FittedCurves::covariance. 0 for x <= 0, NaN
-/// where C is.
+/// covariance of the curve's increments, packed: a row of FittedCurves::covariance. 0 for x <= 0,
+/// NaN where C is.
 double curve_deviation(const runtime::SplineView& spline, const Eigen::VectorXd& covariance,
                        double x);
 

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::size_t kFewestRows = 20;
 constexpr int kRounds = 8;
-constexpr double kClip = 3;          // deviations
-constexpr double kLeastBase = 0.1;   // of the common deviation
-constexpr double kSignificant = 3;   // errors of the estimate
+constexpr double kClip = 3;         // deviations
+constexpr double kLeastBase = 0.1;  // of the common deviation
+constexpr double kSignificant = 3;  // errors of the estimate
 
 }  // namespace
 

@@ -7,8 +7,8 @@
 namespace palpate::fit {
 namespace {
 
-constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidestLean = 3;  // of the deepest row; what no body does
+constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
+constexpr double kWidestLean = 3;    // of the deepest row; what no body does
 constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
@@ -199,13 +199,13 @@ void add_bounds(const PointData& point, const PointCurves& curves, Parameters& p
   }
 }
 
-ceres::Solver::Options solver_options() {
+ceres::Solver::Options solver_options(int most_iterations) {
   ceres::Solver::Options options;
   options.num_threads = 1;
   options.linear_solver_type = ceres::DENSE_QR;
   options.dense_linear_algebra_library_type = ceres::EIGEN;  // no BLAS threads, same bits anywhere
   options.logging_type = ceres::SILENT;
-  options.max_num_iterations = 60;
+  options.max_num_iterations = most_iterations;
   options.function_tolerance = 1e-13;
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-14;
@@ -214,7 +214,8 @@ ceres::Solver::Options solver_options() {
 
 // Residuals and Jacobian of some blocks, parameters in the order of `parameters`.
 Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
-                         std::vector<ceres::ResidualBlockId> blocks, std::vector<double>* residual) {
+                         std::vector<ceres::ResidualBlockId> blocks,
+                         std::vector<double>* residual) {
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = std::move(blocks);
   options.parameter_blocks.push_back(parameters.curves.data());
@@ -226,7 +227,8 @@ Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
   for (int i = 0; i < sparse.num_rows; ++i)
     for (int k = sparse.rows[static_cast<std::size_t>(i)];
          k < sparse.rows[static_cast<std::size_t>(i) + 1]; ++k)
-      dense(i, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+      dense(i, sparse.cols[static_cast<std::size_t>(k)]) =
+          sparse.values[static_cast<std::size_t>(k)];
   return dense;
 }
 
@@ -261,7 +263,7 @@ double root_mean_square_weight(const PointCurves& curves) {
 }
 
 void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
-            PointCurves& curves) {
+            PointCurves& curves, int most_iterations) {
   Parameters parameters = parameters_of(point, curves);
   ceres::Problem problem;
   std::vector<ceres::ResidualBlockId> blocks;
@@ -269,7 +271,7 @@ void refine(const PointData& point, const Bases& bases, FitLoss loss, double sca
   add_experiments(point, bases, curves, loss, scale, parameters, problem, blocks);
   add_priors(point, curves, scale, parameters, problem, blocks);
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(), &problem, &summary);
+  ceres::Solve(solver_options(most_iterations), &problem, &summary);
   if (!summary.IsSolutionUsable() || !parameters.curves.allFinite()) return;
   if (!(summary.final_cost <= summary.initial_cost)) return;
   store(parameters, point, curves);

@@ -20,14 +20,15 @@ double root_mean_square_weight(const PointCurves& curves);
 /// Increments, lean and sensors that replay the point's experiments best, from where they are; rows
 /// further off than the robust `scale` count less. Changes nothing where that does not lower the
 /// loss. One thread, deterministic.
+inline constexpr int kMostIterations = 60;
 void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
-            PointCurves& curves);
+            PointCurves& curves, int most_iterations = kMostIterations);
 
 /// The problem to first order about the curves, without loss. Columns as in pack.
 struct Linearised {
-  Eigen::MatrixXd rows;    ///< d residual / d parameter, 3 per row of each experiment in turn
+  Eigen::MatrixXd rows;  ///< d residual / d parameter, 3 per row of each experiment in turn
   Eigen::VectorXd residual;
-  Eigen::MatrixXd prior;   ///< likewise of the faint knowledge and of what sensors may be
+  Eigen::MatrixXd prior;  ///< likewise of the faint knowledge and of what sensors may be
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
 

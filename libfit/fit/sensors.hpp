@@ -6,8 +6,8 @@
 
 namespace palpate::fit {
 
-/// Sets Experiment::unknown as the options ask. The contact point of an experiment is as uncertain as
-/// its recordings' (the mean of those pooled), or as the option says where they state nothing.
+/// Sets Experiment::unknown as the options ask. The contact point of an experiment is as uncertain
+/// as its recordings' (the mean of those pooled), or as the option says where they state nothing.
 /// Throws Error when contact points are to be found and nothing says how uncertain any of them is.
 void free_sensors(const Samples& samples, const FitOptions& options, BodyData& body);
 

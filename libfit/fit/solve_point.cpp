@@ -9,8 +9,10 @@
 namespace palpate::fit {
 namespace {
 
-constexpr double kExactRows = 1e-5;  // of the force: rows this close to a curve need no smoothing
-constexpr double kUsualLean = 0.5;  // of the deepest row: standard deviation assumed beforehand
+constexpr double kExactRows = 1e-5;   // of the force: rows this close to a curve need no smoothing
+constexpr double kClearNoise = 1e-3;  // of the force: what a dozen steps leave will not go away
+constexpr int kFirstLook = 12;        // iterations that tell noise from a curve not yet found
+constexpr double kUsualLean = 0.5;    // of the deepest row: standard deviation assumed beforehand
 
 // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
 double scale_of(const PointData& point, const Bases& bases, const PointCurves& curves) {
@@ -67,7 +69,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
   for (Faint& faint : curves.faint) faint.strength = kFaint;
-  refine(point, bases, options.loss, scale_of(point, bases, curves), curves);
+  refine(point, bases, options.loss, scale_of(point, bases, curves), curves, kFirstLook);
 
   // What the best curves leave unexplained is the rows' scatter, and faint knowledge weighs by it.
   const auto noise_of = [](const PointCurves& c, double scale) {
@@ -75,6 +77,10 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   };
   double scale = scale_of(point, bases, curves);
   double noise = noise_of(curves, scale);
+  if (noise < kClearNoise) {
+    refine(point, bases, options.loss, scale, curves);
+    scale = scale_of(point, bases, curves), noise = noise_of(curves, scale);
+  }
   curves.scale = scale, curves.noise = noise;
   if (noise < kExactRows) return;
   start.sensor = curves.sensor;

@@ -26,8 +26,12 @@ Recording read_case(const std::string& truth, const std::string& noise) {
   const auto rows = read_columns(kCaseCurves / (truth + "__" + noise + ".csv"));
   const auto clean = read_columns(kCaseCurves / (truth + "__N0.csv"));
   const auto exact = read_columns(kCaseCurves / (truth + "__TRUTH.csv"));
-  Recording out{Eigen::VectorXd(rows.size()), Eigen::VectorXd(rows.size()),
-                (rows[0][1] - clean[0][1]) * 1e-3, through(exact), exact.back()[0] * 1e-3, 0};
+  Recording out{Eigen::VectorXd(rows.size()),
+                Eigen::VectorXd(rows.size()),
+                (rows[0][1] - clean[0][1]) * 1e-3,
+                through(exact),
+                exact.back()[0] * 1e-3,
+                0};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     out.travel_m[static_cast<Eigen::Index>(i)] = rows[i][1] * 1e-3;
     out.push_N[static_cast<Eigen::Index>(i)] = rows[i][2];
@@ -109,7 +113,8 @@ Found fit_case(const Recording& r, bool knows_contact, FitOptions options) {
     shift_m = out.curves.recordings.contact_m[0];
     out.stated_m = out.curves.recordings.contact_deviation_m[0];
   }
-  // Depth x below the true contact was recorded as x + contact - estimate, and the fit adds its shift.
+  // Depth x below the true contact was recorded as x + contact - estimate, and the fit adds its
+  // shift.
   out.contact_error_m = knows_contact ? 0 : r.contact_m - contact_m + shift_m;
   out.error = full_scale_rmse(curve, r.truth, r.range_m);
   const double off_m = out.contact_error_m;
@@ -136,8 +141,8 @@ double knot_jump(const FittedCurves& fitted) {
       next_value += b[piece + 1 + k] * n[0], next_slope += b[piece + 1 + k] * n[1];
     }
     const double largest = b.maxCoeff(), steepest = largest / tables.knots.back();
-    jump = std::max({jump, std::abs(value - next_value) / largest,
-                     std::abs(slope - next_slope) / steepest});
+    jump = std::max(
+        {jump, std::abs(value - next_value) / largest, std::abs(slope - next_slope) / steepest});
   }
   return jump;
 }
@@ -158,9 +163,9 @@ struct NoiseCase {
 };
 
 // Where contact is unknown, what is bounded is the force at the tip's positions, not at depths: the
-// best possible deviation of a contact point, the curve's formula known, is 4 to 8 um at this noise,
-// which alone is 1e-3 of full scale, twice the oracle's error; a free curve cannot tell a flat toe
-// from a late contact at all.
+// best possible deviation of a contact point, the curve's formula known, is 4 to 8 um at this
+// noise, which alone is 1e-3 of full scale, twice the oracle's error; a free curve cannot tell a
+// flat toe from a late contact at all.
 constexpr NoiseCase kNoises[] = {
     {"N1_gauss", true, 1.2, "the claim"},
     {"N3_outlier", true, 1.5, "the claim"},

@@ -11,7 +11,7 @@ namespace {
 #ifndef COVERAGE_TRIALS
 #define COVERAGE_TRIALS 24
 #endif
-constexpr int kTrials = COVERAGE_TRIALS;  // of each shape
+constexpr int kTrials = COVERAGE_TRIALS;               // of each shape
 constexpr double kScatter = kTrials < 100 ? 0.03 : 0;  // of the mean over so few
 constexpr double kDepth = 0.01;
 constexpr double kShares[] = {0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95};
@@ -76,11 +76,13 @@ const Shape kShapes[] = {
          return k * t * t / (t + 0.1);
        };
      }},
-    {"line", [](std::mt19937& random) -> Curve {
+    {"line",
+     [](std::mt19937& random) -> Curve {
        const double k = uniform(random, 0.5, 3);
        return [=](double d) { return k * d / kDepth; };
      }},
-    {"plateau", [](std::mt19937& random) -> Curve {  // active at the far end
+    {"plateau",
+     [](std::mt19937& random) -> Curve {  // active at the far end
        const double k = uniform(random, 0.5, 3), s = uniform(random, 0.15, 0.4);
        return [=](double d) { return k * std::tanh(d / kDepth / s); };
      }},

@@ -10,7 +10,8 @@ namespace {
 
 const Curve kNormal = [](double d) { return d > 0 ? 300 * d + 2e4 * d * d : 0.0; };
 
-// Presses of one point: the tip is `contact_m` deeper than recorded, the sensor adds bias and drift.
+// Presses of one point: the tip is `contact_m` deeper than recorded, the sensor adds bias and
+// drift.
 struct Off {
   double contact_m, bias_N, drift_N;
 };
@@ -45,8 +46,7 @@ TEST(sensor, bias_and_drift_of_each_recording_are_found_within_their_errors) {
   ASSERT_EQ(fitted.recordings.experiment, (std::vector<std::int32_t>{0, 1, 2}));
   for (Eigen::Index i = 0; i < 3; ++i) {
     const Off& off = offs[static_cast<std::size_t>(i)];
-    EXPECT_NEAR(fitted.recordings.bias_N[i], off.bias_N,
-                4 * fitted.recordings.bias_deviation_N[i]);
+    EXPECT_NEAR(fitted.recordings.bias_N[i], off.bias_N, 4 * fitted.recordings.bias_deviation_N[i]);
     EXPECT_NEAR(fitted.recordings.drift_N[i], off.drift_N,
                 4 * fitted.recordings.drift_deviation_N[i]);
     EXPECT_LT(fitted.recordings.bias_deviation_N[i], 0.01);
@@ -106,8 +106,8 @@ TEST(sensor, a_warm_start_keeps_what_it_found) {
 }
 
 TEST(sensor, without_anything_unknown_forces_are_replayed_bit_for_bit_as_ever) {
-  const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.5, 1}},
-                          CurveBasis{3, {0, 1}}});
+  const fit::Bases bases(
+      {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 1}}});
   const double normal[]{0, 0.2, 0.4, 0.7, 1}, lateral[]{0, 0.3, 0.5, 0.6, 0.9};
   const double limit[]{0, 0.1, 0.2, 0.3};
   const runtime::ControlPointers<double> controls{{normal, lateral, limit}};
