@@ -88,7 +88,7 @@ class Tabulate final : public Command {
     arguments.option("-o,--output", output_, "T.csv to write: point,curve,at_m,value_N,slope_N_m",
                      true);
     arguments.flag("--band", has_band_,
-                   "of curves.h5: a column deviation_N, the standard error; only of curves with one");
+                   "of curves.h5: a column deviation_N, the standard error; curves with one only");
     arguments.option("--steps", steps_, "Intervals per curve, up to its last knot");
   }
 

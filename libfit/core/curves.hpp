@@ -80,8 +80,8 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
-  /// How far curves may be off (docs/method.md, section 14): P x n (n + 1) / 2 [N^2] for a kind of n
-  /// increments, the covariance of those of each point, lower triangle row by row; NaN for a curve
+  /// How far curves may be off (docs/method.md, section 14): P x n (n + 1) / 2 [N^2] for a kind of
+  /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a curve
   /// that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
   FittedRecordings recordings;

@@ -63,7 +63,8 @@ void check(const FitOptions& o) {
   require(o.contact_deviation_m >= 0 && std::isfinite(o.contact_deviation_m),
           "fit option contact_deviation", "is negative", "Give a length such as 0.1 mm, or 0.");
   require(o.sensor_deviation > 0 && std::isfinite(o.sensor_deviation),
-          "fit option sensor_deviation", "is not above 0", "Give a share of the force such as 0.05.");
+          "fit option sensor_deviation", "is not above 0",
+          "Give a share of the force such as 0.05.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
@@ -155,7 +156,8 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       return;
     }
     const std::string hash =
-        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], body.length_m, options);
+        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], body.length_m,
+                       options);
     const auto found = earlier.find(hash);
     results[p] = found != earlier.end()
                      ? fit::keep_point(samples, body.points[p], body.length_m, si,

@@ -124,8 +124,8 @@ struct FitReport {
   std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
   /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.
   double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
-  /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there: median
-  /// over the points that have one, and the widest.
+  /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there:
+  /// median over the points that have one, and the widest.
   std::array<double, kCurveKinds> median_band{}, widest_band{};
   std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
   bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`

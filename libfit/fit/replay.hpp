@@ -52,8 +52,8 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
-/// runtime::replay_drag of a tip that is `contact` deeper along the inward normal than recorded; with
-/// derivatives by it. Same law, same order of operations.
+/// runtime::replay_drag of a tip that is `contact` deeper along the inward normal than recorded;
+/// with derivatives by it. Same law, same order of operations.
 template <class T>
 int replay_shifted(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
                    const runtime::Quadric& quadric, const double* deflection, int rows,
@@ -108,8 +108,8 @@ inline int count_unknown(const Sensor& deviation) {
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and, in a body that leans, the lean's
-/// components along `tangents`, all in one parameter block; what is unknown of the sensor in a second
-/// one. For ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
+/// components along `tangents`, all in one parameter block; what is unknown of the sensor in a
+/// second one. For ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
 struct ReplayResidual {
   const Bases* bases;
   runtime::Quadric quadric;

@@ -178,7 +178,8 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
     const Controls& values = f.covariance[kind];
     if (values.size() == 0) continue;
     writer.numbers(covariance_name(kind), "N^2", values.data(),
-                   {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
+                   {static_cast<std::size_t>(values.rows()),
+                    static_cast<std::size_t>(values.cols())});
   }
   write_recordings(writer, f.recordings);
   writer.commit();

@@ -56,8 +56,9 @@ struct ForceRow {
 std::vector<ForceRow> read_forces(const std::filesystem::path& path);
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 
-/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test point
-/// or vertex. deviation_N: standard error of the value; the column is written when every row has one.
+/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test
+/// point or vertex. deviation_N: standard error of the value; the column is written when every row
+/// has one.
 struct CurveRow {
   std::int64_t point = 0;
   CurveKind curve = CurveKind::normal;
