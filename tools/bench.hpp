@@ -31,5 +31,6 @@ void bench_clicks(const BenchRequest& request);
 void bench_fem(const BenchRequest& request);
 void bench_peers(const BenchRequest& request);
 void bench_refine(const BenchRequest& request);
+void bench_fit(const BenchRequest& request);
 
 }  // namespace palpate::tools

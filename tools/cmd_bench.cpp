@@ -19,6 +19,8 @@ constexpr std::array kBenchmarks{
     Benchmark{"peers", "the same press by CalculiX, where ccx is installed", bench_peers},
     Benchmark{"refine", "curves of a thousand test points on up to a million vertices",
               bench_refine},
+    Benchmark{"fit", "curves per second by rows and test points, beside plain least squares",
+              bench_fit},
 };
 
 std::string names() {

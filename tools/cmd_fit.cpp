@@ -21,6 +21,10 @@ class Fit final : public Command {
                      "Curve family: auto (by held-out rows), separable, leaning");
     arguments.option("--warm-start", warm_start_,
                      "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
+    arguments.option("--free", frees_,
+                     "Found out about each recording, too: contact, bias, drift (commas between)");
+    arguments.option("--contact-deviation", contact_deviation_,
+                     "How far off a contact point may be where the samples do not say: \"0.1 mm\"");
     arguments.option("--jobs", jobs_, "Threads; 0: all cores");
   }
 
@@ -30,14 +34,15 @@ class Fit final : public Command {
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
     const FittedCurves curves = fit_samples(read_samples(samples_), section_,
                                             ProbeSection{}.spec.friction, jobs_,
-                                            earlier ? &*earlier : nullptr);
+                                            earlier ? &*earlier : nullptr,
+                                            sensor_choice(frees_, contact_deviation_));
     write_curves(output_, curves);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }
 
  private:
-  std::string samples_, output_, warm_start_;
+  std::string samples_, output_, warm_start_, frees_, contact_deviation_;
   FitSection section_;
   int jobs_ = 0;
 };

@@ -1,7 +1,10 @@
 #include <cmath>
+#include <limits>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/monotone_least_squares.hpp"
 #include "libfit/io/curves_file.hpp"
 #include "libfit/io/describe.hpp"
 #include "libfit/io/model_file.hpp"
@@ -15,16 +18,20 @@
 namespace palpate::tools {
 namespace {
 
-// Rows of one curve at `steps` equal abscissas up to the last knot.
-template <class Control>
+// Rows of one curve at `steps` equal abscissas up to the last knot. deviation: its error there.
+template <class Control, class Deviation>
 void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kind,
-                  const runtime::SplineView& spline, const Control* control, int steps) {
+                  const runtime::SplineView& spline, const Control* control, int steps,
+                  Deviation deviation) {
   for (int step = 0; step <= steps; ++step) {
     const double at = spline.knots[spline.pieces] * step / steps;
     rows.push_back({point, kind, at, runtime::curve_value(spline, control, at),
-                    runtime::curve_slope(spline, control, at)});
+                    runtime::curve_slope(spline, control, at), deviation(at)});
   }
 }
+
+// Without a known error.
+double unknown_deviation(double) { return std::numeric_limits<double>::quiet_NaN(); }
 
 std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<char>* is_covered,
                                    int steps) {
@@ -37,7 +44,7 @@ std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<cha
     for (Eigen::Index point = 0; point < curves.points(); ++point) {
       if (is_covered && !(*is_covered)[static_cast<std::size_t>(point)]) continue;
       append_curve(rows, point, static_cast<CurveKind>(kind), spline,
-                   curves.control[k].row(point).data(), steps);
+                   curves.control[k].row(point).data(), steps, unknown_deviation);
     }
   }
   return rows;
@@ -51,8 +58,26 @@ std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps)
       const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
                              asset.control_offset[kind];
       append_curve(rows, vertex, static_cast<CurveKind>(kind), asset.curves.view[kind], control,
-                   steps);
+                   steps, unknown_deviation);
     }
+  return rows;
+}
+
+// Curves with a standard error; those that no row spoke of are left out.
+std::vector<CurveRow> tabulate_bands(const FittedCurves& fitted, int steps) {
+  std::vector<CurveRow> rows;
+  for (std::size_t k = 0; k < kCurveKinds; ++k) {
+    const SplineTables tables = tabulate(fitted.curves.basis[k]);
+    const runtime::SplineView spline = fit::view(tables);
+    for (Eigen::Index point = 0; point < fitted.covariance[k].rows(); ++point) {
+      const Eigen::VectorXd covariance = fitted.covariance[k].row(point);
+      if (!covariance.allFinite()) continue;
+      append_curve(rows, point, static_cast<CurveKind>(k), spline,
+                   fitted.curves.control[k].row(point).data(), steps, [&](double at) {
+                     return fit::curve_deviation(spline, covariance, at);
+                   });
+    }
+  }
   return rows;
 }
 
@@ -62,6 +87,8 @@ class Tabulate final : public Command {
     arguments.positional("file", file_, "curves.h5, model.h5 or asset.palp");
     arguments.option("-o,--output", output_, "T.csv to write: point,curve,at_m,value_N,slope_N_m",
                      true);
+    arguments.flag("--band", has_band_,
+                   "of curves.h5: a column deviation_N, the standard error; curves with one only");
     arguments.option("--steps", steps_, "Intervals per curve, up to its last knot");
   }
 
@@ -77,10 +104,15 @@ class Tabulate final : public Command {
  private:
   std::vector<CurveRow> read_and_tabulate() const {
     if (is_asset_file(file_)) {
+      if (has_band_)
+        throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");
       const AssetFile asset = read_asset_file(file_);
       return tabulate_asset(asset.asset(), steps_);
     }
     const std::string schema = schema_of(file_);
+    if (has_band_ && schema != kCurvesSchema.name)
+      throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");
+    if (has_band_) return tabulate_bands(read_curves(file_), steps_);
     if (schema == kCurvesSchema.name)
       return tabulate_set(read_curves(file_).curves, nullptr, steps_);
     if (schema == kModelSchema.name) {
@@ -93,6 +125,7 @@ class Tabulate final : public Command {
 
   std::string file_, output_;
   int steps_ = 20;
+  bool has_band_ = false;
 };
 
 }  // namespace

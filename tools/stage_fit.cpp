@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "tools/console.hpp"
 
@@ -25,6 +26,12 @@ void say_report(const FitReport& report) {
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
       100 * report.median_relative_error, 100 * report.p95_relative_error,
       100 * report.max_relative_error);
+  for (std::size_t k = 0; k < kCurveKinds; ++k)
+    if (report.widest_point[k] >= 0)
+      say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at point "
+          "{}",
+          kCurveNames[k], 100 * report.median_band[k], 100 * report.widest_band[k],
+          report.widest_point[k]);
   if (report.kept > 0)
     say("  kept: {} points whose rows are those of the earlier fit", report.kept);
   say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.good, report.poor,
@@ -38,10 +45,23 @@ void say_report(const FitReport& report) {
   }
 }
 
+void say_recordings(const FittedRecordings& recordings) {
+  const std::size_t count = recordings.experiment.size();
+  for (std::size_t i = 0; i < std::min(count, kListed); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    say("  experiment {}: contact {:+.3g} +- {:.2g} mm, bias {:+.3g} +- {:.2g} N, drift {:+.3g} +- "
+        "{:.2g} N",
+        recordings.experiment[i], 1e3 * recordings.contact_m[at],
+        1e3 * recordings.contact_deviation_m[at], recordings.bias_N[at],
+        recordings.bias_deviation_N[at], recordings.drift_N[at], recordings.drift_deviation_N[at]);
+  }
+  if (count > kListed) say("  and {} more experiments", count - kListed);
+}
+
 }  // namespace
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const FittedCurves* warm_start) {
+                         int jobs, const FittedCurves* warm_start, const SensorChoice& sensor) {
   const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
@@ -49,6 +69,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
                 "Use auto, separable or leaning.");
   FitOptions options;
   options.warm_start = warm_start;
+  options.frees = sensor.frees;
+  options.contact_deviation_m = sensor.contact_deviation_m;
   for (const CurveFamilyName& row : kCurveFamilyNames)
     if (row.name == section.family) options.family = row.family;
   options.degree = section.degree;
@@ -64,11 +86,34 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   }
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
+  say_recordings(curves.recordings);
   if (report.failed == curves.status.size())
     throw Error(
         "fit", fmt::format("none of the {} test points has a usable row", report.failed),
         "See the list of experiments that are not good; press less deep or in smaller steps.");
   return curves;
+}
+
+SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation) {
+  SensorChoice choice;
+  for (std::size_t begin = 0; begin < frees.size();) {
+    const std::size_t end = std::min(frees.find(',', begin), frees.size());
+    const std::string name = frees.substr(begin, end - begin);
+    const auto row = std::find_if(kSensorPartNames.begin(), kSensorPartNames.end(),
+                                  [&](const SensorPartName& part) { return part.name == name; });
+    if (row == kSensorPartNames.end())
+      throw Error("--free", "there is nothing called \"" + name + "\" to free",
+                  "Use contact, bias, drift, or several with commas between.");
+    choice.frees[static_cast<std::size_t>(row->part)] = true;
+    begin = end + 1;
+  }
+  if (contact_deviation.empty()) return choice;
+  const auto length = parse_quantity(contact_deviation, Dimension::length);
+  if (!length || !(*length > 0))
+    throw Error("--contact-deviation", "\"" + contact_deviation + "\" is no length above 0",
+                "Give a length with its unit, such as \"0.1 mm\".");
+  choice.contact_deviation_m = *length;
+  return choice;
 }
 
 std::size_t list_bad_points(const FittedCurves& curves) {

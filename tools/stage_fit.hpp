@@ -1,16 +1,29 @@
 #pragma once
 
+#include <array>
+#include <string>
+
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "tools/scene.hpp"
 
 namespace palpate::tools {
 
+/// What `--free` and `--contact-deviation` say of measured recordings; see FitOptions.
+struct SensorChoice {
+  std::array<bool, 3> frees{false, false, false};
+  double contact_deviation_m = 0;
+};
+/// frees: names with commas between. contact_deviation: a length with unit, or empty.
+/// Throws Error on names and lengths that are none.
+SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation);
+
 /// Curves at the test points, with basis, residuals and worst points said on stderr.
 /// warm_start: curves of an earlier fit, see FitOptions.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const FittedCurves* warm_start = nullptr);
+                         int jobs, const FittedCurves* warm_start = nullptr,
+                         const SensorChoice& sensor = {});
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.

@@ -59,6 +59,16 @@ enum class FitStatus : std::int8_t {
   failed = 3,           ///< no curve; the point is left out of refinement
 };
 
+/// What a fit found of recordings besides the curves; a row per experiment, none when nothing was
+/// unknown. The tip was `contact_m` deeper than recorded, the sensor read bias + drift t along the
+/// normal, t from -1/2 to 1/2 along the experiment. Deviations are 0 for what was known.
+struct FittedRecordings {
+  std::vector<std::int32_t> experiment, point;  ///< of the samples
+  Eigen::VectorXd contact_m, contact_deviation_m;
+  Eigen::VectorXd bias_N, bias_deviation_N;
+  Eigen::VectorXd drift_N, drift_deviation_N;
+};
+
 /// Curves at the test points: curves.h5 in memory. P points.
 struct FittedCurves {
   Points position;                ///< P x 3 [m]
@@ -70,6 +80,11 @@ struct FittedCurves {
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
+  /// How far curves may be off (docs/method.md, section 14): P x n (n + 1) / 2 [N^2] for a kind of
+  /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a curve
+  /// that no row speaks of. No columns when unknown.
+  std::array<Controls, kCurveKinds> covariance;
+  FittedRecordings recordings;
   /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
   std::vector<std::string> rows_hash;
 };

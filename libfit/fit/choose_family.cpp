@@ -27,11 +27,13 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
     control[kind] = controls_of(curves.increments[kind]);
   const std::vector<double> lean = lean_controls<double>(
       tangents_of(point.inward), curves.lean.data(), static_cast<int>(curves.lean.size()));
-  for (const Experiment& e : point.experiments) {
+  for (std::size_t k = 0; k < point.experiments.size(); ++k) {
+    const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
-    runtime::replay_drag<double>(
-        bases.views, {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
-        quadric, e.deflection.front().data(), static_cast<int>(force.size()), force.data());
+    replay<double>(bases.views,
+                   {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
+                   quadric, e.deflection.front().data(), static_cast<int>(force.size()),
+                   as_array(curves.sensor[k]), is_any(curves.sensor[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
       errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));

@@ -76,7 +76,7 @@ std::vector<RowCounts> sort_rows(const Samples& s, BodyData& body) {
     auto& experiments = body.points[p].experiments;
     if (s.point[at] != point || s.experiment[at] != experiment) {
       point = s.point[at], experiment = s.experiment[at], is_cut = false;
-      experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}});
+      experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}, {}});
     }
     const bool is_good = s.status[at] == RowStatus::good;
     const bool is_number = is_finite(s, i);
@@ -161,6 +161,7 @@ std::string find_problem(const Samples& s, const PointData& point, const RowCoun
 
 void set_weights(const Samples& s, double weight_floor, double body_error_N, PointData& point) {
   const auto errors = known_errors(s, point);
+  point.has_errors = !errors.empty();
   const double unknown_N = !errors.empty()    ? median(errors)
                            : body_error_N > 0 ? body_error_N
                                               : scatter_N(point);

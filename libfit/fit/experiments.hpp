@@ -9,6 +9,20 @@
 
 namespace palpate::fit {
 
+/// What a recording adds that is not the body's: the tip was `contact` deeper than recorded, and
+/// the sensor reads bias + drift t along the inward normal, t from -1/2 at the first row to 1/2 at the
+/// last. Lengths and forces in the caller's units.
+struct Sensor {
+  double contact = 0, bias = 0, drift = 0;
+
+  double reading(double t) const { return bias + drift * t; }
+};
+
+/// Where row i of n stands in its recording, -1/2 to 1/2.
+inline double part_of_way(std::size_t i, std::size_t n) {
+  return n > 1 ? static_cast<double>(i) / static_cast<double>(n - 1) - 0.5 : 0;
+}
+
 /// One press, drag or path of a test point as the fit sees it: usable rows in step order, lengths
 /// over the body's `length_m`, forces over the point's `force_N`, so that every number is of
 /// order 1 whatever the body's size and stiffness.
@@ -21,6 +35,8 @@ struct Experiment {
   std::vector<Vec3> force;
   std::vector<double> weight;      ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
   std::vector<Eigen::Index> row;   ///< in the samples
+  /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
+  Sensor unknown;
 };
 
 struct PointData {
@@ -29,6 +45,7 @@ struct PointData {
   double force_N = 1;                   ///< typical force, the unit of force
   double depth = 0;                     ///< deepest usable row, over length_m
   std::vector<Experiment> experiments;
+  bool has_errors = false;  ///< some row states its force error: weights are believed
   std::string problem;  ///< why nothing can be fitted; empty when something can
 };
 

@@ -14,8 +14,10 @@
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_basis.hpp"
 #include "libfit/fit/choose_family.hpp"
+#include "libfit/fit/curve_band.hpp"
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/rows_hash.hpp"
+#include "libfit/fit/sensors.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate {
@@ -23,6 +25,18 @@ namespace {
 
 using fit::BodyBases;
 using fit::PointResult;
+
+constexpr int kSensorRounds = 2;  // a second round moves contact points by less than their errors
+
+template <class Act>
+void parallel_for(int wanted, std::size_t count, const Act& act) {
+  const int jobs = wanted > 0 ? wanted : tbb::this_task_arena::max_concurrency();
+  // Without it TBB grants at most a thread per core and prints a warning about the rest.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(jobs));
+  tbb::task_arena arena(jobs);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, act); });
+}
 
 void require(bool holds, const char* option, const char* fact, const char* remedy) {
   if (!holds) throw Error(option, fact, remedy);
@@ -46,6 +60,11 @@ void check(const FitOptions& o) {
           "fit option default_friction", "is not above 0", "Give a friction such as 0.3.");
   require(o.default_lateral_ratio > 0 && std::isfinite(o.default_lateral_ratio),
           "fit option default_lateral_ratio", "is not above 0", "Give a ratio such as 0.67.");
+  require(o.contact_deviation_m >= 0 && std::isfinite(o.contact_deviation_m),
+          "fit option contact_deviation", "is negative", "Give a length such as 0.1 mm, or 0.");
+  require(o.sensor_deviation > 0 && std::isfinite(o.sensor_deviation),
+          "fit option sensor_deviation", "is not above 0",
+          "Give a share of the force such as 0.05.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
@@ -77,10 +96,33 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
   return bases;
 }
 
+// Bases chosen again from rows as they are without what sensors add, found on the bases so far; and
+// those rows. Nothing changes where all is known of sensors.
+void settle_sensors(const fit::BodyData& body, const FitOptions& options,
+                    std::vector<fit::PointRows>& rows, BodyBases& bases) {
+  if (!fit::has_unknown_sensors(body)) return;
+  for (int round = 0; round < kSensorRounds; ++round) {
+    const fit::Bases plain(bases.plain);
+    BodyBases separable = bases;
+    separable.lean_plain.knots_m.clear();
+    std::vector<fit::PointRows> corrected(rows.size());
+    parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
+      const fit::PointData& point = body.points[p];
+      if (!point.problem.empty()) return;
+      const fit::PointCurves found = fit::identify(point, rows[p], separable, plain, options);
+      corrected[p] = fit::curve_rows(found.problem.empty()
+                                         ? fit::without_sensors(point, found.sensor)
+                                         : point);
+    });
+    rows = std::move(corrected);
+    bases = make_bases(body, rows, options);
+  }
+}
+
 // Rows of an earlier fit by what they were fitted from.
 std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
   std::map<std::string, Eigen::Index> row;
-  if (earlier != nullptr)
+  if (earlier != nullptr && earlier->covariance[0].size() > 0)
     for (std::size_t p = 0; p < earlier->rows_hash.size(); ++p)
       row.emplace(earlier->rows_hash[p], static_cast<Eigen::Index>(p));
   return row;
@@ -114,7 +156,8 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       return;
     }
     const std::string hash =
-        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], options);
+        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], body.length_m,
+                       options);
     const auto found = earlier.find(hash);
     results[p] = found != earlier.end()
                      ? fit::keep_point(samples, body.points[p], body.length_m, si,
@@ -125,12 +168,7 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
   };
-  const int jobs = options.jobs > 0 ? options.jobs : tbb::this_task_arena::max_concurrency();
-  // Without it TBB grants at most a thread per core and prints a warning about the rest.
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(jobs));
-  tbb::task_arena arena(jobs);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, results.size(), fit_one); });
+  parallel_for(options.jobs, results.size(), fit_one);
   return results;
 }
 
@@ -142,8 +180,10 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.normal = samples.point_normal;
   out.name = samples.point_name;
   out.curves.basis = bases.si;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     out.curves.control[kind].resize(points, bases.si[kind].size());
+    out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
+  }
   out.curves.lean_basis = bases.lean_si;
   if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
@@ -151,8 +191,10 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
       out.curves.control[kind].row(p) = result.control[kind];
+      out.covariance[kind].row(p) = result.covariance[kind];
+    }
     if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
@@ -162,6 +204,7 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
     out.rms_residual_N[p] = result.score.rms_N;
     out.max_residual_N[p] = result.score.max_N;
   }
+  out.recordings = fit::collect_sensors(body, results);
   return out;
 }
 
@@ -184,6 +227,30 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
   if (worst.size() > static_cast<std::size_t>(std::max(count, 0)))
     worst.resize(static_cast<std::size_t>(std::max(count, 0)));
   return worst;
+}
+
+// Relative bands where each curve's rows end: past that it is extrapolated.
+void report_bands(const FittedCurves& fitted, const std::vector<fit::PointRows>& rows,
+                  double length_m, FitReport& report) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
+    const auto spline = fit::view(tables);
+    std::vector<double> bands;
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+      const auto at = static_cast<Eigen::Index>(p);
+      const Eigen::VectorXd covariance = fitted.covariance[kind].row(at);
+      if (!covariance.allFinite() || rows[p].curve[kind].empty()) continue;
+      double end = 0;
+      for (const fit::CurveRow& row : rows[p].curve[kind]) end = std::max(end, row.x * length_m);
+      const double value =
+          runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
+      if (!(value > 0)) continue;
+      bands.push_back(fit::kBand90 * fit::curve_deviation(spline, covariance, end) / value);
+      if (bands.back() > report.widest_band[kind] || report.widest_point[kind] < 0)
+        report.widest_band[kind] = bands.back(), report.widest_point[kind] = at;
+    }
+    report.median_band[kind] = fit::median(std::move(bands));
+  }
 }
 
 FitReport make_report(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
@@ -221,16 +288,19 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
   const auto begin = std::chrono::steady_clock::now();
   check(wanted);
   const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
-  const fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
+  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
+  fit::free_sensors(samples, options, body);
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
   BodyBases bases = make_bases(body, rows, options);
+  settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, rows, options, bases);
   const auto results = fit_points(samples, body, rows, bases, options, progress);
   FittedCurves fitted = collect(samples, body, bases, results);
   if (report != nullptr) {
     *report = make_report(samples, body, bases, fitted, results, options.worst_points);
     report->family = family;
+    report_bands(fitted, rows, body.length_m, *report);
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -26,6 +26,18 @@ inline constexpr std::array<FitLossName, 3> kFitLossNames{{
     {FitLoss::cauchy, "cauchy"},
 }};
 
+/// What may be unknown of a recording besides the body's curves.
+enum class SensorPart : std::int8_t { contact = 0, bias = 1, drift = 2 };
+struct SensorPartName {
+  SensorPart part;
+  std::string_view name;
+};
+inline constexpr std::array<SensorPartName, 3> kSensorPartNames{{
+    {SensorPart::contact, "contact"},  ///< where the tip touched first
+    {SensorPart::bias, "bias"},        ///< of the force along the normal
+    {SensorPart::drift, "drift"},      ///< likewise, linear from the first row to the last
+}};
+
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
@@ -46,6 +58,12 @@ struct FitOptions {
   double default_friction = 0.3;  ///< L / f^z where no row slips
   /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of an incompressible half-space.
   double default_lateral_ratio = 2.0 / 3.0;
+  /// Parts of each experiment's recording that are fitted with the curves, by SensorPart; each is
+  /// bounded by four standard deviations of what is known of it beforehand.
+  std::array<bool, 3> frees{false, false, false};
+  /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
+  double contact_deviation_m = 0;
+  double sensor_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
   int jobs = 0;         ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;  ///< length of FitReport::worst
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and points
@@ -106,6 +124,10 @@ struct FitReport {
   std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
   /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.
   double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
+  /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there:
+  /// median over the points that have one, and the widest.
+  std::array<double, kCurveKinds> median_band{}, widest_band{};
+  std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
   bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
   double seconds = 0;       ///< wall clock
 };

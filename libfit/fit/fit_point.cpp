@@ -1,13 +1,49 @@
 #include "libfit/fit/fit_point.hpp"
 
+#include <limits>
+
+#include "libfit/fit/basis_bias.hpp"
+#include "libfit/fit/covariance.hpp"
+#include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/sensors.hpp"
 #include "libfit/fit/solve_point.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
+namespace {
+
+Sensor in_si(const Sensor& s, double length_m, double force_N) {
+  return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
+}
+
+// Bands and sensors of a point in SI.
+void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBases& bases,
+                     const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
+                     PointResult& result) {
+  const PointCovariance found = covariance(point, plain, curves, loss);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (found.increments[kind].size() == 0) continue;
+    const double bias = basis_inflation(
+        bases.plain[kind], unit_weights(rows.curve[kind]), found.increments[kind], loss);
+    result.covariance[kind] =
+        pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
+  }
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    result.sensor.push_back(in_si(curves.sensor[e], length_m, point.force_N));
+    result.sensor_deviation.push_back(in_si(found.sensor[e], length_m, point.force_N));
+  }
+}
+
+}  // namespace
+
 PointResult no_curves(const BodyBases& bases, const std::string& why) {
   PointResult result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
+    result.covariance[kind] =
+        Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
+                                  std::numeric_limits<double>::quiet_NaN());
+  }
   if (!bases.lean_si.knots_m.empty())
     result.lean_m = Eigen::VectorXd::Zero(3 * bases.lean_si.size());
   result.message = why;
@@ -37,7 +73,9 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
     result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
   result.lean_m = stored_lean(point.inward, curves.lean, length_m);
 
-  result.score = score_point(samples, point, length_m, si, result.control, result.lean_m);
+  add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
+  result.score =
+      score_point(samples, point, length_m, si, result.control, result.lean_m, result.sensor);
   result.is_scored = true;
   if (curves.is_identified[2] && result.score.slipped_rows == 0)
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
@@ -55,15 +93,19 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
 PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& si, const FittedCurves& earlier, Eigen::Index row) {
   PointResult result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     result.control[kind] = earlier.curves.control[kind].row(row);
+    result.covariance[kind] = earlier.covariance[kind].row(row);
+  }
   if (earlier.curves.lean.size() > 0) result.lean_m = earlier.curves.lean.row(row);
   result.status = earlier.status[static_cast<std::size_t>(row)];
   result.message = earlier.message[static_cast<std::size_t>(row)];
   result.is_kept = true;
+  restore_sensors(earlier.recordings, row, point.experiments.size(), result);
   result.is_scored = result.status != FitStatus::failed;
   if (result.is_scored)
-    result.score = score_point(samples, point, length_m, si, result.control, result.lean_m);
+    result.score =
+        score_point(samples, point, length_m, si, result.control, result.lean_m, result.sensor);
   return result;
 }
 

@@ -24,6 +24,9 @@ struct PointResult {
   Eigen::VectorXd lean_m;
   FitStatus status = FitStatus::failed;
   std::string message;
+  std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown
+  std::vector<Sensor> sensor;            ///< of each experiment, SI
+  std::vector<Sensor> sensor_deviation;  ///< SI; 0 where it was known
   PointScore score;
   bool is_scored = false;
   std::string rows_hash;

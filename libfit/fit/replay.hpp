@@ -52,10 +52,64 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
+/// runtime::replay_drag of a tip that is `contact` deeper along the inward normal than recorded;
+/// with derivatives by it. Same law, same order of operations.
+template <class T>
+int replay_shifted(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
+                   const runtime::Quadric& quadric, const double* deflection, int rows,
+                   const T& contact, runtime::Vec3<T>* force) {
+  const runtime::Vec3<T> nothing{T(0), T(0), T(0)}, inward = runtime::widened<T>(quadric.u0);
+  runtime::QuadricSurface<T> surface{&quadric, controls, nothing};
+  bool in_contact = true;
+  int slipped = 0;
+  runtime::Vec3d before{0, 0, 0};
+  for (int row = 0; row < rows; ++row) {
+    const runtime::Vec3<T> x =
+        runtime::widened<T>(runtime::make_vec3<double>(deflection + 3 * row)) + inward * contact;
+    const runtime::Vec3d tip = runtime::values_of(x);
+    force[row] = nothing;
+    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
+      surface.p = runtime::widened<T>(runtime::entry_shadow(quadric, before, tip));
+      in_contact = true;
+    }
+    before = tip;
+    if (!in_contact) continue;
+    auto foot = runtime::footing(views, surface.standing(), x);
+    slipped += runtime::slide(views, x, surface, foot) != runtime::SlideEnd::stick;
+    force[row] = runtime::response(views, foot.spot, foot.d, foot.lateral_N);
+    in_contact = runtime::value_of(foot.d.normal_m) > 0 || row == 0;
+  }
+  return slipped;
+}
+
+/// Forces of one experiment, its sensor's reading included; returns how many rows slipped.
+template <class T>
+int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
+           const runtime::Quadric& quadric, const double* deflection, int rows,
+           const std::array<T, 3>& sensor, bool has_sensor, runtime::Vec3<T>* force) {
+  if (!has_sensor)
+    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
+  const int slipped =
+      replay_shifted<T>(views, controls, quadric, deflection, rows, sensor[0], force);
+  const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
+  for (int i = 0; i < rows; ++i) {
+    const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));
+    force[i] = force[i] + inward * (sensor[1] + sensor[2] * t);
+  }
+  return slipped;
+}
+inline std::array<double, 3> as_array(const Sensor& s) { return {s.contact, s.bias, s.drift}; }
+inline bool is_any(const Sensor& s) { return s.contact != 0 || s.bias != 0 || s.drift != 0; }
+inline int count_unknown(const Sensor& deviation) {
+  int count = 0;
+  for (const double d : as_array(deviation)) count += d > 0;
+  return count;
+}
+
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and, in a body that leans, the lean's
-/// components along `tangents`, all in one parameter block; for ceres::DynamicAutoDiffCostFunction.
-/// The rest stays at `fixed`.
+/// components along `tangents`, all in one parameter block; what is unknown of the sensor in a
+/// second one. For ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
 struct ReplayResidual {
   const Bases* bases;
   runtime::Quadric quadric;
@@ -65,6 +119,7 @@ struct ReplayResidual {
   FitLoss loss = FitLoss::squared;
   double loss_scale = 1;
   std::array<Vec3, 2> tangents{};
+  const std::vector<double>* weight = nullptr;  ///< of rows; null: the experiment's own
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
@@ -80,14 +135,20 @@ struct ReplayResidual {
     }
     const int lean_components = bases->leans() ? 2 * (bases->views.lean.size() - 1) : 0;
     const std::vector<T> lean = lean_controls<T>(tangents, next, lean_components);
+    std::array<T, 3> sensor{T(0), T(0), T(0)};
+    const auto unknown = as_array(experiment->unknown);
+    int at = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (unknown[k] > 0) sensor[k] = parameters[1][at++];
     const auto rows = static_cast<int>(experiment->row.size());
     std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
-    runtime::replay_drag<T>(
-        bases->views, {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
-        quadric, experiment->deflection.front().data(), rows, force.data());
+    replay<T>(bases->views,
+              {{control[0].data(), control[1].data(), control[2].data()}, lean.data()}, quadric,
+              experiment->deflection.front().data(), rows, sensor, at > 0, force.data());
+    const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];
-      const double w = experiment->weight[i];
+      const double w = weights[i];
       T* r = residual + 3 * i;
       r[0] = w * (force[i].x - measured.x());
       r[1] = w * (force[i].y - measured.y());

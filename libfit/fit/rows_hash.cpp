@@ -16,7 +16,7 @@ void add(std::vector<double>& out, const Eigen::DenseBase<Derived>& values) {
 }  // namespace
 
 std::string rows_hash(const Samples& samples, Eigen::Index point, const PointData& data,
-                      const FitOptions& options) {
+                      double length_m, const FitOptions& options) {
   std::vector<double> all{static_cast<double>(options.loss), options.poor_above,
                           options.default_friction, options.default_lateral_ratio};
   add(all, samples.point_position.row(point));
@@ -26,6 +26,9 @@ std::string rows_hash(const Samples& samples, Eigen::Index point, const PointDat
   for (const Experiment& e : data.experiments) {
     all.push_back(static_cast<double>(e.kind));
     all.push_back(static_cast<double>(e.row.size()));
+    for (const double d : {e.unknown.contact * length_m, e.unknown.bias * data.force_N,
+                           e.unknown.drift * data.force_N})
+      if (d > 0) all.push_back(d);
     for (std::size_t i = 0; i < e.row.size(); ++i) {
       add(all, samples.deflection.row(e.row[i]));
       add(all, samples.force.row(e.row[i]));

@@ -7,9 +7,9 @@
 namespace palpate::fit {
 
 /// What a point's curves depend on besides bases and family: its place, its usable rows with their
-/// weights, and the options that a point's own fit reads. 16 hex digits; equal means the curves need
-/// no refit.
+/// weights, what is unknown of its sensors, and the options that a point's own fit reads. 16 hex
+/// digits; equal means the curves need no refit.
 std::string rows_hash(const Samples& samples, Eigen::Index point, const PointData& data,
-                      const FitOptions& options);
+                      double length_m, const FitOptions& options);
 
 }  // namespace palpate::fit

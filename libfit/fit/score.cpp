@@ -39,20 +39,23 @@ Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& component
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
                        const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m) {
+                       const Eigen::VectorXd& lean_m, const std::vector<Sensor>& sensor) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
   const runtime::ControlPointers<double> controls{
       {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()}, lean_m.data()};
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
-  for (const Experiment& e : point.experiments) {
+  for (std::size_t at = 0; at < point.experiments.size(); ++at) {
+    const Experiment& e = point.experiments[at];
+    const Sensor known = sensor.empty() ? Sensor{} : sensor[at];
     std::vector<double> deflection_m;
     for (const Eigen::Index i : e.row)
       for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
     std::vector<runtime::Vec3d> force(e.row.size());
     score.slipped_rows +=
-        runtime::replay_drag<double>(bases_m.views, controls, quadric, deflection_m.data(),
-                                     static_cast<int>(e.row.size()), force.data());
+        replay<double>(bases_m.views, controls, quadric, deflection_m.data(),
+                       static_cast<int>(e.row.size()), as_array(known), is_any(known),
+                       force.data());
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3 measured = samples.force.row(e.row[i]);
       const double size = (Vec3(force[i].x, force[i].y, force[i].z) - measured).norm();

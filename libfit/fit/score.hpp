@@ -14,7 +14,7 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
 Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
 
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
-/// lean_m: as stored_lean.
+/// lean_m: as stored_lean. sensor: of each experiment in SI, taken off its rows; empty for none.
 struct PointScore {
   double rms_N = 0, max_N = 0;
   double relative = 0;                 ///< rms difference over rms force
@@ -26,6 +26,6 @@ struct PointScore {
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
                        const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m);
+                       const Eigen::VectorXd& lean_m, const std::vector<Sensor>& sensor = {});
 
 }  // namespace palpate::fit

@@ -174,6 +174,7 @@ PointCurves start_values(const PointData& point, const PointRows& rows,
                          const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
                          const FitOptions& options) {
   PointCurves out;
+  out.sensor.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);

@@ -18,6 +18,11 @@ struct PointCurves {
   /// empty in the separable family.
   Eigen::VectorXd lean;
   double lean_strength = kFaint;  ///< of the faint pull of the lean to 0
+  std::vector<Sensor> sensor;     ///< of each experiment, where a part of it is unknown; else 0
+  /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
+  /// their force, and the weights of each experiment's rows.
+  double scale = 0, noise = 0;
+  std::vector<std::vector<double>> weight;
   double friction = 0;     ///< L / f^z where rows do not say otherwise
   std::string problem;     ///< no curve can be made; empty otherwise
   std::string message;     ///< sentences on what is missing and what stands in for it

@@ -19,6 +19,59 @@ void check_measure(const h5::Complain& complain, const std::string& name,
       throw complain(name, "row " + std::to_string(i) + " is negative or infinite");
 }
 
+std::string covariance_name(std::size_t kind) {
+  return "curves/" + std::string(kCurveNames[kind]) + "/covariance";
+}
+
+// Entries of the lower triangle of a curve's increments.
+std::size_t covariance_columns(const CurveBasis& basis) {
+  const auto n = static_cast<std::size_t>(basis.size() - 1);
+  return n * (n + 1) / 2;
+}
+
+// A row is finite with a diagonal of variances, or all NaN.
+void check_covariance(const h5::Complain& complain, const FittedCurves& f, std::size_t kind) {
+  const std::string name = covariance_name(kind);
+  const Controls& values = f.covariance[kind];
+  check_rows(complain, name, values.rows(), f.position.rows());
+  if (static_cast<std::size_t>(values.cols()) != covariance_columns(f.curves.basis[kind]))
+    throw complain(name, "has another number of columns than the basis asks for");
+  for (Eigen::Index p = 0; p < values.rows(); ++p) {
+    if (values.row(p).array().isNaN().all()) continue;
+    const std::string row = "row " + std::to_string(p);
+    if (!values.row(p).allFinite()) throw complain(name, row + " is not finite");
+    for (Eigen::Index i = 0, at = 0; at < values.cols(); ++i, at += i + 1)
+      if (values(p, at) < 0) throw complain(name, row + " has a negative variance");
+  }
+}
+
+struct SensorColumn {
+  const char* name;
+  const char* unit;
+  Eigen::VectorXd FittedRecordings::*values;
+};
+constexpr SensorColumn kSensorColumns[] = {
+    {"experiments/contact", "m", &FittedRecordings::contact_m},
+    {"experiments/contact_deviation", "m", &FittedRecordings::contact_deviation_m},
+    {"experiments/bias", "N", &FittedRecordings::bias_N},
+    {"experiments/bias_deviation", "N", &FittedRecordings::bias_deviation_N},
+    {"experiments/drift", "N", &FittedRecordings::drift_N},
+    {"experiments/drift_deviation", "N", &FittedRecordings::drift_deviation_N},
+};
+
+void check_recordings(const h5::Complain& complain, const FittedCurves& f) {
+  const auto rows = static_cast<Eigen::Index>(f.recordings.experiment.size());
+  check_rows(complain, "experiments/point", static_cast<Eigen::Index>(f.recordings.point.size()),
+             rows);
+  check_indices(complain, "experiments/point", f.recordings.point.data(), rows, 1,
+                f.position.rows());
+  for (const SensorColumn& column : kSensorColumns) {
+    const Eigen::VectorXd& values = f.recordings.*column.values;
+    check_rows(complain, column.name, values.size(), rows);
+    if (!values.allFinite()) throw complain(column.name, "is not finite");
+  }
+}
+
 void check(const FittedCurves& f, const h5::Complain& complain) {
   const Eigen::Index points = f.position.rows();
   check_finite(complain, "points/position", f.position);
@@ -33,6 +86,29 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   if (!f.rows_hash.empty())
     check_rows(complain, "points/rows_hash", static_cast<Eigen::Index>(f.rows_hash.size()), points);
   check_curve_set(complain, f.curves, points);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
+  check_recordings(complain, f);
+}
+
+FittedRecordings read_recordings(const h5::Reader& reader) {
+  FittedRecordings out;
+  if (!reader.has("experiments/experiment")) return out;
+  out.experiment = reader.integers("experiments/experiment", h5::kNoUnit, {h5::kAny, 0});
+  const std::size_t rows = out.experiment.size();
+  out.point = reader.integers("experiments/point", h5::kNoUnit, {rows, 0});
+  for (const SensorColumn& column : kSensorColumns)
+    out.*column.values = read_vector(reader, column.name, column.unit, rows);
+  return out;
+}
+
+void write_recordings(h5::Writer& writer, const FittedRecordings& recordings) {
+  const std::size_t rows = recordings.experiment.size();
+  if (rows == 0) return;
+  writer.integers("experiments/experiment", h5::kNoUnit, recordings.experiment.data(), {rows, 0});
+  writer.integers("experiments/point", h5::kNoUnit, recordings.point.data(), {rows, 0});
+  for (const SensorColumn& column : kSensorColumns)
+    write_vector(writer, column.name, column.unit, recordings.*column.values);
 }
 
 std::vector<FitStatus> read_status(const h5::Reader& reader, std::size_t points) {
@@ -71,6 +147,15 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
   if (reader.has("points/rows_hash")) f.rows_hash = reader.strings("points/rows_hash", points);
   f.curves = read_curve_set(reader, points);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!reader.has(covariance_name(kind))) continue;
+    const std::size_t columns = covariance_columns(f.curves.basis[kind]);
+    const auto values =
+        reader.numbers(covariance_name(kind), "N^2", {points, columns}, true);
+    f.covariance[kind] = Eigen::Map<const Controls>(values.data(), f.position.rows(),
+                                                    static_cast<Eigen::Index>(columns));
+  }
+  f.recordings = read_recordings(reader);
   check(f, complain_about(reader));
   return f;
 }
@@ -89,6 +174,14 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_vector(writer, "points/depth_range", "m", f.depth_range_m);
   if (!f.rows_hash.empty()) writer.strings("points/rows_hash", f.rows_hash);
   write_curve_set(writer, f.curves);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const Controls& values = f.covariance[kind];
+    if (values.size() == 0) continue;
+    writer.numbers(covariance_name(kind), "N^2", values.data(),
+                   {static_cast<std::size_t>(values.rows()),
+                    static_cast<std::size_t>(values.cols())});
+  }
+  write_recordings(writer, f.recordings);
   writer.commit();
 }
 

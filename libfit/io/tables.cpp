@@ -28,8 +28,12 @@ constexpr std::array<CsvColumnRule, 12> kForceRules{{{"t_s"},
                                                      {"depth_m"},
                                                      {"lateral_m"},
                                                      {"sliding"}}};
-constexpr std::array<CsvColumnRule, 5> kCurveRules{
-    {{"point"}, {"curve", true, true}, {"at_m"}, {"value_N"}, {"slope_N_m"}}};
+constexpr std::array<CsvColumnRule, 6> kCurveRules{{{"point"},
+                                                    {"curve", true, true},
+                                                    {"at_m"},
+                                                    {"value_N"},
+                                                    {"slope_N_m"},
+                                                    {"deviation_N", false}}};
 
 // The header a writer gives: the rules' names, the optional ones only on demand.
 template <std::size_t N>
@@ -197,15 +201,21 @@ std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path) {
     rows[i] = {whole_number(table, "point", i, 0, 9007199254740992.0),
                static_cast<CurveKind>(kind - kCurveNames.begin()), table.number("at_m")[i],
                table.number("value_N")[i], table.number("slope_N_m")[i]};
+    if (table.has("deviation_N")) rows[i].deviation_N = table.number("deviation_N")[i];
   }
   return rows;
 }
 
 void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows) {
-  CsvWriter csv(path, header(kCurveRules));
+  const bool has_deviation =
+      !rows.empty() && std::none_of(rows.begin(), rows.end(), [](const CurveRow& row) {
+        return std::isnan(row.deviation_N);
+      });
+  CsvWriter csv(path, header(kCurveRules, has_deviation));
   for (const auto& row : rows) {
     csv.integer(row.point).text(kCurveNames[static_cast<std::size_t>(row.curve)]);
     csv.number(row.at_m).number(row.value_N).number(row.slope_N_m);
+    if (has_deviation) csv.number(row.deviation_N);
     csv.end_row();
   }
   csv.commit();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -55,13 +56,16 @@ struct ForceRow {
 std::vector<ForceRow> read_forces(const std::filesystem::path& path);
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 
-/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m`. point: index of the test point or vertex.
+/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test
+/// point or vertex. deviation_N: standard error of the value; the column is written when every row
+/// has one.
 struct CurveRow {
   std::int64_t point = 0;
   CurveKind curve = CurveKind::normal;
   double at_m = 0;
   double value_N = 0;
   double slope_N_m = 0;
+  double deviation_N = std::numeric_limits<double>::quiet_NaN();
 };
 std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path);
 void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows);

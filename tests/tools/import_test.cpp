@@ -45,6 +45,29 @@ std::string import_line(const Folder& folder, const std::string& more = "") {
          (folder / "samples.h5").string() + " " + more;
 }
 
+TEST(import, a_fit_frees_contact_points_and_tabulates_errors_of_curves) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),
+      folder.write("b.csv", press(2000));
+  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
+  const std::string fit =
+      "fit " + (folder / "samples.h5").string() + " -o " + (folder / "curves.h5").string();
+  const Outcome wrong = palpate(folder, fit + " --free contact,slope");
+  EXPECT_EQ(wrong.status, 1);
+  EXPECT_NE(wrong.err.find("--free: there is nothing called \"slope\" to free"),
+            std::string::npos)
+      << wrong.err;
+  const Outcome freed = palpate(folder, fit + " --free contact,bias");
+  EXPECT_NE(freed.err.find("90 % band where its rows end"), std::string::npos) << freed.err;
+  EXPECT_NE(freed.err.find("experiment 1: contact "), std::string::npos) << freed.err;
+  const Outcome table = palpate(folder, "tabulate --band " + (folder / "curves.h5").string() +
+                                            " -o " + (folder / "T.csv").string());
+  EXPECT_EQ(table.status, 0) << table.err;
+  const std::string text = content_of(folder / "T.csv");
+  EXPECT_EQ(text.substr(0, text.find('\n')), "point,curve,at_m,value_N,slope_N_m,deviation_N");
+  EXPECT_EQ(text.find("lateral"), std::string::npos);  // presses say nothing of it
+}
+
 TEST(import, recordings_become_samples_that_can_be_fitted) {
   const Folder folder;
   folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1000)),

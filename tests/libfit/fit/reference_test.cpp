@@ -1,41 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "tests/libfit/fit/case_files.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
 namespace {
-
-const std::filesystem::path kCurves = PALPATE_SOURCE_DIR "/../shared/cases/curves";
-
-// Numbers of a comma-separated file below its header.
-std::vector<std::vector<double>> read_columns(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  std::vector<std::vector<double>> rows;
-  while (std::getline(in, line)) {
-    std::vector<double> row;
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-// Piecewise linear through two columns in mm and N.
-Curve through(const std::vector<std::vector<double>>& rows) {
-  return [rows](double x_m) {
-    const double x = x_m * 1e3;
-    std::size_t i = 1;
-    while (i + 1 < rows.size() && rows[i][0] < x) ++i;
-    const double t = (x - rows[i - 1][0]) / (rows[i][0] - rows[i - 1][0]);
-    return (1 - t) * rows[i - 1][1] + t * rows[i][1];
-  };
-}
 
 struct Recording {
   Samples samples;
@@ -44,8 +15,8 @@ struct Recording {
 };
 
 Recording read_recording(const std::string& truth, const std::string& noise) {
-  const auto rows = read_columns(kCurves / (truth + "__" + noise + ".csv"));
-  const auto exact = read_columns(kCurves / (truth + "__TRUTH.csv"));
+  const auto rows = read_columns(kCaseCurves / (truth + "__" + noise + ".csv"));
+  const auto exact = read_columns(kCaseCurves / (truth + "__TRUTH.csv"));
   Recorder rig;
   const int p = rig.add_point(Vec3::UnitZ());
   std::vector<Vec3> deflection, force;
@@ -78,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST_P(ReferenceCurve, is_recovered_within_one_and_a_half_oracle_errors) {
-  if (!std::filesystem::exists(kCurves)) GTEST_SKIP() << "needs the reference curves";
+  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
   const Recording recording = read_recording(GetParam().truth, GetParam().noise);
   FitReport report;
   const FittedCurves fitted = fit_curves(recording.samples, {.tolerance = 0}, {}, &report);
@@ -91,7 +62,7 @@ TEST_P(ReferenceCurve, is_recovered_within_one_and_a_half_oracle_errors) {
 }
 
 TEST(reference, a_curve_that_snaps_back_is_fitted_monotone_and_called_poor) {
-  if (!std::filesystem::exists(kCurves)) GTEST_SKIP() << "needs the reference curves";
+  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
   const Recording recording = read_recording("T9_snap", "N0");
   const FittedCurves fitted = fit_curves(recording.samples, {.poor_above = 0.02});
   for (Eigen::Index j = 1; j < fitted.curves.control[0].cols(); ++j)
@@ -100,9 +71,9 @@ TEST(reference, a_curve_that_snaps_back_is_fitted_monotone_and_called_poor) {
 }
 
 TEST(reference, friction_falling_with_depth_comes_from_noisy_slip_rows) {
-  if (!std::filesystem::exists(kCurves)) GTEST_SKIP() << "needs the reference curves";
-  const auto pairs = read_columns(kCurves / "mu_slip_pairs.csv");
-  const Curve mu = through(read_columns(kCurves / "mu_TRUTH.csv"));
+  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
+  const auto pairs = read_columns(kCaseCurves / "mu_slip_pairs.csv");
+  const Curve mu = through(read_columns(kCaseCurves / "mu_TRUTH.csv"));
   Recorder rig;
   const int p = rig.add_point(Vec3(1, 1, 0));
   const Vec3 u = rig.inward(p), t = rig.tangent(p, 0);

@@ -219,6 +219,37 @@ TEST(bad_point, recorded_with_the_wrong_sign_fails_by_name) {
              FitStatus::failed, "forces point out of the body");
 }
 
+TEST(bad_point, whose_forces_fall_with_depth_is_marked) {
+  const BadPoint bad = fit_with_bad_point([](Recorder& rig, int p) {
+    rig.press(p, [](double d) { return 5 * (1.05 - d / 0.01); }, 0.01, 12);
+  });
+  EXPECT_NE(bad.status, FitStatus::good);
+  EXPECT_NE(bad.message.find("residual is"), std::string::npos) << bad.message;
+}
+
+TEST(bad_point, with_a_fifth_of_outliers_is_fitted_without_them) {
+  Recorder rig;
+  const int p = rig.add_point(Vec3::UnitY());
+  for (int i = 0; i < 3; ++i) rig.press(p, kNormal, 0.01, 50);
+  add_noise(rig.samples, 0.01, 31);
+  for (Eigen::Index i = 3; i < rig.samples.rows(); i += 5)
+    rig.samples.force.row(i) *= i % 2 == 0 ? 2.5 : -0.5;
+  for (const FitLoss loss : {FitLoss::huber, FitLoss::cauchy}) {
+    const FittedCurves fitted = fit_curves(rig.samples, {.loss = loss});
+    EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.02);
+  }
+}
+
+TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
+  Recorder rig;
+  const int p = rig.add_point(Vec3::UnitY());
+  for (const double factor : {0.9, 1.0, 1.1})
+    rig.press(p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
+  const FittedCurves fitted = fit_curves(rig.samples);
+  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.01);
+  EXPECT_GT(fitted.covariance[0](0, 0), 0);
+}
+
 TEST(bad_point, that_never_touches_fails_by_name) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
                rig.press(p, [](double) { return 0.01; }, 0.01, 12);

@@ -113,6 +113,17 @@ inline FittedCurves example_curves() {
   f.rms_residual_N = Eigen::Vector3d(0.001, std::numeric_limits<double>::quiet_NaN(), 0.3);
   f.max_residual_N = Eigen::Vector3d(0.002, std::numeric_limits<double>::quiet_NaN(), 0.9);
   f.depth_range_m = Eigen::Vector3d(0.01, 0, 0.02);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    const Eigen::Index n = f.curves.basis[kind].size() - 1;
+    f.covariance[kind] = Controls::Constant(3, n * (n + 1) / 2, 1e-4);
+    f.covariance[kind].row(1).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  f.recordings.experiment = {4, 7}, f.recordings.point = {0, 2};
+  f.recordings.contact_m = Eigen::Vector2d(1e-4, -3e-5);
+  f.recordings.contact_deviation_m = Eigen::Vector2d(1e-5, 2e-5);
+  for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N,
+                       &f.recordings.drift_N, &f.recordings.drift_deviation_N})
+    *column = Eigen::Vector2d(0.01, 0);
   return f;
 }
 

@@ -128,6 +128,30 @@ TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   EXPECT_TRUE(same_bits(a.max_residual_N, b.max_residual_N));
   EXPECT_TRUE(same_bits(a.depth_range_m, b.depth_range_m));
   expect_same(a.curves, b.curves);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    EXPECT_TRUE(same_bits(a.covariance[kind], b.covariance[kind]));
+  EXPECT_EQ(a.recordings.experiment, b.recordings.experiment);
+  EXPECT_EQ(a.recordings.point, b.recordings.point);
+  EXPECT_TRUE(same_bits(a.recordings.contact_m, b.recordings.contact_m));
+  EXPECT_TRUE(same_bits(a.recordings.drift_deviation_N, b.recordings.drift_deviation_N));
+}
+
+TEST_F(RoundTrip, curves_without_errors_and_with_impossible_ones) {
+  FittedCurves a = example_curves();
+  a.recordings = {};
+  for (auto& covariance : a.covariance) covariance.resize(0, 0);
+  write_curves(at("old.h5"), a);
+  const FittedCurves b = read_curves(at("old.h5"));
+  EXPECT_EQ(b.covariance[0].size(), 0);
+  EXPECT_TRUE(b.recordings.experiment.empty());
+  a = example_curves();
+  a.covariance[1](2, 0) = -1e-9;
+  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
+            "d.h5:curves/lateral/covariance: row 2 has a negative variance");
+  a = example_curves();
+  a.recordings.point[1] = 3;
+  EXPECT_NE(error_of([&] { write_curves(at("d.h5"), a); }).find("experiments/point"),
+            std::string::npos);
 }
 
 TEST_F(RoundTrip, model_comes_back_bit_for_bit) {

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/libfit/fit/synthetic.hpp"
+
+namespace palpate::test {
+
+inline const std::filesystem::path kCaseCurves = PALPATE_SOURCE_DIR "/../shared/cases/curves";
+
+/// Numbers of a comma-separated file below its header.
+inline std::vector<std::vector<double>> read_columns(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  std::vector<std::vector<double>> rows;
+  while (std::getline(in, line)) {
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Piecewise linear through two columns in mm and N.
+inline Curve through(const std::vector<std::vector<double>>& rows) {
+  return [rows](double x_m) {
+    const double x = x_m * 1e3;
+    std::size_t i = 1;
+    while (i + 1 < rows.size() && rows[i][0] < x) ++i;
+    const double t = (x - rows[i - 1][0]) / (rows[i][0] - rows[i - 1][0]);
+    return (1 - t) * rows[i - 1][1] + t * rows[i][1];
+  };
+}
+
+}  // namespace palpate::test
