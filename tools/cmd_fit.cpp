@@ -19,8 +19,9 @@ class Fit final : public Command {
                      "Pieces of every curve; 0: as few as the data support");
     arguments.option("--family", section_.family,
                      "Curve family: auto (by held-out rows), separable, leaning");
-    arguments.option("--warm-start", warm_start_,
-                     "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
+    arguments.option(
+        "--warm-start", warm_start_,
+        "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
     arguments.option("--free", frees_,
                      "Found out about each recording, too: contact, bias, drift (commas between)");
     arguments.option("--contact-deviation", contact_deviation_,

@@ -28,10 +28,12 @@ class Replay final : public Command {
   explicit Replay(Arguments& arguments) {
     arguments.positional("asset", asset_, "asset.palp");
     arguments.positional("path", path_, "PATH.csv: t_s,x_m,y_m,z_m of the tip");
-    arguments.option("-o,--output", output_, "FORCES.csv to write; forces are those on the tool", true);
-    arguments.option("--realtime", rate_Hz_,
-                     "play a row per tick at this rate [Hz] on the real-time clock, touch found by a second "
-                     "thread; 0: as fast as it goes");
+    arguments.option("-o,--output", output_, "FORCES.csv to write; forces are those on the tool",
+                     true);
+    arguments.option(
+        "--realtime", rate_Hz_,
+        "play a row per tick at this rate [Hz] on the real-time clock, touch found by a second "
+        "thread; 0: as fast as it goes");
   }
 
   int run() override {
@@ -44,12 +46,13 @@ class Replay final : public Command {
     std::size_t faults = 0;
     for (std::size_t i = 0; i < played.size(); ++i) {
       if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
-        say("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i], runtime::sentence(played[i].status));
+        say("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
+            runtime::sentence(played[i].status));
       rows.push_back(to_row(path.time_s[i], played[i].out));
     }
     write_forces(output_, rows);
-    say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(), faults,
-        played.empty() ? 0 : played.back().out.refused_ticks);
+    say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(),
+        faults, played.empty() ? 0 : played.back().out.refused_ticks);
     return faults ? kSomeFailed : kDone;
   }
 
@@ -65,7 +68,8 @@ class Replay final : public Command {
   }
   std::vector<PlayedTick> play_live(const runtime::AssetView& asset, const TipPath& path) const {
     std::vector<PlayedTick> played;
-    const RealtimeReport report = play_in_real_time(asset, path.position, rate_Hz_, played, is_interrupted);
+    const RealtimeReport report =
+        play_in_real_time(asset, path.position, rate_Hz_, played, is_interrupted);
     if (report.ticks < path.time_s.size()) throw Interrupted("replay: nothing was written");
     say("{} ticks at {} Hz, {} deadlines missed; {}", report.ticks, rate_Hz_, report.missed,
         report.remark.empty() ? "SCHED_FIFO, memory locked" : report.remark);
@@ -83,6 +87,8 @@ class Replay final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> declare_replay(Arguments& arguments) { return std::make_unique<Replay>(arguments); }
+std::unique_ptr<Command> declare_replay(Arguments& arguments) {
+  return std::make_unique<Replay>(arguments);
+}
 
 }  // namespace palpate::tools

@@ -14,12 +14,14 @@ namespace {
 constexpr std::array<CommandRow, 13> kCommands{{
     {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
      declare_run},
-    {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra", declare_prepare},
+    {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra",
+     declare_prepare},
     {"simulate", "Press and drag the probe at every test point", declare_simulate},
     {"import", "Turn a rig's recordings into samples: a manifest names them", declare_import},
     {"fit", "Identify response curves at the test points", declare_fit},
     {"refine", "Spread the curves over the fine surface", declare_refine},
-    {"export", "Write a runtime asset (or another format) and the engine beside it", declare_export},
+    {"export", "Write a runtime asset (or another format) and the engine beside it",
+     declare_export},
     {"replay", "Replay a tool path on an asset", declare_replay},
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
     {"predict", "Compare a model with experiments at points that it was not fitted at",
@@ -54,7 +56,9 @@ class CliArguments final : public Arguments {
 };
 
 int run_program(int argc, char** argv) {
-  CLI::App app("Palpate: force-deflection curves of soft bodies, simulated or measured, for real-time haptics");
+  CLI::App app(
+      "Palpate: force-deflection curves of soft bodies, simulated or measured, for real-time "
+      "haptics");
   app.require_subcommand(1);
   app.set_version_flag("--version", "palpate " PALPATE_VERSION);
   std::vector<std::pair<CLI::App*, std::unique_ptr<Command>>> declared;
@@ -89,11 +93,15 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "palpate: error: %s\n", e.what());
     return tools::kBadInput;
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "palpate: error: memory: there is not enough of it\n  Use fewer --jobs or a coarser mesh.\n");
+    std::fprintf(stderr,
+                 "palpate: error: memory: there is not enough of it\n  Use fewer --jobs or a "
+                 "coarser mesh.\n");
     return tools::kBadInput;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "palpate: error: internal: %s\n  Please report this with the command that caused it.\n",
-                 e.what());
+    std::fprintf(
+        stderr,
+        "palpate: error: internal: %s\n  Please report this with the command that caused it.\n",
+        e.what());
     return tools::kBadInput;
   }
 }

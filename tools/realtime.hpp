@@ -27,15 +27,16 @@ struct PlayedTick {
   runtime::Output out;
 };
 
-/// Plays one tip per tick at rate_Hz on the machine's monotonic clock, in the paper's arrangement of
-/// two threads: the force thread computes the contact at every tick; while the tip is in the air it
-/// hands its ways to a search thread, which sweeps them and hands back the first touch. So a contact
-/// begins at the same point as in a plain replay, but its force comes one tick late or more
+/// Plays one tip per tick at rate_Hz on the machine's monotonic clock, in the paper's arrangement
+/// of two threads: the force thread computes the contact at every tick; while the tip is in the air
+/// it hands its ways to a search thread, which sweeps them and hands back the first touch. So a
+/// contact begins at the same point as in a plain replay, but its force comes one tick late or more
 /// (worst_touch_delay); until then it is zero. All else is the same engine on the same tips.
 /// tip_m: # x 3 [m]. Fills played, # ticks. Stops early when is_interrupted() says so.
 /// Throws Error when the rate is not within 1 Hz to 100 kHz or no thread can be made.
-RealtimeReport play_in_real_time(const runtime::AssetView& asset, const Points& tip_m, double rate_Hz,
-                                 std::vector<PlayedTick>& played, bool (*is_interrupted)());
+RealtimeReport play_in_real_time(const runtime::AssetView& asset, const Points& tip_m,
+                                 double rate_Hz, std::vector<PlayedTick>& played,
+                                 bool (*is_interrupted)());
 
 /// "median 2.1 us, p99 8.0, worst 31" and bars by powers of two, for people.
 std::string histogram(const std::string& what, std::vector<double> ns);

@@ -84,14 +84,16 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
   if (table.has("tetmesh")) body.tetmesh = beside(scene, table.text("tetmesh", ""));
   if (body.surface.has_value() == body.tetmesh.has_value())
     throw Error(table.where_table(),
-                body.surface ? "[body] has both surface and tetmesh" : "[body] has neither surface nor tetmesh",
+                body.surface ? "[body] has both surface and tetmesh"
+                             : "[body] has neither surface nor tetmesh",
                 "Give exactly one: surface = \"liver.obj\" or tetmesh = \"liver.msh\".");
   body.length_unit_m = table.length_unit();
   body.element = table.choice("element", body.element, elements);
   for (SceneTable& region : table.tables("fixed", "fixed of [body]"))
     body.fixed.push_back(read_region(std::move(region)));
   if (table.has("mesh_size"))
-    body.mesh_size_m = table.required_quantity("mesh_size", Dimension::length, kSmallestLength, kAnyLength);
+    body.mesh_size_m =
+        table.required_quantity("mesh_size", Dimension::length, kSmallestLength, kAnyLength);
   if (table.has("wrap"))
     body.wrap_m = table.required_quantity("wrap", Dimension::length, kSmallestLength, kAnyLength);
   table.finish();
@@ -114,7 +116,8 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root) {
   return inclusions;
 }
 
-void read_test_points(SceneTable& table, const std::filesystem::path& scene, ExperimentsSection& out) {
+void read_test_points(SceneTable& table, const std::filesystem::path& scene,
+                      ExperimentsSection& out) {
   const toml::node* value = table.node("test_points");
   if (!value) return;
   if (value->is_integer()) {
@@ -139,20 +142,25 @@ void read_test_points(SceneTable& table, const std::filesystem::path& scene, Exp
 ExperimentsSection read_experiments(SceneTable table, const std::filesystem::path& scene) {
   ExperimentsSection out;
   read_test_points(table, scene, out);
-  if (table.has("region")) out.region = read_region(table.table("region", "region of [experiments]"));
-  out.depth_m = table.quantity("depth", Dimension::length, out.depth_m, kSmallestLength, kAnyLength);
+  if (table.has("region"))
+    out.region = read_region(table.table("region", "region of [experiments]"));
+  out.depth_m =
+      table.quantity("depth", Dimension::length, out.depth_m, kSmallestLength, kAnyLength);
   out.press_steps = static_cast<int>(table.integer("press_steps", out.press_steps, 1, 1000));
-  out.drag_depths_m = table.has("drag_depths")
-                          ? table.quantities("drag_depths", Dimension::length, kSmallestLength, kAnyLength)
-                          : std::vector<double>{0.4 * out.depth_m, 0.8 * out.depth_m};
+  out.drag_depths_m =
+      table.has("drag_depths")
+          ? table.quantities("drag_depths", Dimension::length, kSmallestLength, kAnyLength)
+          : std::vector<double>{0.4 * out.depth_m, 0.8 * out.depth_m};
   for (const double depth : out.drag_depths_m)
     if (depth > out.depth_m)
       throw Error(table.where("drag_depths"),
-                  fmt::format("drag_depths of [experiments] holds {} m, deeper than depth ({} m)", depth, out.depth_m),
+                  fmt::format("drag_depths of [experiments] holds {} m, deeper than depth ({} m)",
+                              depth, out.depth_m),
                   "Drags start from a press: make depth at least the deepest drag.");
-  out.drag_distance_m =
-      table.quantity("drag_distance", Dimension::length, out.drag_distance_m, kSmallestLength, kAnyLength);
-  out.drag_directions = static_cast<int>(table.integer("drag_directions", out.drag_directions, 0, 360));
+  out.drag_distance_m = table.quantity("drag_distance", Dimension::length, out.drag_distance_m,
+                                       kSmallestLength, kAnyLength);
+  out.drag_directions =
+      static_cast<int>(table.integer("drag_directions", out.drag_directions, 0, 360));
   out.drag_steps = static_cast<int>(table.integer("drag_steps", out.drag_steps, 1, 1000));
   table.finish();
   return out;
@@ -196,15 +204,17 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
   try {
     parsed = toml::parse(text, path.string());
   } catch (const toml::parse_error& e) {
-    throw Error(fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
-                std::string(e.description()), "Mend the TOML at this place.");
+    throw Error(
+        fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
+        std::string(e.description()), "Mend the TOML at this place.");
   }
   Scene scene;
   scene.path = path;
   scene.text = text;
   SceneTable root(parsed, "the scene", path.string());
   if (!root.has("body"))
-    throw Error(path.string(), "the scene has no [body]", "Add [body] with surface and length_unit.");
+    throw Error(path.string(), "the scene has no [body]",
+                "Add [body] with surface and length_unit.");
   scene.body = read_body(root.table("body", "[body]"), path);
   if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
   scene.inclusions = read_inclusions(root);
@@ -227,8 +237,9 @@ Scene read_scene(const std::filesystem::path& path) {
 }
 
 std::string canonical_body(const Scene& scene) {
-  std::string out = fmt::format("unit {} mesh_size {} wrap {}\n", scene.body.length_unit_m,
-                                scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone));
+  std::string out =
+      fmt::format("unit {} mesh_size {} wrap {}\n", scene.body.length_unit_m,
+                  scene.body.mesh_size_m.value_or(kNone), scene.body.wrap_m.value_or(kNone));
   for (const Region& region : scene.body.fixed) out += "fixed " + canonical(region) + "\n";
   const auto& e = scene.experiments;
   out += fmt::format("test_points {} {}\n", e.test_points.value_or(-1),
@@ -243,8 +254,9 @@ std::string canonical_point(const Scene& scene) {
   for (const auto& inclusion : scene.inclusions)
     out += "inclusion " + canonical(inclusion.region) + " " + canonical(inclusion.material);
   const auto& e = scene.experiments;
-  return out + fmt::format("probe {}\npress {} {}\ndrag {} {} {} {}\n", canonical(scene.probe), e.depth_m, e.press_steps,
-                           fmt::join(e.drag_depths_m, " "), e.drag_distance_m, e.drag_directions, e.drag_steps);
+  return out + fmt::format("probe {}\npress {} {}\ndrag {} {} {} {}\n", canonical(scene.probe),
+                           e.depth_m, e.press_steps, fmt::join(e.drag_depths_m, " "),
+                           e.drag_distance_m, e.drag_directions, e.drag_steps);
 }
 
 std::string canonical_experiments(const Scene& scene) {
@@ -259,7 +271,8 @@ std::string canonical_fit(const Scene& scene) {
 }
 
 std::string canonical_export(const Scene& scene) {
-  return fmt::format("{} {} {}\n", scene.export_.precision, scene.export_.guard, scene.export_.repair);
+  return fmt::format("{} {} {}\n", scene.export_.precision, scene.export_.guard,
+                     scene.export_.repair);
 }
 
 std::string canonical_validate(const Scene& scene) {

@@ -71,7 +71,8 @@ struct Scene {
   std::filesystem::path path;  ///< of the file
   std::string text;            ///< the file, verbatim
   BodySection body;
-  std::optional<fem::MaterialParameters> material;  ///< complete values; absent only for surfaces of measured data
+  std::optional<fem::MaterialParameters>
+      material;  ///< complete values; absent only for surfaces of measured data
   std::vector<InclusionSection> inclusions;
   ProbeSection probe;
   ExperimentsSection experiments;

@@ -39,7 +39,8 @@ void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::Parame
   } else if (row.unit.empty()) {
     values.push_back(table.number(row.name, 0, -kHighestNumber, kHighestNumber));
   } else {
-    values.push_back(table.quantity(row.name, Dimension::pressure, 0, -kHighestModulus, kHighestModulus));
+    values.push_back(
+        table.quantity(row.name, Dimension::pressure, 0, -kHighestModulus, kHighestModulus));
   }
 }
 
@@ -54,7 +55,8 @@ fem::MaterialParameters read_material(SceneTable table) {
   // A misspelt key is named before the key that it was meant to be is missed.
   for (const fem::ParameterRow& row : law.parameters) table.has(row.name);
   table.finish();
-  for (const fem::ParameterRow& row : law.parameters) read_parameter(table, law, row, material.values);
+  for (const fem::ParameterRow& row : law.parameters)
+    read_parameter(table, law, row, material.values);
   if (const fem::Refusal refusal = law.refusal(material.values); refusal.is_refused()) {
     const fem::ParameterRow* row = fem::find_parameter(law, refusal.key);
     throw Error(table.where(refusal.key),

@@ -48,16 +48,19 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
         fem::refuse_probe_key(row, key, table.where(key) + ": [probe]");
     }
   for (const fem::ProbeParameter& parameter : row.parameters)
-    if (table.has(parameter.key)) spec.values[std::string(parameter.key)] = read_values(table, parameter);
+    if (table.has(parameter.key))
+      spec.values[std::string(parameter.key)] = read_values(table, parameter);
   if (!row.is_axisymmetric) {
     if (table.has("orientation")) spec.orientation = read_orientation(table);
     if (table.has("heading")) spec.heading = table.direction("heading");
   }
   if (row.takes_mesh) {
     if (!table.has("mesh"))
-      throw Error(table.where_table(), "[probe] has no mesh", "Add mesh = \"tool.stl\" and length_unit = \"mm\".");
+      throw Error(table.where_table(), "[probe] has no mesh",
+                  "Add mesh = \"tool.stl\" and length_unit = \"mm\".");
     const std::filesystem::path file(table.text("mesh", ""));
-    probe.mesh = std::filesystem::absolute(file.is_absolute() ? file : folder / file).lexically_normal();
+    probe.mesh =
+        std::filesystem::absolute(file.is_absolute() ? file : folder / file).lexically_normal();
     probe.mesh_unit_m = table.length_unit();
   }
   table.finish();
@@ -70,9 +73,11 @@ double recorded_radius_m(const ProbeSection& section) {
 
 std::string canonical(const ProbeSection& section) {
   std::string out = section.spec.shape;
-  for (const auto& [key, values] : section.spec.values) out += fmt::format(" {}{}", key == "radius" ? "" : key + " ", fmt::join(values, " "));
+  for (const auto& [key, values] : section.spec.values)
+    out += fmt::format(" {}{}", key == "radius" ? "" : key + " ", fmt::join(values, " "));
   for (const auto& direction : {section.spec.orientation, section.spec.heading})
-    if (direction) out += fmt::format(" ({} {} {})", direction->x(), direction->y(), direction->z());
+    if (direction)
+      out += fmt::format(" ({} {} {})", direction->x(), direction->y(), direction->z());
   if (section.mesh) out += fmt::format(" unit {}", section.mesh_unit_m);
   return out + fmt::format(" {}", section.spec.friction);
 }

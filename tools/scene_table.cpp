@@ -106,8 +106,9 @@ double SceneTable::quantity_of(const toml::node& value, std::string_view key, Di
                                double low, double high) const {
   const std::string example = dimension == Dimension::pressure ? "5 kPa"
                               : dimension == Dimension::length ? "12 mm"
-                              : dimension == Dimension::angle  ? "30 deg"
-                                                               : "1 " + known_units(dimension).substr(0, 1);
+                              : dimension == Dimension::angle
+                                  ? "30 deg"
+                                  : "1 " + known_units(dimension).substr(0, 1);
   double si = 0;
   if (value.is_string()) {
     const std::string& text = value.as_string()->get();
@@ -151,7 +152,8 @@ std::vector<double> SceneTable::quantities(std::string_view key, Dimension dimen
   const toml::node* value = node(key);
   if (!value) return out;
   if (!value->is_array())
-    fail(*value, key, "is " + kind_of(*value) + ", not a list", "Write a list: [\"3 mm\", \"6 mm\"].");
+    fail(*value, key, "is " + kind_of(*value) + ", not a list",
+         "Write a list: [\"3 mm\", \"6 mm\"].");
   for (const toml::node& item : *value->as_array())
     out.push_back(quantity_of(item, key, dimension, low, high));
   return out;
@@ -163,13 +165,16 @@ std::vector<double> SceneTable::numbers(std::string_view key, std::size_t count,
   const toml::node* value = node(key);
   if (!value) return out;
   const toml::array* list = value->as_array();
-  const std::string remedy = fmt::format("Write a list of {} plain numbers from {} to {}.", count, low, high);
+  const std::string remedy =
+      fmt::format("Write a list of {} plain numbers from {} to {}.", count, low, high);
   if (!list || list->size() != count)
     fail(*value, key, fmt::format("is not a list of {} numbers", count), remedy);
   for (const toml::node& item : *list) {
     const auto number = item.value<double>();
-    if (!item.is_number() || !number) fail(item, key, "holds " + kind_of(item) + ", not a number", remedy);
-    if (!(*number >= low && *number <= high)) fail(item, key, fmt::format("holds {}", *number), remedy);
+    if (!item.is_number() || !number)
+      fail(item, key, "holds " + kind_of(item) + ", not a number", remedy);
+    if (!(*number >= low && *number <= high))
+      fail(item, key, fmt::format("holds {}", *number), remedy);
     out.push_back(*number);
   }
   return out;
@@ -181,7 +186,8 @@ Vec3 SceneTable::point_of(const toml::node& value, std::string_view key) const {
     fail(value, key, "is not a list of three lengths", "Write [\"10 mm\", \"0 mm\", \"5 mm\"].");
   Vec3 point;
   for (int k = 0; k < 3; ++k)
-    point[k] = quantity_of(*list->get(static_cast<std::size_t>(k)), key, Dimension::length, -1e6, 1e6);
+    point[k] =
+        quantity_of(*list->get(static_cast<std::size_t>(k)), key, Dimension::length, -1e6, 1e6);
   return point;
 }
 
@@ -198,7 +204,8 @@ Vec3 SceneTable::direction(std::string_view key) {
   const toml::array* list = value ? value->as_array() : nullptr;
   Vec3 direction;
   for (int k = 0; k < 3; ++k) {
-    const toml::node* item = list && list->size() == 3 ? list->get(static_cast<std::size_t>(k)) : nullptr;
+    const toml::node* item =
+        list && list->size() == 3 ? list->get(static_cast<std::size_t>(k)) : nullptr;
     if (!item || !item->is_number())
       throw Error(where(key), fmt::format("{} of {} is not a list of three numbers", key, name_),
                   fmt::format("Write {} = [1, 0, 0].", key));
@@ -210,13 +217,16 @@ Vec3 SceneTable::direction(std::string_view key) {
 double SceneTable::length_unit() {
   if (!has("length_unit"))
     throw Error(where_table(), name_ + " has no length_unit",
-                "Mesh files carry no unit. Add length_unit = \"mm\" (or " + known_units(Dimension::length) + ").");
+                "Mesh files carry no unit. Add length_unit = \"mm\" (or " +
+                    known_units(Dimension::length) + ").");
   const std::string unit = text("length_unit", "");
   const auto factor = unit_factor(unit, Dimension::length);
   const auto scaled = factor ? factor : parse_quantity(unit, Dimension::length);
   if (!scaled || !(*scaled > 0))
-    throw Error(where("length_unit"), "length_unit of " + name_ + " is \"" + unit + "\", which is no length unit",
-                "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\" for one mesh unit.");
+    throw Error(where("length_unit"),
+                "length_unit of " + name_ + " is \"" + unit + "\", which is no length unit",
+                "Use one of " + known_units(Dimension::length) +
+                    ", or a length such as \"110 mm\" for one mesh unit.");
   return *scaled;
 }
 

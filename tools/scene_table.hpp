@@ -30,9 +30,11 @@ class SceneTable {
   long integer(std::string_view key, long fallback, long low, long high);
   double number(std::string_view key, double fallback, double low, double high);
   /// "12 mm" or a plain SI number; in [low, high] SI.
-  double quantity(std::string_view key, Dimension dimension, double fallback, double low, double high);
+  double quantity(std::string_view key, Dimension dimension, double fallback, double low,
+                  double high);
   double required_quantity(std::string_view key, Dimension dimension, double low, double high);
-  std::vector<double> quantities(std::string_view key, Dimension dimension, double low, double high);
+  std::vector<double> quantities(std::string_view key, Dimension dimension, double low,
+                                 double high);
   /// A list of `count` plain numbers in [low, high], without units.
   std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high);
   Vec3 point(std::string_view key);

@@ -28,7 +28,8 @@ void say_report(const FitReport& report) {
       100 * report.max_relative_error);
   for (std::size_t k = 0; k < kCurveKinds; ++k)
     if (report.widest_point[k] >= 0)
-      say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at point "
+      say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
+          "point "
           "{}",
           kCurveNames[k], 100 * report.median_band[k], 100 * report.widest_band[k],
           report.widest_point[k]);

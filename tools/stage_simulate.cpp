@@ -37,7 +37,8 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
       return 0;
     };
   setup.probe = probe_spec(scene.probe);
-  setup.options.equilibrium.element = fem::find_element(scene.body.element, "element of [body]").kind;
+  setup.options.equilibrium.element =
+      fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
 }
 
@@ -51,7 +52,9 @@ fem::Experiments experiments_of(const Scene& scene) {
           .drag_steps = e.drag_steps};
 }
 
-fem::Simulator make_simulator(const Scene& scene, const Body& body) { return fem::Simulator(make_setup(scene, body)); }
+fem::Simulator make_simulator(const Scene& scene, const Body& body) {
+  return fem::Simulator(make_setup(scene, body));
+}
 
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {
   return KnownSamples(request).at(make_simulator(scene, body), body.test_points,
@@ -76,7 +79,8 @@ std::size_t list_bad_experiments(const Samples& samples) {
   std::map<std::int32_t, std::pair<Eigen::Index, std::size_t>> bad;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
     if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good)
-      ++bad.try_emplace(samples.experiment[static_cast<std::size_t>(row)], row, 0).first->second.second;
+      ++bad.try_emplace(samples.experiment[static_cast<std::size_t>(row)], row, 0)
+            .first->second.second;
   std::size_t listed = 0;
   for (const auto& [experiment, place] : bad) {
     if (listed++ == kListed) {
@@ -86,8 +90,11 @@ std::size_t list_bad_experiments(const Samples& samples) {
     const auto row = static_cast<std::size_t>(place.first);
     const Vec3 at = samples.point_position.row(samples.point[row]);
     say("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
-        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1], 1e3 * at[2],
-        samples.kind[row] == ExperimentKind::press ? "press" : samples.kind[row] == ExperimentKind::drag ? "drag" : "path",
+        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
+        1e3 * at[2],
+        samples.kind[row] == ExperimentKind::press  ? "press"
+        : samples.kind[row] == ExperimentKind::drag ? "drag"
+                                                    : "path",
         1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
   }
   return bad.size();

@@ -70,7 +70,8 @@ bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const 
     mean += x[a] / kFaceNodes;
   }
   double squared_spread = 0;
-  for (const Vec3& corner : x) squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
+  for (const Vec3& corner : x)
+    squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
   return probe_.least_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
 }
 
@@ -98,7 +99,8 @@ double Contact::pressing_gap(double gap, int point, const ContactHistory& histor
 Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa,
                                         double share, double stiffness, int point,
                                         const ContactHistory& history) const {
-  const Vec3 moved = history.stick_Pa[point] / stiffness + share * (relative - history.relative[point]);
+  const Vec3 moved =
+      history.stick_Pa[point] / stiffness + share * (relative - history.relative[point]);
   Friction out;
   out.slip = moved - normal * normal.dot(moved);
   out.traction_Pa = stiffness * out.slip;
@@ -109,8 +111,8 @@ Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal
 }
 
 void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                        int face, int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals, double& normal_force,
-                        bool& touches) {
+                        int face, int q, bool with_curvature, FaceTerms& terms,
+                        ContactTotals& totals, double& normal_force, bool& touches) {
   const int point = kFacePoints * face + q;
   if (!history.faces_probe[point]) return;
   const Vec3 x = place(u, face, q);

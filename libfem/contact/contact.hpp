@@ -18,9 +18,10 @@ struct ProbePose {
 };
 
 /// What the interface remembers of the last accepted state, per quadrature point.
-/// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the surface point
-/// relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the probe. faces_probe: 0 on the far wall of
-/// a thin body. given_back [m]: overlap that exerts pressure without being there; see give_back().
+/// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the
+/// surface point relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the
+/// probe. faces_probe: 0 on the far wall of a thin body. given_back [m]: overlap that exerts
+/// pressure without being there; see give_back().
 struct ContactHistory {
   std::vector<Vec3> stick_Pa;
   std::vector<Vec3> relative;
@@ -50,16 +51,15 @@ struct ContactTotals {
   int points = 0;                   ///< quadrature points under pressure
 };
 
-/// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a ball.
-/// stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes, 4 press
-/// and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28, 700 took
-/// 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows have the
-/// overlap given back (give_back).
-/// rounding: pressure grows quadratically up to this penetration, in radii.
-/// tangential: stick stiffness over k: the surface creeps by about 0.0013 R before it slides. 0.1 took
-/// two thirds of the factorizations on drags at nu 0.49, but left 3 % of the first lateral force.
-/// curvature: pressure, in E, up to which the curvature of the probe enters the stiffness; higher
-/// ones are overlaps on the way to a solution.
+/// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a
+/// ball. stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes,
+/// 4 press and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28,
+/// 700 took 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows
+/// have the overlap given back (give_back). rounding: pressure grows quadratically up to this
+/// penetration, in radii. tangential: stick stiffness over k: the surface creeps by about 0.0013 R
+/// before it slides. 0.1 took two thirds of the factorizations on drags at nu 0.49, but left 3 % of
+/// the first lateral force. curvature: pressure, in E, up to which the curvature of the probe
+/// enters the stiffness; higher ones are overlaps on the way to a solution.
 struct ContactSettings {
   double stiffness = 250;
   double rounding = 2e-5;
@@ -81,10 +81,10 @@ class Contact {
   /// The history of a body at rest with the probe at `pose`.
   ContactHistory untouched(const ProbePose& pose) const;
 
-  /// Takes the friction limit and the tangent plane of every point from the pressure and place there,
-  /// at the last accepted state or at displacement u, and holds them. With both given, friction has a
-  /// potential; Coulomb's law is met when they no longer change. Returns by how much the limit did:
-  /// sum of |change| over sum.
+  /// Takes the friction limit and the tangent plane of every point from the pressure and place
+  /// there, at the last accepted state or at displacement u, and holds them. With both given,
+  /// friction has a potential; Coulomb's law is met when they no longer change. Returns by how much
+  /// the limit did: sum of |change| over sum.
   void hold_friction_limit(const ContactHistory& history);
   double hold_friction_limit(const Points& u, const ProbePose& pose, const ContactHistory& history);
 
@@ -105,9 +105,9 @@ class Contact {
                           const ContactHistory& history) const;
 
   /// The history of an accepted state from which the same pose is solved again with the overlap and
-  /// the stick creep that the penalty and its tangential spring needed given back: one update of the
-  /// augmented Lagrangian's multipliers (Simo and Laursen 1992, doi:10.1016/0045-7949(92)90540-G).
-  /// What is left of both is of second order.
+  /// the stick creep that the penalty and its tangential spring needed given back: one update of
+  /// the augmented Lagrangian's multipliers (Simo and Laursen 1992,
+  /// doi:10.1016/0045-7949(92)90540-G). What is left of both is of second order.
   ContactHistory give_back(const ContactHistory& accepted) const;
 
   /// Multiplies penalty and tangential spring. States accepted before can be gone on from: what a
@@ -137,8 +137,8 @@ class Contact {
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   double pressing_gap(double gap, int point, const ContactHistory& history) const;
   void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,
-                 int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals, double& normal_force,
-                 bool& touches);
+                 int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals,
+                 double& normal_force, bool& touches);
 
   const Points& nodes_;
   const Faces& faces_;

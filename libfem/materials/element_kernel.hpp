@@ -47,30 +47,32 @@ struct ElementKernels {
 
 namespace kernel {
 
-#define PALPATE_LAW_KERNELS(set, target)                                                          \
-  template <class Law>                                                                            \
-  target void energy_##set(const Pack* c, const Pack* H, Pack& J, Pack& W) {                      \
-    Law::evaluate(c, H, 1.0, J, W, static_cast<Pack*>(nullptr), static_cast<Pack*>(nullptr));     \
-  }                                                                                               \
-  template <class Law>                                                                            \
-  target void stress_##set(const Pack* c, const Pack* H, Pack& J, Pack& W, Pack* P) {             \
-    Law::evaluate(c, H, 1.0, J, W, P, static_cast<Pack*>(nullptr));                               \
-  }                                                                                               \
-  template <class Law>                                                                            \
-  target void tangent_##set(const Pack* c, const Pack* H, double bend, Pack& J, Pack& W, Pack* P, \
-                            Pack* A) {                                                            \
-    Law::evaluate(c, H, bend, J, W, P, A);                                                        \
-  }                                                                                               \
-  template <class Law>                                                                            \
+#define PALPATE_LAW_KERNELS(set, target)                                                           \
+  template <class Law>                                                                             \
+  target void energy_##set(const Pack* c, const Pack* H, Pack& J, Pack& W) {                       \
+    Law::evaluate(c, H, 1.0, J, W, static_cast<Pack*>(nullptr), static_cast<Pack*>(nullptr));      \
+  }                                                                                                \
+  template <class Law>                                                                             \
+  target void stress_##set(const Pack* c, const Pack* H, Pack& J, Pack& W, Pack* P) {              \
+    Law::evaluate(c, H, 1.0, J, W, P, static_cast<Pack*>(nullptr));                                \
+  }                                                                                                \
+  template <class Law>                                                                             \
+  target void tangent_##set(const Pack* c, const Pack* H, double bend, Pack& J, Pack& W, Pack* P,  \
+                            Pack* A) {                                                             \
+    Law::evaluate(c, H, bend, J, W, P, A);                                                         \
+  }                                                                                                \
+  template <class Law>                                                                             \
   target void volumetric_##set(const Pack* c, const Pack& dilation, Pack& U, Pack& U1, Pack& U2) { \
-    Law::volumetric(c, dilation, U, U1, U2);                                                      \
-  }                                                                                               \
-  template <class Law>                                                                            \
-  constexpr LawKernels law_kernels_##set() {                                                      \
-    LawKernels out{energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, nullptr, -1.0};      \
-    if constexpr (requires { requires Law::kSplitsVolume; }) out.volumetric = volumetric_##set<Law>; \
-    if constexpr (requires { requires Law::kToleratesInversion; }) out.least_dilation = -__builtin_inf(); \
-    return out;                                                                                   \
+    Law::volumetric(c, dilation, U, U1, U2);                                                       \
+  }                                                                                                \
+  template <class Law>                                                                             \
+  constexpr LawKernels law_kernels_##set() {                                                       \
+    LawKernels out{energy_##set<Law>, stress_##set<Law>, tangent_##set<Law>, nullptr, -1.0};       \
+    if constexpr (requires { requires Law::kSplitsVolume; })                                       \
+      out.volumetric = volumetric_##set<Law>;                                                      \
+    if constexpr (requires { requires Law::kToleratesInversion; })                                 \
+      out.least_dilation = -__builtin_inf();                                                       \
+    return out;                                                                                    \
   }
 
 PALPATE_LAW_KERNELS(portable, )

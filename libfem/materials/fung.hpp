@@ -30,7 +30,8 @@ struct Fung : IsochoricLaw<Fung, QuadraticVolume> {
     return refuse_compressibility(values[2], values[3]);
   }
   static LawConstants constants(std::span<const double> values) {
-    return {bulk_modulus_Pa(values[0], values[2], values[3]), values[0] / (2 * values[1]), values[1]};
+    return {bulk_modulus_Pa(values[0], values[2], values[3]), values[0] / (2 * values[1]),
+            values[1]};
   }
   static SmallStrain small_strain(const LawConstants& c) {
     return of_shear_and_bulk(2 * c[1] * c[2], c[0]);

@@ -8,14 +8,15 @@ namespace palpate::fem {
 
 /// One family of fibres that bear tension only, in a neo-Hookean matrix:
 ///   W = mu/2 x1 + k1/(2 k2) (exp(k2 <E>^2) - 1) + K/2 (J - 1)^2,
-///   E = kappa x1 + (1 - 3 kappa) (a.C a - 1),  x1 = I1 J^(-2/3) - 3,  <E> = E where positive, else 0.
+///   E = kappa x1 + (1 - 3 kappa) (a.C a - 1),  x1 = I1 J^(-2/3) - 3,  <E> = E where positive, else
+///   0.
 /// a: fibre direction at rest, in the body's frame. kappa: dispersion, 0 (all along a) to 1/3 (none
 /// preferred). constants: K, mu, k1/(2 k2) [Pa], k2, kappa, a.
 /// The fibre's stretch is the whole one, not its isochoric part: with that, a slightly compressible
 /// body pulled along its fibres would swell instead of stretching them (Nolan et al. 2014,
 /// doi:10.1016/j.jmbbm.2014.06.016). In the incompressible limit both agree.
-/// At rest the tangent jumps: small_strain and the tangent at E = 0 are the matrix's; pulled along a,
-/// the fibres add 4 k1 (1 - 3 kappa)^2 to the modulus. Energy is +inf where k2 E^2 exceeds
+/// At rest the tangent jumps: small_strain and the tangent at E = 0 are the matrix's; pulled along
+/// a, the fibres add 4 k1 (1 - 3 kappa)^2 to the modulus. Energy is +inf where k2 E^2 exceeds
 /// kLargestExponent.
 /// Source: Gasser, Ogden and Holzapfel 2006, doi:10.1098/rsif.2005.0073.
 struct HolzapfelGasserOgden
@@ -36,7 +37,8 @@ struct HolzapfelGasserOgden
   static Refusal refusal(std::span<const double> values) {
     if (const Refusal refusal = must_be_positive("shear", values[0], "Pa"); refusal.is_refused())
       return refusal;
-    if (values[1] < 0) return {"k1", "must not be negative, not " + short_number(values[1]) + " Pa"};
+    if (values[1] < 0)
+      return {"k1", "must not be negative, not " + short_number(values[1]) + " Pa"};
     if (const Refusal refusal = must_be_positive("k2", values[2], ""); refusal.is_refused())
       return refusal;
     if (!(length(values) > 0)) return {"fibre", "must have a direction, not be zero"};

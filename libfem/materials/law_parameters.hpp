@@ -12,11 +12,11 @@ namespace palpate::fem {
 inline constexpr double kUsualPoisson = 0.45;
 
 inline constexpr ParameterRow kYoungRow{"young", "Pa", "Young's modulus at small strain"};
-inline constexpr ParameterRow kPoissonRow{
-    "poisson", "",
-    "Poisson's ratio at small strain, above -1 and below 0.5 (nearly incompressible tissue: 0.45 to "
-    "0.4999)",
-    kUsualPoisson};
+inline constexpr ParameterRow kPoissonRow{"poisson", "",
+                                          "Poisson's ratio at small strain, above -1 and below 0.5 "
+                                          "(nearly incompressible tissue: 0.45 to "
+                                          "0.4999)",
+                                          kUsualPoisson};
 inline constexpr ParameterRow kBulkRow{
     "bulk", "Pa", "bulk modulus at small strain, instead of poisson", kAbsent, 1, "poisson"};
 

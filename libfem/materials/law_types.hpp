@@ -38,7 +38,8 @@ struct ParameterRow {
   std::string_view instead_of = {};
 };
 
-/// Why a material's values cannot be used: the key at fault and "must be ...". Empty text: they can.
+/// Why a material's values cannot be used: the key at fault and "must be ...". Empty text: they
+/// can.
 struct Refusal {
   std::string_view key;
   std::string text;

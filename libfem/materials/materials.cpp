@@ -59,8 +59,10 @@ std::vector<double> complete_values(const LawRow& law, std::vector<double> value
     if (row.fallback == kRequired) least = most;
   }
   if (values.size() < least || values.size() > most)
-    throw Error(where, "law " + std::string(law.name) + " takes " + std::to_string(most) +
-                " values, not " + std::to_string(values.size()), "Give " + parameter_names(law) + ".");
+    throw Error(where,
+                "law " + std::string(law.name) + " takes " + std::to_string(most) +
+                    " values, not " + std::to_string(values.size()),
+                "Give " + parameter_names(law) + ".");
   std::size_t begin = 0;
   for (const ParameterRow& row : law.parameters) {
     for (std::size_t i = begin; i < begin + row.count; ++i)

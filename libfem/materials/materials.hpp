@@ -13,8 +13,8 @@ namespace palpate::fem {
 
 using Mat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
-/// The material a scene names. values: of the law's parameter rows in their order, SI, a row of count 3
-/// being three of them; values of rows that have a fallback may be left out from the end.
+/// The material a scene names. values: of the law's parameter rows in their order, SI, a row of
+/// count 3 being three of them; values of rows that have a fallback may be left out from the end.
 struct MaterialParameters {
   std::string law = "neo-hookean";
   std::vector<double> values;

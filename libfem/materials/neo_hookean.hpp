@@ -8,10 +8,9 @@
 
 namespace palpate::fem {
 
-/// Compressible neo-Hookean laws W = mu/2 (I1 - 3) - mu ln J + U(J), Lame's lambda being the modulus
-/// of U. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008),
-/// 6.4.3.
-/// constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
+/// Compressible neo-Hookean laws W = mu/2 (I1 - 3) - mu ln J + U(J), Lame's lambda being the
+/// modulus of U. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis
+/// (2008), 6.4.3. constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
 template <class Volume>
 struct CompressibleNeoHookean {
   static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
@@ -19,7 +18,9 @@ struct CompressibleNeoHookean {
   static constexpr bool kSplitsVolume = true;
   static constexpr bool kToleratesInversion = false;
 
-  static Refusal refusal(std::span<const double> values) { return refuse_young_and_poisson(values); }
+  static Refusal refusal(std::span<const double> values) {
+    return refuse_young_and_poisson(values);
+  }
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);
     return {hooke.mu_Pa, hooke.lambda_Pa};
@@ -60,8 +61,9 @@ struct CompressibleNeoHookean {
     // mu (F - F^-T) = mu (H + H^T F^-T)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        P[3 * i + j] = mu * (h[3 * i + j] + h[i] * g[j] + h[3 + i] * g[3 + j] + h[6 + i] * g[6 + j]) +
-                       state.J_sound * U1 * g[3 * i + j];
+        P[3 * i + j] =
+            mu * (h[3 * i + j] + h[i] * g[j] + h[3 + i] * g[3 + j] + h[6 + i] * g[6 + j]) +
+            state.J_sound * U1 * g[3 * i + j];
     if (!A) return;
 
     const S bent = (state.J_sound * U1 - mu) * bend;

@@ -13,12 +13,16 @@ struct IsochoricNeoHookean : IsochoricLaw<IsochoricNeoHookean<Volume>, Volume> {
   static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
   static constexpr int kConstants = 2;
 
-  static Refusal refusal(std::span<const double> values) { return refuse_young_and_poisson(values); }
+  static Refusal refusal(std::span<const double> values) {
+    return refuse_young_and_poisson(values);
+  }
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);
     return {hooke.bulk_Pa(), hooke.mu_Pa / 2};
   }
-  static SmallStrain small_strain(const LawConstants& c) { return of_shear_and_bulk(2 * c[1], c[0]); }
+  static SmallStrain small_strain(const LawConstants& c) {
+    return of_shear_and_bulk(2 * c[1], c[0]);
+  }
 
   template <class S>
   static PALPATE_INLINE void shape(const S* constants, const S& x1, const S&, ShapeTerms<S>& out) {

@@ -11,21 +11,21 @@ namespace palpate::fem {
 
 /// Ogden law of one to three terms in the isochoric principal stretches l_a J^(-1/3),
 ///   W = sum_p mu_p/alpha_p (sum_a (l_a J^(-1/3))^alpha_p - 3) + K/2 (J - 1)^2.
-/// Shear modulus 1/2 sum mu_p alpha_p. (Other programs write 2 mu/alpha^2: their mu times 2/alpha is
-/// this one's.) Each product mu_p alpha_p must be positive: then every term is stable by itself.
+/// Shear modulus 1/2 sum mu_p alpha_p. (Other programs write 2 mu/alpha^2: their mu times 2/alpha
+/// is this one's.) Each product mu_p alpha_p must be positive: then every term is stable by itself.
 /// constants: K, then mu_p/alpha_p [Pa] and alpha_p for three terms, 0 for one left out.
-/// Written in logarithmic stretches; differences of principal stresses over differences of stretches
-/// are evaluated as quotients of exp(x) - 1, which stay exact when stretches agree.
-/// Exact while no more than one stretch is tiny: where the middle one is below 1/1000 of the greatest,
-/// digits are lost (relative error about 1e-16 times the square of their ratio), but all stays finite.
-/// bend: scales what makes principal blocks of the tangent indefinite, compressive curvature and
-/// tension softening; 1 is exact, 0 positive semidefinite everywhere.
-/// Source: Ogden 1972, doi:10.1098/rspa.1972.0026; Simo and Taylor 1991,
-/// doi:10.1016/0045-7825(91)90100-K.
+/// Written in logarithmic stretches; differences of principal stresses over differences of
+/// stretches are evaluated as quotients of exp(x) - 1, which stay exact when stretches agree. Exact
+/// while no more than one stretch is tiny: where the middle one is below 1/1000 of the greatest,
+/// digits are lost (relative error about 1e-16 times the square of their ratio), but all stays
+/// finite. bend: scales what makes principal blocks of the tangent indefinite, compressive
+/// curvature and tension softening; 1 is exact, 0 positive semidefinite everywhere. Source: Ogden
+/// 1972, doi:10.1098/rspa.1972.0026; Simo and Taylor 1991, doi:10.1016/0045-7825(91)90100-K.
 struct Ogden {
   static constexpr std::string_view kName = "ogden";
   static constexpr std::string_view kSummary =
-      "W = sum mu_p/alpha_p (sum of isochoric stretches^alpha_p - 3) + K/2 (J - 1)^2, 1 to 3 terms; "
+      "W = sum mu_p/alpha_p (sum of isochoric stretches^alpha_p - 3) + K/2 (J - 1)^2, 1 to 3 "
+      "terms; "
       "strains to about 200 %";
   static constexpr int kTerms = 3;
   static constexpr std::array<ParameterRow, 8> kParameters{
@@ -45,7 +45,8 @@ struct Ogden {
   static Refusal refusal(std::span<const double> values) {
     for (int p = 0; p < kTerms; ++p) {
       const double mu = values[2 * p], alpha = values[2 * p + 1];
-      const std::string_view mu_key = kParameters[2 * p].name, alpha_key = kParameters[2 * p + 1].name;
+      const std::string_view mu_key = kParameters[2 * p].name,
+                             alpha_key = kParameters[2 * p + 1].name;
       if (std::isnan(mu) && std::isnan(alpha)) continue;
       if (std::isnan(mu)) return {mu_key, "is missing beside " + std::string(alpha_key)};
       if (std::isnan(alpha)) return {alpha_key, "is missing beside " + std::string(mu_key)};
@@ -244,7 +245,8 @@ struct Ogden {
                                              const Stretches<S>& at, const S* inverse, const S* n,
                                              S* A) {
     const S quotient = response.quotient[a + b - 1];
-    S cross = 0.5 * (quotient * (at.squared[a] + at.squared[b]) - response.beta[a] - response.beta[b]) *
+    S cross = 0.5 *
+              (quotient * (at.squared[a] + at.squared[b]) - response.beta[a] - response.beta[b]) *
               (inverse[a] * inverse[b]);
     S bounded = cross < quotient ? cross : quotient;
     bounded = bounded > -quotient ? bounded : -quotient;

@@ -4,7 +4,8 @@
 
 namespace palpate::fem {
 
-// Eigenvalues and eigenvectors of symmetric 3 x 3 matrices, lane by lane with one sequence of steps.
+// Eigenvalues and eigenvectors of symmetric 3 x 3 matrices, lane by lane with one sequence of
+// steps.
 
 namespace spectral {
 
@@ -44,8 +45,8 @@ PALPATE_INLINE bool rotate(const S& negligible_squared, S* M, S* V) {
 
 }  // namespace spectral
 
-/// Eigenvalues (in no order) and orthonormal eigenvectors (columns of `vectors`, 9 scalars row major)
-/// of a symmetric matrix, to rounding of its norm; repeated eigenvalues are no special case.
+/// Eigenvalues (in no order) and orthonormal eigenvectors (columns of `vectors`, 9 scalars row
+/// major) of a symmetric matrix, to rounding of its norm; repeated eigenvalues are no special case.
 /// Cyclic Jacobi: it has converged after five sweeps at most, six are allowed.
 /// Source: Golub and Van Loan, Matrix Computations (2013), 8.5.
 template <class S>

@@ -7,7 +7,8 @@
 namespace palpate::fem {
 
 /// Veronda-Westmann law of skin,
-///   W = C1 (exp(C2 x1) - 1) - C1 C2/2 x2 + K/2 (J - 1)^2, x1 = I1 J^(-2/3) - 3, x2 = I2 J^(-4/3) - 3.
+///   W = C1 (exp(C2 x1) - 1) - C1 C2/2 x2 + K/2 (J - 1)^2, x1 = I1 J^(-2/3) - 3, x2 = I2 J^(-4/3)
+///   - 3.
 /// constants: K, C1 [Pa], C2. Shear modulus C1 C2. Energy is +inf where C2 x1 exceeds
 /// kLargestExponent.
 /// C2 below 0.36 is refused: the Baker-Ericksen inequality exp(C2 x1) > l^2/2 (greater stress along
@@ -30,7 +31,8 @@ struct VerondaWestmann : IsochoricLaw<VerondaWestmann, QuadraticVolume, Uses::fi
       return refusal;
     if (!(values[1] >= kLeastC2))
       return {"c2", "must be at least " + short_number(kLeastC2) + ", not " +
-                        short_number(values[1]) + ": the material would be unstable at some strain"};
+                        short_number(values[1]) +
+                        ": the material would be unstable at some strain"};
     return refuse_compressibility(values[2], values[3]);
   }
   static LawConstants constants(std::span<const double> values) {

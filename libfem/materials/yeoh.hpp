@@ -37,7 +37,9 @@ struct Yeoh : IsochoricLaw<Yeoh, QuadraticVolume> {
   static LawConstants constants(std::span<const double> values) {
     return {bulk_modulus_Pa(2 * values[0], values[3], values[4]), values[0], values[1], values[2]};
   }
-  static SmallStrain small_strain(const LawConstants& c) { return of_shear_and_bulk(2 * c[1], c[0]); }
+  static SmallStrain small_strain(const LawConstants& c) {
+    return of_shear_and_bulk(2 * c[1], c[0]);
+  }
 
   template <class S>
   static PALPATE_INLINE void shape(const S* constants, const S& x1, const S&, ShapeTerms<S>& out) {

@@ -7,9 +7,9 @@
 
 namespace palpate::fem {
 
-/// Capsule: all points within R of a segment along own z, `length` from end to end. Upright (own z into
-/// the body) it presses with one end and its reference point is that end's pole; lying (own x into the
-/// body) with its side, at the middle of it.
+/// Capsule: all points within R of a segment along own z, `length` from end to end. Upright (own z
+/// into the body) it presses with one end and its reference point is that end's pole; lying (own x
+/// into the body) with its side, at the middle of it.
 struct CapsuleShape {
   static constexpr ProbeParameter kParameters[] = {
       {"radius", "of the ends and the side", "5 mm"},
@@ -26,7 +26,8 @@ struct CapsuleShape {
   static std::string complete(ProbeGeometry& probe) {
     if (probe.number[1] < 2 * probe.number[0])
       return "length must be at least two radii: it is measured from end to end";
-    const double end = is_lying(probe) ? 0 : std::copysign(half_segment_m(probe), inward(probe).z());
+    const double end =
+        is_lying(probe) ? 0 : std::copysign(half_segment_m(probe), inward(probe).z());
     probe.touch = end * Vec3::UnitZ() + radius_m(probe) * inward(probe);
     return {};
   }
@@ -66,7 +67,8 @@ struct CapsuleShape {
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
     const double along = inward(probe).head<2>().norm(), down = std::abs(inward(probe).z());
     if (is_lying(probe)) return mesh_length_m(probe, depth_m);
-    return contact_radius_m(probe, depth_m) + along * std::min(2 * half_segment_m(probe), depth_m / down);
+    return contact_radius_m(probe, depth_m) +
+           along * std::min(2 * half_segment_m(probe), depth_m / down);
   }
   static Vec3 contact_line_m(const ProbeGeometry& probe) {
     if (!is_lying(probe)) return Vec3::Zero();

@@ -9,13 +9,13 @@
 
 namespace palpate::fem {
 
-/// Ellipsoid with semi-axes along own x, y, z. The reference point is where its tangent plane is across
-/// the direction into the body: the pole of own z unless it is tilted.
-/// The nearest surface point is y_i = e_i^2 x_i / (t + e_i^2), t the largest root of
-/// sum (e_i x_i / (t + e_i^2))^2 = 1, by Newton's method from below, where the sum is convex and falls:
-/// it never overshoots. Source: Eberly 2013, Distance from a Point to an Ellipse, an Ellipsoid.
-/// Derivatives are those of the signed distance s of a smooth surface: with S the derivative of the unit
-/// normal n along the surface at y, the gradient is n(y) and the hessian (1 + s S)^-1 S.
+/// Ellipsoid with semi-axes along own x, y, z. The reference point is where its tangent plane is
+/// across the direction into the body: the pole of own z unless it is tilted. The nearest surface
+/// point is y_i = e_i^2 x_i / (t + e_i^2), t the largest root of sum (e_i x_i / (t + e_i^2))^2 = 1,
+/// by Newton's method from below, where the sum is convex and falls: it never overshoots. Source:
+/// Eberly 2013, Distance from a Point to an Ellipse, an Ellipsoid. Derivatives are those of the
+/// signed distance s of a smooth surface: with S the derivative of the unit normal n along the
+/// surface at y, the gradient is n(y) and the hessian (1 + s S)^-1 S.
 struct EllipsoidShape {
   static constexpr ProbeParameter kParameters[] = {
       {"semi_axes", "along the heading, across it and along the press",
@@ -68,7 +68,8 @@ struct EllipsoidShape {
       y[i] = below > 0 ? square[i] * x[i] / below : 0;
       if (i != least) filled += y[i] * y[i] / square[i];
     }
-    // On the medial axis, inside the middle plane of the shortest axis, that axis takes what is left.
+    // On the medial axis, inside the middle plane of the shortest axis, that axis takes what is
+    // left.
     if (x[least] == 0) y[least] = e[least] * std::sqrt(std::max(0.0, 1 - filled));
     return y;
   }
@@ -103,8 +104,8 @@ struct EllipsoidShape {
     return ball_about_origin(probe, semi_axes_m(probe).maxCoeff());
   }
 
-  /// Half-widths of a contact at a depth along the two principal directions at the reference point, the
-  /// smaller first: sqrt(R_i d) as for a ball, no wider than the ellipsoid there.
+  /// Half-widths of a contact at a depth along the two principal directions at the reference point,
+  /// the smaller first: sqrt(R_i d) as for a ball, no wider than the ellipsoid there.
   static Eigen::Vector2d half_widths_m(const ProbeGeometry& probe, double depth_m) {
     const Vec3 e = semi_axes_m(probe);
     const Principal tip = principal(probe);

@@ -7,11 +7,11 @@
 
 namespace palpate::fem {
 
-/// Flat-ended rod of radius R with an edge rounded by e and no end behind: all points within e of the
-/// half-open cylinder of radius R - e whose end lies e above the tip's plane. The reference point is
-/// the middle of the flat. With e = R it is a rod with a round end.
-/// Pieces: flat, fillet, wall; C1 from one to the next. The medial axis is a cone below the rim of the
-/// core, e below the surface at least.
+/// Flat-ended rod of radius R with an edge rounded by e and no end behind: all points within e of
+/// the half-open cylinder of radius R - e whose end lies e above the tip's plane. The reference
+/// point is the middle of the flat. With e = R it is a rod with a round end. Pieces: flat, fillet,
+/// wall; C1 from one to the next. The medial axis is a cone below the rim of the core, e below the
+/// surface at least.
 struct FlatShape {
   static constexpr ProbeParameter kParameters[] = {
       {"radius", "of the rod", "5 mm"},
@@ -71,7 +71,9 @@ struct FlatShape {
   }
   /// Along drags; a press is meshed from the edge.
   static double mesh_length_m(const ProbeGeometry& probe, double) { return 0.55 * radius_m(probe); }
-  static double contact_reach_m(const ProbeGeometry& probe, double) { return 1.1 * radius_m(probe); }
+  static double contact_reach_m(const ProbeGeometry& probe, double) {
+    return 1.1 * radius_m(probe);
+  }
   static double edge_ring_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double tip_radius_m(const ProbeGeometry& probe) { return radius_m(probe); }
   static double half_width_m(const ProbeGeometry& probe) { return radius_m(probe); }

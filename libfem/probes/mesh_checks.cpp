@@ -54,11 +54,15 @@ void check_edges(const Triangles& triangles, const std::string& where) {
   });
   const std::string at = ", the first at triangle " + std::to_string(first);
   if (open)
-    throw Error(where, "the probe's mesh is open: " + counted(open, "edge has", "edges have") + " one triangle" + at,
-                "Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
+    throw Error(
+        where,
+        "the probe's mesh is open: " + counted(open, "edge has", "edges have") + " one triangle" +
+            at,
+        "Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
   if (crowded)
-    throw Error(where, "the probe's mesh is not manifold: " + counted(crowded, "edge has", "edges have") +
-                           " more than two triangles" + at,
+    throw Error(where,
+                "the probe's mesh is not manifold: " + counted(crowded, "edge has", "edges have") +
+                    " more than two triangles" + at,
                 "Remove walls inside it, or unite its parts into one solid.");
   if (unlike)
     throw Error(where, "triangles of the probe's mesh disagree about its outside at " +
@@ -107,14 +111,16 @@ void check_probe_mesh(const Surface& surface, const std::string& where) {
     throw Error(where, "the probe's mesh has no triangle", "Name a closed triangle mesh.");
   if (triangles.minCoeff() < 0 || triangles.maxCoeff() >= surface.vertices.rows() ||
       !surface.vertices.allFinite())
-    throw Error(where, "a triangle of the probe's mesh names a vertex that is not there, or not finite",
+    throw Error(where,
+                "a triangle of the probe's mesh names a vertex that is not there, or not finite",
                 "Repair the mesh.");
   const double extent = extent_m(surface.vertices).maxCoeff();
   for (Eigen::Index f = 0; f < triangles.rows(); ++f) {
     const auto corner = [&](int k) { return Vec3(surface.vertices.row(triangles(f, k))); };
     if (!((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm() > 1e-14 * extent * extent))
-      throw Error(where, "triangle " + std::to_string(f + 1) + " of the probe's mesh has no area",
-                  "Remove triangles without area, for example with a mesh editor's \"merge vertices\".");
+      throw Error(
+          where, "triangle " + std::to_string(f + 1) + " of the probe's mesh has no area",
+          "Remove triangles without area, for example with a mesh editor's \"merge vertices\".");
   }
   check_edges(triangles, where);
   check_fans(triangles, where);

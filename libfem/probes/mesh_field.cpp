@@ -12,7 +12,8 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160, kCoarsest = 1.0 / 8;  // of the extent
+constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
+                 kCoarsest = 1.0 / 8;  // of the extent
 constexpr int kPadding = 5;  // grid nodes around the mesh's box
 
 /// Values and derivatives of the four cubic B-splines that reach a place t in [0, 1) of its cell.
@@ -45,10 +46,11 @@ MeshField::MeshField(Surface surface, double smoothing_m, const std::string& whe
   extent_ = palpate::extent_m(surface_.vertices).maxCoeff();
   spacing_ = std::isnan(smoothing_m) ? kDefaultShare * extent_ : smoothing_m;
   if (!(spacing_ >= kFinest * extent_ && spacing_ <= kCoarsest * extent_))
-    throw Error(where,
-                "smoothing of " + std::to_string(1e3 * spacing_) + " mm does not fit a mesh of " +
-                    std::to_string(1e3 * extent_) + " mm",
-                "Give smoothing from 1/160 to 1/8 of the mesh's largest extent, or leave it out for 1/64.");
+    throw Error(
+        where,
+        "smoothing of " + std::to_string(1e3 * spacing_) + " mm does not fit a mesh of " +
+            std::to_string(1e3 * extent_) + " mm",
+        "Give smoothing from 1/160 to 1/8 of the mesh's largest extent, or leave it out for 1/64.");
   const Eigen::Index faces = surface_.triangles.rows();
   Points lower(faces, 3), upper(faces, 3);
   for (std::int32_t f = 0; f < faces; ++f) {
@@ -65,7 +67,8 @@ void MeshField::average_normals() {
   const Eigen::Index faces = surface_.triangles.rows();
   face_normal_.resize(faces, 3);
   for (std::int32_t f = 0; f < faces; ++f)
-    face_normal_.row(f) = (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0)).normalized();
+    face_normal_.row(f) =
+        (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0)).normalized();
   vertex_normal_ = vertex_normals(surface_);
   edge_normal_.resize(3 * faces, 3);
   for (const EdgePair& edge : edge_pairs(surface_.triangles)) {
@@ -102,7 +105,8 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
   if (zeros == 0 || !(size > 1e-12 * extent_)) return out;
   out.hessian = Mat3::Identity() - out.gradient * out.gradient.transpose();
   if (zeros == 1) {
-    const Vec3 edge = (corner(triangle, (zero + 2) % 3) - corner(triangle, (zero + 1) % 3)).normalized();
+    const Vec3 edge =
+        (corner(triangle, (zero + 2) % 3) - corner(triangle, (zero + 1) % 3)).normalized();
     out.hessian -= edge * edge.transpose();
   }
   out.hessian /= out.distance_m;
@@ -110,7 +114,8 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
 }
 
 void MeshField::sample() {
-  const Vec3 low = surface_.vertices.colwise().minCoeff(), high = surface_.vertices.colwise().maxCoeff();
+  const Vec3 low = surface_.vertices.colwise().minCoeff(),
+             high = surface_.vertices.colwise().maxCoeff();
   for (int i = 0; i < 3; ++i) {
     const double cells = std::ceil((high[i] - low[i]) / spacing_);
     count_[i] = static_cast<int>(cells) + 1 + 2 * kPadding;

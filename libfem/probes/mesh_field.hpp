@@ -8,32 +8,34 @@
 namespace palpate::fem {
 
 /// Signed distance to a closed triangle mesh, exact and smoothed.
-/// The exact distance has kinks at every edge and no curvature on facets, where Newton's method would
-/// chatter. What contact feels is its smooth image: the exact distance sampled on a grid of spacing
-/// `smoothing`, in between a cubic B-spline whose coefficients c = f - 1/6 sum of second differences
-/// reproduce cubics, so that smooth parts stay where they are to fourth order and edges are rounded over
-/// about one spacing. It has two continuous derivatives, and gradient and hessian are its own; its
-/// gradient is shorter than 1 where an edge has been rounded. Outside the grid, more than three spacings
-/// off the mesh's box, the exact distance answers.
-/// Const members are thread-safe and do not allocate.
-/// Sources: Baerentzen and Aanaes 2005 (doi:10.1109/TVCG.2005.49) for the sign; de Boor and Fix 1973
-/// for the coefficients.
+/// The exact distance has kinks at every edge and no curvature on facets, where Newton's method
+/// would chatter. What contact feels is its smooth image: the exact distance sampled on a grid of
+/// spacing `smoothing`, in between a cubic B-spline whose coefficients c = f - 1/6 sum of second
+/// differences reproduce cubics, so that smooth parts stay where they are to fourth order and edges
+/// are rounded over about one spacing. It has two continuous derivatives, and gradient and hessian
+/// are its own; its gradient is shorter than 1 where an edge has been rounded. Outside the grid,
+/// more than three spacings off the mesh's box, the exact distance answers. Const members are
+/// thread-safe and do not allocate. Sources: Baerentzen and Aanaes 2005 (doi:10.1109/TVCG.2005.49)
+/// for the sign; de Boor and Fix 1973 for the coefficients.
 class MeshField {
  public:
   /// surface [m]: closed, outward. smoothing_m: NaN for 1/64 of its largest extent. Throws Error at
-  /// `where` when an edge has not two triangles that agree, a vertex joins several sheets, a triangle
-  /// has no area, it encloses no positive volume, or smoothing is below 1/160 or above 1/8 of the extent.
+  /// `where` when an edge has not two triangles that agree, a vertex joins several sheets, a
+  /// triangle has no area, it encloses no positive volume, or smoothing is below 1/160 or above 1/8
+  /// of the extent.
   MeshField(Surface surface, double smoothing_m, const std::string& where);
 
-  SignedDistance exact(const Vec3& x) const { return nearest(x, std::numeric_limits<double>::infinity()); }
+  SignedDistance exact(const Vec3& x) const {
+    return nearest(x, std::numeric_limits<double>::infinity());
+  }
   SignedDistance smooth(const Vec3& x) const;
 
   const Surface& surface() const { return surface_; }
   double smoothing_m() const { return spacing_; }
   double extent_m() const { return extent_; }
 
-  /// Area [m^2] and farthest point from the axis [m] of the section across `inward` (unit) that lies
-  /// depth_m behind `tip`.
+  /// Area [m^2] and farthest point from the axis [m] of the section across `inward` (unit) that
+  /// lies depth_m behind `tip`.
   struct Section {
     double area_m2 = 0, farthest_m = 0;
   };

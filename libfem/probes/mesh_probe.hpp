@@ -8,18 +8,19 @@
 
 namespace palpate::fem {
 
-/// A closed triangle mesh, smoothed as MeshField says. The reference point is the mesh's farthest along
-/// the direction into the body (the middle of a face or edge that lies across it), moved along the axis
-/// onto the smoothed surface.
+/// A closed triangle mesh, smoothed as MeshField says. The reference point is the mesh's farthest
+/// along the direction into the body (the middle of a face or edge that lies across it), moved
+/// along the axis onto the smoothed surface.
 struct MeshShape {
   static constexpr ProbeParameter kParameters[] = {
-      {"smoothing", "over which edges are rounded; 1/64 of the largest extent when left out", "0.2 mm",
-       Dimension::length, 1, false}};
+      {"smoothing", "over which edges are rounded; 1/64 of the largest extent when left out",
+       "0.2 mm", Dimension::length, 1, false}};
 
   static std::string complete(ProbeGeometry& probe) {
     const MeshField& field = *probe.mesh;
     probe.number[0] = field.smoothing_m();
-    const Vec3 inward = probe.turn.row(2), tip = foremost(field.surface(), inward, field.extent_m());
+    const Vec3 inward = probe.turn.row(2),
+               tip = foremost(field.surface(), inward, field.extent_m());
     // Bisection between a place outside and one inside.
     double inside = 4 * field.smoothing_m(), outside = -4 * field.smoothing_m();
     if (!(field.smooth(tip - inside * inward).distance_m < 0))
@@ -41,7 +42,8 @@ struct MeshShape {
   static BoundingBall bounding_ball(const ProbeGeometry& probe) {
     const Points& vertices = probe.mesh->surface().vertices;
     const Vec3 inward = probe.turn.row(2);
-    const Vec3 middle = (vertices.colwise().minCoeff() + vertices.colwise().maxCoeff()).transpose() / 2;
+    const Vec3 middle =
+        (vertices.colwise().minCoeff() + vertices.colwise().maxCoeff()).transpose() / 2;
     const double along = (middle - probe.touch).dot(inward);
     const Vec3 centre = probe.touch + along * inward;
     return {along, (vertices.rowwise() - centre.transpose()).rowwise().norm().maxCoeff() +

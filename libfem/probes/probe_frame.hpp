@@ -23,8 +23,8 @@ inline Mat3 probe_frame(const Vec3& axis, const Vec3& heading) {
   return frame;
 }
 
-/// Rotation from own axes to the probe's frame that takes `inward` (own axes, any length) to u and own
-/// z, or own x where inward is along z, to the heading.
+/// Rotation from own axes to the probe's frame that takes `inward` (own axes, any length) to u and
+/// own z, or own x where inward is along z, to the heading.
 inline Mat3 turn_inward(const Vec3& inward) {
   const Vec3 u = inward.normalized();
   const bool is_along_z = std::hypot(u.x(), u.y()) < 1e-6;
@@ -56,8 +56,8 @@ inline AxialPlace axial_place(const Vec3& axis, const Vec3& offset) {
   return {-along, away, away > 0 ? Vec3(lateral / away) : Vec3(Vec3::Zero())};
 }
 
-/// Ball about own origin that holds a probe, for any heading: the lateral part of the centre is added
-/// to the radius.
+/// Ball about own origin that holds a probe, for any heading: the lateral part of the centre is
+/// added to the radius.
 inline BoundingBall ball_about_origin(const ProbeGeometry& probe, double radius_m) {
   const Vec3 centre = -(probe.turn * probe.touch);
   return {centre.z(), radius_m + centre.head<2>().norm()};

@@ -52,7 +52,8 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
 constexpr std::array<ShapeRow, 6> kShapes{{
     shape_row<SphereShape>("sphere", "a ball of the given radius", true),
     shape_row<FlatShape>("flat", "a flat-ended rod with a rounded edge", true),
-    shape_row<CapsuleShape>("capsule", "a rod with two round ends, pressed with one or lying", false),
+    shape_row<CapsuleShape>("capsule", "a rod with two round ends, pressed with one or lying",
+                            false),
     shape_row<ConeShape>("cone", "a cone with a rounded tip", true),
     shape_row<EllipsoidShape>("ellipsoid", "an ellipsoid with three semi-axes", false),
     shape_row<MeshShape>("mesh", "a closed triangle mesh from a file", false, true),
@@ -68,7 +69,8 @@ const ProbeParameter* find_parameter(const ShapeRow& row, std::string_view key) 
 
 std::string example_of(const ProbeParameter& parameter) {
   const std::string example(parameter.example);
-  return std::string(parameter.key) + " = " + (parameter.count == 1 ? "\"" + example + "\"" : example);
+  return std::string(parameter.key) + " = " +
+         (parameter.count == 1 ? "\"" + example + "\"" : example);
 }
 
 void check_values(const ProbeParameter& parameter, const std::vector<double>& values,
@@ -80,7 +82,9 @@ void check_values(const ProbeParameter& parameter, const std::vector<double>& va
                 "Write " + example_of(parameter) + ".");
   for (const double value : values)
     if (!(std::isfinite(value) && value > 0))
-      throw Error(where, key + " must be positive, not " + std::to_string(value) + " " + unit_of(parameter.dimension),
+      throw Error(where,
+                  key + " must be positive, not " + std::to_string(value) + " " +
+                      unit_of(parameter.dimension),
                   "Give it with its unit, for example " + example_of(parameter) + ".");
 }
 
@@ -94,12 +98,14 @@ void read_numbers(const ShapeRow& row, const ProbeSpec& spec, const std::string&
     const auto found = spec.values.find(parameter.key);
     if (found != spec.values.end()) check_values(parameter, found->second, where);
     else if (parameter.is_required)
-      throw Error(where, "shape \"" + std::string(row.name) + "\" needs " + std::string(parameter.key) + ", " +
-                             std::string(parameter.summary),
+      throw Error(where,
+                  "shape \"" + std::string(row.name) + "\" needs " + std::string(parameter.key) +
+                      ", " + std::string(parameter.summary),
                   "Add " + example_of(parameter) + ".");
     for (int i = 0; i < parameter.count; ++i)
-      probe.number[next++] = found == spec.values.end() ? std::numeric_limits<double>::quiet_NaN()
-                                                        : found->second[static_cast<std::size_t>(i)];
+      probe.number[next++] = found == spec.values.end()
+                                 ? std::numeric_limits<double>::quiet_NaN()
+                                 : found->second[static_cast<std::size_t>(i)];
   }
 }
 
@@ -107,10 +113,13 @@ void read_directions(const ShapeRow& row, const ProbeSpec& spec, const std::stri
                      ProbeGeometry& probe) {
   if (row.is_axisymmetric && spec.orientation) refuse_probe_key(row, "orientation", where);
   if (row.is_axisymmetric && spec.heading) refuse_probe_key(row, "heading", where);
-  for (const auto& [name, direction] : {std::pair{"orientation", spec.orientation}, {"heading", spec.heading}})
+  for (const auto& [name, direction] :
+       {std::pair{"orientation", spec.orientation}, {"heading", spec.heading}})
     if (direction && !(direction->allFinite() && direction->norm() > 0))
-      throw Error(where, std::string(name) + " is no direction", "Write three numbers that are not all 0.");
-  probe.turn = turn_inward(spec.orientation.value_or((row.takes_mesh ? -1.0 : 1.0) * Vec3::UnitZ()));
+      throw Error(where, std::string(name) + " is no direction",
+                  "Write three numbers that are not all 0.");
+  probe.turn =
+      turn_inward(spec.orientation.value_or((row.takes_mesh ? -1.0 : 1.0) * Vec3::UnitZ()));
   if (spec.heading) probe.heading = spec.heading->normalized();
 }
 
@@ -148,10 +157,11 @@ void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::stri
   for (const ShapeRow& other : kShapes)
     for (const std::string_view known : probe_keys(other))
       if (known == key) takers += (takers.empty() ? "" : ", ") + std::string(other.name);
-  for (const std::string_view known : probe_keys(row)) own += (own.empty() ? "" : ", ") + std::string(known);
+  for (const std::string_view known : probe_keys(row))
+    own += (own.empty() ? "" : ", ") + std::string(known);
   throw Error(where, "shape \"" + std::string(row.name) + "\" has no " + std::string(key),
-              (takers.empty() ? "" : std::string(key) + " belongs to shape " + takers + ". ") + "A " +
-                  std::string(row.name) + " takes " + own + ".");
+              (takers.empty() ? "" : std::string(key) + " belongs to shape " + takers + ". ") +
+                  "A " + std::string(row.name) + " takes " + own + ".");
 }
 
 Vec3 Probe::contact_line_m(const Vec3& axis) const {

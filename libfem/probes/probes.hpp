@@ -28,9 +28,9 @@ struct SignedDistance {
   Mat3 hessian = Mat3::Zero();
 };
 
-/// The tool of an experiment as a scene names it. values: by key of the shape's parameters, SI; keys
-/// left out take their defaults. mesh: closed, outward [m], for the shape `mesh` alone.
-/// For shapes that are not round about their axis: orientation, in the shape's own axes, is the
+/// The tool of an experiment as a scene names it. values: by key of the shape's parameters, SI;
+/// keys left out take their defaults. mesh: closed, outward [m], for the shape `mesh` alone. For
+/// shapes that are not round about their axis: orientation, in the shape's own axes, is the
 /// direction that points into the body (default: own z, the mesh's own -z); heading, in the body's
 /// axes, is where the shape's own z leans, or its own x when z points along the press (default: the
 /// first drag direction: the coordinate axis least along the normal). Only its part along the
@@ -47,8 +47,8 @@ struct ProbeSpec {
 inline constexpr double kDefaultBallRadius_m = 5e-3;
 ProbeSpec sphere_spec(double radius_m, double friction = 0);
 
-/// A key of [probe] that a shape reads: `count` numbers of one dimension. Left out, a key that is not
-/// required is filled in by the shape.
+/// A key of [probe] that a shape reads: `count` numbers of one dimension. Left out, a key that is
+/// not required is filled in by the shape.
 struct ProbeParameter {
   std::string_view key, summary, example;
   Dimension dimension = Dimension::length;
@@ -67,8 +67,8 @@ struct ProbeGeometry {
   std::shared_ptr<const MeshField> mesh;
 };
 
-/// A ball about reference point + along_axis_m * u that holds the whole probe; radius +inf for shapes
-/// with a shaft that has no end.
+/// A ball about reference point + along_axis_m * u that holds the whole probe; radius +inf for
+/// shapes with a shaft that has no end.
 struct BoundingBall {
   double along_axis_m = 0;
   double radius_m = std::numeric_limits<double>::infinity();
@@ -80,11 +80,11 @@ struct BoundingBall {
 /// cannot be used, empty when they can. signed_distance: at `offset` from the reference point [m];
 /// exact (a mesh: smoothed, see mesh_field.hpp), without allocation, C1 away from the medial axis.
 /// contact_radius_m: expected smaller half-width of the contact with a flat soft body at a depth;
-/// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks at
-/// an edge; contact_reach_m: how far from the point or line of first touch they count, the larger
-/// half-width or more. tip_radius_m: smallest radius of curvature where it
-/// touches first, no more than the half width; of a flat its own radius. half_width_m: across the axis,
-/// +inf when it widens without end.
+/// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks
+/// at an edge; contact_reach_m: how far from the point or line of first touch they count, the
+/// larger half-width or more. tip_radius_m: smallest radius of curvature where it touches first, no
+/// more than the half width; of a flat its own radius. half_width_m: across the axis, +inf when it
+/// widens without end.
 struct ShapeRow {
   std::string_view name, summary;
   std::span<const ProbeParameter> parameters;
@@ -114,11 +114,12 @@ const ShapeRow& find_shape(std::string_view name, const std::string& where);
 std::vector<std::string_view> probe_keys(const ShapeRow& row);
 
 /// Throws the Error at `where` for a key that the shape does not take, naming the shapes that do.
-[[noreturn]] void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::string& where);
+[[noreturn]] void refuse_probe_key(const ShapeRow& row, std::string_view key,
+                                   const std::string& where);
 
 /// A probe ready for evaluation. length_m is the radius of the ball that presses alike (see
-/// pressed_to): contact stiffness, tolerated penetration and the length of steps are measured in it.
-/// half_width_m: across the axis; length_m for shapes that widen without end.
+/// pressed_to): contact stiffness, tolerated penetration and the length of steps are measured in
+/// it. half_width_m: across the axis; length_m for shapes that widen without end.
 struct Probe {
   const ShapeRow* shape = nullptr;
   ProbeGeometry geometry;
@@ -138,10 +139,13 @@ struct Probe {
   }
   /// Expected smaller half-width of the contact at a depth, on a linear elastic half-space without
   /// friction (Sneddon 1965, doi:10.1016/0020-7225(65)90019-4).
-  double contact_radius_m(double depth_m) const { return shape->contact_radius_m(geometry, depth_m); }
+  double contact_radius_m(double depth_m) const {
+    return shape->contact_radius_m(geometry, depth_m);
+  }
   /// The length that element sizes are given in: the contact radius of round shapes.
   double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
-  /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a point.
+  /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a
+  /// point.
   Vec3 contact_line_m(const Vec3& axis) const;
   /// Radius of the edge about the axis at which pressure is all but singular; 0 for shapes without.
   double edge_ring_m() const { return shape->edge_ring_m(geometry); }
@@ -154,10 +158,10 @@ struct Probe {
 /// friction is negative, or a mesh is open, not manifold, inside out or without volume.
 Probe make_probe(const ProbeSpec& spec, const std::string& where);
 
-/// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius a (R
-/// for a ball), at least the tip's radius and at most the half width. A ball keeps R and a flat punch has its own
-/// radius at every depth; a cone that dips far deeper than its rounded tip presses with its flank, and
-/// stiffness for the tip alone would only make it hard to solve.
+/// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius
+/// a (R for a ball), at least the tip's radius and at most the half width. A ball keeps R and a
+/// flat punch has its own radius at every depth; a cone that dips far deeper than its rounded tip
+/// presses with its flank, and stiffness for the tip alone would only make it hard to solve.
 Probe pressed_to(Probe probe, double depth_m);
 
 }  // namespace palpate::fem

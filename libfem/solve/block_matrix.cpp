@@ -36,7 +36,8 @@ BlockPlace SymmetricBlockMatrix::place(std::int32_t row, std::int32_t column) co
   out.is_swapped = row < column;
   out.is_diagonal = row == column;
   const std::int32_t j = std::min(row, column), i = std::max(row, column);
-  const auto first = block_row_.begin() + block_start_[j], last = block_row_.begin() + block_start_[j + 1];
+  const auto first = block_row_.begin() + block_start_[j],
+             last = block_row_.begin() + block_start_[j + 1];
   const auto found = std::lower_bound(first, last, i);
   assert(found != last && *found == i);
   out.base = column_start_[3 * j] + 3 * static_cast<std::int32_t>(found - first);

@@ -15,8 +15,8 @@ struct BlockPlace {
   bool is_diagonal = false;
 };
 
-/// Symmetric matrix of 3 x 3 blocks over n nodes, stored as the lower triangle of a scalar matrix in
-/// compressed columns (row indices increasing), so that CHOLMOD reads it without a copy.
+/// Symmetric matrix of 3 x 3 blocks over n nodes, stored as the lower triangle of a scalar matrix
+/// in compressed columns (row indices increasing), so that CHOLMOD reads it without a copy.
 class SymmetricBlockMatrix {
  public:
   /// neighbours: per node, the nodes coupled to it; order and repeats do not matter, the node
@@ -41,7 +41,8 @@ class SymmetricBlockMatrix {
   void add(const BlockPlace& place, const double* block, int stride = 1) {
     if (place.base < 0) return;
     // Columns of the lower triangle shorten by one and by two inside the diagonal block.
-    double* column[3] = {values_.data() + place.base, values_.data() + place.base + place.length - 1,
+    double* column[3] = {values_.data() + place.base,
+                         values_.data() + place.base + place.length - 1,
                          values_.data() + place.base + 2 * place.length - 3};
     for (int j = 0; j < 3; ++j)
       for (int i = place.is_diagonal ? j : 0; i < 3; ++i)

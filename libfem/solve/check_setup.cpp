@@ -34,7 +34,8 @@ double ray_hit_m(const Vec3& from, const Vec3& along, const Vec3& a, const Vec3&
 
 /// Thickness [m] of the body from a surface point along the inward normal; +inf where the ray meets
 /// no second sheet.
-double thickness_m(const Surface& surface, const Vec3& position, const Vec3& normal, double skip_m) {
+double thickness_m(const Surface& surface, const Vec3& position, const Vec3& normal,
+                   double skip_m) {
   double thickness = std::numeric_limits<double>::infinity();
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
     const auto corner = [&](int k) { return Vec3(surface.vertices.row(surface.triangles(f, k))); };
@@ -44,8 +45,9 @@ double thickness_m(const Surface& surface, const Vec3& position, const Vec3& nor
   return thickness;
 }
 
-// One sliver in a hundred changes no force by more than the rows' error; a mesh of which every inner
-// node makes slivers was 8 to 15 % too stiff in rows that claimed 2 (tests/validation/hard_cases_test).
+// One sliver in a hundred changes no force by more than the rows' error; a mesh of which every
+// inner node makes slivers was 8 to 15 % too stiff in rows that claimed 2
+// (tests/validation/hard_cases_test).
 constexpr double kFlatDeg = 2, kMostFlat = 0.05;
 
 /// Share of the tets of which two faces meet at less than kFlatDeg.
@@ -65,9 +67,10 @@ void check_setup(const SimulationSetup& setup) {
        "Prepare the body again.");
   need(setup.is_held.size() == static_cast<std::size_t>(setup.volume.nodes.rows()), "[body] fixed",
        "held flags do not match the nodes of the volume", "Prepare the body again.");
-  need(flat_share(setup.volume) <= kMostFlat, "[body]",
-       "more than one tetrahedron in twenty is flatter than 2 degrees, which makes a body too stiff",
-       "Give the surface alone, so that it is filled anew, or a better mesh.");
+  need(
+      flat_share(setup.volume) <= kMostFlat, "[body]",
+      "more than one tetrahedron in twenty is flatter than 2 degrees, which makes a body too stiff",
+      "Give the surface alone, so that it is filled anew, or a better mesh.");
   const auto held = std::count(setup.is_held.begin(), setup.is_held.end(), char(1));
   need(held >= 3, "[body] fixed",
        held == 0 ? "no node is held, so a press would push the body away"

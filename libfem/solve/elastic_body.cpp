@@ -47,7 +47,8 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
         is_here |= there == &material;
       }
       if (is_here) cells.push_back(static_cast<std::int32_t>(c));
-      if (cells.size() == kLanes) add_batch(material, kind, points, cells, material_at), cells.clear();
+      if (cells.size() == kLanes)
+        add_batch(material, kind, points, cells, material_at), cells.clear();
     }
     if (!cells.empty()) add_batch(material, kind, points, cells, material_at);
   }
@@ -103,7 +104,8 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
 std::int64_t ElasticBody::memory_bytes() const {
   std::size_t packs = 0;
   for (const Batch& batch : batches_)
-    packs += batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
+    packs +=
+        batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
   return static_cast<std::int64_t>(packs * sizeof(Pack) + places_.size() * sizeof(BlockPlace));
 }
 

@@ -15,10 +15,10 @@ namespace palpate::fem {
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
 /// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
-/// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh, its
-/// material is looked up at each quadrature point. Where the volume change is averaged (tet10-p0,
-/// tet10-p1), it is over the points of one material in an element: a border of materials through an
-/// element costs neither of them its own volume change.
+/// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh,
+/// its material is looked up at each quadrature point. Where the volume change is averaged
+/// (tet10-p0, tet10-p1), it is over the points of one material in an element: a border of materials
+/// through an element costs neither of them its own volume change.
 class ElasticBody {
  public:
   /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
@@ -65,8 +65,8 @@ class ElasticBody {
     PackArray gradient, weight, constants, mode;
   };
   using Cells = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  void add_batch(const Material& material, ElementKind element, const std::vector<CellPoint>& points,
-                 const std::vector<std::int32_t>& cells,
+  void add_batch(const Material& material, ElementKind element,
+                 const std::vector<CellPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
   void gather(const Batch& batch, const Points& u, Pack* displacement) const;
   void scatter_force(const Batch& batch, const CellResult& result, Points& force) const;

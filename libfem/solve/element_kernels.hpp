@@ -8,9 +8,9 @@ inline constexpr int kMostNodes = 10;
 constexpr int blocks_of(int nodes) { return nodes * (nodes + 1) / 2; }  ///< node pairs a >= b
 
 /// Eight cells of one material. Index order is slowest first; the last one is the lane.
-/// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an idle
-/// lane and on a point of another material. constants: [point][constant], `constant_count` each.
-/// mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
+/// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an
+/// idle lane and on a point of another material. constants: [point][constant], `constant_count`
+/// each. mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
 /// most_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
 /// derivative of J; infinite for the exact stiffness.
 struct CellBatch {
@@ -35,12 +35,11 @@ struct CellResult {
 /// Energy of a cell: the sum over its points of w W(F), where modes are none; otherwise
 ///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta - 1 = projection of J - 1 on the modes,
 /// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
-/// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the cell
-/// (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are exact
-/// derivatives.
-/// displacement: [node][i] [m]. bend scales what carries the second derivative of J, see the law's
-/// evaluate(): at 0 the stiffness is positive
-/// definite where theta < e and the rest of the law is.
+/// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the
+/// cell (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
+/// exact derivatives. displacement: [node][i] [m]. bend scales what carries the second derivative
+/// of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta < e and the
+/// rest of the law is.
 struct CellKernels {
   void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
   void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
@@ -48,7 +47,8 @@ struct CellKernels {
                     CellResult&);
 };
 
-/// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on all of them.
+/// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on
+/// all of them.
 CellKernels cell_kernels(ElementKind kind, InstructionSet set);
 
 }  // namespace palpate::fem

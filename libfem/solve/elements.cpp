@@ -99,7 +99,8 @@ std::array<std::array<int, 4>, 8> eight_tets(const Eigen::Matrix<double, 10, 3>&
 
 Eigen::MatrixXd orthonormal_modes(int modes, const std::vector<CellPoint>& points,
                                   const Eigen::VectorXd& weight) {
-  constexpr double kIndependent = 1e-6;  // of a function's own size; four of the rules' points reach 0.1
+  constexpr double kIndependent =
+      1e-6;  // of a function's own size; four of the rules' points reach 0.1
   const auto count = static_cast<Eigen::Index>(points.size());
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(modes, count);
   for (int m = 0; m < modes; ++m) {

@@ -20,26 +20,29 @@ struct ElementRow {
 
 /// Every element there is.
 inline constexpr std::array<ElementRow, 6> kElements{{
-    {ElementKind::automatic, "auto", "tet10-blend for laws that split their bulk term off, else tet10"},
+    {ElementKind::automatic, "auto",
+     "tet10-blend for laws that split their bulk term off, else tet10"},
     {ElementKind::tet10, "tet10", "ten nodes, four points; too stiff on coarse meshes"},
     {ElementKind::tet10_blend, "tet10-blend",
      "between tet10 and tet10-p0, nearest the truth under a probe at any Poisson's ratio"},
-    {ElementKind::tet10_p0, "tet10-p0", "ten nodes, volume change averaged over the element; too soft"},
+    {ElementKind::tet10_p0, "tet10-p0",
+     "ten nodes, volume change averaged over the element; too soft"},
     {ElementKind::tet10_p1, "tet10-p1", "ten nodes, 14 points, volume change projected on linears"},
-    {ElementKind::tet4, "tet4", "each ten-node element as eight linear ones; for comparison, locks"},
+    {ElementKind::tet4, "tet4",
+     "each ten-node element as eight linear ones; for comparison, locks"},
 }};
 
 /// The element's row. Throws Error at `where` naming the known elements.
 const ElementRow& find_element(std::string_view name, const std::string& where);
 
-/// What is made of a material when `wanted` is asked for: itself, with `automatic` decided, and tet10
-/// in place of an element that averages where the law does not split its bulk term off.
+/// What is made of a material when `wanted` is asked for: itself, with `automatic` decided, and
+/// tet10 in place of an element that averages where the law does not split its bulk term off.
 ElementKind element_for(ElementKind wanted, const Material& material);
 
 /// Share a of the law's U(J) that sees the averaged volume change. tet10-p0, tet10-p1: all of it.
 /// tet10-blend: all but what leaves a small-strain bulk modulus of 5/3 mu at each point, as a
-/// material with lambda = mu has, so nothing locks, and what the average cannot see is as stiff as a
-/// shear of the same size: a = (lambda - mu) / U''(1), within 0 and 1.
+/// material with lambda = mu has, so nothing locks, and what the average cannot see is as stiff as
+/// a shear of the same size: a = (lambda - mu) / U''(1), within 0 and 1.
 double averaged_share(ElementKind kind, const Material& material);
 
 /// Numbers of an element's cells, the pieces that are integrated one by one.
@@ -76,8 +79,8 @@ std::vector<CellPoint> cell_points(const ElementShape& shape);
 std::array<std::array<int, 4>, 8> eight_tets(const Eigen::Matrix<double, 10, 3>& nodes);
 
 /// Polynomials of degree 0 (modes 1) or 1 (modes 4) at points of a cell, orthonormal under the
-/// weights: modes x points. Points of weight 0 get 0, and so does a mode that the points with weight
-/// cannot tell from the others.
+/// weights: modes x points. Points of weight 0 get 0, and so does a mode that the points with
+/// weight cannot tell from the others.
 Eigen::MatrixXd orthonormal_modes(int modes, const std::vector<CellPoint>& points,
                                   const Eigen::VectorXd& weight);
 

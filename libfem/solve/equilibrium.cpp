@@ -17,7 +17,8 @@ std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Mate
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
     Vec3 centre = Vec3::Zero();
     for (int a = 3; a < 6; ++a) centre += mesh.nodes.row(mesh.faces(f, a)).transpose() / 3;
-    const Material& here = materials.at(region_at ? static_cast<std::size_t>(region_at(centre)) : 0);
+    const Material& here =
+        materials.at(region_at ? static_cast<std::size_t>(region_at(centre)) : 0);
     young[f] = here.law->small_strain(here.constants).young_Pa();
   }
   return young;
@@ -75,7 +76,8 @@ void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Loca
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms())
     for (int a = 0; a < kFaceNodes; ++a)
-      for (int i = 0; i < 3; ++i) contact_force(mesh_.faces(face.face, a), i) += face.force[3 * a + i];
+      for (int i = 0; i < 3; ++i)
+        contact_force(mesh_.faces(face.face, a), i) += face.force[3 * a + i];
   at.residual.resize(K_.size());
   double contact_squared = 0;
   for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
@@ -122,7 +124,8 @@ std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const P
   std::vector<std::int32_t> nodes;
   for (const int face : contact_.faces_near(u, pose, within_m))
     for (int a = 0; a < kFaceNodes; ++a)
-      if (const std::int32_t i = body_.free_index()[mesh_.faces(face, a)]; i >= 0) nodes.push_back(i);
+      if (const std::int32_t i = body_.free_index()[mesh_.faces(face, a)]; i >= 0)
+        nodes.push_back(i);
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
@@ -134,8 +137,8 @@ void Equilibrium::index_contact_nodes() {
     contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
 }
 
-// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the part
-// that carries the second derivative of J. The level that worked is remembered.
+// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the
+// part that carries the second derivative of J. The level that worked is remembered.
 void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
                                  BodyState& to) {
   const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
@@ -256,8 +259,8 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   return direction;
 }
 
-// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need not
-// go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
+// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need
+// not go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
 double Equilibrium::linear_tolerance(double relative_residual) const {
   constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
   const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;

@@ -17,13 +17,13 @@ struct EquilibriumOptions {
   double linear_far = 0.2;  ///< the same while the residual is above 0.3
   int most_newton = 30;     ///< iterations before a step is given up
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
-  int stale_pcg = 10;       ///< iterations in a solve after which the next begins with a fresh factor
+  int stale_pcg = 10;  ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
   int most_model = 15;      ///< iterations of the condensed model
   double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
-  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double precision,
-  /// and no condensed model.
+  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double
+  /// precision, and no condensed model.
   bool is_plain = false;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
   Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
@@ -54,9 +54,9 @@ struct BodyState {
 /// Equilibrium of one body under one probe.
 /// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
 /// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
-/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the current
-/// contact stiffness, and a line search on the incremental energy.
-/// Not thread-safe: owns matrices, factor and contact scratch.
+/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the
+/// current contact stiffness, and a line search on the incremental energy. Not thread-safe: owns
+/// matrices, factor and contact scratch.
 class Equilibrium {
  public:
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
@@ -73,8 +73,8 @@ class Equilibrium {
                     BodyState& to);
 
   /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
-  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state to
-  /// walk on from.
+  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state
+  /// to walk on from.
   SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
 
   /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and

@@ -17,7 +17,8 @@ Vec3 point_of(const FaceNodes& nodes, double r, double s) {
   return x;
 }
 
-double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r, double s) {
+double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r,
+              double s) {
   return probe.distance(pose.axis, point_of(nodes, r, s) - pose.tip).distance_m;
 }
 

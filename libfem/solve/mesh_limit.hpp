@@ -14,16 +14,16 @@ struct MeshLimit {
   std::vector<double> error;
 };
 
-/// Extrapolation to the mesh limit of the rows of one experiment. fine, twin: forces [N] on the mesh
-/// and on a twin whose elements are `ratio` times as large; zero where a row failed.
-/// A mesh with size proportional to distance from first touch is too stiff by nearly the same share
-/// at every depth, while differences of single rows scatter with how the rim of the contact happens
-/// to cut elements: so excess is the mean of all rows, and a row's own deviation from it only adds to
+/// Extrapolation to the mesh limit of the rows of one experiment. fine, twin: forces [N] on the
+/// mesh and on a twin whose elements are `ratio` times as large; zero where a row failed. A mesh
+/// with size proportional to distance from first touch is too stiff by nearly the same share at
+/// every depth, while differences of single rows scatter with how the rim of the contact happens to
+/// cut elements: so excess is the mean of all rows, and a row's own deviation from it only adds to
 /// its error (method, 10). Forces below a hundredth of the largest do not count for the mean. No
-/// extrapolation where the twin is off by more than a tenth: the error is then all of the difference.
-/// least_order: that the error may have. Where materials share elements it is 1: the jump of stiffness
-/// inside an element is an error in proportion to h, and the bound is as much wider.
-/// Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the order observed, 2.
+/// extrapolation where the twin is off by more than a tenth: the error is then all of the
+/// difference. least_order: that the error may have. Where materials share elements it is 1: the
+/// jump of stiffness inside an element is an error in proportion to h, and the bound is as much
+/// wider. Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the order observed, 2.
 MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio,
                      double least_order = 2);
 

@@ -40,7 +40,8 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> gradient =
         simulator.normal_gradient(points.position.row(p), points.normal.row(p));
-    out.point_normal_gradient.row(p) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
+    out.point_normal_gradient.row(p) =
+        Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
   }
   Eigen::Index rows = 0;
   for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
@@ -67,10 +68,10 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
 /// Runs items that have no rows yet, each by `work`, on `jobs` threads; returns early when stopped.
 /// `number` gives a row its experiment number.
 template <class Work, class Number>
-void run_items(std::vector<std::vector<SampleRow>>& items, const std::vector<std::int32_t>& point_of,
-               int jobs, const Work& work, const Number& number,
-               const std::function<Samples()>& so_far, const OnePointDone& on_done,
-               const Progress& progress) {
+void run_items(std::vector<std::vector<SampleRow>>& items,
+               const std::vector<std::int32_t>& point_of, int jobs, const Work& work,
+               const Number& number, const std::function<Samples()>& so_far,
+               const OnePointDone& on_done, const Progress& progress) {
   std::mutex reporting;
   std::size_t done = 0;
   for (const auto& item : items) done += !item.empty();
@@ -106,7 +107,8 @@ Samples simulate(const Simulator& simulator, const TestPoints& points,
   for (std::size_t p = 0; p < count; ++p) point_of[p] = static_cast<std::int32_t>(p);
   for (Eigen::Index i = 0; i < options.already_done.rows(); ++i) {
     const SampleRow row = row_of(options.already_done, i);
-    if (row.point >= 0 && static_cast<std::size_t>(row.point) < count) items[row.point].push_back(row);
+    if (row.point >= 0 && static_cast<std::size_t>(row.point) < count)
+      items[row.point].push_back(row);
   }
   const int per_point =
       1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
@@ -130,7 +132,8 @@ Samples simulate_paths(const Simulator& simulator, const TestPoints& points,
   std::vector<std::int32_t> point_of;
   for (const ProbePath& path : paths) {
     if (path.point < 0 || path.point >= points.position.rows())
-      throw Error("paths", "path names test point " + std::to_string(path.point) + ", which does not exist",
+      throw Error("paths",
+                  "path names test point " + std::to_string(path.point) + ", which does not exist",
                   "Number test points from 0.");
     point_of.push_back(path.point);
   }

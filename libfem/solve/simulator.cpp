@@ -14,10 +14,10 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTau = 6.283185307179586;
 
-/// Where pressure is all but singular sizes start at this share of the edge's radius, times element_size,
-/// and grow from the edge on: on a layer of 4 to 10 punch radii 0.3 leaves up to 0.8 % of the force at the
-/// mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3, as does one size below the
-/// whole punch (tests/validation/contact).
+/// Where pressure is all but singular sizes start at this share of the edge's radius, times
+/// element_size, and grow from the edge on: on a layer of 4 to 10 punch radii 0.3 leaves up to 0.8
+/// % of the force at the mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3,
+/// as does one size below the whole punch (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
 constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
@@ -217,9 +217,9 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
                                          state_->probe.half_width_m);
 }
 
-/// The graded mesh about a test point, in coordinates whose origin is the test point. About each way
-/// of the contact, size is proportional to distance from the contact radius at its depth on: so at
-/// every depth the rim of the contact meets elements of the same share of its radius.
+/// The graded mesh about a test point, in coordinates whose origin is the test point. About each
+/// way of the contact, size is proportional to distance from the contact radius at its depth on: so
+/// at every depth the rim of the contact meets elements of the same share of its radius.
 QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
                                         const Script& script, double coarsening) const {
   const SolverOptions& options = setup.options;
@@ -311,7 +311,8 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
   if (out.is_complete && ratio > 0)
     out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
                           out.cost.twin_nodes, out.cost.twin_solver);
-  const bool is_uneven = sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m);
+  const bool is_uneven =
+      sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m);
   record_rows(fine, coarse, ratio, is_uneven ? 1 : 2, script.rows);
   out.rows = std::move(script.rows);
   return out;

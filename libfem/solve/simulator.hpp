@@ -13,8 +13,8 @@
 namespace palpate::fem {
 
 /// What is done at every test point (method, section 5): a press to depth_m in equal steps, and at
-/// each drag depth a drag of drag_distance_m along each direction, at constant depth, with rows that
-/// lie closer at the beginning, where the interface sticks and slips in part.
+/// each drag depth a drag of drag_distance_m along each direction, at constant depth, with rows
+/// that lie closer at the beginning, where the interface sticks and slips in part.
 struct Experiments {
   double depth_m = 0;
   int press_steps = 12;
@@ -27,7 +27,7 @@ struct Experiments {
 /// How fine, how exact.
 struct SolverOptions {
   double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
-  double growth = 0.6;        ///< h over distance from first touch or the probe's way, so at any rim too
+  double growth = 0.6;  ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
   double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
@@ -49,9 +49,9 @@ struct SimulationSetup {
   SolverOptions options;
 };
 
-/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh limit
-/// and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of the step
-/// that failed, where the status is rejected or inverted.
+/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh
+/// limit and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of
+/// the step that failed, where the status is rejected or inverted.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags
@@ -79,9 +79,9 @@ struct PointRows {
   PointCost cost;
 };
 
-/// Makes experiments on one body. Const members are thread-safe and deterministic: each call owns its
-/// mesh, factor and state. Work is in coordinates about the test point, so a body far from the origin
-/// loses nothing but the digits of its own coordinates.
+/// Makes experiments on one body. Const members are thread-safe and deterministic: each call owns
+/// its mesh, factor and state. Work is in coordinates about the test point, so a body far from the
+/// origin loses nothing but the digits of its own coordinates.
 class Simulator {
  public:
   /// Throws Error as check_setup does.
@@ -109,9 +109,9 @@ class Simulator {
   std::unique_ptr<const State> state_;
 };
 
-/// Refuses what cannot work, before any work. Throws Error, with `where` a key of the scene: no held
-/// node (the body would fly off), a material that is not stable, a probe that is no probe or larger
-/// than the body, and numbers out of range.
+/// Refuses what cannot work, before any work. Throws Error, with `where` a key of the scene: no
+/// held node (the body would fly off), a material that is not stable, a probe that is no probe or
+/// larger than the body, and numbers out of range.
 void check_setup(const SimulationSetup& setup);
 
 /// Refuses experiments that cannot work at a point: a depth larger than the body is thick there
@@ -119,8 +119,8 @@ void check_setup(const SimulationSetup& setup);
 void check_experiments(const SimulationSetup& setup, const Experiments& experiments,
                        const Vec3& position, const Vec3& normal);
 
-/// Drag directions: `count` unit tangents, at 0 and 90 degrees for two, at 360/count steps otherwise,
-/// from the tangent nearest to the coordinate axis that is least along the normal.
+/// Drag directions: `count` unit tangents, at 0 and 90 degrees for two, at 360/count steps
+/// otherwise, from the tangent nearest to the coordinate axis that is least along the normal.
 std::vector<Vec3> drag_tangents(const Vec3& normal, int count);
 
 }  // namespace palpate::fem

@@ -7,8 +7,8 @@
 namespace palpate::fem {
 namespace {
 
-/// An accepted state with how it is moving: displacement per metre of the probe's way. falls: it is on
-/// a branch past a limit point, where deeper presses have less force.
+/// An accepted state with how it is moving: displacement per metre of the probe's way. falls: it is
+/// on a branch past a limit point, where deeper presses have less force.
 struct Walker {
   BodyState state;
   Points velocity;  // empty before the first step
@@ -26,8 +26,9 @@ struct StepRules {
 // With friction the way to a state has crept as well, which its last equilibrium cannot give back:
 // of the shift, up to 0.4 was left against a penalty ten times as stiff.
 constexpr double kCreepLeft = 0.5;
-// A force that falls is believed from steps this much shorter than the first try on, and when it falls
-// by no more than this share: a body that jumps to somewhere else falls by as much in any step.
+// A force that falls is believed from steps this much shorter than the first try on, and when it
+// falls by no more than this share: a body that jumps to somewhere else falls by as much in any
+// step.
 constexpr double kFallingStep = 0.25, kLargestFall = 0.1;
 
 /// How a step or a series of them ended.
@@ -80,8 +81,8 @@ Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bo
   return {};
 }
 
-/// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with twice
-/// the penalty, which then stays.
+/// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with
+/// twice the penalty, which then stays.
 Outcome reach(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise) {
   const StepRules& rules = walk.rules;
   const Vec3 start = walker.state.pose.tip;
@@ -92,7 +93,8 @@ Outcome reach(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise) {
   double step = whole_step, done = 0;
   while (done < way) {
     const double here = way - done < 1.25 * step ? way - done : step;
-    const Vec3 goal = done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
+    const Vec3 goal =
+        done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
     const bool may_fall = walker.falls || here <= 1.3 * kFallingStep * whole_step;
     const Outcome outcome = try_step(walk, walker, goal, must_rise, may_fall);
     if (outcome.status == RowStatus::good) {
@@ -130,7 +132,8 @@ TrackRow record(Walk& walk, const Walker& walker, const Vec3& deflection) {
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
-      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and go.
+      // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
+      // go.
       const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
       row.penalty_error_N = std::max(left, rules.least_penalty_left) * row.penalty_shift_N.norm();
     } else {
@@ -170,8 +173,8 @@ RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_r
 }
 
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
-                                  const ProbePose& touch, const std::vector<Track>& tracks, int rows,
-                                  const WalkOptions& options, const Progress& progress) {
+                                  const ProbePose& touch, const std::vector<Track>& tracks,
+                                  int rows, const WalkOptions& options, const Progress& progress) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
                         equilibrium.options().residual, options.most_cuts,

@@ -20,8 +20,8 @@ struct Waypoint {
   bool must_rise = false;
 };
 
-/// A way of the probe. It starts at the state that an earlier track left at one of its waypoints, or
-/// at first touch (from_track -1).
+/// A way of the probe. It starts at the state that an earlier track left at one of its waypoints,
+/// or at first touch (from_track -1).
 struct Track {
   int from_track = -1;
   int from_waypoint = -1;
@@ -35,8 +35,8 @@ RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_r
 
 /// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
 /// body with the penalty's overlap given back (method, 10), zero unless the status is good or
-/// no_contact. penalty_shift_N: what giving back has changed; penalty_error_N: what may be left of it.
-/// solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`.
+/// no_contact. penalty_shift_N: what giving back has changed; penalty_error_N: what may be left of
+/// it. solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`.
 struct TrackRow {
   RowStatus status = RowStatus::not_reached;
   RowDoubt doubt = RowDoubt::none;
@@ -49,8 +49,8 @@ struct TrackRow {
   double least_J = 1;
 };
 
-/// How far the probe may move between two equilibria and what is believed, in the probe's length_m (the
-/// radius of a ball).
+/// How far the probe may move between two equilibria and what is believed, in the probe's length_m
+/// (the radius of a ball).
 struct WalkOptions {
   double longest_step = 0.25;         ///< in lengths of the probe
   int most_cuts = 6;                  ///< halvings of a step that failed
@@ -59,9 +59,9 @@ struct WalkOptions {
   bool gives_back = true;             ///< rows with the penalty's overlap given back
 };
 
-/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of its length by
-/// conservative advancement from `back_off_m` before it, on the curved faces and not only at their
-/// quadrature points. Empty when nothing is met within `reach_m` past the tip.
+/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of
+/// its length by conservative advancement from `back_off_m` before it, on the curved faces and not
+/// only at their quadrature points. Empty when nothing is met within `reach_m` past the tip.
 /// Source: Mirtich 1996, conservative advancement.
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
                                     const ProbePose& pose, double back_off_m, double reach_m);
@@ -70,7 +70,8 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
 /// A step that fails is halved up to most_cuts times; what cannot be reached stays not_reached, and
 /// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
 std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
-                                  const ProbePose& touch, const std::vector<Track>& tracks, int rows,
-                                  const WalkOptions& options, const Progress& progress = {});
+                                  const ProbePose& touch, const std::vector<Track>& tracks,
+                                  int rows, const WalkOptions& options,
+                                  const Progress& progress = {});
 
 }  // namespace palpate::fem

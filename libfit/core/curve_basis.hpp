@@ -21,8 +21,8 @@ struct CurveBasis {
 /// A basis as numbers the engine evaluates: polynomials per interval, laid out as one block.
 /// Interval i < pieces is [knots[i], knots[i+1]); interval `pieces` is the linear continuation.
 /// With t = x - knots[i], local basis k (0..degree) belongs to control value b_{i+k}
-/// (b_{pieces-1+k} in the continuation) and is  sum_m weights[((i*(degree+1)) + k)*(degree+1) + m] t^m.
-/// integrals[i*size + j] = integral of B_j from 0 to knots[i] [m], i = 0..pieces.
+/// (b_{pieces-1+k} in the continuation) and is  sum_m weights[((i*(degree+1)) + k)*(degree+1) + m]
+/// t^m. integrals[i*size + j] = integral of B_j from 0 to knots[i] [m], i = 0..pieces.
 struct SplineTables {
   int degree = 0;
   int pieces = 0;

@@ -24,8 +24,8 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
-/// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a tool
-/// pressed to dz would go if nothing held it sideways.
+/// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a
+/// tool pressed to dz would go if nothing held it sideways.
 enum class CurveFamily : std::int8_t { separable = 0, leaning = 1 };
 struct CurveFamilyName {
   CurveFamily family;
@@ -40,8 +40,8 @@ inline constexpr std::array<CurveFamilyName, 2> kCurveFamilyNames{{
 struct CurveSet {
   std::array<CurveBasis, kCurveKinds> basis;
   std::array<Controls, kCurveKinds> control;
-  /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact in
-  /// float32, nearly tangential. No knots and no columns in the separable family.
+  /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact
+  /// in float32, nearly tangential. No knots and no columns in the separable family.
   CurveBasis lean_basis{2, {}};
   Controls lean;
 
@@ -81,8 +81,8 @@ struct FittedCurves {
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated
   /// How far curves may be off (docs/method.md, section 14): P x n (n + 1) / 2 [N^2] for a kind of
-  /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a curve
-  /// that no row speaks of. No columns when unknown.
+  /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a
+  /// curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
   FittedRecordings recordings;
   /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.

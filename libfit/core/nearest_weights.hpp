@@ -4,9 +4,9 @@
 
 namespace palpate {
 
-/// Barycentric weights of the point of triangle (a, b, c) nearest to p: sum 1; exactly 0 for corners that
-/// the point has no part of, so that a point on an edge or corner can be told from one inside.
-/// Source: Ericson, Real-Time Collision Detection (2005), 5.1.5.
+/// Barycentric weights of the point of triangle (a, b, c) nearest to p: sum 1; exactly 0 for
+/// corners that the point has no part of, so that a point on an edge or corner can be told from one
+/// inside. Source: Ericson, Real-Time Collision Detection (2005), 5.1.5.
 inline Vec3 nearest_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);

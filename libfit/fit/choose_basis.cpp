@@ -108,14 +108,14 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
       if (is_as_good(candidates[i], candidates[best], options.tolerance)) chosen = i;
   const BasisEvidence& evidence = candidates[chosen].evidence;
   report.basis = candidates[chosen].basis;
-  report.reason =
-      wanted > 0 ? "pieces as asked, the better placement of two"
-      : evidence.heldout_error <= options.tolerance
-          ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
-                " meets the tolerance"
-          : "held-out error of " + percent(evidence.heldout_error) +
-                " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
-                "depends on more than this deflection";
+  report.reason = wanted > 0 ? "pieces as asked, the better placement of two"
+                  : evidence.heldout_error <= options.tolerance
+                      ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
+                            " meets the tolerance"
+                      : "held-out error of " + percent(evidence.heldout_error) +
+                            " is above the tolerance, but more pieces hardly lower it: rows "
+                            "scatter, or the force "
+                            "depends on more than this deflection";
   return report;
 }
 

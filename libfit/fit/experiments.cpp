@@ -20,7 +20,8 @@ constexpr double kNotFiniteShare = 0.2;    // of a point's rows: beyond it the r
 }
 
 void check(const Samples& s) {
-  const auto rows = static_cast<std::size_t>(s.rows()), points = static_cast<std::size_t>(s.points());
+  const auto rows = static_cast<std::size_t>(s.rows()),
+             points = static_cast<std::size_t>(s.points());
   if (s.point.size() != rows || s.experiment.size() != rows || s.kind.size() != rows ||
       s.step.size() != rows || s.status.size() != rows || s.force.rows() != s.rows() ||
       s.force_error.size() != s.rows())

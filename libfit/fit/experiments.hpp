@@ -10,8 +10,8 @@
 namespace palpate::fit {
 
 /// What a recording adds that is not the body's: the tip was `contact` deeper than recorded, and
-/// the sensor reads bias + drift t along the inward normal, t from -1/2 at the first row to 1/2 at the
-/// last. Lengths and forces in the caller's units.
+/// the sensor reads bias + drift t along the inward normal, t from -1/2 at the first row to 1/2 at
+/// the last. Lengths and forces in the caller's units.
 struct Sensor {
   double contact = 0, bias = 0, drift = 0;
 

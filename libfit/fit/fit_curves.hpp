@@ -66,8 +66,8 @@ struct FitOptions {
   double sensor_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
   int jobs = 0;         ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;  ///< length of FitReport::worst
-  /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and points
-  /// fitted from the same rows with the same options keep their curves.
+  /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and
+  /// points fitted from the same rows with the same options keep their curves.
   const FittedCurves* warm_start = nullptr;
 };
 
@@ -137,9 +137,9 @@ struct FitReport {
 /// included; weighted force differences are minimised over the increments of the control values,
 /// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
-/// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit would
-/// on the earlier bases, in the time that the changed points take.
-/// Throws Error on options out of range and on samples whose arrays do not belong together.
+/// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit
+/// would on the earlier bases, in the time that the changed points take. Throws Error on options
+/// out of range and on samples whose arrays do not belong together.
 FittedCurves fit_curves(const Samples& samples, const FitOptions& options = {},
                         const Progress& progress = {}, FitReport* report = nullptr);
 

@@ -18,7 +18,8 @@ struct BodyBases {
   std::array<BasisReport, kCurveKinds> report;
 };
 
-/// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it failed.
+/// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it
+/// failed.
 struct PointResult {
   std::array<Eigen::VectorXd, kCurveKinds> control;
   Eigen::VectorXd lean_m;

@@ -112,7 +112,8 @@ void check_indices(const Complain& complain, const std::string& name, const std:
 void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags,
                  Eigen::Index rows) {
   check_rows(complain, name, static_cast<Eigen::Index>(flags.size()), rows);
-  const auto bad = std::find_if(flags.begin(), flags.end(), [](char f) { return f != 0 && f != 1; });
+  const auto bad =
+      std::find_if(flags.begin(), flags.end(), [](char f) { return f != 0 && f != 1; });
   if (bad != flags.end())
     throw complain(name, "row " + std::to_string(bad - flags.begin()) + " is neither 0 nor 1");
 }

@@ -38,8 +38,8 @@ struct CsvTable {
 };
 
 /// Reads one of our own comma-separated tables (RFC 4180 quotes, no line breaks inside a field).
-/// Byte-order mark, CRLF, blank lines and spaces around fields are accepted. Columns may come in any
-/// order. Throws Error naming file, line and column when a required column is missing, a column
+/// Byte-order mark, CRLF, blank lines and spaces around fields are accepted. Columns may come in
+/// any order. Throws Error naming file, line and column when a required column is missing, a column
 /// lacks its unit or carries another one (`x` or `x_mm` for `x_m`), a name comes twice, a row has
 /// another number of fields than the header, or a number is not one, not finite or out of range.
 /// Safe on untrusted bytes.

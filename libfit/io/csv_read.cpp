@@ -86,11 +86,12 @@ void refuse_near_miss(const std::string& name, const std::vector<std::string>& h
     const bool is_elsewhere = std::find(header.begin(), header.end(), rule.name) != header.end();
     if (is_elsewhere || stem(rule.name) != stem(name)) continue;
     const std::string wanted(rule.name);
-    throw place.error("column `" + name + "` is not `" + wanted + "`" +
-                          (name.find('_') == std::string::npos && wanted.find('_') != std::string::npos
-                               ? ": it does not say its unit"
-                               : ""),
-                      "Give the column in the unit its name says and call it `" + wanted + "`.");
+    throw place.error(
+        "column `" + name + "` is not `" + wanted + "`" +
+            (name.find('_') == std::string::npos && wanted.find('_') != std::string::npos
+                 ? ": it does not say its unit"
+                 : ""),
+        "Give the column in the unit its name says and call it `" + wanted + "`.");
   }
 }
 
@@ -116,8 +117,9 @@ std::vector<std::optional<std::size_t>> match_header(const std::vector<std::stri
       throw place.error("column `" + std::string(rule.name) + "` is missing",
                         "The first line must name the columns, separated by commas: " +
                             names_of(rules) + ".");
-    fields.push_back(at == header.end() ? std::nullopt
-                                        : std::optional(static_cast<std::size_t>(at - header.begin())));
+    fields.push_back(at == header.end()
+                         ? std::nullopt
+                         : std::optional(static_cast<std::size_t>(at - header.begin())));
   }
   return fields;
 }
@@ -131,7 +133,8 @@ double parse_number(const std::string& field, std::string_view column, const Pla
   if (status == std::errc::result_out_of_range)
     throw place.error(what + "out of range", "Give a number that a double can hold.");
   if (status != std::errc() || end != digits.data() + digits.size())
-    throw place.error(what + "not a number", "Write a number with a decimal point, or remove the row.");
+    throw place.error(what + "not a number",
+                      "Write a number with a decimal point, or remove the row.");
   if (!std::isfinite(value)) throw place.error(what + "not finite", "Remove the row.");
   return value;
 }

@@ -35,7 +35,8 @@ void check_controls(const Complain& complain, const std::string& name, const Con
     for (Eigen::Index j = 0; j < controls.cols(); ++j) {
       if (!std::isfinite(controls(i, j))) throw complain(name, row + " is not a finite number");
       if (!is_float32(controls(i, j))) throw complain(name, row + " is not exact in float32");
-      if (rises && j > 0 && controls(i, j) < controls(i, j - 1)) throw complain(name, row + " falls");
+      if (rises && j > 0 && controls(i, j) < controls(i, j - 1))
+        throw complain(name, row + " falls");
     }
   }
 }

@@ -13,8 +13,8 @@ namespace palpate::h5 {
 CurveSet read_curve_set(const Reader& reader, std::size_t points);
 void write_curve_set(Writer& writer, const CurveSet& curves);
 
-/// Bases can be tabulated; every row of controls has the basis's size, starts at 0, never falls (but
-/// for the lean), is finite and held exactly by float32.
+/// Bases can be tabulated; every row of controls has the basis's size, starts at 0, never falls
+/// (but for the lean), is finite and held exactly by float32.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
 }  // namespace palpate::h5

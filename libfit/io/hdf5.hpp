@@ -94,7 +94,8 @@ class Reader {
 
   bool has(const std::string& name) const;
   /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).
-  /// The unit attribute must be there and equal `unit` (but for kAnyUnit). may_be_nan: NaN (never inf) is let through.
+  /// The unit attribute must be there and equal `unit` (but for kAnyUnit). may_be_nan: NaN (never
+  /// inf) is let through.
   std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
                               bool may_be_nan = false) const;
   std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,

@@ -17,7 +17,8 @@ constexpr hsize_t kMostColumns = hsize_t{1} << 16;
 // "N m" may be written with a middle dot or a star by others; "1" as nothing.
 std::string plain_unit(std::string unit) {
   for (const std::string_view dot : {"\u00b7", "\u22c5", "*", "."})
-    if (const auto at = unit.find(dot); at != std::string::npos) unit.replace(at, dot.size(), 1, ' ');
+    if (const auto at = unit.find(dot); at != std::string::npos)
+      unit.replace(at, dot.size(), 1, ' ');
   return unit.empty() ? std::string(kNoUnit) : unit;
 }
 
@@ -45,7 +46,9 @@ bool is_hard_link(hid_t file, const std::string& path) {
 }  // namespace
 
 std::string to_string(const Shape& shape) {
-  const auto word = [](std::size_t n) { return n == kAny ? std::string("any") : std::to_string(n); };
+  const auto word = [](std::size_t n) {
+    return n == kAny ? std::string("any") : std::to_string(n);
+  };
   return shape.columns == 0 ? word(shape.rows) : word(shape.rows) + " x " + word(shape.columns);
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kImageGrowth = 1 << 20;   // bytes the memory image grows by
 constexpr std::size_t kChunkBytes = 1 << 18;    // compresses well, and one chunk for small columns
-constexpr unsigned kDeflateLevel = 4;           // 6 gave 1 % less on control values for twice the time
+constexpr unsigned kDeflateLevel = 4;  // 6 gave 1 % less on control values for twice the time
 
 // Made in memory, stored when closed. H5Fget_file_image would do without a path, but in 1.10 it
 // spoils the superblock's checksum.

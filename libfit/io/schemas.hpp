@@ -18,7 +18,8 @@ inline constexpr FileSchema kBodySchema{"palpate-body", 1, "Make it again with `
 inline constexpr FileSchema kSamplesSchema{
     "palpate-samples", 1, "Make it again with `palpate simulate` or `palpate import`."};
 inline constexpr FileSchema kCurvesSchema{"palpate-curves", 1, "Make it again with `palpate fit`."};
-inline constexpr FileSchema kModelSchema{"palpate-model", 1, "Make it again with `palpate refine`."};
+inline constexpr FileSchema kModelSchema{"palpate-model", 1,
+                                         "Make it again with `palpate refine`."};
 
 inline constexpr std::array kFileSchemas{kBodySchema, kSamplesSchema, kCurvesSchema, kModelSchema};
 

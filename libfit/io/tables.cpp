@@ -168,7 +168,8 @@ std::vector<ForceRow> read_forces(const std::filesystem::path& path) {
     rows[i].force_N = force.row(static_cast<Eigen::Index>(i));
     rows[i].is_in_contact = whole_number(table, "contact", i, 0, 1) != 0;
     rows[i].contact_point_m = contact.row(static_cast<Eigen::Index>(i));
-    rows[i].triangle = static_cast<std::int32_t>(whole_number(table, "triangle", i, -1, 2147483647));
+    rows[i].triangle =
+        static_cast<std::int32_t>(whole_number(table, "triangle", i, -1, 2147483647));
     rows[i].depth_m = table.number("depth_m")[i];
     rows[i].lateral_m = table.number("lateral_m")[i];
     rows[i].is_sliding = whole_number(table, "sliding", i, 0, 1) != 0;

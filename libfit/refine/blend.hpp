@@ -16,8 +16,9 @@ struct Blend {
 };
 
 /// Area coordinates of each wanted vertex on its test-point triangle: the nearest one within the
-/// options' bounds among those around the point that is nearest along the surface (two rings). is_usable: per point; the weight of an unusable corner goes to the others.
-/// seeds: per point, where it sits on the surface (none for points left out).
+/// options' bounds among those around the point that is nearest along the surface (two rings).
+/// is_usable: per point; the weight of an unusable corner goes to the others. seeds: per point,
+/// where it sits on the surface (none for points left out).
 Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
                     const std::vector<char>& is_wanted, const Triangles& triangles,
                     const std::vector<char>& is_usable, const std::vector<EdgePathSeeds>& seeds,

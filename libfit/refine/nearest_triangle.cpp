@@ -9,7 +9,8 @@ namespace palpate {
 namespace {
 
 constexpr std::int32_t kLeafTriangles = 4;
-constexpr double kFlatSquared = 1e-24;  // (2 area / longest edge squared)^2 of a triangle taken as a line
+constexpr double kFlatSquared =
+    1e-24;  // (2 area / longest edge squared)^2 of a triangle taken as a line
 
 // Parameter in [0, 1] of the point of segment a-b nearest to p.
 double nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -50,7 +51,8 @@ TrianglePoint nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, c
     const double v = ap.cross(ac).dot(normal) / squared_area;
     const double w = ab.cross(ap).dot(normal) / squared_area;
     if (v >= 0 && w >= 0 && v + w <= 1)
-      return {Vec3(std::max(1 - v - w, 0.0), v, w), std::abs(ap.dot(normal)) / std::sqrt(squared_area)};
+      return {Vec3(std::max(1 - v - w, 0.0), v, w),
+              std::abs(ap.dot(normal)) / std::sqrt(squared_area)};
   }
   return nearest_on_border(p, {a, b, c});
 }
@@ -67,7 +69,9 @@ void TriangleTree::build(std::int32_t node, std::int32_t begin, std::int32_t end
   const auto corner = [&](std::int32_t triangle, int k) {
     return Vec3(surface_.vertices.row(surface_.triangles(triangle, k)));
   };
-  const auto center = [&](std::int32_t t) { return Vec3(corner(t, 0) + corner(t, 1) + corner(t, 2)); };
+  const auto center = [&](std::int32_t t) {
+    return Vec3(corner(t, 0) + corner(t, 1) + corner(t, 2));
+  };
   Vec3 low = corner(order_[static_cast<std::size_t>(begin)], 0), high = low;
   Vec3 low_center = center(order_[static_cast<std::size_t>(begin)]), high_center = low_center;
   for (std::int32_t i = begin; i < end; ++i) {

@@ -14,9 +14,9 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
                                             double largest_angle_rad, double most_m);
 
 /// Test-point triangles dual to the cells of nearest test points: a fine triangle whose vertices
-/// belong to three points joins them. cell: #V, the nearest point along the surface. Same orientation as
-/// the surface; a triangle facing against the normals of its points (it closes the surface behind
-/// the outermost ones) is dropped. Each once, ascending.
+/// belong to three points joins them. cell: #V, the nearest point along the surface. Same
+/// orientation as the surface; a triangle facing against the normals of its points (it closes the
+/// surface behind the outermost ones) is dropped. Each once, ascending.
 Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
                            const Points& position, const Points& inward, double largest_angle_rad);
 

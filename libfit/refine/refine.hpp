@@ -37,13 +37,13 @@ struct RefineReport {
 /// triangulation (nearest point of compatible normal, reached along the surface), and its control
 /// values are the area coordinates' blend, rounded to float32. Monotone curves stay monotone. A
 /// vertex at a test point gets its curves unchanged. Second order in the spacing of test points.
-/// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that finds
-/// no triangle (fewer than three points, points on a line) each vertex takes the curves of the point
-/// nearest along the surface. A point whose fit failed gives its weight to the other corners.
-/// is_reachable: per vertex of `fine`. Vertices that are not reachable, or that nothing answers for,
-/// are not covered and have zero curves. The result does not depend on the order of fine triangles
-/// beyond rounding, nor on threads.
-/// Throws Error when there is no test point or sizes and indices do not fit.
+/// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that
+/// finds no triangle (fewer than three points, points on a line) each vertex takes the curves of
+/// the point nearest along the surface. A point whose fit failed gives its weight to the other
+/// corners. is_reachable: per vertex of `fine`. Vertices that are not reachable, or that nothing
+/// answers for, are not covered and have zero curves. The result does not depend on the order of
+/// fine triangles beyond rounding, nor on threads. Throws Error when there is no test point or
+/// sizes and indices do not fit.
 Model refine(const FittedCurves& curves, const Surface& fine,
              const std::vector<char>& is_reachable, const Triangles& test_triangles,
              const RefineOptions& options = {}, RefineReport* report = nullptr);

@@ -48,21 +48,49 @@ std::vector<BadInput> bad_inputs() {
       {"unreadable_mesh", with("body.off", "missing.off"), block, {"missing.off"}},
       {"empty_mesh", good, "", {"body.off"}},
       {"mesh_without_triangles", good, "OFF\n0 0 0\n", {"body.off"}},
-      {"mesh_of_garbage", good, "OFF\n8 12 0\nnot numbers\n", {"body.off:2", "announces 8 vertices"}},
+      {"mesh_of_garbage",
+       good,
+       "OFF\n8 12 0\nnot numbers\n",
+       {"body.off:2", "announces 8 vertices"}},
       {"surface_open_beyond_mending", good, sheet, {"body.off"}},
-      {"no_fixed_region", with("fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n", ""), block,
+      {"no_fixed_region",
+       with("fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n", ""),
+       block,
        {"scene.toml: [body]: nothing is fixed", "Add fixed = "}},
-      {"fixed_region_beside_the_body", with("at = \"1 mm\"", "at = \"-100 mm\""), block,
+      {"fixed_region_beside_the_body",
+       with("at = \"1 mm\"", "at = \"-100 mm\""),
+       block,
        {"[body]: fixed holds 0 of", "The body spans"}},
-      {"unknown_key", with("depth =", "detph ="), block, {"scene.toml:13:1", "no key \"detph\"", "Did you mean \"depth\"?"}},
+      {"unknown_key",
+       with("depth =", "detph ="),
+       block,
+       {"scene.toml:13:1", "no key \"detph\"", "Did you mean \"depth\"?"}},
       {"wrong_unit", with("\"5 kPa\"", "\"5 mm\""), block, {"scene.toml:6:9", "is not a pressure"}},
-      {"negative_stiffness", with("\"5 kPa\"", "\"-5 kPa\""), block, {"scene.toml:6:9", "young of [material]"}},
+      {"negative_stiffness",
+       with("\"5 kPa\"", "\"-5 kPa\""),
+       block,
+       {"scene.toml:6:9", "young of [material]"}},
       {"incompressible", with("0.45", "0.5"), block, {"scene.toml:7:11", "below 0.5"}},
-      {"unknown_law", with("young", "law = \"jelly\"\nyoung"), block, {"scene.toml:6:7", "jelly", "neo-hookean"}},
-      {"unknown_probe", with("radius = \"5 mm\"", "shape = \"spheer\""), block, {"spheer", "sphere"}},
-      {"probe_larger_than_the_body", with("radius = \"5 mm\"", "radius = \"400 mm\""), block, {"probe", "larger"}},
-      {"depth_beyond_the_body", with("depth = \"4 mm\"", "depth = \"60 mm\""), block, {"depth", "thick"}},
-      {"region_off_the_surface", with("at = \"30 mm\"", "at = \"130 mm\""), block, {"scene.toml: [experiments] region: 0 of 8"}},
+      {"unknown_law",
+       with("young", "law = \"jelly\"\nyoung"),
+       block,
+       {"scene.toml:6:7", "jelly", "neo-hookean"}},
+      {"unknown_probe",
+       with("radius = \"5 mm\"", "shape = \"spheer\""),
+       block,
+       {"spheer", "sphere"}},
+      {"probe_larger_than_the_body",
+       with("radius = \"5 mm\"", "radius = \"400 mm\""),
+       block,
+       {"probe", "larger"}},
+      {"depth_beyond_the_body",
+       with("depth = \"4 mm\"", "depth = \"60 mm\""),
+       block,
+       {"depth", "thick"}},
+      {"region_off_the_surface",
+       with("at = \"30 mm\"", "at = \"130 mm\""),
+       block,
+       {"scene.toml: [experiments] region: 0 of 8"}},
   };
 }
 
@@ -75,11 +103,13 @@ TEST_P(BadInputTest, is_refused_with_place_and_remedy_and_nothing_is_written) {
   const Folder folder;
   const auto scene = folder.write("scene.toml", GetParam().scene);
   folder.write("body.off", GetParam().mesh);
-  const Outcome outcome = palpate(folder, "run " + scene.string() + " -o " + (folder / "out").string());
+  const Outcome outcome =
+      palpate(folder, "run " + scene.string() + " -o " + (folder / "out").string());
   EXPECT_EQ(outcome.status, 1) << outcome.err;
   EXPECT_NE(outcome.err.find("palpate: error: "), std::string::npos) << outcome.err;
   for (const std::string& piece : GetParam().expected)
-    EXPECT_NE(outcome.err.find(piece), std::string::npos) << "no \"" << piece << "\" in\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(piece), std::string::npos) << "no \"" << piece << "\" in\n"
+                                                          << outcome.err;
   const auto at = outcome.err.find("palpate: error: ");
   EXPECT_NE(outcome.err.find("\n  ", at), std::string::npos) << "no remedy in\n" << outcome.err;
   EXPECT_FALSE(fs::exists(folder / "out")) << "something was written";
@@ -98,8 +128,8 @@ TEST(usage, wrong_usage_has_status_2_and_help_0) {
 
 TEST(usage, a_missing_file_is_bad_input) {
   const Folder folder;
-  for (const char* line : {"run none.toml -o out", "fit none.h5 -o c.h5", "inspect none.h5", "tabulate none.h5 -o t.csv",
-                           "replay none.palp none.csv -o f.csv"}) {
+  for (const char* line : {"run none.toml -o out", "fit none.h5 -o c.h5", "inspect none.h5",
+                           "tabulate none.h5 -o t.csv", "replay none.palp none.csv -o f.csv"}) {
     const Outcome outcome = palpate(folder, line);
     EXPECT_EQ(outcome.status, 1) << line;
     EXPECT_NE(outcome.err.find("palpate: error: none."), std::string::npos) << outcome.err;

@@ -18,7 +18,8 @@ class Folder {
  public:
   Folder() {
     std::random_device random;
-    path_ = fs::temp_directory_path() / ("palpate-test-" + std::to_string(random()) + std::to_string(random()));
+    path_ = fs::temp_directory_path() /
+            ("palpate-test-" + std::to_string(random()) + std::to_string(random()));
     fs::create_directories(path_);
   }
   ~Folder() {
@@ -53,18 +54,22 @@ struct Outcome {
 /// Runs the program with the arguments (quoted by the caller) and collects what it printed.
 inline Outcome palpate(const Folder& folder, const std::string& arguments) {
   const fs::path out = folder / ".stdout", err = folder / ".stderr";
-  const std::string line = std::string(PALPATE_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
+  const std::string line =
+      std::string(PALPATE_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
   const int raw = std::system(line.c_str());
-  return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), content_of(out), content_of(err)};
+  return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), content_of(out),
+          content_of(err)};
 }
 
 /// A box [0, size] mm of 12 triangles as OFF.
 inline std::string box_off(double x, double y, double z) {
   std::string text = "OFF\n8 12 0\n";
   for (int i = 0; i < 8; ++i)
-    text += std::to_string(i & 1 ? x : 0) + " " + std::to_string(i & 2 ? y : 0) + " " + std::to_string(i & 4 ? z : 0) + "\n";
+    text += std::to_string(i & 1 ? x : 0) + " " + std::to_string(i & 2 ? y : 0) + " " +
+            std::to_string(i & 4 ? z : 0) + "\n";
   return text +
-         "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 2\n3 1 3 7\n3 1 7 5\n";
+         "3 0 2 3\n3 0 3 1\n3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 "
+         "2\n3 1 3 7\n3 1 7 5\n";
 }
 
 }  // namespace palpate::tools::testing_support

@@ -57,7 +57,8 @@ std::vector<Include> all_includes() {
       std::ifstream stream(entry.path());
       for (std::string line; std::getline(stream, line);) {
         std::smatch match;
-        if (std::regex_search(line, match, pattern)) includes.push_back({file, layer_of(file), match[1]});
+        if (std::regex_search(line, match, pattern))
+          includes.push_back({file, layer_of(file), match[1]});
       }
     }
   }
@@ -78,12 +79,13 @@ TEST(layers, includes_point_only_downward) {
 }
 
 TEST(layers, the_engine_includes_nothing_but_itself_and_the_standard_library) {
-  static const std::set<std::string> kStandard{"cstddef", "cstdint", "cstring", "cmath",  "type_traits",
-                                               "cstdio",  "vector",  "limits",  "cstdlib",
-                                               "stddef.h", "stdint.h"};
+  static const std::set<std::string> kStandard{"cstddef",     "cstdint",  "cstring", "cmath",
+                                               "type_traits", "cstdio",   "vector",  "limits",
+                                               "cstdlib",     "stddef.h", "stdint.h"};
   for (const Include& include : all_includes()) {
     if (include.layer != "libfit/runtime") continue;
-    const bool is_own = include.target.find('/') == std::string::npos && (include.target.ends_with(".hpp") || include.target.ends_with(".h"));
+    const bool is_own = include.target.find('/') == std::string::npos &&
+                        (include.target.ends_with(".hpp") || include.target.ends_with(".h"));
     EXPECT_TRUE(is_own || kStandard.count(include.target) ||
                 include.target.rfind("libfit/runtime/", 0) == 0)
         << include.file << " includes " << include.target;

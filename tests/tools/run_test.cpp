@@ -23,19 +23,22 @@ class Run : public testing::Test {
     folder.write("block.off", block_off(8));
   }
   Outcome run(const std::string& out, const std::string& options = "") {
-    return palpate(folder, "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
+    return palpate(folder,
+                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
   }
   Folder folder;
   fs::path scene;
 };
 
-const char* const kFiles[] = {"body.h5", "samples.h5", "curves.h5", "model.h5", "asset.palp", "stiffness.vtu", "validation.csv"};
+const char* const kFiles[] = {"body.h5",    "samples.h5",    "curves.h5",     "model.h5",
+                              "asset.palp", "stiffness.vtu", "validation.csv"};
 
 TEST_F(Run, makes_everything_once_then_only_what_changed) {
   const Outcome first = run("out");
   ASSERT_EQ(first.status, 0) << first.err;
   for (const char* file : kFiles) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
-  EXPECT_NE(first.out.find("force error at 2 held-out contact points"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("force error at 2 held-out contact points"), std::string::npos)
+      << first.out;
   const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
   EXPECT_LT(statement.at("force_error").at("median_rel").get<double>(), 0.25);
   EXPECT_GT(statement.at("asset_bytes").get<double>(), 1000);
@@ -79,7 +82,9 @@ TEST_F(Run, a_damaged_file_is_noticed_and_made_again) {
 }
 
 TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_bytes) {
-  ASSERT_EQ(palpate(folder, "prepare " + scene.string() + " -o " + (folder / "body.h5").string()).status, 0);
+  ASSERT_EQ(
+      palpate(folder, "prepare " + scene.string() + " -o " + (folder / "body.h5").string()).status,
+      0);
   const std::string command = "simulate " + (folder / "body.h5").string() + " --jobs 1 -o ";
   ASSERT_EQ(palpate(folder, command + (folder / "whole.h5").string()).status, 0);
 
@@ -88,10 +93,12 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   const pid_t child = fork();
   if (child == 0) {
     const std::string body = (folder / "body.h5").string();
-    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "simulate", body.c_str(), "--jobs", "1", "-o", cut.c_str(), nullptr);
+    execl(PALPATE_PROGRAM, PALPATE_PROGRAM, "simulate", body.c_str(), "--jobs", "1", "-o",
+          cut.c_str(), nullptr);
     _exit(127);
   }
-  for (int i = 0; i < 1200 && !fs::exists(partial); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  for (int i = 0; i < 1200 && !fs::exists(partial); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   ASSERT_TRUE(fs::exists(partial)) << "nothing was kept within a minute";
   kill(child, SIGINT);
   int raw = 0;

@@ -47,13 +47,15 @@ const std::vector<Given> kGiven{
     {"law = 'neo-hookean-isochoric-log'\nyoung = '5 kPa'", {5e3, 0.45}},
     {"law = 'neo-hookean-isochoric-simo'\nyoung = '5 kPa'", {5e3, 0.45}},
     {"law = 'stable-neo-hookean'\nyoung = '5 kPa'", {5e3, 0.45}},
-    {"law = 'mooney-rivlin'\nc10 = '1 kPa'\nc01 = '0.5 kPa'\npoisson = 0.49", {1e3, 500, 0.49, kNaN}},
+    {"law = 'mooney-rivlin'\nc10 = '1 kPa'\nc01 = '0.5 kPa'\npoisson = 0.49",
+     {1e3, 500, 0.49, kNaN}},
     {"law = 'yeoh'\nc10 = '1 kPa'\nc30 = '2 Pa'\nbulk = '1 MPa'", {1e3, 0, 2, 0.45, 1e6}},
     {"law = 'ogden'\nmu1 = '1 kPa'\nalpha1 = 8\nmu2 = '-20 Pa'\nalpha2 = -3",
      {1e3, 8, -20, -3, kNaN, kNaN, 0.45, kNaN}},
     {"law = 'fung'\nshear = '1 kPa'\nb = 1.5", {1e3, 1.5, 0.45, kNaN}},
     {"law = 'veronda-westmann'\nc1 = '1 kPa'\nc2 = 5", {1e3, 5, 0.45, kNaN}},
-    {"law = 'holzapfel-gasser-ogden'\nshear = '1 kPa'\nk1 = '3 kPa'\nk2 = 0.8\nfibre = [0, 0.6, 0.8]",
+    {"law = 'holzapfel-gasser-ogden'\nshear = '1 kPa'\nk1 = '3 kPa'\nk2 = 0.8\nfibre = [0, 0.6, "
+     "0.8]",
      {1e3, 3e3, 0.8, 0, 0.6, 0.8, 0, 0.45, kNaN}},
     {"law = 'st-venant-kirchhoff'\nyoung = '5 kPa'\npoisson = 0.3", {5e3, 0.3}},
 };
@@ -76,8 +78,10 @@ TEST(SceneMaterial, every_law_can_be_given) {
 
 TEST(SceneMaterial, inclusions_have_laws_of_their_own) {
   const Scene scene = parse_scene(
-      with_material("young = '5 kPa'\n[[inclusion]]\nsphere = { center = [0, 0, 0], radius = '1 cm' }\n"
-                    "material = { law = 'yeoh', c10 = '9 kPa' }\n"), "s.toml");
+      with_material(
+          "young = '5 kPa'\n[[inclusion]]\nsphere = { center = [0, 0, 0], radius = '1 cm' }\n"
+          "material = { law = 'yeoh', c10 = '9 kPa' }\n"),
+      "s.toml");
   EXPECT_EQ(scene.inclusions.at(0).material.law, "yeoh");
   EXPECT_EQ(scene.inclusions.at(0).material.values.at(0), 9e3);
 }
@@ -103,7 +107,8 @@ TEST(SceneMaterial, missing_keys_are_named_with_their_form) {
             "  Add b = a plain number: exponent, positive: how fast it stiffens.");
   EXPECT_EQ(error_of("law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1"),
             "s.toml:4:1: [material] has no fibre, which law holzapfel-gasser-ogden needs\n"
-            "  Add fibre = [...], 3 numbers: direction of the fibres at rest, three numbers of any length.");
+            "  Add fibre = [...], 3 numbers: direction of the fibres at rest, three numbers of any "
+            "length.");
 }
 
 TEST(SceneMaterial, wrong_units_and_forms_are_refused_at_their_place) {
@@ -136,13 +141,14 @@ TEST(SceneMaterial, what_a_law_refuses_is_refused_at_its_key) {
 TEST(SceneMaterial, canonical_texts_notice_every_key_and_no_spelling) {
   std::set<std::string> seen;
   for (const char* lines :
-       {"law = 'yeoh'\nc10 = '1 kPa'",
-        "law = 'yeoh'\nc10 = '2 kPa'",
-        "law = 'yeoh'\nc10 = '1 kPa'\nc20 = 1", "law = 'yeoh'\nc10 = '1 kPa'\nc30 = 1", "law = 'yeoh'\nc10 = '1 kPa'\npoisson = 0.4",
-        "law = 'yeoh'\nc10 = '1 kPa'\nbulk = '1 MPa'", "young = '1 kPa'",
+       {"law = 'yeoh'\nc10 = '1 kPa'", "law = 'yeoh'\nc10 = '2 kPa'",
+        "law = 'yeoh'\nc10 = '1 kPa'\nc20 = 1", "law = 'yeoh'\nc10 = '1 kPa'\nc30 = 1",
+        "law = 'yeoh'\nc10 = '1 kPa'\npoisson = 0.4", "law = 'yeoh'\nc10 = '1 kPa'\nbulk = '1 MPa'",
+        "young = '1 kPa'",
         "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [1, 0, 0]",
         "law = 'holzapfel-gasser-ogden'\nshear = 1\nk1 = 1\nk2 = 1\nfibre = [0, 1, 0]"})
-    EXPECT_TRUE(seen.insert(canonical_experiments(parse_scene(with_material(lines), "s.toml"))).second)
+    EXPECT_TRUE(
+        seen.insert(canonical_experiments(parse_scene(with_material(lines), "s.toml"))).second)
         << lines;
   EXPECT_EQ(canonical(material_of("law = 'yeoh'\nc10 = '1 kPa'")),
             canonical(material_of("poisson = 0.45\nc20 = 0\nc10 = 1000.0\nlaw = 'yeoh' # soft")));

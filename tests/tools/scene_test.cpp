@@ -42,7 +42,8 @@ TEST(scene, a_misspelt_key_is_refused_with_its_place_and_the_nearest_known_one) 
             "  Did you mean \"radius\"? Known: friction, radius, shape.");
   EXPECT_EQ(error_of(kSmallest + "[experimets]\ndepth = 1\n"),
             "scenes/liver.toml:7:2: the scene has no key \"experimets\"\n"
-            "  Did you mean \"experiments\"? Known: body, experiments, export, fit, inclusion, material, probe, validate.");
+            "  Did you mean \"experiments\"? Known: body, experiments, export, fit, inclusion, "
+            "material, probe, validate.");
 }
 
 TEST(scene, a_wrong_unit_is_refused_with_the_right_ones) {
@@ -55,16 +56,20 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   const auto probe = [](const std::string& lines) {
     return parse_scene(kSmallest + "[probe]\n" + lines, "/scenes/liver.toml").probe;
   };
-  const ProbeSection flat = probe("shape = \"flat\"\nradius = \"6 mm\"\nedge_radius = \"0.4 mm\"\n");
+  const ProbeSection flat =
+      probe("shape = \"flat\"\nradius = \"6 mm\"\nedge_radius = \"0.4 mm\"\n");
   EXPECT_DOUBLE_EQ(flat.spec.values.at("edge_radius").at(0), 0.0004);
   EXPECT_EQ(recorded_radius_m(flat), 0);
-  const ProbeSection cone = probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
+  const ProbeSection cone =
+      probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
   EXPECT_NEAR(cone.spec.values.at("half_angle").at(0), 0.785398163397448, 1e-15);
   const ProbeSection egg = probe(
-      "shape = \"ellipsoid\"\nsemi_axes = [\"5 mm\", \"3 mm\", \"8 mm\"]\norientation = [1, 0, 1]\nheading = [0, 1, 0]\n");
+      "shape = \"ellipsoid\"\nsemi_axes = [\"5 mm\", \"3 mm\", \"8 mm\"]\norientation = [1, 0, "
+      "1]\nheading = [0, 1, 0]\n");
   EXPECT_DOUBLE_EQ(egg.spec.values.at("semi_axes").at(2), 0.008);
   EXPECT_EQ(*egg.spec.orientation, Vec3(1, 0, 1));
-  EXPECT_EQ(*probe("shape = \"capsule\"\norientation = \"lying\"\n").spec.orientation, Vec3(Vec3::UnitX()));
+  EXPECT_EQ(*probe("shape = \"capsule\"\norientation = \"lying\"\n").spec.orientation,
+            Vec3(Vec3::UnitX()));
   const ProbeSection mesh = probe("shape = \"mesh\"\nmesh = \"tool.stl\"\nlength_unit = \"mm\"\n");
   EXPECT_EQ(mesh.mesh->string(), "/scenes/tool.stl");
   EXPECT_EQ(mesh.mesh_unit_m, 1e-3);
@@ -77,9 +82,10 @@ TEST(scene, a_key_of_another_shape_is_refused_and_says_whose_it_is) {
   EXPECT_EQ(error_of(kSmallest + "[probe]\nedge_radius = \"1 mm\"\n"),
             "scenes/liver.toml:8:15: [probe]: shape \"sphere\" has no edge_radius\n"
             "  edge_radius belongs to shape flat. A sphere takes radius.");
-  EXPECT_EQ(error_of(kSmallest + "[probe]\nshape = \"flat\"\nheading = [1, 0, 0]\n"),
-            "scenes/liver.toml:9:11: [probe]: shape \"flat\" has no heading\n"
-            "  heading belongs to shape capsule, ellipsoid, mesh. A flat takes radius, edge_radius.");
+  EXPECT_EQ(
+      error_of(kSmallest + "[probe]\nshape = \"flat\"\nheading = [1, 0, 0]\n"),
+      "scenes/liver.toml:9:11: [probe]: shape \"flat\" has no heading\n"
+      "  heading belongs to shape capsule, ellipsoid, mesh. A flat takes radius, edge_radius.");
   EXPECT_EQ(error_of(kSmallest + "[probe]\nshape = \"flat\"\nedge_radios = \"1 mm\"\n"),
             "scenes/liver.toml:9:1: [probe] has no key \"edge_radios\"\n"
             "  Did you mean \"edge_radius\"? Known: edge_radius, friction, radius, shape.");
@@ -89,21 +95,27 @@ TEST(scene, a_key_of_another_shape_is_refused_and_says_whose_it_is) {
 }
 
 TEST(scene, the_mesh_unit_must_be_said) {
-  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\n").find("[body] has no length_unit"), std::string::npos);
-  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\nlength_unit = \"kg\"\n").find("which is no length unit"),
+  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\n").find("[body] has no length_unit"),
             std::string::npos);
-  EXPECT_DOUBLE_EQ(parse_scene("[body]\nsurface = \"a.obj\"\nlength_unit = \"110 mm\"\n", "a.toml").body.length_unit_m,
+  EXPECT_NE(error_of("[body]\nsurface = \"a.obj\"\nlength_unit = \"kg\"\n")
+                .find("which is no length unit"),
+            std::string::npos);
+  EXPECT_DOUBLE_EQ(parse_scene("[body]\nsurface = \"a.obj\"\nlength_unit = \"110 mm\"\n", "a.toml")
+                       .body.length_unit_m,
                    0.110);
 }
 
 TEST(scene, exactly_one_mesh) {
-  EXPECT_NE(error_of("[body]\nlength_unit = \"mm\"\n").find("neither surface nor tetmesh"), std::string::npos);
-  EXPECT_NE(error_of("[body]\nsurface=\"a.obj\"\ntetmesh=\"a.msh\"\nlength_unit = \"mm\"\n").find("both surface and tetmesh"),
+  EXPECT_NE(error_of("[body]\nlength_unit = \"mm\"\n").find("neither surface nor tetmesh"),
+            std::string::npos);
+  EXPECT_NE(error_of("[body]\nsurface=\"a.obj\"\ntetmesh=\"a.msh\"\nlength_unit = \"mm\"\n")
+                .find("both surface and tetmesh"),
             std::string::npos);
 }
 
 TEST(scene, drags_cannot_start_deeper_than_the_press) {
-  EXPECT_NE(error_of(kSmallest + "[experiments]\ndepth = \"5 mm\"\ndrag_depths = [\"6 mm\"]\n").find("deeper than depth"),
+  EXPECT_NE(error_of(kSmallest + "[experiments]\ndepth = \"5 mm\"\ndrag_depths = [\"6 mm\"]\n")
+                .find("deeper than depth"),
             std::string::npos);
 }
 
@@ -143,7 +155,8 @@ TEST(scene, broken_toml_names_line_and_column) {
 
 TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
   const Scene a = parse_scene(kSmallest + "[fit]\ntolerance = 0.02\n", "/s/a.toml");
-  const Scene b = parse_scene("# a comment\n" + kSmallest + "[experiments]\ndepth = \"1 cm\"\n[fit]\n", "/s/a.toml");
+  const Scene b = parse_scene(
+      "# a comment\n" + kSmallest + "[experiments]\ndepth = \"1 cm\"\n[fit]\n", "/s/a.toml");
   EXPECT_EQ(canonical_fit(a), canonical_fit(b));
   EXPECT_EQ(canonical_experiments(a), canonical_experiments(b));
   EXPECT_EQ(canonical_body(a), canonical_body(b));

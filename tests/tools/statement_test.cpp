@@ -53,7 +53,8 @@ TEST(statement, reads_back_what_it_wrote) {
 
 TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
   Statement s = summarize({row(1, 0.02)});
-  s.causes = {named_error("interpolation", {row(1, 0.05)}), named_error("curve_fit", {row(2, 0.1)})};
+  s.causes = {named_error("interpolation", {row(1, 0.05)}),
+              named_error("curve_fit", {row(2, 0.1)})};
   s.baselines = {named_error("linear", {row(1, 0.5)})};
   s.by_path = {named_error("straight", {row(1, 0.02)})};
   const Statement back = parse_statement(to_json(s), "statement.json");
@@ -78,9 +79,11 @@ TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_ne
 
 TEST(statement, json_holds_the_names_others_read) {
   const auto json = nlohmann::json::parse(to_json(summarize({row(1, 0.02)})));
-  for (const char* name : {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})
+  for (const char* name :
+       {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})
     EXPECT_TRUE(json.at("force_error").at(name).is_number()) << name;
-  for (const char* name : {"probes", "tick_ns", "asset_bytes"}) EXPECT_TRUE(json.at(name).is_number()) << name;
+  for (const char* name : {"probes", "tick_ns", "asset_bytes"})
+    EXPECT_TRUE(json.at(name).is_number()) << name;
 }
 
 }  // namespace

@@ -187,7 +187,8 @@ TEST(Elasticity, errors_of_a_manufactured_solution_fall_with_the_order_of_the_el
       ASSERT_TRUE(out.is_solved) << name_of(kind) << " n " << n;
       const double error = l2_error(problem, out.u, manufactured);
       if (n > 2) order = std::log(before / error) / std::log(double(n) / (n - 2));
-      std::printf("  %-9s n %d: L2 error %.3e, order %.2f\n", name_of(kind).c_str(), n, error, order);
+      std::printf("  %-9s n %d: L2 error %.3e, order %.2f\n", name_of(kind).c_str(), n, error,
+                  order);
       before = error;
     }
     const double expected = kind == ElementKind::tet4 ? 2 : 3;
@@ -230,7 +231,8 @@ TetMesh sphere_sector(int n, int layers, double inner, double outer) {
                                      std::array<int, 4>{t[0] + a, t[1] + a, t[1] + b, t[2] + b},
                                      std::array<int, 4>{t[0] + a, t[0] + b, t[1] + b, t[2] + b}}) {
         Mat3 edges;
-        for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes.row(tet[k + 1]) - mesh.nodes.row(tet[0]);
+        for (int k = 0; k < 3; ++k)
+          edges.col(k) = mesh.nodes.row(tet[k + 1]) - mesh.nodes.row(tet[0]);
         if (edges.determinant() < 0) std::swap(tet[2], tet[3]);
         mesh.tets.row(row++) << tet[0], tet[1], tet[2], tet[3];
       }
@@ -240,7 +242,8 @@ TetMesh sphere_sector(int n, int layers, double inner, double outer) {
 
 Vec3 on_sphere(const Vec3& p) { return p.z() * Vec3(p.x(), p.y(), 1 - p.x() - p.y()).normalized(); }
 
-// The inner surface is moved to radius a; its pressure is the work of the reaction per volume swept.
+// The inner surface is moved to radius a; its pressure is the work of the reaction per volume
+// swept.
 TEST(Elasticity, thick_sphere_swells_under_the_pressure_of_the_closed_form) {
   struct State {
     double poisson, a, p, b;
@@ -252,9 +255,9 @@ TEST(Elasticity, thick_sphere_swells_under_the_pressure_of_the_closed_form) {
                         State{0.4999, 1.5, 0.7554084567238757, 2.18105903928128}})
     for (const ElementKind kind : kAll) {
       const int n = 4, layers = 4;
-      StaticProblem problem(quadratic(sphere_sector(n, layers, 1, 2), on_sphere),
-                            make_material({"neo-hookean", {2 * (1 + s.poisson), s.poisson}}, "test"),
-                            kind);
+      StaticProblem problem(
+          quadratic(sphere_sector(n, layers, 1, 2), on_sphere),
+          make_material({"neo-hookean", {2 * (1 + s.poisson), s.poisson}}, "test"), kind);
       for (int axis = 0; axis < 3; ++axis) problem.prescribe(in_plane(axis, 0), axis);
       double share = 0;
       for (Eigen::Index i = 0; i < problem.mesh.nodes.rows(); ++i) {
@@ -338,7 +341,8 @@ StaticProblem pressed_block(double q_MPa, int n, ElementKind kind) {
 
 TEST(Elasticity, block_under_a_partial_load_sinks_as_the_reference) {
   struct State {
-    double q_MPa, reference, allowed;  // the reference's own last step is 0.05 % at 80, 0.1 % at 320
+    double q_MPa, reference,
+        allowed;  // the reference's own last step is 0.05 % at 80, 0.1 % at 320
   };
   for (const auto& [q, reference, allowed] : {State{80, 21.97, 0.01}, State{320, 69.33, 0.015}})
     for (const ElementKind kind : kAll)
@@ -354,7 +358,8 @@ TEST(Elasticity, block_under_a_partial_load_sinks_as_the_reference) {
           continue;
         }
         const double sunk = -100 * out.u(node_at(problem.mesh, Vec3(0, 0, 50)), 2) / 50;
-        const double error = report(id, kind, std::to_string(n) + "^3", reference, sunk, "%", out.cpu_s);
+        const double error =
+            report(id, kind, std::to_string(n) + "^3", reference, sunk, "%", out.cpu_s);
         EXPECT_LE(std::abs(error), n == 8 && is_meant_for_use(kind) ? allowed : 1) << id;
       }
 }

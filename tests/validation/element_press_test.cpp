@@ -7,8 +7,8 @@
 #include "record.hpp"
 #include "tests/libfem/solve/cylinder.hpp"
 
-// What the elements make of a press with contact. References: axisymmetric Q2/P-1 solutions, good to
-// 0.3 %, of a frictionless ball pressed 1 to 10 mm into a cylinder.
+// What the elements make of a press with contact. References: axisymmetric Q2/P-1 solutions, good
+// to 0.3 %, of a frictionless ball pressed 1 to 10 mm into a cylinder.
 
 namespace palpate::fem {
 namespace {
@@ -19,7 +19,8 @@ constexpr Forces kReference045{0.056213, 0.162001, 0.300782, 0.465666, 0.652051,
 constexpr Forces kReference049{0.058636, 0.168528, 0.312130, 0.482380, 0.674115,
                                0.883201, 1.106157, 1.339524, 1.579860, 1.824296};
 
-/// Errors at 1 to 10 mm, on the default mesh; the penalty is stiff so that its bias stays out of it.
+/// Errors at 1 to 10 mm, on the default mesh; the penalty is stiff so that its bias stays out of
+/// it.
 Forces errors_of(ElementKind element, double poisson, const Forces& reference_N) {
   SimulationSetup setup = ball_on_cylinder(poisson);
   setup.options.twin_ratio = 0;

@@ -1,5 +1,6 @@
-// Cases that break solvers: each row is right, or refused with its reason. `Right` is agreement with
-// the same case on a mesh half as coarse again, within the row's own error bound and 3 % of the force.
+// Cases that break solvers: each row is right, or refused with its reason. `Right` is agreement
+// with the same case on a mesh half as coarse again, within the row's own error bound and 3 % of
+// the force.
 
 #include <gtest/gtest.h>
 
@@ -63,8 +64,9 @@ int expect_right_or_refused(const HardCase& hard) {
   const PointRows shipped =
       Simulator(hard.setup).press_and_drag(hard.position, hard.normal, hard.experiments);
   const double cost = cpu_seconds() - start;
-  std::printf("%s: %d nodes (twin %d), %d Newton, %d PCG, %d factorizations, %.1f s CPU\n", hard.name.c_str(),
-              shipped.cost.nodes, shipped.cost.twin_nodes, shipped.cost.solver.newton, shipped.cost.solver.pcg,
+  std::printf("%s: %d nodes (twin %d), %d Newton, %d PCG, %d factorizations, %.1f s CPU\n",
+              hard.name.c_str(), shipped.cost.nodes, shipped.cost.twin_nodes,
+              shipped.cost.solver.newton, shipped.cost.solver.pcg,
               shipped.cost.solver.factorizations, cost);
   std::fflush(stdout);
   SimulationSetup finer = hard.setup;
@@ -79,9 +81,9 @@ int expect_right_or_refused(const HardCase& hard) {
     const PointRow& row = shipped.rows[i];
     const PointRow& fine = reference.rows[i];
     const std::string where = hard.name + " row " + std::to_string(i);
-    std::printf("%-34s status %d doubt %d, %.6f N (error bound %.6f), finer %.6f N status %d\n", where.c_str(),
-                static_cast<int>(row.status), static_cast<int>(row.doubt), row.force.norm(), row.force_error,
-                fine.force.norm(),
+    std::printf("%-34s status %d doubt %d, %.6f N (error bound %.6f), finer %.6f N status %d\n",
+                where.c_str(), static_cast<int>(row.status), static_cast<int>(row.doubt),
+                row.force.norm(), row.force_error, fine.force.norm(),
                 static_cast<int>(fine.status));
     if (row.status != RowStatus::good) {
       EXPECT_TRUE(std::isnan(row.force_error)) << where << ": a refused row claims an error";
@@ -98,7 +100,8 @@ int expect_right_or_refused(const HardCase& hard) {
     const double difference = (row.force - fine.force).norm(), size = fine.force.norm();
     EXPECT_LT(difference, row.force_error + kAgreement * size) << where;
     if (i + 1 == shipped.rows.size())
-      record_case("hard/" + hard.name, size, row.force.norm(), "N", row.force.norm() / size - 1, cost);
+      record_case("hard/" + hard.name, size, row.force.norm(), "N", row.force.norm() / size - 1,
+                  cost);
   }
   return good;
 }
@@ -165,11 +168,14 @@ TEST(HardCases, one_sliver_in_a_hundred_changes_little_and_a_mesh_of_slivers_is_
   EXPECT_GE(flat, hard.setup.volume.tets.rows() / 100);
   EXPECT_EQ(expect_right_or_refused(hard), 8);
 
-  const PointRows even = Simulator(fine_block()).press_and_drag(hard.position, hard.normal, experiments);
-  const PointRows with = Simulator(hard.setup).press_and_drag(hard.position, hard.normal, experiments);
+  const PointRows even =
+      Simulator(fine_block()).press_and_drag(hard.position, hard.normal, experiments);
+  const PointRows with =
+      Simulator(hard.setup).press_and_drag(hard.position, hard.normal, experiments);
   for (std::size_t i = 0; i < even.rows.size(); ++i) {
     const double size_N = even.rows[i].force.norm();
-    EXPECT_LT((with.rows[i].force - even.rows[i].force).norm(), with.rows[i].force_error + 0.005 * size_N)
+    EXPECT_LT((with.rows[i].force - even.rows[i].force).norm(),
+              with.rows[i].force_error + 0.005 * size_N)
         << "row " << i;
   }
 
@@ -228,7 +234,8 @@ SimulationSetup dome(double span_m, double rise_m, double thickness_m) {
   return setup;
 }
 
-// Its force rises until the cap has almost turned over; there it snaps back, which no press can follow.
+// Its force rises until the cap has almost turned over; there it snaps back, which no press can
+// follow.
 TEST(HardCases, a_dome_that_snaps_back_is_followed_there_and_refused) {
   const double thickness_m = 0.0015;
   HardCase hard{"dome", dome(0.08, 0.008, thickness_m), Vec3(0, 0, thickness_m), -Vec3::UnitZ(),
@@ -256,13 +263,14 @@ SimulationSetup arch() {
   return setup;
 }
 
-// A press is displacement-controlled: past the limit the force falls on a branch that can be held, until
-// the arch leaves the ball.
+// A press is displacement-controlled: past the limit the force falls on a branch that can be held,
+// until the arch leaves the ball.
 TEST(HardCases, an_arch_is_followed_past_its_limit_and_says_that_it_falls) {
   const Vec3 top(0.03, 0.005, 0.0043);
   const HardCase hard{"arch", arch(), top, -Vec3::UnitZ(), press(0.004, 16)};
   const int good = expect_right_or_refused(hard);
-  const PointRows pressed = Simulator(hard.setup).press_and_drag(top, hard.normal, hard.experiments);
+  const PointRows pressed =
+      Simulator(hard.setup).press_and_drag(top, hard.normal, hard.experiments);
   int falling = 0;
   for (std::size_t i = 1; i < pressed.rows.size(); ++i) {
     if (pressed.rows[i].status != RowStatus::good) continue;

@@ -10,8 +10,8 @@ namespace palpate::validation {
 /// CPU time of this process [s].
 inline double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-/// Appends a row to the file named by PALPATE_VALIDATION_CSV, from which docs/validation.md is made;
-/// does nothing when that is unset. unit: "" for plain numbers. relative_error: signed.
+/// Appends a row to the file named by PALPATE_VALIDATION_CSV, from which docs/validation.md is
+/// made; does nothing when that is unset. unit: "" for plain numbers. relative_error: signed.
 inline void record_case(const std::string& case_id, double reference, double ours,
                         const std::string& unit, double relative_error, double cost_cpu_s) {
   const char* path = std::getenv("PALPATE_VALIDATION_CSV");

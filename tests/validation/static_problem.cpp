@@ -16,7 +16,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::array<std::array<int, 2>, 6> kEdges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+constexpr std::array<std::array<int, 2>, 6> kEdges{
+    {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 // Corners, then middles of (0,1) (1,2) (2,0) of each face of a ten-node tet.
 constexpr int kFaces[4][6] = {
     {0, 2, 1, 6, 5, 4}, {0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {2, 0, 3, 6, 7, 9}};
@@ -38,7 +39,8 @@ class FreeMatrix {
       if (index_[c] < 0) continue;
       out.startVec(index_[c]);
       for (auto k = K.column_start()[c]; k < K.column_start()[c + 1]; ++k)
-        if (const int r = index_[K.row_index()[k]]; r >= 0) out.insertBack(r, index_[c]) = K.values()[k];
+        if (const int r = index_[K.row_index()[k]]; r >= 0)
+          out.insertBack(r, index_[c]) = K.values()[k];
     }
     out.finalize();
     return out;
@@ -84,7 +86,8 @@ class Newton {
     for (int iteration = 0; iteration < 30; ++iteration) {
       ++out.newton;
       if (!std::isfinite(body_.energy(u))) return false;
-      const bool is_direction = tangent_direction(u, to, Points::Zero(u.rows(), 3), force, direction);
+      const bool is_direction =
+          tangent_direction(u, to, Points::Zero(u.rows(), 3), force, direction);
       const double scale = force.cwiseAbs().maxCoeff() + to * problem_.load.cwiseAbs().maxCoeff();
       const Eigen::VectorXd residual = free_.restricted(to * problem_.load - force);
       if (residual.cwiseAbs().maxCoeff() <= 1e-10 * scale) {
@@ -175,15 +178,16 @@ QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(cons
     for (int c = 0; c < 4; ++c) out.tets(t, c) = parameters.tets(t, c);
     for (int e = 0; e < 6; ++e) {
       const std::int32_t a = parameters.tets(t, kEdges[e][0]), b = parameters.tets(t, kEdges[e][1]);
-      const auto [at, is_new] =
-          middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(nodes.size()));
+      const auto [at, is_new] = middles.try_emplace({std::min(a, b), std::max(a, b)},
+                                                    static_cast<std::int32_t>(nodes.size()));
       if (is_new)
         nodes.push_back(place((parameters.nodes.row(a) + parameters.nodes.row(b)).transpose() / 2));
       out.tets(t, 4 + e) = at->second;
     }
   }
   out.nodes.resize(static_cast<Eigen::Index>(nodes.size()), 3);
-  for (std::size_t n = 0; n < nodes.size(); ++n) out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    out.nodes.row(static_cast<Eigen::Index>(n)) = nodes[n];
   out.is_held.assign(nodes.size(), 0);
   return out;
 }
@@ -203,27 +207,32 @@ void StaticProblem::prescribe(const std::function<bool(const Vec3&)>& here, int 
 
 void StaticProblem::add_traction(const std::function<bool(const Vec3&)>& here,
                                  const Vec3& traction_Pa) {
-  // Shares of the area at corners and middles of a flat face: six-node triangle, or four linear ones.
+  // Shares of the area at corners and middles of a flat face: six-node triangle, or four linear
+  // ones.
   const bool is_linear = element == ElementKind::tet4;
   const double corner = is_linear ? 1.0 / 12 : 0, middle = is_linear ? 0.25 : 1.0 / 3;
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
     for (const auto& face : kFaces) {
-      const auto node = [&](int k) { return Vec3(mesh.nodes.row(mesh.tets(t, face[k])).transpose()); };
+      const auto node = [&](int k) {
+        return Vec3(mesh.nodes.row(mesh.tets(t, face[k])).transpose());
+      };
       bool is_here = true;
       for (int k = 0; k < 6; ++k) is_here = is_here && here(node(k));
       if (!is_here) continue;
       const double area = (node(1) - node(0)).cross(node(2) - node(0)).norm() / 2;
       for (int k = 0; k < 6; ++k)
-        load.row(mesh.tets(t, face[k])) += (k < 3 ? corner : middle) * area * traction_Pa.transpose();
+        load.row(mesh.tets(t, face[k])) +=
+            (k < 3 ? corner : middle) * area * traction_Pa.transpose();
     }
 }
 
 void StaticProblem::add_body_force(const std::function<Vec3(const Vec3&)>& force_N_m3) {
-  visit_points(*this, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
-    const Vec3 force = volume * force_N_m3(X);
-    for (std::size_t a = 0; a < cell.size(); ++a)
-      load.row(cell[a]) += shape[static_cast<Eigen::Index>(a)] * force.transpose();
-  });
+  visit_points(*this,
+               [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+                 const Vec3 force = volume * force_N_m3(X);
+                 for (std::size_t a = 0; a < cell.size(); ++a)
+                   load.row(cell[a]) += shape[static_cast<Eigen::Index>(a)] * force.transpose();
+               });
 }
 
 std::vector<std::vector<std::int32_t>> StaticProblem::cells() const {

@@ -8,13 +8,13 @@
 
 namespace palpate::fem {
 
-/// Ten-node tets from straight ones in a parameter domain: corners and edge middles go where `place`
-/// puts their parameters. No faces, nothing held.
+/// Ten-node tets from straight ones in a parameter domain: corners and edge middles go where
+/// `place` puts their parameters. No faces, nothing held.
 QuadraticMesh quadratic(const TetMesh& parameters, const std::function<Vec3(const Vec3&)>& place);
 
 /// Elements, nodes and constraints of a statics problem without contact.
-/// prescribed: 3 N displacements [m], NaN where free; load: dead nodal forces [N]. Both are those of
-/// the last step and grow in proportion from 0.
+/// prescribed: 3 N displacements [m], NaN where free; load: dead nodal forces [N]. Both are those
+/// of the last step and grow in proportion from 0.
 struct StaticProblem {
   QuadraticMesh mesh;
   Material material;

@@ -18,9 +18,11 @@ struct MesherName {
   std::string_view summary;
 };
 inline constexpr std::array<MesherName, 3> kMeshers{{
-    {Mesher::automatic, "automatic", "TetGen, and CGAL Mesh_3 where TetGen fails or leaves slivers"},
+    {Mesher::automatic, "automatic",
+     "TetGen, and CGAL Mesh_3 where TetGen fails or leaves slivers"},
     {Mesher::tetgen, "tetgen", "TetGen 1.5: keeps the surface as given"},
-    {Mesher::mesh_3, "mesh_3", "CGAL Mesh_3: new surface vertices, takes surfaces that cross themselves"},
+    {Mesher::mesh_3, "mesh_3",
+     "CGAL Mesh_3: new surface vertices, takes surfaces that cross themselves"},
 }};
 
 struct FillOptions {

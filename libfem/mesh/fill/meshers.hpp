@@ -16,8 +16,8 @@ struct TetGenSettings {
   double max_volume_m3 = 0;  ///< of any tet
 };
 
-/// Fills a closed surface with TetGen 1.5; its triangles become the boundary unchanged. Points in cavities are marked as holes.
-/// Throws an int on failure, put into words by `tetgen_failure`.
+/// Fills a closed surface with TetGen 1.5; its triangles become the boundary unchanged. Points in
+/// cavities are marked as holes. Throws an int on failure, put into words by `tetgen_failure`.
 TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
                          const TetGenSettings& settings);
 std::string tetgen_failure(int code);

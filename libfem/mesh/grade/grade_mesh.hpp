@@ -10,13 +10,14 @@
 
 namespace palpate::fem {
 
-/// A straight piece of the contact's path [m], from == to is a point, and how fine it wants the mesh:
-/// max(h_m, growth * (distance - reach_m)).
+/// A straight piece of the contact's path [m], from == to is a point, and how fine it wants the
+/// mesh: max(h_m, growth * (distance - reach_m)).
 struct Segment {
   Vec3 from = Vec3::Zero();
   Vec3 to = Vec3::Zero();
   double h_m = 0.004;      ///< tets are no larger around the piece
-  double reach_m = 0.008;  ///< distance kept that fine; 0: size is proportional to distance from h_m on
+  double reach_m =
+      0.008;  ///< distance kept that fine; 0: size is proportional to distance from h_m on
 };
 
 /// Where a mesh is fine: size(x) is the least that any piece of the path wants.
@@ -25,8 +26,8 @@ struct Segment {
 struct GradeOptions {
   std::vector<Segment> path;  ///< where contact will be: the press, and each drag
   double growth = 0.45;       ///< size gained per distance; (0, 1]
-  /// What fills a place, and how large tets that two of them share may be, over size(x): the jump of
-  /// stiffness inside an element is an error that does not fall with size as others do.
+  /// What fills a place, and how large tets that two of them share may be, over size(x): the jump
+  /// of stiffness inside an element is an error that does not fall with size as others do.
   std::function<int(const Vec3&)> region_at = {};
   double interface_share = 1;
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
@@ -44,8 +45,8 @@ struct GradeOptions {
 /// with a crease of the surface nearby) go to the crease only. A move that would leave an element
 /// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
 /// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
-/// far off that left a node, `contact_deviation_m` the same where size(x) is some piece's h_m. A new
-/// node is held when it lies on a boundary face or in a tet of the base whose corners all are.
+/// far off that left a node, `contact_deviation_m` the same where size(x) is some piece's h_m. A
+/// new node is held when it lies on a boundary face or in a tet of the base whose corners all are.
 ///
 /// Throws Error on options out of range, on is_held of another length, on a tet that is not
 /// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.

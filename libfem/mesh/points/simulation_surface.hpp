@@ -24,15 +24,15 @@ struct SimulationSurface {
   double deviation_m = 0;    ///< largest distance to the fine surface, both ways, sampled
   double volume_ratio = 0;   ///< over the fine surface's volume
   int attempts = 0;          ///< targets tried
-  std::string refused;       ///< why earlier targets were, one sentence; empty when the first passed
+  std::string refused;  ///< why earlier targets were, one sentence; empty when the first passed
 };
 
 /// A coarse surface of the body for filling: edges of about `target_edge_m` on flat, thick parts,
 /// shorter where curvature or thinness asks, vertices on the fine surface, features kept.
 /// fine: closed, manifold, outward. Every result has passed: closed and manifold, not crossing
-/// itself, volume and deviation within tolerance. What fails is tried again with a finer target, at last with
-/// the fine surface itself. Throws Error when the target is not positive, when `fine` bounds no
-/// volume, or when even the fine one crosses itself. Deterministic.
+/// itself, volume and deviation within tolerance. What fails is tried again with a finer target, at
+/// last with the fine surface itself. Throws Error when the target is not positive, when `fine`
+/// bounds no volume, or when even the fine one crosses itself. Deterministic.
 SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options = {});
 

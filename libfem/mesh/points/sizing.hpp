@@ -8,7 +8,7 @@ namespace palpate {
 /// What an edge of the simulation surface may be, before its local limits.
 struct SizingOptions {
   double target_edge_m = 0;           ///< on flat, thick parts; > 0
-  double deviation_ratio = 0.08;      ///< of target_edge_m: how far a triangle may stray from a curve
+  double deviation_ratio = 0.08;  ///< of target_edge_m: how far a triangle may stray from a curve
   double thickness_ratio = 1.0;       ///< edge over local thickness, so that tets fit in thin parts
   double least_edge_ratio = 0.4;      ///< of target_edge_m: never shorter than this
   double growth = 0.5;                ///< of size per distance along the surface

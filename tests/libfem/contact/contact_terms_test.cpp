@@ -11,7 +11,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr unsigned kSeed = 90210;
-constexpr double kRadius_m = 0.01, kYoung_Pa = 10e3, kDepth_m = 0.001, kFriction = 0.4, kSlippery = 0.1;
+constexpr double kRadius_m = 0.01, kYoung_Pa = 10e3, kDepth_m = 0.001, kFriction = 0.4,
+                 kSlippery = 0.1;
 constexpr int kCells = 18;
 constexpr double kCell_m = 0.001;
 
@@ -84,7 +85,8 @@ Points stiffness_times(const Sheet& sheet, const Contact& contact, const Points&
   return out;
 }
 
-/// A sheet that the probe has pressed and is now moved along by `along_m`, friction limit held there.
+/// A sheet that the probe has pressed and is now moved along by `along_m`, friction limit held
+/// there.
 struct Pressed {
   Sheet sheet;
   Contact contact;
@@ -176,8 +178,8 @@ TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_r
   Pressed slides(kSlippery, 3e-3, 0, kSeed);
   const Vec3 sliding = slides.contact.evaluate(slides.u, slides.pose, slides.history).force_N;
   const Vec3 motion = Vec3(3, 1, 0).normalized();
-  // Traction lies in tangent planes of the ball and pressure across them; they are inclined by up to
-  // 26 degrees, so that both lose a few percent here, and not the same.
+  // Traction lies in tangent planes of the ball and pressure across them; they are inclined by up
+  // to 26 degrees, so that both lose a few percent here, and not the same.
   const double ratio = sliding.dot(motion) / -sliding.z();
   EXPECT_GT(ratio, 0.97 * kSlippery);
   EXPECT_LT(ratio, 1.05 * kSlippery);
@@ -222,7 +224,8 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   EXPECT_NEAR(totals.area_m2 / area, 1, 0.02);
 }
 
-// The surface then bears the pressure of its overlap without overlapping: twice the force where it is.
+// The surface then bears the pressure of its overlap without overlapping: twice the force where it
+// is.
 TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
   const Sheet sheet;
   Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
@@ -235,13 +238,15 @@ TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
   const ContactTotals twice = contact.evaluate(u, pose, again);
   EXPECT_LT((twice.force_N - 2 * once).norm(), 0.01 * once.norm());
   EXPECT_NEAR(twice.greatest_penetration_m, kDepth_m, 0.02 * kDepth_m) << "true overlap";
-  // A ball that has backed off to touching still bears: k (d - r^2/R) where r^2 < R d, half the force.
+  // A ball that has backed off to touching still bears: k (d - r^2/R) where r^2 < R d, half the
+  // force.
   const ContactTotals backed = contact.evaluate(u, pose_at(0, 0), again);
   EXPECT_NEAR(backed.force_N.z() / once.z(), 0.5, 0.05);
   EXPECT_LT(backed.greatest_penetration_m, 1e-6 * kDepth_m);
 }
 
-// What sticks goes on bearing the traction it had: of a pose it does not move from, the lateral force stays.
+// What sticks goes on bearing the traction it had: of a pose it does not move from, the lateral
+// force stays.
 TEST(Contact, a_stiffer_penalty_presses_harder_and_keeps_the_traction_of_what_sticks) {
   const Sheet sheet;
   Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,

@@ -16,8 +16,8 @@
 #include "tests/libfem/materials/examples.hpp"
 
 // Time per ten-node element (four points) of every law:
-//   law/...      the law alone, stress with tangent or stress: one double at a time against eight lanes
-//   cell/...     the whole element, stiffness with force or force, on each instruction set
+//   law/...      the law alone, stress with tangent or stress: one double at a time against eight
+//   lanes cell/...     the whole element, stiffness with force or force, on each instruction set
 // The counter ns_per_element is what to compare.
 
 namespace palpate::fem {
@@ -58,7 +58,8 @@ void one_double_at_a_time(benchmark::State& state, const Material& material) {
     for (int point = 0; point < kPoints; ++point) {
       double h[9];
       for (int i = 0; i < 9; ++i) h[i] = H.at(9 * point + i, 0);
-      Law::template evaluate<double>(material.constants.data(), h, 1.0, J, W, P, kTangent ? A : nullptr);
+      Law::template evaluate<double>(material.constants.data(), h, 1.0, J, W, P,
+                                     kTangent ? A : nullptr);
       benchmark::DoNotOptimize(P);
       benchmark::DoNotOptimize(A);
     }
@@ -66,13 +67,15 @@ void one_double_at_a_time(benchmark::State& state, const Material& material) {
   count_elements(state, 1);
 }
 
-void eight_lanes(benchmark::State& state, const Material& material, InstructionSet set, bool tangent) {
+void eight_lanes(benchmark::State& state, const Material& material, InstructionSet set,
+                 bool tangent) {
   PackArray H = gradients(0.2), constants = spread(material, 1), out(92);
   const LawKernels& law = material.law->kernels->with(set);
   Pack* o = out.data();
   for (auto _ : state) {
     for (int point = 0; point < kPoints; ++point) {
-      if (tangent) law.tangent(constants.data(), H.data() + 9 * point, 1.0, o[0], o[1], o + 2, o + 11);
+      if (tangent)
+        law.tangent(constants.data(), H.data() + 9 * point, 1.0, o[0], o[1], o + 2, o + 11);
       else law.stress(constants.data(), H.data() + 9 * point, o[0], o[1], o + 2);
       benchmark::ClobberMemory();
     }
@@ -116,9 +119,10 @@ void add(const std::string& example_name) {
     };
     time(name("law/tangent", "scalar"), one_double_at_a_time<Law, true>, material);
     time(name("law/stress", "scalar"), one_double_at_a_time<Law, false>, material);
-    constexpr std::pair<InstructionSet, const char*> kSets[] = {{InstructionSet::portable, "portable"},
-                                                               {InstructionSet::avx2, "avx2"},
-                                                               {InstructionSet::avx512, "avx512"}};
+    constexpr std::pair<InstructionSet, const char*> kSets[] = {
+        {InstructionSet::portable, "portable"},
+        {InstructionSet::avx2, "avx2"},
+        {InstructionSet::avx512, "avx512"}};
     for (const auto& [set, label] : kSets) {
       if (!has_instruction_set(set)) continue;
       time(name("law/tangent", label), eight_lanes, material, set, true);

@@ -17,8 +17,8 @@ inline constexpr double kLeftOut = std::numeric_limits<double>::quiet_NaN();
 
 /// is_kinked_at_rest: the tangent jumps at E = 0. is_bounded: the energy stays finite as the volume
 /// goes. most_J_at_bend_0: up to where the law says that its tangent without the bent part is
-/// semidefinite; 0 where it does not. least_stretch, most_stretch: of uniaxial tests, within which a
-/// pull or push grows with the stretch.
+/// semidefinite; 0 where it does not. least_stretch, most_stretch: of uniaxial tests, within which
+/// a pull or push grows with the stretch.
 struct Example {
   std::string name;
   MaterialParameters parameters;
@@ -65,8 +65,8 @@ inline Mat3 random_rotation(std::mt19937& random) {
   return q.normalized().toRotationMatrix();
 }
 
-/// Seeded random states about rest and the awkward ones: rest first, near rest, J near 0.2, big shear,
-/// big rotation, stretches that agree or nearly do.
+/// Seeded random states about rest and the awkward ones: rest first, near rest, J near 0.2, big
+/// shear, big rotation, stretches that agree or nearly do.
 inline std::vector<Mat3> states() {
   std::mt19937 random(kSeed);
   std::vector<Mat3> out{Mat3::Identity()};

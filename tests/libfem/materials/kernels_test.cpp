@@ -30,7 +30,8 @@ class EightStates {
     kernels(set).stress(constants_.data(), H_.data(), *J_.data(), *W_.data(), P_.data());
   }
   void tangent(InstructionSet set, double bend) {
-    kernels(set).tangent(constants_.data(), H_.data(), bend, *J_.data(), *W_.data(), P_.data(), A_.data());
+    kernels(set).tangent(constants_.data(), H_.data(), bend, *J_.data(), *W_.data(), P_.data(),
+                         A_.data());
   }
 
   double J(int lane) { return J_.at(0, lane); }
@@ -69,7 +70,8 @@ class LawKernelSuite : public testing::TestWithParam<Example> {
 
 TEST_P(LawKernelSuite, every_lane_of_every_instruction_set_gives_the_bits_of_the_point) {
   std::vector<Mat3> all = states();
-  all.insert(all.begin() + 3, Mat3(Vec3(-1, 1, 1).asDiagonal()));  // turned inside out among sound ones
+  all.insert(all.begin() + 3,
+             Mat3(Vec3(-1, 1, 1).asDiagonal()));  // turned inside out among sound ones
   all.insert(all.begin() + 13, Mat3(-Mat3::Identity()));
   for (std::size_t first = 0; first + kLanes <= all.size(); first += 5) {
     EightStates eight(material);
@@ -78,7 +80,8 @@ TEST_P(LawKernelSuite, every_lane_of_every_instruction_set_gives_the_bits_of_the
       for (int lane = 0; lane < kLanes; ++lane) {
         const Mat3& F = all[first + lane];
         SCOPED_TRACE(testing::Message() << "seed " << kSeed << " instruction set "
-                                        << static_cast<int>(set) << " lane " << lane << " F\n" << F);
+                                        << static_cast<int>(set) << " lane " << lane << " F\n"
+                                        << F);
         const double W = material.law->energy(material.constants, F);
         const Mat3 P = material.law->stress(material.constants, F);
         eight.energy(set);
@@ -140,8 +143,8 @@ TEST_P(LawKernelSuite, without_the_bent_part_the_tangent_is_semidefinite_where_t
   EXPECT_GT(indefinite_when_exact, 0);  // otherwise nothing was tested
 }
 
-// Lanes and points of another law have zero constants; whatever comes out is masked, but must not be
-// anything that traps or loops.
+// Lanes and points of another law have zero constants; whatever comes out is masked, but must not
+// be anything that traps or loops.
 TEST_P(LawKernelSuite, zero_constants_at_rest_are_harmless) {
   Material nothing = material;
   nothing.constants = {};

@@ -82,8 +82,8 @@ TEST_P(LawSuite, tangent_is_symmetric) {
   }
 }
 
-// Which step is best depends on the state (truncation near inversion, rounding elsewhere): the least
-// error over several steps counts.
+// Which step is best depends on the state (truncation near inversion, rounding elsewhere): the
+// least error over several steps counts.
 TEST_P(LawSuite, stress_is_the_derivative_of_energy) {
   std::mt19937 random(kSeed + 2);
   for (const Mat3& F : smooth_states())

@@ -9,8 +9,8 @@ namespace {
 
 using namespace examples;
 
-// With exponents 2 and -2 the law is one of the invariants, which never see principal directions: equal
-// and nearly equal stretches have no excuse.
+// With exponents 2 and -2 the law is one of the invariants, which never see principal directions:
+// equal and nearly equal stretches have no excuse.
 void expect_same(const Material& ogden, const Material& invariants) {
   for (const Mat3& F : states()) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed << " F\n" << F);
@@ -28,14 +28,16 @@ TEST(Ogden, with_exponent_2_is_neo_hookean) {
     const Material m = make_material({"neo-hookean-isochoric", {1.0, 0.45}}, "test");
     return m.law->small_strain(m.constants);
   }();
-  expect_same(make_material({"ogden", {hooke.mu_Pa, 2, kLeftOut, kLeftOut, kLeftOut, kLeftOut, 0.45}},
-                            "test"),
-              make_material({"neo-hookean-isochoric", {1.0, 0.45}}, "test"));
+  expect_same(
+      make_material({"ogden", {hooke.mu_Pa, 2, kLeftOut, kLeftOut, kLeftOut, kLeftOut, 0.45}},
+                    "test"),
+      make_material({"neo-hookean-isochoric", {1.0, 0.45}}, "test"));
 }
 
 TEST(Ogden, with_exponents_2_and_minus_2_is_mooney_rivlin) {
-  expect_same(make_material({"ogden", {2 * 0.12, 2, -2 * 0.05, -2, kLeftOut, kLeftOut, 0.45, 7}}, "test"),
-              make_material({"mooney-rivlin", {0.12, 0.05, 0.45, 7}}, "test"));
+  expect_same(
+      make_material({"ogden", {2 * 0.12, 2, -2 * 0.05, -2, kLeftOut, kLeftOut, 0.45, 7}}, "test"),
+      make_material({"mooney-rivlin", {0.12, 0.05, 0.45, 7}}, "test"));
 }
 
 TEST(Ogden, its_terms_may_come_in_any_order) {

@@ -19,7 +19,8 @@ double ulps(double value, long double expected) {
   return static_cast<double>(std::abs(value - expected)) / unit;
 }
 
-/// log(1 + x) - x and exp(x) - 1 - x for |x| < 0.1, where the differences cancel in long doubles too.
+/// log(1 + x) - x and exp(x) - 1 - x for |x| < 0.1, where the differences cancel in long doubles
+/// too.
 long double log_less_series(long double x) {
   long double sum = 0, power = x;
   for (int n = 2; n < 30; ++n) sum += (power *= -x) / n;

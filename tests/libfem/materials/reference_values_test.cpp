@@ -9,9 +9,9 @@
 namespace palpate::fem {
 namespace {
 
-// points.csv: W, P, Cauchy stress and the tangent's action on kDirection at points; cases MAT/* from
-// 40-digit differences of W by independent code, cases own/* from make_points.py. uniaxial.csv:
-// traction-free uniaxial states of the same independent code.
+// points.csv: W, P, Cauchy stress and the tangent's action on kDirection at points; cases MAT/*
+// from 40-digit differences of W by independent code, cases own/* from make_points.py.
+// uniaxial.csv: traction-free uniaxial states of the same independent code.
 
 using Mat3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Vec9 = Eigen::Matrix<double, 9, 1>;
@@ -72,7 +72,9 @@ TEST(ReferenceValues, uniaxial_states_between_free_sides_match) {
     SCOPED_TRACE(row[0]);
     const Material material = material_of(row);
     const double stretch = std::stod(row[3]), lateral = std::stod(row[4]);
-    const auto F_of = [&](double across) { return Mat3(Vec3(stretch, across, across).asDiagonal()); };
+    const auto F_of = [&](double across) {
+      return Mat3(Vec3(stretch, across, across).asDiagonal());
+    };
     // Newton's method on the stress of the sides, from 1 % off.
     double across = 1.01 * lateral;
     for (int i = 0; i < 20; ++i) {

@@ -25,7 +25,8 @@ TEST(MaterialRefusals, an_unknown_law_is_refused_with_the_known_ones) {
             "scene.toml [material]: unknown material law \"neohookean\"\n"
             "  Use one of: neo-hookean, neo-hookean-simo, neo-hookean-isochoric, "
             "neo-hookean-isochoric-log, neo-hookean-isochoric-simo, stable-neo-hookean, "
-            "mooney-rivlin, yeoh, ogden, fung, veronda-westmann, holzapfel-gasser-ogden, st-venant-kirchhoff.");
+            "mooney-rivlin, yeoh, ogden, fung, veronda-westmann, holzapfel-gasser-ogden, "
+            "st-venant-kirchhoff.");
 }
 
 TEST(MaterialRefusals, a_young_modulus_that_is_not_positive_is_refused) {
@@ -53,7 +54,8 @@ TEST(MaterialRefusals, missing_and_infinite_values_are_refused) {
   EXPECT_EQ(message_of({"neo-hookean", {kNaN, 0.4}}),
             "scene.toml [material]: young is not a finite number\n"
             "  Give Young's modulus at small strain.");
-  EXPECT_NE(message_of({"neo-hookean", {std::numeric_limits<double>::infinity(), 0.4}}), "accepted");
+  EXPECT_NE(message_of({"neo-hookean", {std::numeric_limits<double>::infinity(), 0.4}}),
+            "accepted");
 }
 
 TEST(MaterialRefusals, values_left_out_have_their_fallbacks) {
@@ -64,8 +66,10 @@ TEST(MaterialRefusals, values_left_out_have_their_fallbacks) {
 }
 
 /// Refused with this beginning of the fact.
-void expect_refused(const std::string& law, const std::vector<double>& values, const std::string& fact) {
-  EXPECT_EQ(message_of({law, values}).substr(0, 23 + fact.size()), "scene.toml [material]: " + fact);
+void expect_refused(const std::string& law, const std::vector<double>& values,
+                    const std::string& fact) {
+  EXPECT_EQ(message_of({law, values}).substr(0, 23 + fact.size()),
+            "scene.toml [material]: " + fact);
 }
 
 TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
@@ -75,7 +79,8 @@ TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
   EXPECT_EQ(message_of({"mooney-rivlin", {0, 5}}), "accepted");
   expect_refused("yeoh", {0}, "c10 must be positive, not 0 Pa");
   expect_refused("yeoh", {1, 0, -1}, "c30 must not be negative");
-  expect_refused("yeoh", {1, -1, 0.33}, "c20 must be above -sqrt(3 c10 c30) = -0.994987 Pa, not -1 Pa");
+  expect_refused("yeoh", {1, -1, 0.33},
+                 "c20 must be above -sqrt(3 c10 c30) = -0.994987 Pa, not -1 Pa");
   EXPECT_EQ(message_of({"yeoh", {1, -1, 0.34}}), "accepted");
   expect_refused("ogden", {1, -2}, "mu1 times alpha1 must be positive, not -2 Pa");
   expect_refused("ogden", {1, 2, 3}, "alpha2 is missing beside mu2");
@@ -93,7 +98,8 @@ TEST(MaterialRefusals, materials_that_are_not_stable_are_refused) {
   expect_refused("yeoh", {1, 0, 0, 0.45, -3}, "bulk must be positive, not -3 Pa");
 }
 
-// The bound that veronda-westmann refuses at: greater stress along greater stretch, everywhere above it.
+// The bound that veronda-westmann refuses at: greater stress along greater stretch, everywhere
+// above it.
 TEST(MaterialRefusals, veronda_westmann_keeps_the_baker_ericksen_inequality_just_above_its_bound) {
   const auto fails = [](double c2) {
     for (double l = 1.0; l < 6; l += 1e-3)

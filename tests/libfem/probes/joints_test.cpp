@@ -20,7 +20,8 @@ Jump jump_across(const Probe& probe, const Vec3& place, const Vec3& across) {
 }
 
 /// C1: only the hessian may jump. curvature_1_m: what it jumps by.
-void expect_smooth(const Probe& probe, const Vec3& place, const Vec3& direction, double curvature_1_m) {
+void expect_smooth(const Probe& probe, const Vec3& place, const Vec3& direction,
+                   double curvature_1_m) {
   const double step = 1e-9;
   const Jump jump = jump_across(probe, place, step * direction.normalized());
   EXPECT_LE(jump.distance, 3 * step);
@@ -29,7 +30,8 @@ void expect_smooth(const Probe& probe, const Vec3& place, const Vec3& direction,
 }
 
 TEST(Joints, the_fillet_of_a_flat_meets_end_and_wall_with_one_normal) {
-  const Probe flat = make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.001}}}), "t");
+  const Probe flat =
+      make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.001}}}), "t");
   for (const double away : {-0.0005, 0.0, 0.0005}) {  // inside, on, outside
     const double r = 0.001 + away;
     expect_smooth(flat, Vec3(0.005, 0, away), Vec3::UnitX(), 1 / r);
@@ -38,18 +40,24 @@ TEST(Joints, the_fillet_of_a_flat_meets_end_and_wall_with_one_normal) {
 }
 
 TEST(Joints, a_flat_is_known_in_numbers) {
-  const Probe flat = make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.001}}}), "t");
-  const auto distance = [&](double x, double z) { return flat.distance(Vec3::UnitZ(), Vec3(x, 0, z)).distance_m; };
+  const Probe flat =
+      make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.001}}}), "t");
+  const auto distance = [&](double x, double z) {
+    return flat.distance(Vec3::UnitZ(), Vec3(x, 0, z)).distance_m;
+  };
   EXPECT_NEAR(distance(0.003, 0.002), 0.002, 1e-15);
   EXPECT_NEAR(distance(0.003, -0.0005), -0.0005, 1e-15);
   EXPECT_NEAR(distance(0.008, -0.5), 0.002, 1e-15);
-  EXPECT_NEAR(distance(0.008, 0.003), 0.004, 1e-15);  // 3-4-5 from the fillet's centre, less its radius
+  EXPECT_NEAR(distance(0.008, 0.003), 0.004,
+              1e-15);  // 3-4-5 from the fillet's centre, less its radius
 }
 
 TEST(Joints, a_cones_tip_meets_its_flank_with_one_normal) {
   const double alpha = 0.5, t = 0.001;
-  const Probe cone = make_probe(spec_of("cone", {{"half_angle", {alpha}}, {"tip_radius", {t}}}), "t");
-  const Vec3 flank(std::sin(alpha), 0, -std::cos(alpha)), normal(std::cos(alpha), 0, std::sin(alpha));
+  const Probe cone =
+      make_probe(spec_of("cone", {{"half_angle", {alpha}}, {"tip_radius", {t}}}), "t");
+  const Vec3 flank(std::sin(alpha), 0, -std::cos(alpha)),
+      normal(std::cos(alpha), 0, std::sin(alpha));
   for (const double away : {-0.0003, 0.0, 0.0005})
     expect_smooth(cone, -t * Vec3::UnitZ() + (t + away) * normal, flank, 1 / (t + away));
   // Up the flank the distance is that to a straight line.
@@ -75,8 +83,9 @@ TEST(Joints, a_capsules_seam_has_one_normal) {
 
 TEST(Joints, an_ellipsoids_planes_of_symmetry_are_no_joints) {
   const Probe probe = make_probe(spec_of("ellipsoid", {{"semi_axes", {0.005, 0.003, 0.008}}}), "t");
-  for (const Vec3& place : {Vec3(0, 0, 0.001), Vec3(0, 0, -0.0001), Vec3(0.006, 0, -0.008), Vec3(0.0049, 0, -0.008),
-                            Vec3(0, 0.0031, -0.008), Vec3(0, 0.0029, -0.008), Vec3(0.003, 0.004, -0.008)})
+  for (const Vec3& place :
+       {Vec3(0, 0, 0.001), Vec3(0, 0, -0.0001), Vec3(0.006, 0, -0.008), Vec3(0.0049, 0, -0.008),
+        Vec3(0, 0.0031, -0.008), Vec3(0, 0.0029, -0.008), Vec3(0.003, 0.004, -0.008)})
     for (int c = 0; c < 3; ++c) {
       const Jump jump = jump_across(probe, place, 1e-10 * Vec3::Unit(c));
       EXPECT_LE(jump.gradient, 1e-6) << place.transpose();
@@ -90,7 +99,8 @@ TEST(Joints, an_ellipsoid_with_equal_axes_is_a_ball_and_its_poles_are_known) {
   std::mt19937 random(5);
   for (int i = 0; i < 100; ++i) {
     const Vec3 offset = 0.01 * random_unit(random) - 0.003 * Vec3::UnitZ();
-    const SignedDistance a = ball.distance(Vec3::UnitZ(), offset), b = sphere.distance(Vec3::UnitZ(), offset);
+    const SignedDistance a = ball.distance(Vec3::UnitZ(), offset),
+                         b = sphere.distance(Vec3::UnitZ(), offset);
     EXPECT_NEAR(a.distance_m, b.distance_m, 1e-16);
     EXPECT_LE((a.gradient - b.gradient).norm(), 1e-12);
     EXPECT_LE((a.hessian - b.hessian).norm(), 1e-9);

@@ -14,12 +14,14 @@ TEST(Lengths, a_balls_are_its_radius_and_hertzs_contact) {
   EXPECT_DOUBLE_EQ(ball.contact_radius_m(0.0004), 0.002);
   EXPECT_DOUBLE_EQ(ball.contact_reach_m(0.0004), 0.002);
   EXPECT_DOUBLE_EQ(ball.contact_radius_m(0.05), 0.01);  // never wider than itself
-  for (const double depth : {0.0001, 0.001, 0.01, 0.03}) EXPECT_DOUBLE_EQ(pressed_to(ball, depth).length_m, 0.01);
+  for (const double depth : {0.0001, 0.001, 0.01, 0.03})
+    EXPECT_DOUBLE_EQ(pressed_to(ball, depth).length_m, 0.01);
   EXPECT_EQ(ball.half_width_m, 0.01);
 }
 
 TEST(Lengths, a_flat_has_its_own_radius_at_every_depth) {
-  const Probe flat = make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.0006}}}), "t");
+  const Probe flat =
+      make_probe(spec_of("flat", {{"radius", {0.006}}, {"edge_radius", {0.0006}}}), "t");
   for (const double depth : {1e-6, 1e-3, 0.01}) {
     EXPECT_GE(flat.contact_radius_m(depth), 0.0054);
     EXPECT_LE(flat.contact_radius_m(depth), 0.006);
@@ -31,12 +33,15 @@ TEST(Lengths, a_flat_has_its_own_radius_at_every_depth) {
 
 TEST(Lengths, a_cones_contact_is_sneddons_and_its_length_grows_with_depth) {
   const double t = 1e-3, alpha = 70 * kPi / 180;
-  const Probe cone = make_probe(spec_of("cone", {{"half_angle", {alpha}}, {"tip_radius", {t}}}), "t");
+  const Probe cone =
+      make_probe(spec_of("cone", {{"half_angle", {alpha}}, {"tip_radius", {t}}}), "t");
   EXPECT_NEAR(cone.contact_radius_m(1e-6) / std::sqrt(t * 1e-6), 1, 1e-3);  // a ball's at first
-  const double deep = 0.1;  // the sharp cone's with the tip far behind: the profile lies lower by a part of t
+  const double deep =
+      0.1;  // the sharp cone's with the tip far behind: the profile lies lower by a part of t
   EXPECT_NEAR(cone.contact_radius_m(deep) / (2 / kPi * deep * std::tan(alpha)), 1, 1e-3);
   EXPECT_EQ(cone.length_m, t);
-  EXPECT_NEAR(pressed_to(cone, deep).length_m, 4 / (kPi * kPi) * deep * std::pow(std::tan(alpha), 2), 2e-3);
+  EXPECT_NEAR(pressed_to(cone, deep).length_m,
+              4 / (kPi * kPi) * deep * std::pow(std::tan(alpha), 2), 2e-3);
   double before = 0;
   for (double depth = 1e-5; depth < 0.02; depth *= 1.1) {
     const double a = cone.contact_radius_m(depth);
@@ -68,7 +73,8 @@ TEST(Lengths, an_ellipsoids_come_from_its_curvature_at_the_tip) {
   EXPECT_NEAR(egg.contact_reach_m(1e-4), std::sqrt(large * 1e-4), 1e-12);
   EXPECT_NEAR(egg.length_m, small, 1e-12);
   EXPECT_NEAR(egg.half_width_m, 0.005, 1e-12);
-  const Probe pancake = make_probe(spec_of("ellipsoid", {{"semi_axes", {0.010, 0.010, 0.002}}}), "t");
+  const Probe pancake =
+      make_probe(spec_of("ellipsoid", {{"semi_axes", {0.010, 0.010, 0.002}}}), "t");
   EXPECT_NEAR(pancake.length_m, 0.010, 1e-12);  // its tip's 50 mm would let it sink in
 }
 

@@ -34,7 +34,8 @@ TEST(MeshField, exact_distance_to_a_box_is_the_closed_form_inside_and_out) {
 
 TEST(MeshField, exact_derivatives_are_differences_on_the_pieces_of_the_field) {
   const MeshField field(box_mesh(Vec3(0.004, 0.006, 0.01)), kAutomatic, "t");
-  for (const Vec3& x : {Vec3(0.005, 0.001, 0.002), Vec3(0.005, 0.008, 0.003), Vec3(0.005, 0.008, 0.014)}) {
+  for (const Vec3& x :
+       {Vec3(0.005, 0.001, 0.002), Vec3(0.005, 0.008, 0.003), Vec3(0.005, 0.008, 0.014)}) {
     const SignedDistance here = field.exact(x);
     for (int c = 0; c < 3; ++c) {
       const Vec3 d = 1e-7 * Vec3::Unit(c);

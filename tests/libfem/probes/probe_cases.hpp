@@ -17,9 +17,10 @@ inline Vec3 random_unit(std::mt19937& random) {
 }
 
 /// A probe of the shared suite, pressing along +z with heading +x.
-/// surface: a seeded point of its surface, as an offset from the reference point, from a description of
-/// the shape that owes nothing to its signed distance. spacing_m: how far apart 40000 such points lie
-/// at most, roughly. thin_m: the surface's least radius of curvature or half-thickness.
+/// surface: a seeded point of its surface, as an offset from the reference point, from a
+/// description of the shape that owes nothing to its signed distance. spacing_m: how far apart
+/// 40000 such points lie at most, roughly. thin_m: the surface's least radius of curvature or
+/// half-thickness.
 struct ProbeCase {
   std::string name;
   ProbeSpec spec;
@@ -27,15 +28,18 @@ struct ProbeCase {
   std::function<Vec3(std::mt19937&)> surface;
 };
 
-inline ProbeSpec spec_of(const std::string& shape, std::map<std::string, std::vector<double>, std::less<>> values) {
+inline ProbeSpec spec_of(const std::string& shape,
+                         std::map<std::string, std::vector<double>, std::less<>> values) {
   ProbeSpec spec;
   spec.shape = shape;
   spec.values = std::move(values);
   return spec;
 }
 
-/// Points of a surface of revolution: profile(s), s in [0, 1], gives distance from the axis and height.
-inline std::function<Vec3(std::mt19937&)> revolved(std::function<std::pair<double, double>(double)> profile) {
+/// Points of a surface of revolution: profile(s), s in [0, 1], gives distance from the axis and
+/// height.
+inline std::function<Vec3(std::mt19937&)> revolved(
+    std::function<std::pair<double, double>(double)> profile) {
   return [profile](std::mt19937& random) {
     std::uniform_real_distribution<double> share(0, 1);
     const auto [away, height] = profile(share(random));
@@ -45,8 +49,8 @@ inline std::function<Vec3(std::mt19937&)> revolved(std::function<std::pair<doubl
 }
 
 inline ProbeCase flat_case(const std::string& name, double radius, double edge) {
-  return {name, spec_of("flat", {{"radius", {radius}}, {"edge_radius", {edge}}}), edge, 0.2 * radius,
-          revolved([=](double s) -> std::pair<double, double> {
+  return {name, spec_of("flat", {{"radius", {radius}}, {"edge_radius", {edge}}}), edge,
+          0.2 * radius, revolved([=](double s) -> std::pair<double, double> {
             const double core = radius - edge, quarter = 1.5707963267948966;
             if (s < 0.3) return {core * std::sqrt(s / 0.3), 0};
             if (s < 0.6) {
@@ -62,15 +66,18 @@ inline ProbeCase cone_case(const std::string& name, double half_angle_deg, doubl
   return {name, spec_of("cone", {{"half_angle", {alpha}}, {"tip_radius", {tip}}}), tip, 1.0 * tip,
           revolved([=](double s) -> std::pair<double, double> {
             const double joint = 1.5707963267948966 - alpha;  // angle at the ball's centre
-            if (s < 0.3) return {tip * std::sin(s / 0.3 * joint), tip - tip * std::cos(s / 0.3 * joint)};
+            if (s < 0.3)
+              return {tip * std::sin(s / 0.3 * joint), tip - tip * std::cos(s / 0.3 * joint)};
             const double up = std::pow((s - 0.3) / 0.7, 2) * 10 * tip;
             return {tip * std::cos(alpha) + up * std::sin(alpha),
                     tip - tip * std::sin(alpha) + up * std::cos(alpha)};
           })};
 }
 
-/// own: random surface point in own axes. touch: reference point there. turn: own axes to (x, y, z).
-inline std::function<Vec3(std::mt19937&)> placed(std::function<Vec3(std::mt19937&)> own, const Vec3& touch,
+/// own: random surface point in own axes. touch: reference point there. turn: own axes to (x, y,
+/// z).
+inline std::function<Vec3(std::mt19937&)> placed(std::function<Vec3(std::mt19937&)> own,
+                                                 const Vec3& touch,
                                                  const Mat3& turn = Mat3::Identity()) {
   return [=](std::mt19937& random) { return Vec3(turn * (own(random) - touch)); };
 }
@@ -80,7 +87,8 @@ inline std::function<Vec3(std::mt19937&)> capsule_points(double radius, double l
     std::uniform_real_distribution<double> share(0, 1);
     const double half = length / 2 - radius;
     const Vec3 unit = random_unit(random);
-    if (share(random) < 0.5) return Vec3(radius * unit + std::copysign(half, unit.z()) * Vec3::UnitZ());
+    if (share(random) < 0.5)
+      return Vec3(radius * unit + std::copysign(half, unit.z()) * Vec3::UnitZ());
     const double angle = 6.283185307179586 * share(random);
     return Vec3(radius * std::cos(angle), radius * std::sin(angle), half * (2 * share(random) - 1));
   };
@@ -88,7 +96,8 @@ inline std::function<Vec3(std::mt19937&)> capsule_points(double radius, double l
 
 inline ProbeCase ellipsoid_case(const std::string& name, const Vec3& e) {
   const double thin = std::pow(e.minCoeff(), 2) / e.maxCoeff();
-  return {name, spec_of("ellipsoid", {{"semi_axes", {e.x(), e.y(), e.z()}}}), thin, 0.15 * e.maxCoeff(),
+  return {name, spec_of("ellipsoid", {{"semi_axes", {e.x(), e.y(), e.z()}}}), thin,
+          0.15 * e.maxCoeff(),
           placed([=](std::mt19937& random) { return Vec3(e.cwiseProduct(random_unit(random))); },
                  Vec3(0, 0, e.z()))};
 }
@@ -106,12 +115,15 @@ inline std::vector<ProbeCase> probe_cases() {
 
   const double R = 0.004, L = 0.02;
   ProbeSpec capsule = spec_of("capsule", {{"radius", {R}}, {"length", {L}}});
-  cases.push_back({"capsule_upright", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(0, 0, L / 2))});
+  cases.push_back(
+      {"capsule_upright", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(0, 0, L / 2))});
   capsule.orientation = Vec3::UnitX();
   capsule.heading = Vec3::UnitX();
   Mat3 turn;  // own x to z (into the body), own z to the heading x
-  turn.col(0) = Vec3::UnitZ(), turn.col(2) = Vec3::UnitX(), turn.col(1) = turn.col(2).cross(turn.col(0));
-  cases.push_back({"capsule_lying", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(R, 0, 0), turn)});
+  turn.col(0) = Vec3::UnitZ(), turn.col(2) = Vec3::UnitX(),
+  turn.col(1) = turn.col(2).cross(turn.col(0));
+  cases.push_back(
+      {"capsule_lying", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(R, 0, 0), turn)});
   capsule.orientation = Vec3(1, 0, 1);
   const double h = std::sqrt(0.5);  // own (1,0,1)/sqrt 2 to z, own z leans to x
   turn.col(2) = Vec3(h, 0, h), turn.col(0) = Vec3(-h, 0, h), turn.col(1) = Vec3(0, 1, 0);
@@ -122,14 +134,16 @@ inline std::vector<ProbeCase> probe_cases() {
   cases.push_back(ellipsoid_case("ellipsoid", Vec3(0.005, 0.003, 0.008)));
   cases.push_back(ellipsoid_case("ellipsoid_pancake", Vec3(0.010, 0.009, 0.001)));
   cases.push_back(ellipsoid_case("ellipsoid_needle", Vec3(0.001, 0.0011, 0.010)));
-  cases.push_back(ellipsoid_case("ellipsoid_almost_a_ball", Vec3(0.005, 0.005 * (1 + 1e-9), 0.005)));
+  cases.push_back(
+      ellipsoid_case("ellipsoid_almost_a_ball", Vec3(0.005, 0.005 * (1 + 1e-9), 0.005)));
   cases.push_back(ellipsoid_case("ellipsoid_of_revolution", Vec3(0.005, 0.005, 0.002)));
   ProbeCase tilted = ellipsoid_case("ellipsoid_tilted", Vec3(0.005, 0.003, 0.008));
   tilted.spec.orientation = Vec3(1, 0, 1);
   tilted.spec.heading = Vec3::UnitX();
   const Vec3 e(0.005, 0.003, 0.008), p(h, 0, h);
-  tilted.surface = placed([=](std::mt19937& random) { return Vec3(e.cwiseProduct(random_unit(random))); },
-                          e.cwiseAbs2().cwiseProduct(p) / e.cwiseProduct(p).norm(), turn);
+  tilted.surface =
+      placed([=](std::mt19937& random) { return Vec3(e.cwiseProduct(random_unit(random))); },
+             e.cwiseAbs2().cwiseProduct(p) / e.cwiseProduct(p).norm(), turn);
   cases.push_back(tilted);
 
   ProbeSpec mesh;

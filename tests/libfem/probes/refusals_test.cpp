@@ -54,7 +54,8 @@ TEST(ProbeRefusals, a_missing_key_is_shown_as_it_is_written) {
   EXPECT_EQ(message_of(spec_of("flat", {})),
             "[probe]: shape \"flat\" needs radius, of the rod\n  Add radius = \"5 mm\".");
   EXPECT_EQ(message_of(spec_of("ellipsoid", {})),
-            "[probe]: shape \"ellipsoid\" needs semi_axes, along the heading, across it and along the press\n"
+            "[probe]: shape \"ellipsoid\" needs semi_axes, along the heading, across it and along "
+            "the press\n"
             "  Add semi_axes = [\"5 mm\", \"3 mm\", \"8 mm\"].");
   EXPECT_EQ(message_of(spec_of("ellipsoid", {{"semi_axes", {0.1, 0.2}}})),
             "[probe]: semi_axes must hold 3 numbers, not 2\n"
@@ -89,16 +90,19 @@ TEST(ProbeRefusals, a_mesh_without_an_inside_is_refused_by_its_fault) {
             "[probe]: the probe's mesh has no triangle\n  Name a closed triangle mesh.");
   Surface open = box;
   open.triangles.conservativeResize(11, 3);
-  EXPECT_EQ(message_of(open),
-            "[probe]: the probe's mesh is open: 3 edges have one triangle, the first at triangle 11\n"
-            "  Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
+  EXPECT_EQ(
+      message_of(open),
+      "[probe]: the probe's mesh is open: 3 edges have one triangle, the first at triangle 11\n"
+      "  Close it, for example with a mesh editor's \"fill holes\"; a probe needs an inside.");
   Surface turned = box;
   std::swap(turned.triangles(3, 0), turned.triangles(3, 1));
-  EXPECT_NE(message_of(turned).find("triangles of the probe's mesh disagree about its outside at 3 edges"),
+  EXPECT_NE(message_of(turned).find(
+                "triangles of the probe's mesh disagree about its outside at 3 edges"),
             std::string::npos);
   Surface inside_out = box;
   inside_out.triangles.col(0).swap(inside_out.triangles.col(1));
-  EXPECT_EQ(message_of(inside_out), "[probe]: the probe's mesh is inside out\n  Turn its triangles around.");
+  EXPECT_EQ(message_of(inside_out),
+            "[probe]: the probe's mesh is inside out\n  Turn its triangles around.");
   Surface flat = box;
   flat.vertices.col(2).setZero();
   EXPECT_NE(message_of(flat).find("of the probe's mesh has no area"), std::string::npos);
@@ -126,15 +130,17 @@ TEST(ProbeRefusals, a_mesh_whose_parts_share_an_edge_or_a_point_is_not_manifold)
   EXPECT_EQ(message_of(twin({{0, 7}})),
             "[probe]: the probe's mesh is not manifold: several sheets meet at vertex 8\n"
             "  Separate or unite the parts that touch in one point.");
-  EXPECT_NE(message_of(twin({{0, 7}, {1, 6}})).find("is not manifold: 1 edge has more than two triangles"),
+  EXPECT_NE(message_of(twin({{0, 7}, {1, 6}}))
+                .find("is not manifold: 1 edge has more than two triangles"),
             std::string::npos);
 }
 
 TEST(ProbeRefusals, smoothing_must_fit_the_mesh) {
   const Surface box = box_mesh(Vec3(0.004, 0.006, 0.01));
-  EXPECT_EQ(message_of(box, 0.00001),
-            "[probe]: smoothing of 0.010000 mm does not fit a mesh of 20.000000 mm\n"
-            "  Give smoothing from 1/160 to 1/8 of the mesh's largest extent, or leave it out for 1/64.");
+  EXPECT_EQ(
+      message_of(box, 0.00001),
+      "[probe]: smoothing of 0.010000 mm does not fit a mesh of 20.000000 mm\n"
+      "  Give smoothing from 1/160 to 1/8 of the mesh's largest extent, or leave it out for 1/64.");
   EXPECT_EQ(message_of(box_mesh(Vec3(0.0001, 0.0001, 0.01)), 0.002),
             "[probe]: the mesh's tip is thinner than smoothing; give a smaller smoothing\n"
             "  Correct the numbers of the probe.");

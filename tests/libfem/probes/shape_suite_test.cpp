@@ -23,14 +23,15 @@ class ShapeSuite : public testing::TestWithParam<ProbeCase> {
   static const Probe& made(const ProbeCase& given) {
     static std::map<std::string, Probe> probes;
     const auto found = probes.find(given.name);
-    return found != probes.end() ? found->second
-                                 : probes.emplace(given.name, make_probe(given.spec, "[probe]")).first->second;
+    return found != probes.end()
+               ? found->second
+               : probes.emplace(given.name, make_probe(given.spec, "[probe]")).first->second;
   }
 
   SignedDistance at(const Vec3& offset) const { return probe.distance(Vec3::UnitZ(), offset); }
 
-  /// Calls visit(offset) at seeded places beside the surface: beyond it up to three lengths, behind it up
-  /// to a third of its least radius, so never on the medial axis.
+  /// Calls visit(offset) at seeded places beside the surface: beyond it up to three lengths, behind
+  /// it up to a third of its least radius, so never on the medial axis.
   template <class Visit>
   void beside_surface(int places, const Visit& visit) const {
     std::mt19937 random(kSeed);
@@ -40,8 +41,8 @@ class ShapeSuite : public testing::TestWithParam<ProbeCase> {
       for (const double away : {-0.3 * given.thin_m, -1e-3 * given.thin_m, 0.0, 1e-3 * given.thin_m,
                                 0.5 * given.thin_m, 3 * probe.half_width_m}) {
         const Vec3 offset = on + away * normal;
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << " place " << i << " offset " << offset.transpose()
-                                        << " away " << away);
+        SCOPED_TRACE(testing::Message() << "seed " << kSeed << " place " << i << " offset "
+                                        << offset.transpose() << " away " << away);
         visit(offset);
       }
     }
@@ -54,7 +55,8 @@ TEST_P(ShapeSuite, the_reference_point_is_on_the_surface_and_its_normal_points_a
     const Vec3 axis = i == 0 ? Vec3(Vec3::UnitX()) : random_unit(random);
     const SignedDistance here = probe.distance(axis, Vec3::Zero());
     EXPECT_NEAR(here.distance_m, 0, 1e-14);
-    EXPECT_LE((here.gradient - axis).norm(), is_smoothed ? 1e-3 : 1e-10) << "axis " << axis.transpose();
+    EXPECT_LE((here.gradient - axis).norm(), is_smoothed ? 1e-3 : 1e-10)
+        << "axis " << axis.transpose();
   }
 }
 
@@ -82,12 +84,15 @@ TEST_P(ShapeSuite, distance_is_that_to_the_nearest_of_many_surface_points) {
   for (int i = 0; i < 60; ++i) {
     // Inside and outside alike, no higher than shafts without end have been sampled.
     const double w = probe.half_width_m;
-    const Vec3 offset(1.5 * w * spread(random), 1.5 * w * spread(random), w * (1.5 * spread(random) - 1));
+    const Vec3 offset(1.5 * w * spread(random), 1.5 * w * spread(random),
+                      w * (1.5 * spread(random) - 1));
     double nearest = 1e300;
     for (const Vec3& point : points) nearest = std::min(nearest, (point - offset).norm());
     const double distance = std::abs(at(offset).distance_m);
-    EXPECT_LE(distance, nearest * (1 + 1e-12) + (is_smoothed ? 4e-3 * given.thin_m : 1e-15)) << offset.transpose();
-    EXPECT_GE(distance, nearest - given.spacing_m) << "seed " << kSeed << " offset " << offset.transpose();
+    EXPECT_LE(distance, nearest * (1 + 1e-12) + (is_smoothed ? 4e-3 * given.thin_m : 1e-15))
+        << offset.transpose();
+    EXPECT_GE(distance, nearest - given.spacing_m)
+        << "seed " << kSeed << " offset " << offset.transpose();
     loosest = std::max(loosest, nearest - distance);
   }
   RecordProperty("loosest_mm", std::to_string(1e3 * loosest));
@@ -127,7 +132,8 @@ TEST_P(ShapeSuite, hessian_is_symmetric_and_the_derivative_of_gradient_on_open_p
     for (int c = 0; c < 3; ++c) {
       const Vec3 d = h * Vec3::Unit(c);
       const SignedDistance up = at(offset + d), down = at(offset - d);
-      // Where it jumps, the difference straddles a joint of two pieces; joints_test.cpp looks there.
+      // Where it jumps, the difference straddles a joint of two pieces; joints_test.cpp looks
+      // there.
       if ((up.hessian - down.hessian).norm() > 0.01 * up.hessian.norm() + 1e-3 / given.thin_m) {
         ++on_joints;
         continue;
@@ -152,8 +158,10 @@ TEST_P(ShapeSuite, turning_axis_heading_and_offset_turns_the_derivatives_along) 
     const Vec3 offset = given.surface(random) + 0.2 * given.thin_m * random_unit(random);
     const SignedDistance before = at(offset), after = turned.distance(turn.col(2), turn * offset);
     EXPECT_NEAR(before.distance_m, after.distance_m, 1e-13);
-    EXPECT_LE((turn * before.gradient - after.gradient).norm(), 1e-9) << "seed " << kSeed << " place " << i;
-    EXPECT_LE((turn * before.hessian * turn.transpose() - after.hessian).norm(), 1e-6 / given.thin_m);
+    EXPECT_LE((turn * before.gradient - after.gradient).norm(), 1e-9)
+        << "seed " << kSeed << " place " << i;
+    EXPECT_LE((turn * before.hessian * turn.transpose() - after.hessian).norm(),
+              1e-6 / given.thin_m);
     if (is_smoothed && i == 1) break;  // each costs a field
   }
 }
@@ -172,7 +180,8 @@ TEST_P(ShapeSuite, awkward_places_give_finite_numbers) {
     for (const double away : {0.0, 1e-300, 1e-12, 1.0}) {
       const SignedDistance here =
           at(Vec3(away * given.thin_m, 0, -height * probe.half_width_m));
-      EXPECT_TRUE(std::isfinite(here.distance_m) && here.gradient.allFinite() && here.hessian.allFinite())
+      EXPECT_TRUE(std::isfinite(here.distance_m) && here.gradient.allFinite() &&
+                  here.hessian.allFinite())
           << "height " << height << " away " << away;
       EXPECT_LE(here.gradient.norm(), 1 + 1e-2);
     }
@@ -181,7 +190,8 @@ TEST_P(ShapeSuite, awkward_places_give_finite_numbers) {
 TEST_P(ShapeSuite, evaluation_allocates_nothing) {
   std::mt19937 random(kSeed);
   std::vector<Vec3> offsets(2000);
-  for (Vec3& offset : offsets) offset = given.surface(random) + 0.1 * given.thin_m * random_unit(random);
+  for (Vec3& offset : offsets)
+    offset = given.surface(random) + 0.1 * given.thin_m * random_unit(random);
   const std::size_t before = allocations;
   const std::clock_t start = std::clock();
   double sum = 0;
@@ -198,7 +208,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ShapeSuite, testing::ValuesIn(probe_cases()),
 TEST(ShapeTable, every_row_has_a_case_in_the_shared_suite) {
   std::set<std::string> tested;
   for (const ProbeCase& given : probe_cases()) tested.insert(given.spec.shape);
-  for (const ShapeRow& row : probe_shapes()) EXPECT_TRUE(tested.count(std::string(row.name))) << row.name;
+  for (const ShapeRow& row : probe_shapes())
+    EXPECT_TRUE(tested.count(std::string(row.name))) << row.name;
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace palpate::fem {
 
 constexpr double kCylinderRadius_m = 0.06, kCylinderHeight_m = 0.04;
 
-/// A cylinder with its top in z = 0: a square block bent to a disc, straight inside, round at the rim.
+/// A cylinder with its top in z = 0: a square block bent to a disc, straight inside, round at the
+/// rim.
 inline TetMesh cylinder(int across, int layers) {
   TetMesh mesh = structured_block(Vec3(2, 2, 1), {across, across, layers});
   for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {

@@ -51,7 +51,8 @@ QuadraticMesh bent_block() {
   mesh.is_held = held_below(mesh.nodes, 1e-6);
   std::mt19937 random(kSeed + 1);
   std::uniform_real_distribution<double> uniform(-0.04 * kCell_m, 0.04 * kCell_m);
-  for (Eigen::Index n = structured_block(kSize_m, {3, 3, 3}).nodes.rows(); n < mesh.nodes.rows(); ++n)
+  for (Eigen::Index n = structured_block(kSize_m, {3, 3, 3}).nodes.rows(); n < mesh.nodes.rows();
+       ++n)
     mesh.nodes.row(n) += Vec3(uniform(random), uniform(random), uniform(random)).transpose();
   return mesh;
 }
@@ -177,10 +178,11 @@ TEST_P(ElasticBodySuite, force_is_the_derivative_of_energy) {
       EXPECT_NEAR(energy / body.energy(u), 1, 1e-14);
       const Points d = random_field(mesh.nodes.rows(), kCell_m, seed + 100);
       const double exact = force.cwiseProduct(d).sum();
-      EXPECT_LE(least_error([&](double h) {
-                  return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - exact);
-                }),
-                1e-7 * force.norm() * d.norm())
+      EXPECT_LE(
+          least_error([&](double h) {
+            return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - exact);
+          }),
+          1e-7 * force.norm() * d.norm())
           << "seed " << seed << " least J " << body.least_J();
     }
 }
@@ -311,8 +313,8 @@ std::string test_name(const testing::TestParamInfo<ElementRow>& row) {
 
 INSTANTIATE_TEST_SUITE_P(Elements, ElasticBodySuite, testing::ValuesIn(kElements), test_name);
 
-// Where a law keeps its bulk term in one piece the element falls back to tet10; the derivatives hold
-// either way. Moderate strains: the laws' own suites go to the ends.
+// Where a law keeps its bulk term in one piece the element falls back to tet10; the derivatives
+// hold either way. Moderate strains: the laws' own suites go to the ends.
 TEST(ElasticBody, averaging_elements_have_exact_derivatives_with_every_law) {
   const QuadraticMesh mesh = bent_block();
   const Mat3 F = Vec3(0.95, 1.03, 1.01).asDiagonal();

@@ -32,8 +32,8 @@ TEST(Elements, rules_integrate_polynomials_to_their_degree) {
         const int c = degree - a - b;
         double sum = 0;
         for (const CellPoint& point : cell_points(shape))
-          sum += point.weight * std::pow(point.barycentric[0], a) * std::pow(point.barycentric[1], b) *
-                 std::pow(point.barycentric[3], c);
+          sum += point.weight * std::pow(point.barycentric[0], a) *
+                 std::pow(point.barycentric[1], b) * std::pow(point.barycentric[3], c);
         const double exact = 6 * factorial(a) * factorial(b) * factorial(c) / factorial(degree + 3);
         EXPECT_NEAR(sum / exact, 1, 1e-12) << shape.points << " points, " << a << b << c;
       }

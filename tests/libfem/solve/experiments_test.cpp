@@ -38,7 +38,8 @@ TEST(PressAndDrag, every_row_on_a_flat_block_is_good) {
   EXPECT_NEAR(result.touch_offset_m, 0, 1e-9);
   ASSERT_EQ(result.rows.size(), 7u);
   for (const PointRow& row : result.rows)
-    EXPECT_EQ(row.status, RowStatus::good) << "experiment " << row.experiment << " step " << row.step;
+    EXPECT_EQ(row.status, RowStatus::good)
+        << "experiment " << row.experiment << " step " << row.step;
 }
 
 TEST(PressAndDrag, press_force_points_into_the_body_and_rises_faster_than_depth) {
@@ -96,8 +97,8 @@ TEST(PressAndDrag, drag_without_friction_costs_almost_nothing_on_a_flat_block) {
   }
 }
 
-// Rounding may let one solve stop an iteration earlier, so runs agree to a fraction of its tolerance:
-// that is made small enough to tell.
+// Rounding may let one solve stop an iteration earlier, so runs agree to a fraction of its
+// tolerance: that is made small enough to tell.
 constexpr double kSameRun = 1e-6;
 
 SimulationSetup tight_block(double scale = 1) {

@@ -21,7 +21,8 @@ SymmetricBlockMatrix grid(double sign = 1) {
     for (int y = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x)
         for (const auto& [i, j, k] : {std::array{x + 1, y, z}, {x, y + 1, z}, {x, y, z + 1}})
-          if (i < kSide && j < kSide && k < kSide) neighbours[node(x, y, z)].push_back(node(i, j, k));
+          if (i < kSide && j < kSide && k < kSide)
+            neighbours[node(x, y, z)].push_back(node(i, j, k));
   SymmetricBlockMatrix K(neighbours);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -96,8 +97,8 @@ TEST(SchurFactor, both_precisions_leave_the_same_on_the_contact_nodes) {
   EXPECT_GT(twice.memory_bytes(), 4 * twice.factor_entries());
 }
 
-// A factorization for another number of contact nodes used to keep the dense block of the one before
-// where the new block was empty, and applied it past the end of the unknowns.
+// A factorization for another number of contact nodes used to keep the dense block of the one
+// before where the new block was empty, and applied it past the end of the unknowns.
 TEST(SchurFactor, another_number_of_contact_nodes_never_meets_the_block_of_before) {
   SymmetricBlockMatrix K = grid();
   SchurFactor factor;
@@ -141,7 +142,8 @@ TEST(SchurFactor, halves_of_a_solve_around_the_dense_block_make_a_whole_one) {
   factor.solve(b, whole);
   factor.reduce(b, load);
   factor.solve_contact(load, contact);
-  EXPECT_LT(((factor.schur() + springs(factor, 300)) * contact - load).norm(), kSingle * load.norm());
+  EXPECT_LT(((factor.schur() + springs(factor, 300)) * contact - load).norm(),
+            kSingle * load.norm());
   factor.expand(contact, halves);
   EXPECT_LT((halves - whole).norm(), kSingle * whole.norm());
 }

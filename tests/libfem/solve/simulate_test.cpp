@@ -110,7 +110,8 @@ TEST(Simulate, a_path_repeats_the_press_it_describes) {
   ProbePath path;
   path.deflections.resize(2, 3);
   path.deflections << 0, 0, -0.002, 0, 0, -0.004;
-  const Samples samples = simulate_paths(simulator(), three_points(), {path}, {.jobs = 1, .already_done = {}});
+  const Samples samples =
+      simulate_paths(simulator(), three_points(), {path}, {.jobs = 1, .already_done = {}});
   ASSERT_EQ(samples.rows(), 2);
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(samples.kind[i], ExperimentKind::path);

@@ -79,8 +79,8 @@ std::vector<TrackRow> press(double stiffness, bool gives_back, double friction) 
   contact.stiffness = stiffness;
   EquilibriumOptions options;
   options.residual = 1e-5;
-  Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr, probe, contact,
-                          options);
+  Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr, probe,
+                          contact, options);
   Track track;
   for (int row = 0; row < 3; ++row)
     track.waypoints.push_back({Vec3(0, 0, -1e-3 * (row + 1)), row, true});
@@ -89,8 +89,8 @@ std::vector<TrackRow> press(double stiffness, bool gives_back, double friction) 
   return walk_tracks(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {track}, 3, walk);
 }
 
-// Without friction what is left is of second order: under a third of the shift on this coarse mesh, and
-// within the error that the row owns up to.
+// Without friction what is left is of second order: under a third of the shift on this coarse mesh,
+// and within the error that the row owns up to.
 TEST(Tracks, force_with_the_overlap_given_back_is_that_of_a_far_stiffer_penalty) {
   const std::vector<TrackRow> given_back = press(250, true, 0), soft = press(250, false, 0),
                               stiff = press(4000, true, 0);
@@ -101,8 +101,9 @@ TEST(Tracks, force_with_the_overlap_given_back_is_that_of_a_far_stiffer_penalty)
     EXPECT_GT(bias, 2e-3 * stiff[row].force_N.norm());
     EXPECT_LT(left, bias / 3) << "row " << row;
     EXPECT_LT(left, given_back[row].penalty_error_N + 5e-4 * stiff[row].force_N.norm());
-    EXPECT_NEAR((given_back[row].force_N - given_back[row].penalty_shift_N - soft[row].force_N).norm(),
-                0, 1e-4 * soft[row].force_N.norm());
+    EXPECT_NEAR(
+        (given_back[row].force_N - given_back[row].penalty_shift_N - soft[row].force_N).norm(), 0,
+        1e-4 * soft[row].force_N.norm());
   }
 }
 

@@ -26,10 +26,11 @@ constexpr Case kCases[] = {
 
 class ValidationAxi : public testing::TestWithParam<Case> {};
 
-/// Frictionless ball of 10 mm pressed 1, 2 .. 10 mm into the top of a cylinder of 10 kPa, bottom held,
-/// default options. From a place in the middle and from places off the base mesh's symmetries, which a
-/// reference of radius 60 mm does not notice.
-TEST_P(ValidationAxi, ball_on_cylinder_is_right_to_one_percent_at_every_depth_and_within_its_error) {
+/// Frictionless ball of 10 mm pressed 1, 2 .. 10 mm into the top of a cylinder of 10 kPa, bottom
+/// held, default options. From a place in the middle and from places off the base mesh's
+/// symmetries, which a reference of radius 60 mm does not notice.
+TEST_P(ValidationAxi,
+       ball_on_cylinder_is_right_to_one_percent_at_every_depth_and_within_its_error) {
   const Simulator simulator(ball_on_cylinder(GetParam().poisson));
   Experiments experiments;
   experiments.depth_m = 0.01;

@@ -9,7 +9,8 @@
 namespace palpate::fem {
 namespace {
 
-/// An experiment whose truth is a run on a much finer mesh. None of them chose a factor of the error.
+/// An experiment whose truth is a run on a much finer mesh. None of them chose a factor of the
+/// error.
 struct Case {
   const char* name;
   SimulationSetup setup;
@@ -27,12 +28,15 @@ std::vector<Case> cases() {
   SimulationSetup block = block_setup(0);
   block.materials[0].values[1] = 0.48;
   out.push_back({"press", block, Vec3(0.0272, 0.0335, 0.03), -Vec3::UnitZ(), press});
-  out.push_back({"press near an edge", block_setup(0.2), Vec3(0.012, 0.021, 0.03), -Vec3::UnitZ(), press});
+  out.push_back(
+      {"press near an edge", block_setup(0.2), Vec3(0.012, 0.021, 0.03), -Vec3::UnitZ(), press});
   out.push_back({"press and drag", block_setup(0.25), block_top(), -Vec3::UnitZ(), drag});
   // A stiff ball of 5 mm, its top 4 mm under the surface.
   SimulationSetup lump = block_setup(0);
   lump.materials.push_back({"neo-hookean", {10 * kYoung_Pa, kPoisson}});
-  lump.region_at = [](const Vec3& x) { return (x - Vec3(0.03, 0.03, 0.021)).norm() < 0.005 ? 1 : 0; };
+  lump.region_at = [](const Vec3& x) {
+    return (x - Vec3(0.03, 0.03, 0.021)).norm() < 0.005 ? 1 : 0;
+  };
   out.push_back({"press over a lump", lump, Vec3(0.033, 0.029, 0.03), -Vec3::UnitZ(), press});
   return out;
 }

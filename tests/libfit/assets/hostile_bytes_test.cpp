@@ -120,7 +120,8 @@ TEST(hostile_bytes, each_fault_has_its_status) {
   EXPECT_EQ(open_changed([](D, Header& h) { h.magic[0] = 'Q'; }), Status::not_an_asset);
   EXPECT_EQ(open_changed([](D, Header& h) { h.endian_mark = 0x04030201; }),
             Status::other_endianness);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.version = runtime::kVersion + 1; }), Status::other_version);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.version = runtime::kVersion + 1; }),
+            Status::other_version);
   EXPECT_EQ(open_changed([](D, Header& h) { h.file_bytes += 64; }), Status::size_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.vertices = -1; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.triangles = 1 << 30; }), Status::layout_wrong);

@@ -46,8 +46,10 @@ TEST_P(EveryDegree, slope_is_the_derivative_of_force_and_force_of_energy) {
     const auto b = random_controls(basis, seed);
     for (const double x : {0.003, 0.0999, 0.12, 0.27, 0.449, 0.4999, 0.6, 2.0}) {
       const double h = 1e-6;
-      const double df = (curve_value(spline, b.data(), x + h) - curve_value(spline, b.data(), x - h)) / (2 * h);
-      const double dE = (curve_energy(spline, b.data(), x + h) - curve_energy(spline, b.data(), x - h)) / (2 * h);
+      const double df =
+          (curve_value(spline, b.data(), x + h) - curve_value(spline, b.data(), x - h)) / (2 * h);
+      const double dE =
+          (curve_energy(spline, b.data(), x + h) - curve_energy(spline, b.data(), x - h)) / (2 * h);
       EXPECT_NEAR(df, curve_slope(spline, b.data(), x), 1e-4) << "seed " << seed << " x " << x;
       EXPECT_NEAR(dE, curve_value(spline, b.data(), x), 1e-7) << "seed " << seed << " x " << x;
     }
@@ -85,7 +87,8 @@ TEST_P(EveryDegree, continues_along_the_last_slope) {
   const auto b = random_controls(basis, 3);
   const double end = basis.knots_m.back();
   const double slope = curve_slope(spline, b.data(), end);
-  EXPECT_NEAR(curve_value(spline, b.data(), end + 0.7), curve_value(spline, b.data(), end) + 0.7 * slope, 1e-12);
+  EXPECT_NEAR(curve_value(spline, b.data(), end + 0.7),
+              curve_value(spline, b.data(), end) + 0.7 * slope, 1e-12);
 }
 
 TEST(curve_basis, refuses_bad_knots_and_degrees_by_name) {

@@ -128,7 +128,8 @@ TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
     FitReport report;
     const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
     const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), CurveFamily::leaning) << where << ": " << report.family.reason;
+    ASSERT_EQ(fitted.curves.family(), CurveFamily::leaning)
+        << where << ": " << report.family.reason;
     expect_recovered(fitted, 0, truth, where);
     const Eigen::VectorXd found = fitted.curves.lean.row(0);
     for (std::size_t j = 0; j < truth.lean_m.size(); ++j)
@@ -238,7 +239,8 @@ TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {
   Recorder rig;
   const int p = rig.add_point(Vec3::UnitZ());
   const Vec3 u = rig.inward(p), t = rig.tangent(p, 1);
-  record(rig, p, Mat3::Zero(), truth, ExperimentKind::press, drag_rows(Vec3::Zero(), u + 0.15 * t, 0, 0.01, 30));
+  record(rig, p, Mat3::Zero(), truth, ExperimentKind::press,
+         drag_rows(Vec3::Zero(), u + 0.15 * t, 0, 0.01, 30));
   std::vector<Vec3> way;  // in, out, round and back, with slip
   for (int i = 0; i <= 120; ++i) {
     const double a = 0.05 * i;

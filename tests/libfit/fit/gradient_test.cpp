@@ -12,7 +12,8 @@ namespace {
 double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
                            const std::array<Eigen::VectorXd, kCurveKinds>& increments,
                            FitLoss loss, const Eigen::VectorXd& lean = Eigen::VectorXd()) {
-  const CurveBasis lean_basis{2, lean.size() > 0 ? std::vector<double>{0, 1} : std::vector<double>{}};
+  const CurveBasis lean_basis{2,
+                              lean.size() > 0 ? std::vector<double>{0, 1} : std::vector<double>{}};
   const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
                           CurveBasis{3, {0, 1}}}, lean_basis);
   fit::Experiment e;
@@ -24,7 +25,8 @@ double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
                                           {true, true, true}, increments, loss, 0.1,
                                           fit::tangents_of(Vec3::UnitZ())};
   ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
-  Eigen::VectorXd x(increments[0].size() + increments[1].size() + increments[2].size() + lean.size());
+  Eigen::VectorXd x(increments[0].size() + increments[1].size() + increments[2].size() +
+                    lean.size());
   x << increments[0], increments[1], increments[2], lean;
   cost.AddParameterBlock(static_cast<int>(x.size()));
   cost.SetNumResiduals(static_cast<int>(3 * rows.size()));
@@ -56,8 +58,8 @@ TEST(gradient, of_a_drag_on_a_leaning_body_is_its_derivative) {
   lean << 0.05, -0.02, 0.2, -0.12;
   for (unsigned seed = 1; seed <= 6; ++seed)
     for (const double depth : {0.2, 0.5, 0.9})
-      EXPECT_LT(gradient_error(drag_rows(u, t, depth, 0.8, 9), Mat3::Zero(), random_increments(seed),
-                               FitLoss::squared, lean),
+      EXPECT_LT(gradient_error(drag_rows(u, t, depth, 0.8, 9), Mat3::Zero(),
+                               random_increments(seed), FitLoss::squared, lean),
                 1e-7)
           << "seed " << seed << ", depth " << depth;
 }

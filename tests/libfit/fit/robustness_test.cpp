@@ -160,7 +160,8 @@ TEST(bad_point, without_rows_fails) {
 
 TEST(bad_point, with_one_row_is_underdetermined_and_gets_a_line) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 1); }),
-             FitStatus::underdetermined, "1 row(s) in contact: the normal curve is a straight line");
+             FitStatus::underdetermined,
+             "1 row(s) in contact: the normal curve is a straight line");
 }
 
 TEST(bad_point, with_one_depth_is_underdetermined_and_gets_a_line) {
@@ -173,8 +174,9 @@ TEST(bad_point, with_one_depth_is_underdetermined_and_gets_a_line) {
 TEST(bad_point, without_drags_gets_the_documented_stand_ins) {
   const BadPoint bad =
       fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 12); });
-  expect_bad(bad, FitStatus::underdetermined,
-             "no drags: the lateral curve is a line of 0.667 of the normal stiffness at full depth");
+  expect_bad(
+      bad, FitStatus::underdetermined,
+      "no drags: the lateral curve is a line of 0.667 of the normal stiffness at full depth");
   expect_bad(bad, FitStatus::underdetermined, "no drags: the limit is 0.3 of the normal force");
 }
 

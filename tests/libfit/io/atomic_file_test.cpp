@@ -73,8 +73,8 @@ int on_a_full_disk(const std::filesystem::path& path, const Write& write) {
 
 TEST_F(AtomicWrite, a_full_disk_leaves_the_old_file_and_nothing_else) {
   write_file_atomically(at("f"), "old");
-  EXPECT_EQ(on_a_full_disk(at("f"), [&] { write_file_atomically(at("f"), std::string(9999, 'n')); }),
-            0);
+  EXPECT_EQ(
+      on_a_full_disk(at("f"), [&] { write_file_atomically(at("f"), std::string(9999, 'n')); }), 0);
   EXPECT_EQ(names(), std::vector<std::string>{"f"});
   write_curves(at("c.h5"), example_curves());
   EXPECT_EQ(on_a_full_disk(at("c.h5"), [&] { write_curves(at("c.h5"), example_curves()); }), 0);

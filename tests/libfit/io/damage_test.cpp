@@ -91,7 +91,9 @@ TEST_F(Damage, cut_files_are_refused_at_every_length) {
     EXPECT_NE(error_of([&] { read_curves(at("cut.h5")); }), "") << "length " << length;
   }
   write_quickly(at("cut.h5"), whole.substr(0, whole.size() - 1));
-  EXPECT_NE(error_of([&] { read_curves(at("cut.h5")); }).find("cut.h5: is damaged or cut short (HDF5: truncated file"),
+  EXPECT_NE(error_of([&] {
+              read_curves(at("cut.h5"));
+            }).find("cut.h5: is damaged or cut short (HDF5: truncated file"),
             std::string::npos);
 }
 
@@ -194,14 +196,16 @@ TEST_F(Damage, wrong_shapes_and_types_are_named) {
             }),
             "s.h5:rows/point: holds float32, not integers");
   EXPECT_EQ(curves_error([&](Tamper& t) {
-              t.replace("curves/normal/controls", "N", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values, 4);
+              t.replace("curves/normal/controls", "N", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values,
+                        4);
             }),
             "c.h5:curves/normal/controls: has shape 3 x 4, not 3 x 6");
 }
 
 TEST_F(Damage, other_widths_that_fit_are_read) {
   EXPECT_EQ(samples_error([&](Tamper& t) {
-              t.replace("rows/point", "1", H5T_STD_I64BE, H5T_NATIVE_INT, std::vector<int>{0, 0, 0, 2, 2, 1}, 0);
+              t.replace("rows/point", "1", H5T_STD_I64BE, H5T_NATIVE_INT,
+                        std::vector<int>{0, 0, 0, 2, 2, 1}, 0);
               t.replace("rows/force_error", "N", H5T_IEEE_F32BE, H5T_NATIVE_DOUBLE,
                         std::vector<double>(6, 0.25), 0);
               t.remove_attribute("rows/status", "names");
@@ -247,23 +251,27 @@ TEST_F(Damage, numbers_that_cannot_be_are_named) {
             "s.h5:rows/force: row 0 is good but not a finite number");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/force", H5T_NATIVE_DOUBLE, 16, 1 / 0.0); }),
             "s.h5:rows/force: row 5 is not a finite number");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/deflection", H5T_NATIVE_DOUBLE, 17, kNaN); }),
-            "s.h5:rows/deflection: row 5 is not a finite number");
+  EXPECT_EQ(
+      samples_error([](Tamper& t) { t.poke("rows/deflection", H5T_NATIVE_DOUBLE, 17, kNaN); }),
+      "s.h5:rows/deflection: row 5 is not a finite number");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("points/normal", H5T_NATIVE_DOUBLE, 3, 2.0); }),
             "s.h5:points/normal: row 1 is not a unit vector");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/force_error", H5T_NATIVE_DOUBLE, 1, -1.0); }),
-            "s.h5:rows/force_error: row 1 is negative");
+  EXPECT_EQ(
+      samples_error([](Tamper& t) { t.poke("rows/force_error", H5T_NATIVE_DOUBLE, 1, -1.0); }),
+      "s.h5:rows/force_error: row 1 is negative");
   EXPECT_EQ(body_error([](Tamper& t) { t.poke("surface/vertices", H5T_NATIVE_DOUBLE, 14, kNaN); }),
             "b.h5:surface/vertices: row 4 is not a finite number");
   const auto curves_poke = [&](const char* name, std::size_t index, double value) {
     return curves_error([&](Tamper& t) { t.poke(name, H5T_NATIVE_DOUBLE, index, value); });
   };
-  EXPECT_EQ(curves_poke("curves/normal/controls", 2, 1e6), "c.h5:curves/normal/controls: row 0 falls");
+  EXPECT_EQ(curves_poke("curves/normal/controls", 2, 1e6),
+            "c.h5:curves/normal/controls: row 0 falls");
   EXPECT_EQ(curves_poke("curves/normal/controls", 6, 0.5),
             "c.h5:curves/normal/controls: row 1 does not start at 0");
   EXPECT_EQ(curves_poke("curves/normal/controls", 5, 100.1),
             "c.h5:curves/normal/controls: row 0 is not exact in float32");
-  EXPECT_EQ(curves_poke("points/max_residual", 0, -1), "c.h5:points/max_residual: row 0 is negative or infinite");
+  EXPECT_EQ(curves_poke("points/max_residual", 0, -1),
+            "c.h5:points/max_residual: row 0 is negative or infinite");
   EXPECT_NE(curves_poke("curves/limit/knots", 1, 0.5).find("c.h5:curves/limit/knots: "),
             std::string::npos);
   EXPECT_EQ(model_error([](Tamper& t) { t.poke("blend_weight", H5T_NATIVE_DOUBLE, 3, 0.6); }),

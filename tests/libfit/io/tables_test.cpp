@@ -27,7 +27,8 @@ class Tables : public ScratchTest {
 
 TEST_F(Tables, any_double_reads_back_to_the_same_bits) {
   std::mt19937_64 random(5);
-  std::vector<double> values{0.0, -0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308, 0.1};
+  std::vector<double> values{0.0, -0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308,
+                             0.1};
   while (values.size() < 30000) {
     const std::uint64_t bits = random();
     double value;
@@ -78,7 +79,8 @@ TEST_F(Tables, columns_without_their_unit_are_refused) {
 
 TEST_F(Tables, bad_fields_are_named_by_file_line_and_column) {
   const std::string head = "x_m,y_m,z_m\r\n\r\n";
-  EXPECT_EQ(points_error(head + "1,2,3\n1,two,3\n"), "P.csv:4: column `y_m`: `two` is not a number");
+  EXPECT_EQ(points_error(head + "1,2,3\n1,two,3\n"),
+            "P.csv:4: column `y_m`: `two` is not a number");
   EXPECT_EQ(points_error(head + "1,,3\n"), "P.csv:3: column `y_m`: `` is not a number");
   EXPECT_EQ(points_error(head + "1,nan,3\n"), "P.csv:3: column `y_m`: `nan` is not finite");
   EXPECT_EQ(points_error(head + "1,2,-inf\n"), "P.csv:3: column `z_m`: `-inf` is not finite");

@@ -247,7 +247,9 @@ TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way
   EXPECT_NEAR(-r.deflection_m(last, 2), 2e-3, 1e-4);
   EXPECT_NEAR(r.force_N(last, 0), 0.4 * 3e4 * std::pow(2e-3, 1.5), 0.02);
   for (Eigen::Index i = 1; i <= last; ++i)  // never back
-    EXPECT_GT(r.deflection_m(i, 0) - r.deflection_m(i, 2), r.deflection_m(i - 1, 0) - r.deflection_m(i - 1, 2) - 1e-6) << i;
+    EXPECT_GT(r.deflection_m(i, 0) - r.deflection_m(i, 2),
+              r.deflection_m(i - 1, 0) - r.deflection_m(i - 1, 2) - 1e-6)
+        << i;
 }
 
 // Nonsense of every kind: finite samples or an Error, whatever the settings.
@@ -260,12 +262,14 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     importers::RawRecording raw;
     const int rows = 1 + static_cast<int>(pick(120));
     const bool is_axial = pick(2) == 0, has_time = pick(3) != 0;
-    const double step = std::pow(10, 6 * unit(random) - 6), scale_N = std::pow(10, 6 * unit(random));
+    const double step = std::pow(10, 6 * unit(random) - 6),
+                 scale_N = std::pow(10, 6 * unit(random));
     double x = 0;
     raw.position_m.resize(is_axial ? 0 : rows, 3), raw.force_N.resize(is_axial ? 0 : rows, 3);
     for (int i = 0; i < rows; ++i) {
       x += pick(4) == 0 ? 0 : step * (unit(random) + static_cast<double>(pick(3)) - 0.5);
-      const double push_N = pick(5) == 0 ? 1e15 * unit(random) : scale_N * (x / step + unit(random));
+      const double push_N =
+          pick(5) == 0 ? 1e15 * unit(random) : scale_N * (x / step + unit(random));
       if (has_time) raw.time_s.push_back(i);
       if (is_axial) raw.travel_m.push_back(x), raw.push_N.push_back(push_N);
       else {
@@ -274,7 +278,8 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
       }
       raw.line.push_back(static_cast<std::size_t>(i) + 1);
     }
-    if (pick(4) == 0 && is_axial) raw.retract_begins = static_cast<Eigen::Index>(pick(static_cast<unsigned>(rows)));
+    if (pick(4) == 0 && is_axial)
+      raw.retract_begins = static_cast<Eigen::Index>(pick(static_cast<unsigned>(rows)));
     SignalSettings settings;
     settings.contact = contact_estimators()[pick(5)].name;
     settings.kind = is_axial ? ExperimentKind::press : static_cast<ExperimentKind>(pick(3));

@@ -95,7 +95,8 @@ Vec3 rim(double s, double angle) {
 TEST(Refine, sides_of_a_thin_curved_rim_do_not_borrow) {
   const double length = 0.06 + 0.0005 * M_PI;
   const auto over = [&](int across, int along) {
-    return sheet(across, along, [&](double u, double v) { return rim(length * u, M_PI * (1 - v)); });
+    return sheet(across, along,
+                 [&](double u, double v) { return rim(length * u, M_PI * (1 - v)); });
   };
   const Surface fine = over(246, 160);
   // Points on the two sides and on the rim's crest; the sides answer differently.

@@ -12,7 +12,8 @@ namespace {
 
 TEST(Refine, weights_are_a_partition_of_unity) {
   const Surface sphere = icosphere(4, 0.03), points = icosphere(1, 0.03);
-  expect_partition_of_unity(refine(curves_at(points, kSmooth), sphere, all(sphere), points.triangles));
+  expect_partition_of_unity(
+      refine(curves_at(points, kSmooth), sphere, all(sphere), points.triangles));
   expect_partition_of_unity(refine(curves_at(points, kSmooth), sphere, all(sphere), kNone));
 }
 
@@ -27,7 +28,8 @@ TEST(Refine, linear_fields_on_a_plate_come_out_exactly) {
     for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v) {
       Vec3 blended = Vec3::Zero();
       for (int k = 0; k < 3; ++k)
-        blended += model.blend_weight(v, k) * points.vertices.row(model.blend_point(v, k)).transpose();
+        blended +=
+            model.blend_weight(v, k) * points.vertices.row(model.blend_point(v, k)).transpose();
       EXPECT_LT((blended.transpose() - fine.vertices.row(v)).norm(), 1e-16 * 10) << "vertex " << v;
       EXPECT_NEAR(model.curves.control[2](v, 1), linear(fine.vertices.row(v)), 5e-7);
     }
@@ -65,7 +67,8 @@ TEST(Refine, a_lean_is_blended_like_the_curves_and_is_zero_where_none_answers) {
   curves.curves.lean = Controls::Zero(points.vertices.rows(), 9);
   for (Eigen::Index p = 0; p < points.vertices.rows(); ++p)  // linear in place: comes out exactly
     for (int k = 3; k < 9; ++k)
-      curves.curves.lean(p, k) = 1e-3 * k + 0.01 * points.vertices(p, 0) - 0.02 * points.vertices(p, 1);
+      curves.curves.lean(p, k) =
+          1e-3 * k + 0.01 * points.vertices(p, 0) - 0.02 * points.vertices(p, 1);
   std::vector<char> is_reachable = all(fine);
   is_reachable[7] = 0;
   const Model model = refine(curves, fine, is_reachable, points.triangles);
@@ -100,7 +103,8 @@ TEST(Refine, inward_normals_point_to_the_centre_of_a_sphere) {
 TEST(Refine, answers_alike_twice_and_whatever_the_size_of_the_body) {
   const Surface fine = icosphere(4, 0.03), points = icosphere(2, 0.03);
   const FittedCurves curves = curves_at(points, kSmooth);
-  const Model a = refine(curves, fine, all(fine), kNone), b = refine(curves, fine, all(fine), kNone);
+  const Model a = refine(curves, fine, all(fine), kNone),
+              b = refine(curves, fine, all(fine), kNone);
   EXPECT_EQ(a.blend_point, b.blend_point);
   EXPECT_EQ(a.blend_weight, b.blend_weight);
   Surface large = fine;
@@ -115,7 +119,8 @@ TEST(Refine, answers_alike_twice_and_whatever_the_size_of_the_body) {
 TEST(Refine, nonsense_is_refused) {
   const Surface fine = plate(2, 2, 0.1, 0.1);
   FittedCurves curves = curves_at(fine, kSmooth);
-  const auto fact = [&](const FittedCurves& c, const std::vector<char>& reachable, const Triangles& t) {
+  const auto fact = [&](const FittedCurves& c, const std::vector<char>& reachable,
+                        const Triangles& t) {
     try {
       refine(c, fine, reachable, t);
     } catch (const Error& error) {
@@ -125,7 +130,8 @@ TEST(Refine, nonsense_is_refused) {
   };
   Triangles beyond(1, 3);
   beyond << 0, 1, 9;
-  EXPECT_EQ(fact(curves, all(fine), beyond), "a test-point triangle names a point that is not there");
+  EXPECT_EQ(fact(curves, all(fine), beyond),
+            "a test-point triangle names a point that is not there");
   EXPECT_EQ(fact(curves, {1}, kNone), "the body's columns differ in length");
   EXPECT_EQ(fact(FittedCurves{}, all(fine), kNone), "the curves hold no test point");
 }

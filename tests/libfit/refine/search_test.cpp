@@ -80,11 +80,13 @@ TEST(EdgePaths, agree_with_relaxing_every_edge_until_nothing_changes) {
   std::vector<EdgePathSeeds> sources(6);
   for (auto& seeds : sources)
     for (int k = 0; k < 3; ++k)
-      seeds.push_back({int(random() % unsigned(sphere.vertices.rows())), double(random() % 100) / 300});
+      seeds.push_back(
+          {int(random() % unsigned(sphere.vertices.rows())), double(random() % 100) / 300});
   std::vector<double> expected(static_cast<std::size_t>(sphere.vertices.rows()), 1e9);
   for (const auto& seeds : sources)
     for (const auto& seed : seeds)
-      expected[std::size_t(seed.vertex)] = std::min(expected[std::size_t(seed.vertex)], seed.distance_m);
+      expected[std::size_t(seed.vertex)] =
+          std::min(expected[std::size_t(seed.vertex)], seed.distance_m);
   for (bool is_changed = true; is_changed;) {
     is_changed = false;
     for (Eigen::Index i = 0; i < sphere.triangles.size(); ++i) {

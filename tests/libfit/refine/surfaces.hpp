@@ -63,8 +63,9 @@ inline Surface cylinder(int around, int along, double radius_m, double length_m)
 /// An icosahedron split `level` times: 10 * 4^level + 2 vertices on the sphere.
 inline Surface icosphere(int level, double radius_m) {
   const double g = (1 + std::sqrt(5.0)) / 2;
-  std::vector<Vec3> vertices{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                             {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+  std::vector<Vec3> vertices{{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
+                             {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
+                             {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
   for (Vec3& v : vertices) v.normalize();
   std::vector<Eigen::Vector3i> faces{{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11},
                                      {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
@@ -114,7 +115,8 @@ inline FittedCurves curves_at(const Surface& coarse, const Field& field) {
   f.name.assign(points, "p");
   f.status.assign(points, FitStatus::good);
   f.message.assign(points, "");
-  f.rms_residual_N = f.max_residual_N = f.depth_range_m = Eigen::VectorXd::Zero(coarse.vertices.rows());
+  f.rms_residual_N = f.max_residual_N = f.depth_range_m =
+      Eigen::VectorXd::Zero(coarse.vertices.rows());
   for (std::size_t k = 0; k < 3; ++k) {
     f.curves.basis[k] = {1, {0, 0.01}};
     f.curves.control[k] = Controls::Zero(coarse.vertices.rows(), 2);

@@ -86,7 +86,8 @@ TEST(lean, slips_end_at_the_limit_and_lift_off_without_a_pop) {
   for (int i = 1; i <= 120; ++i) {
     const Vec3 force = tool.tick({0.02, 0.006, -0.005 + 5e-5 * i});
     ASSERT_EQ(tool.status, Status::ok);
-    EXPECT_LT((force - before).norm(), 0.06) << i;  // an ordinary tick: 400 N/m times 50 um, and more
+    EXPECT_LT((force - before).norm(), 0.06)
+        << i;  // an ordinary tick: 400 N/m times 50 um, and more
     before = force;
   }
   EXPECT_EQ(before, Vec3::Zero());

@@ -33,10 +33,16 @@ int main(int argc, char** argv) {
     for (int k = 0; k < 3; ++k) tip[k] += (goal[k] - tip[k]) * 0.01;
     if (touch(asset, contact, tip, out) != Status::ok) return 1;
     touch_ball(asset, ball_contact, tip, 0.002, ball, tick % 8 == 0 ? tangent : nullptr);
-    const double words[11] = {out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
-                             out.contact_m[0],       out.stored_J,           out.dissipated_J,
-                              ball.force_on_tool_N[0], ball.force_on_tool_N[1],
-                              ball.force_on_tool_N[2], tangent[0],
+    const double words[11] = {out.force_on_tool_N[0],
+                              out.force_on_tool_N[1],
+                              out.force_on_tool_N[2],
+                              out.contact_m[0],
+                              out.stored_J,
+                              out.dissipated_J,
+                              ball.force_on_tool_N[0],
+                              ball.force_on_tool_N[1],
+                              ball.force_on_tool_N[2],
+                              tangent[0],
                               tangent[5]};
     hash = hash * 31 + checksum(words, sizeof words);
     touching += out.state != ContactState::air;

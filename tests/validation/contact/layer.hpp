@@ -18,17 +18,21 @@ inline double thread_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// A layer of 10 kPa, held at its bottom, square and centred about the origin, its top at z = 0; no twin.
+/// A layer of 10 kPa, held at its bottom, square and centred about the origin, its top at z = 0; no
+/// twin.
 struct LayerSize {
   double thick_m = 0.04, width_m = 0.24, cell_m = 0.04;
 };
 
-inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe, const LayerSize& size = {}) {
+inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe,
+                                   const LayerSize& size = {}) {
   SimulationSetup setup;
   const int across = static_cast<int>(size.width_m / size.cell_m + 0.5);
   const int down = std::max(1, static_cast<int>(size.thick_m / size.cell_m + 0.5));
-  setup.volume = structured_block(Vec3(size.width_m, size.width_m, size.thick_m), {across, across, down});
-  setup.volume.nodes.rowwise() -= Eigen::RowVector3d(size.width_m / 2, size.width_m / 2, size.thick_m);
+  setup.volume =
+      structured_block(Vec3(size.width_m, size.width_m, size.thick_m), {across, across, down});
+  setup.volume.nodes.rowwise() -=
+      Eigen::RowVector3d(size.width_m / 2, size.width_m / 2, size.thick_m);
   for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
     setup.is_held.push_back(setup.volume.nodes(n, 2) < 1e-6 - size.thick_m);
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};

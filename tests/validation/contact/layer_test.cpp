@@ -16,15 +16,16 @@ struct Exact {
   double depth_m, force_N;
 };
 
-/// Presses once to the deepest of `exact` and compares each; depths are multiples of half the first.
-/// allowed: relative error of the force.
+/// Presses once to the deepest of `exact` and compares each; depths are multiples of half the
+/// first. allowed: relative error of the force.
 void compare(const std::string& case_id, SimulationSetup setup, const std::vector<Exact>& exact,
              double allowed) {
   setup.options.twin_ratio = SolverOptions{}.twin_ratio;  // as shipped
   const double step = exact.front().depth_m / 2, deepest = exact.back().depth_m;
   const int steps = static_cast<int>(std::lround(deepest / step));
   const Pressed pressed = press(setup, deepest, steps);
-  std::printf("%s: %d nodes, %.2f s CPU\n", case_id.c_str(), pressed.result.cost.nodes, pressed.cpu_s);
+  std::printf("%s: %d nodes, %.2f s CPU\n", case_id.c_str(), pressed.result.cost.nodes,
+              pressed.cpu_s);
   for (const Exact& at : exact) {
     const auto row = static_cast<std::size_t>(std::lround(at.depth_m / step)) - 1;
     const double error = pressed.force_N(row) / at.force_N - 1;
@@ -40,7 +41,8 @@ void compare(const std::string& case_id, SimulationSetup setup, const std::vecto
 
 /// Forces of a ball of 10 mm at 0.05, 0.1 and 0.25 mm.
 void ball(double poisson, const std::array<double, 3>& force_N) {
-  compare("SPH/linear/nu" + std::to_string(poisson).substr(0, 4), layer_setup(poisson, sphere_spec(0.01)),
+  compare("SPH/linear/nu" + std::to_string(poisson).substr(0, 4),
+          layer_setup(poisson, sphere_spec(0.01)),
           {{0.05e-3, force_N[0]}, {0.10e-3, force_N[1]}, {0.25e-3, force_N[2]}}, 0.02);
 }
 
@@ -52,9 +54,9 @@ TEST(Layer, ball_presses_the_exact_force_at_poisson_0_49) {
   ball(0.49, {0.0006324350237388571, 0.0018028480014266133, 0.007235493000493382});
 }
 
-/// A ball of 100 mm at a tenth of the depths given for one of 10 mm, where it has the same contact radius
-/// and a tenth of the force: linear layers scale, and at a/R = 0.016 finite strain is out of the way (at
-/// Poisson 0.3 and a/R = 0.16 it adds 1.4 %). The penalty is given per radius.
+/// A ball of 100 mm at a tenth of the depths given for one of 10 mm, where it has the same contact
+/// radius and a tenth of the force: linear layers scale, and at a/R = 0.016 finite strain is out of
+/// the way (at Poisson 0.3 and a/R = 0.16 it adds 1.4 %). The penalty is given per radius.
 void shallow_ball(const std::string& case_id, double poisson, const LayerSize& size,
                   const std::vector<Exact>& of_10_mm) {
   SimulationSetup setup = layer_setup(poisson, sphere_spec(0.1), size);
@@ -71,7 +73,8 @@ TEST(Layer, large_ball_presses_the_exact_force_at_poisson_0_30) {
                 {0.25e-3, 6.000705302242157e-3}});
 }
 
-// SPH/thin of the reference cases, F_parab_layer: the contact is up to a third of the thickness wide.
+// SPH/thin of the reference cases, F_parab_layer: the contact is up to a third of the thickness
+// wide.
 TEST(Layer, ball_presses_the_exact_force_on_thin_layers) {
   const auto layer = [](double thick_m) { return LayerSize{thick_m, 0.24, 0.02}; };
   shallow_ball("SPH/thin/nu0.3/h5/R100", 0.30, layer(0.005),
@@ -84,9 +87,9 @@ TEST(Layer, ball_presses_the_exact_force_on_thin_layers) {
                {{0.1e-3, 1.8582275986467197e-3}, {0.25e-3, 7.6090382781924615e-3}});
 }
 
-/// Force of a flat punch with a rounded edge over that of a sharp one as wide, on a half-space: Sneddon
-/// 1965 with the profile's slope f' behind b = R - e, d = a int f'(a sin t) dt and
-/// P = 2 E/(1-nu^2) int (a sin t)^2 f'(a sin t) dt for the contact radius a that meets the depth.
+/// Force of a flat punch with a rounded edge over that of a sharp one as wide, on a half-space:
+/// Sneddon 1965 with the profile's slope f' behind b = R - e, d = a int f'(a sin t) dt and P = 2
+/// E/(1-nu^2) int (a sin t)^2 f'(a sin t) dt for the contact radius a that meets the depth.
 double rounded_edge_share(double R, double e, double depth) {
   const double b = R - e;
   const auto integrate = [&](double a, bool is_force) {
@@ -108,8 +111,8 @@ double rounded_edge_share(double R, double e, double depth) {
   return 2 * integrate(high, true) / (2 * R * depth);
 }
 
-/// Punch of radius a, F = 2 a E d kappa / (1 - nu^2) by KAPPA of the reference cases, times the share
-/// that the rounded edge leaves (1.5 % less), by the shipped options.
+/// Punch of radius a, F = 2 a E d kappa / (1 - nu^2) by KAPPA of the reference cases, times the
+/// share that the rounded edge leaves (1.5 % less), by the shipped options.
 void punch(double poisson, double radius_m, double kappa, double allowed) {
   ProbeSpec probe;
   probe.shape = "flat";
@@ -125,8 +128,8 @@ void punch(double poisson, double radius_m, double kappa, double allowed) {
           setup, exact, allowed);
 }
 
-// Elements grow from the edge, where pressure is all but singular. At Poisson 0.3 finite strain is part
-// of what is left.
+// Elements grow from the edge, where pressure is all but singular. At Poisson 0.3 finite strain is
+// part of what is left.
 TEST(Layer, flat_punch_presses_the_exact_force) {
   punch(0.30, 0.004, 1.0954407, 0.012);
   punch(0.45, 0.004, 1.1145506, 0.01);
@@ -136,9 +139,9 @@ TEST(Layer, flat_punch_a_quarter_of_the_thickness_wide_presses_the_exact_force) 
   punch(0.45, 0.010, 1.3302284, 0.01);
 }
 
-/// The reference cases CONE have a half angle of 70 degrees, at which strains are finite at every depth
-/// and the linear solution is off. The linear layer scales: with slope s for s0, depth and force are s/s0
-/// of theirs at the same contact radius. Here 85 degrees, the tip rounded by 50 um.
+/// The reference cases CONE have a half angle of 70 degrees, at which strains are finite at every
+/// depth and the linear solution is off. The linear layer scales: with slope s for s0, depth and
+/// force are s/s0 of theirs at the same contact radius. Here 85 degrees, the tip rounded by 50 um.
 void cone(double poisson, const std::array<double, 3>& force_at_70_N) {
   const double half_angle = 85 * kPi / 180, scale = std::tan(70 * kPi / 180) / std::tan(half_angle);
   ProbeSpec probe;

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kRadius_m = 0.006, kDepth_m = 0.0015;
 
-ProbeSpec shape(const std::string& name, std::map<std::string, std::vector<double>, std::less<>> values) {
+ProbeSpec shape(const std::string& name,
+                std::map<std::string, std::vector<double>, std::less<>> values) {
   ProbeSpec probe;
   probe.shape = name;
   probe.values = std::move(values);
@@ -50,8 +51,10 @@ const Pressed& ball() {
 
 TEST(Shapes, capsule_end_round_rod_and_ellipsoid_of_equal_axes_press_as_a_ball_does) {
   for (const PointRow& row : ball().result.rows) EXPECT_EQ(row.status, RowStatus::good);
-  const Pressed capsule = press_and_drag(shape("capsule", {{"radius", {kRadius_m}}, {"length", {0.04}}}));
-  const Pressed egg = press_and_drag(shape("ellipsoid", {{"semi_axes", {kRadius_m, kRadius_m, kRadius_m}}}));
+  const Pressed capsule =
+      press_and_drag(shape("capsule", {{"radius", {kRadius_m}}, {"length", {0.04}}}));
+  const Pressed egg =
+      press_and_drag(shape("ellipsoid", {{"semi_axes", {kRadius_m, kRadius_m, kRadius_m}}}));
   EXPECT_LT(difference(capsule, ball()), 2e-4);  // the solver's residual is 1e-3
   EXPECT_LT(difference(egg, ball()), 2e-4);  // the solver's residual is 1e-3
 }
@@ -61,7 +64,8 @@ TEST(Shapes, a_fine_mesh_of_a_ball_presses_as_the_ball_does) {
   probe.mesh = ball_mesh(kRadius_m, 5);
   const Pressed mesh = press_and_drag(probe);
   const double off = difference(mesh, ball());
-  std::printf("mesh of a ball: %.2f %% off, %.2f s CPU against %.2f s\n", 100 * off, mesh.cpu_s, ball().cpu_s);
+  std::printf("mesh of a ball: %.2f %% off, %.2f s CPU against %.2f s\n", 100 * off, mesh.cpu_s,
+              ball().cpu_s);
   validation::record_case("SHAPES/mesh_of_a_ball", ball().force_N(1), mesh.force_N(1), "N",
                           mesh.force_N(1) / ball().force_N(1) - 1, mesh.cpu_s);
   EXPECT_LT(off, 0.02);
@@ -75,7 +79,8 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
   const std::vector<std::pair<std::string, ProbeSpec>> shapes{
       {"flat", shape("flat", {{"radius", {0.005}}, {"edge_radius", {0.0005}}})},
       {"capsule lying", lying},
-      {"cone of 65 degrees", shape("cone", {{"half_angle", {1.1344640137963142}}, {"tip_radius", {0.001}}})},
+      {"cone of 65 degrees",
+       shape("cone", {{"half_angle", {1.1344640137963142}}, {"tip_radius", {0.001}}})},
       {"ellipsoid", shape("ellipsoid", {{"semi_axes", {0.008, 0.004, 0.006}}})},
       {"mesh of a box", box}};
   for (const auto& [name, probe] : shapes) {
@@ -90,12 +95,15 @@ TEST(Shapes, every_shape_is_pressed_and_dragged_to_the_end) {
       before = pressed.force_N(i);
     }
     const SolverCounts& counts = pressed.result.cost.solver;
-    std::printf("%s: %d nodes, %.2f s CPU, %d Newton, %d factorizations, %d of %zu rows, %.4f N at 1.5 mm\n",
-                name.c_str(), pressed.result.cost.nodes, pressed.cpu_s, counts.newton, counts.factorizations, good,
-                pressed.result.rows.size(), before);
+    std::printf(
+        "%s: %d nodes, %.2f s CPU, %d Newton, %d factorizations, %d of %zu rows, %.4f N at 1.5 "
+        "mm\n",
+        name.c_str(), pressed.result.cost.nodes, pressed.cpu_s, counts.newton,
+        counts.factorizations, good, pressed.result.rows.size(), before);
     std::fflush(stdout);
-    validation::record_case("SHAPES/" + name + "/good_rows", static_cast<double>(pressed.result.rows.size()), good,
-                            "", 0, pressed.cpu_s);
+    validation::record_case("SHAPES/" + name + "/good_rows",
+                            static_cast<double>(pressed.result.rows.size()), good, "", 0,
+                            pressed.cpu_s);
     EXPECT_EQ(good, static_cast<int>(pressed.result.rows.size())) << name;
   }
 }

@@ -33,11 +33,13 @@ TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   fill_volume(coarse.surface, {}, &report);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  std::printf("  %s: %d triangles at %g mm, off by %.2f mm and %.2f %% of the volume; %d nodes, "
-              "%d tets by %s, least angle %.1f deg; %.1f s\n",
-              file, static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
-              1e3 * coarse.deviation_m, 100 * (coarse.volume_ratio - 1), report.nodes, report.tets,
-              kMeshers[static_cast<std::size_t>(report.mesher)].name.data(), report.min_dihedral_deg, seconds);
+  std::printf(
+      "  %s: %d triangles at %g mm, off by %.2f mm and %.2f %% of the volume; %d nodes, "
+      "%d tets by %s, least angle %.1f deg; %.1f s\n",
+      file, static_cast<int>(coarse.surface.triangles.rows()), 1e3 * coarse.target_edge_m,
+      1e3 * coarse.deviation_m, 100 * (coarse.volume_ratio - 1), report.nodes, report.tets,
+      kMeshers[static_cast<std::size_t>(report.mesher)].name.data(), report.min_dihedral_deg,
+      seconds);
   EXPECT_NEAR(coarse.volume_ratio, 1, 0.02);
   EXPECT_LT(coarse.deviation_m, 0.3 * target_edge_m);
   EXPECT_NEAR(report.volume_ratio, 1, report.mesher == Mesher::tetgen ? 1e-6 : 0.02);

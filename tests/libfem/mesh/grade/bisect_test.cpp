@@ -132,7 +132,8 @@ TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
     }
     const double share = regions.size() == 2 ? 0.5 : 1.0;
     shared += regions.size() == 2;
-    EXPECT_LE(size_of(fine, t), share * wanted_size_m(options, centroid) * (1 + 1e-12)) << "tet " << t;
+    EXPECT_LE(size_of(fine, t), share * wanted_size_m(options, centroid) * (1 + 1e-12))
+        << "tet " << t;
   }
   EXPECT_GT(shared, 50);
   options.interface_share = 0;
