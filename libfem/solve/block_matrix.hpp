@@ -16,7 +16,7 @@ struct BlockPlace {
 };
 
 /// Symmetric matrix of 3 x 3 blocks over n nodes, stored as the lower triangle of a scalar matrix
-/// in compressed columns (row indices increasing), so that CHOLMOD reads it without a copy.
+/// in compressed columns (row indices increasing).
 class SymmetricBlockMatrix {
  public:
   /// neighbours: per node, the nodes coupled to it; order and repeats do not matter, the node
