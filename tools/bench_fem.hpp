@@ -50,8 +50,8 @@ FemCase fem_cylinder(double poisson, double friction = 0);
 /// empty for a Poisson's ratio that was not computed.
 std::vector<double> fem_cylinder_force_N(double poisson);
 
-/// The liver phantom of data/scenes, with its own probe, pressed at its first test point. source:
-/// folder that holds data/. Empty place and no volume when the scene is not there.
+/// The liver phantom of data/scenes/liver.toml below the working folder, with its own probe,
+/// pressed at its first test point. Throws Error when the scene is not there.
 FemCase fem_liver();
 
 fem::Experiments press_of(double depth_m, int steps);

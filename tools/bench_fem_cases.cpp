@@ -11,25 +11,12 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kYoung_Pa = 10e3, kRadius_m = 0.01;
-constexpr double kCylinderFace_m = 0.06, kCylinderHeight_m = 0.04;
+constexpr double kCylinderRadius_m = 0.06, kCylinderHeight_m = 0.04;
 
 std::vector<char> held_below(const Points& nodes, double z_m) {
   std::vector<char> is_held;
   for (Eigen::Index n = 0; n < nodes.rows(); ++n) is_held.push_back(nodes(n, 2) < z_m);
   return is_held;
-}
-
-// A square block bent to a disc with its top in z = 0: straight inside, round at the rim.
-TetMesh disc(int across, int layers) {
-  TetMesh mesh = fem::structured_block(Vec3(2, 2, 1), {across, across, layers});
-  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
-    const double x = mesh.nodes(n, 0) - 1, y = mesh.nodes(n, 1) - 1;
-    const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
-    const double pull = 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
-    mesh.nodes.row(n) << kCylinderFace_m * pull * x, kCylinderFace_m * pull * y,
-        kCylinderHeight_m * (mesh.nodes(n, 2) - 1);
-  }
-  return mesh;
 }
 
 }  // namespace
@@ -48,9 +35,9 @@ FemCase fem_block(double poisson, double friction, std::array<int, 3> cells) {
 
 FemCase fem_cylinder(double poisson, double friction) {
   FemCase out;
-  out.setup.volume = disc(6, 3);
+  out.setup.volume = fem::structured_cylinder(kCylinderRadius_m, kCylinderHeight_m, 6, 3);
   out.setup.is_held = held_below(out.setup.volume.nodes, -0.9999 * kCylinderHeight_m);
-  const TetMesh finer = disc(36, 3);
+  const TetMesh finer = fem::structured_cylinder(kCylinderRadius_m, kCylinderHeight_m, 36, 3);
   out.setup.surface = {finer.nodes, fem::boundary_triangles(finer.tets)};
   out.setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
   out.setup.probe = fem::sphere_spec(kRadius_m, friction);

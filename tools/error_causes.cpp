@@ -57,7 +57,8 @@ NamedError cause(const std::string& name, const Reference& reference,
 }  // namespace
 
 std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     double depth_m, int jobs) {
+                                     const std::vector<Followed>& engine, double depth_m,
+                                     int jobs) {
   const HeldOut& held_out = reference.held_out;
   const FittedCurves own = own_curves(asset, reference.own, 1, jobs);
   const FittedCurves finer = own_curves(asset, reference.own, 2, jobs);
@@ -65,7 +66,6 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
   for (std::size_t point = 0; point < own.status.size(); ++point)
     is_known.push_back(own.status[point] != FitStatus::failed &&
                        finer.status[point] != FitStatus::failed);
-  const auto engine = follow_paths(asset, held_out, depth_m);
   const auto with_own = follow_with_own(asset, held_out, own, depth_m);
   const auto with_finer = follow_with_own(asset, held_out, finer, depth_m);
   const auto nudged = follow_paths(SubstitutedAsset::nudged(asset, 1).view(), held_out, depth_m);
@@ -111,15 +111,14 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
   return baselines;
 }
 
-std::vector<NamedError> errors_by_path(const runtime::AssetView& asset, const Reference& reference,
-                                       double depth_m) {
-  const auto followed = follow_paths(asset, reference.held_out, depth_m);
+std::vector<NamedError> errors_by_path(const Reference& reference,
+                                       const std::vector<Followed>& engine) {
   std::vector<NamedError> errors;
   for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind) {
     std::vector<ComparedRow> rows;
     for (const PathRow& at : good_rows(reference.paths))
       if (static_cast<std::size_t>(reference.held_out.kind[at.path]) == kind)
-        rows.push_back({at.force_N, force_at(followed, at), at.error_N});
+        rows.push_back({at.force_N, force_at(engine, at), at.error_N});
     if (!rows.empty()) errors.push_back(named_error(std::string(kPathKindNames[kind]), rows));
   }
   return errors;

@@ -4,6 +4,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/runtime/view.hpp"
+#include "tools/follow_paths.hpp"
 #include "tools/reference.hpp"
 #include "tools/statement.hpp"
 
@@ -13,8 +14,9 @@ namespace palpate::tools {
 /// interpolation, curve_fit, curve_family, friction_law and float_precision.
 /// reference.own must hold presses and drags at the held-out points. Paths at points whose own
 /// curves failed are left out.
+/// engine: the asset's answers along the reference's paths.
 std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     double depth_m, int jobs);
+                                     const std::vector<Followed>& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
 /// error: nearest_point (no interpolation; only where curves and model are given),
@@ -23,8 +25,8 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
                                         double depth_m, double first_m, const FittedCurves* curves,
                                         const Model* model);
 
-/// Errors of the asset by kind of path, in the order of kPathKindNames.
-std::vector<NamedError> errors_by_path(const runtime::AssetView& asset, const Reference& reference,
-                                       double depth_m);
+/// Errors of answers along the reference's paths by kind of path, in the order of kPathKindNames.
+std::vector<NamedError> errors_by_path(const Reference& reference,
+                                       const std::vector<Followed>& engine);
 
 }  // namespace palpate::tools

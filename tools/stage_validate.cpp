@@ -57,8 +57,9 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   Statement statement = summarize(rows);
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
-  statement.by_path = errors_by_path(asset, reference, depth_m);
-  if (request.has_causes) statement.causes = error_causes(asset, reference, depth_m, request.jobs);
+  statement.by_path = errors_by_path(reference, engine);
+  if (request.has_causes)
+    statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
   statement.baselines =
       baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.press_steps,
                       request.curves, request.model);

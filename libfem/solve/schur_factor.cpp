@@ -23,6 +23,8 @@ void spotrs_(const char* uplo, const int* n, const int* right_sides, const float
 namespace palpate::fem {
 namespace {
 
+constexpr double kMostSprings = 1e6;  // in the largest stiffness of a contact node
+
 void use_one_thread() {
   if (openblas_set_num_threads) openblas_set_num_threads(1);
   if (omp_set_max_active_levels) omp_set_max_active_levels(0);
@@ -54,8 +56,10 @@ struct SchurFactor::State {
     }
     // Without the probe the body may not be stable: springs then stand in for it.
     Eigen::MatrixXd held = frontal.schur;
-    for (double springs = 0.03; !factor_dense(held); springs *= 10)
+    for (double springs = 0.03; !factor_dense(held); springs *= 10) {
+      if (!(springs < kMostSprings)) return false;  // not a number somewhere
       held.diagonal().array() += springs * frontal.schur.diagonal().cwiseAbs().maxCoeff();
+    }
     return true;
   }
 

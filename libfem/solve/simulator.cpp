@@ -144,7 +144,7 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
                             probe.contact_reach_m(depth) - radius});
     };
     if (ring > 0 && way.from == way.to) {
-      add_ring(way.from);
+      if (grade.path.empty()) add_ring(way.from);  // a press begins every script; once is enough
       continue;
     }
     add(way.from, way.to);

@@ -95,7 +95,7 @@ Outcome reach(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise) {
     const double here = way - done < 1.25 * step ? way - done : step;
     const Vec3 goal =
         done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
-    const bool may_fall = walker.falls || here <= 1.3 * kFallingStep * whole_step;
+    const bool may_fall = walker.falls || here <= 1.25 * kFallingStep * whole_step;
     const Outcome outcome = try_step(walk, walker, goal, must_rise, may_fall);
     if (outcome.status == RowStatus::good) {
       done += here;

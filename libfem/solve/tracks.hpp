@@ -36,7 +36,8 @@ RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_r
 /// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
 /// body with the penalty's overlap given back (method, 10), zero unless the status is good or
 /// no_contact. penalty_shift_N: what giving back has changed; penalty_error_N: what may be left of
-/// it. solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`.
+/// it. solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`,
+/// or that a good one `falls`.
 struct TrackRow {
   RowStatus status = RowStatus::not_reached;
   RowDoubt doubt = RowDoubt::none;

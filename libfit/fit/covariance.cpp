@@ -40,9 +40,9 @@ Groups rotate(const PointData& point, const PointCurves& curves, const Linearise
 // psi and psi' of the loss at a standardised residual.
 std::array<double, 2> influence(FitLoss loss, double z) {
   const double size = std::abs(z);
-  if (loss == FitLoss::huber && size > 3) return {std::copysign(3.0, z), 0};
+  if (loss == FitLoss::huber && size > kHuberKnee) return {std::copysign(kHuberKnee, z), 0};
   if (loss == FitLoss::cauchy) {
-    const double q = z * z / 6.25;  // the knee is at 2.5
+    const double q = z * z / (kCauchyKnee * kCauchyKnee);
     return {z / (1 + q), (1 - q) / ((1 + q) * (1 + q))};
   }
   return {z, 1};

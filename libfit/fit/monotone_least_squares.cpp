@@ -145,7 +145,7 @@ namespace {
 // Reweighting needs loss'(s) / 2s, which for Huber is knee/s and for Cauchy 1 / (1 + z^2).
 double reweight(FitLoss loss, double size, double scale) {
   if (loss == FitLoss::squared || !(scale > 0)) return 1;
-  const double z = size / ((loss == FitLoss::huber ? 3 : 2.5) * scale);
+  const double z = size / ((loss == FitLoss::huber ? kHuberKnee : kCauchyKnee) * scale);
   return loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
 }
 

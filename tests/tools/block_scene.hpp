@@ -2,8 +2,12 @@
 
 // A small block that is quick to simulate, as files that the program reads.
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <string>
+
+#include "tests/tools/command_line.hpp"
 
 namespace palpate::tools::testing_support {
 
@@ -67,5 +71,20 @@ inline std::string block_off(int cells) {
   return "OFF\n" + std::to_string(count) + " " + std::to_string(triangles) + " 0\n" + vertices +
          faces;
 }
+
+// The scene in a folder of its own, and `palpate run` on it.
+class BlockRun : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene = folder.write("scene.toml", kScene);
+    folder.write("block.off", block_off(8));
+  }
+  Outcome run(const std::string& out, const std::string& options = "") {
+    return palpate(folder,
+                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
+  }
+  Folder folder;
+  fs::path scene;
+};
 
 }  // namespace palpate::tools::testing_support

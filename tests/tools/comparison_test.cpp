@@ -175,7 +175,8 @@ Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
 
 TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose) {
   const Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  for (const NamedError& error : errors_by_path(body.asset, reference, kRange.depth_m))
+  const auto engine = follow_paths(body.asset, held_out, kRange.depth_m);
+  for (const NamedError& error : errors_by_path(reference, engine))
     EXPECT_EQ(error.p95_N, 0) << error.name;
   const auto baselines =
       baseline_errors(body.asset, reference, kRange.depth_m, 0.001, nullptr, nullptr);

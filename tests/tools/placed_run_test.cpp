@@ -12,19 +12,7 @@ namespace {
 
 using namespace testing_support;
 
-class PlacedRun : public testing::Test {
- protected:
-  void SetUp() override {
-    scene = folder.write("scene.toml", kScene);
-    folder.write("block.off", block_off(8));
-  }
-  Outcome run(const std::string& out, const std::string& options = "") {
-    return palpate(folder,
-                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
-  }
-  Folder folder;
-  fs::path scene;
-};
+class PlacedRun : public BlockRun {};
 
 // The scene's budget leaves room for two rounds of four; a tolerance of 0 spends it.
 std::string automatic_scene(int budget) {

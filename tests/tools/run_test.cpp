@@ -16,19 +16,7 @@ namespace {
 
 using namespace testing_support;
 
-class Run : public testing::Test {
- protected:
-  void SetUp() override {
-    scene = folder.write("scene.toml", kScene);
-    folder.write("block.off", block_off(8));
-  }
-  Outcome run(const std::string& out, const std::string& options = "") {
-    return palpate(folder,
-                   "run " + scene.string() + " -o " + (folder / out).string() + " " + options);
-  }
-  Folder folder;
-  fs::path scene;
-};
+class Run : public BlockRun {};
 
 const char* const kFiles[] = {"body.h5",    "samples.h5",    "curves.h5",     "model.h5",
                               "asset.palp", "stiffness.vtu", "validation.csv"};

@@ -221,12 +221,10 @@ SimulationSetup dome(double span_m, double rise_m, double thickness_m) {
   for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n) {
     const double x = setup.volume.nodes(n, 0) - 1, y = setup.volume.nodes(n, 1) - 1;
     const double z = setup.volume.nodes(n, 2);
-    const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
-    const double pull = 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
-    const double r = 0.5 * span_m * pull * away, lift = std::sqrt(radius * radius - r * r) - radius;
-    const double scale = away > 0 ? r / away : 0;
+    const double scale = 0.5 * span_m * square_to_disc(x, y), r = scale * std::hypot(x, y);
+    const double lift = std::sqrt(radius * radius - r * r) - radius;
     setup.volume.nodes.row(n) << scale * x, scale * y, z + lift;
-    setup.is_held.push_back(ring > 1 - 1e-9 && z < 1e-9);
+    setup.is_held.push_back(std::max(std::abs(x), std::abs(y)) > 1 - 1e-9 && z < 1e-9);
   }
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.probe = sphere_spec(0.005);

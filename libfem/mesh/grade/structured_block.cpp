@@ -1,6 +1,8 @@
 #include "libfem/mesh/grade/structured_block.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "libfit/core/error.hpp"
@@ -49,6 +51,22 @@ TetMesh structured_block(const Vec3& size_m, const std::array<int, 3>& cells) {
           if (edges.determinant() < 0) std::swap(corner[2], corner[3]);
           mesh.tets.row(row++) << corner[0], corner[1], corner[2], corner[3];
         }
+  return mesh;
+}
+
+double square_to_disc(double x, double y) {
+  const double ring = std::max(std::abs(x), std::abs(y)), away = std::hypot(x, y);
+  return 1 - ring * ring + ring * ring * (away > 0 ? ring / away : 1);
+}
+
+TetMesh structured_cylinder(double radius_m, double height_m, int across, int layers) {
+  TetMesh mesh = structured_block(Vec3(2, 2, 1), {across, across, layers});
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
+    const double x = mesh.nodes(n, 0) - 1, y = mesh.nodes(n, 1) - 1;
+    const double pull = square_to_disc(x, y);
+    mesh.nodes.row(n) << radius_m * pull * x, radius_m * pull * y,
+        height_m * (mesh.nodes(n, 2) - 1);
+  }
   return mesh;
 }
 

@@ -36,6 +36,8 @@ void compare(const std::string& case_id, SimulationSetup setup, const std::vecto
                             pressed.force_N(row), "N", error, pressed.cpu_s);
     EXPECT_EQ(pressed.result.rows[row].status, RowStatus::good);
     EXPECT_LT(std::abs(error), allowed) << case_id << " at " << 1e3 * at.depth_m << " mm";
+    EXPECT_LT(std::abs(error) * at.force_N, pressed.result.rows[row].force_error)
+        << case_id << " at " << 1e3 * at.depth_m << " mm is outside its own bound";
   }
 }
 
