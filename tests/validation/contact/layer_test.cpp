@@ -17,9 +17,10 @@ struct Exact {
 };
 
 /// Presses once to the deepest of `exact` and compares each; depths are multiples of half the
-/// first. allowed: relative error of the force.
+/// first. allowed: relative error of the force. nonlinearity [1/m]: what finite strain adds to the
+/// force, relative per depth, which an exact linear layer does not have.
 void compare(const std::string& case_id, SimulationSetup setup, const std::vector<Exact>& exact,
-             double allowed) {
+             double allowed, double nonlinearity = 0) {
   setup.options.twin_ratio = SolverOptions{}.twin_ratio;  // as shipped
   const double step = exact.front().depth_m / 2, deepest = exact.back().depth_m;
   const int steps = static_cast<int>(std::lround(deepest / step));
@@ -36,16 +37,19 @@ void compare(const std::string& case_id, SimulationSetup setup, const std::vecto
                             pressed.force_N(row), "N", error, pressed.cpu_s);
     EXPECT_EQ(pressed.result.rows[row].status, RowStatus::good);
     EXPECT_LT(std::abs(error), allowed) << case_id << " at " << 1e3 * at.depth_m << " mm";
-    EXPECT_LT(std::abs(error) * at.force_N, pressed.result.rows[row].force_error)
+    EXPECT_LT(std::abs(error) * at.force_N,
+              pressed.result.rows[row].force_error + nonlinearity * at.depth_m * at.force_N)
         << case_id << " at " << 1e3 * at.depth_m << " mm is outside its own bound";
   }
 }
 
-/// Forces of a ball of 10 mm at 0.05, 0.1 and 0.25 mm.
+/// Forces of a ball of 10 mm at 0.05, 0.1 and 0.25 mm. Finite strain is 1.4 % at the last (ball of
+/// 100 mm below, Poisson 0.3).
 void ball(double poisson, const std::array<double, 3>& force_N) {
   compare("SPH/linear/nu" + std::to_string(poisson).substr(0, 4),
           layer_setup(poisson, sphere_spec(0.01)),
-          {{0.05e-3, force_N[0]}, {0.10e-3, force_N[1]}, {0.25e-3, force_N[2]}}, 0.02);
+          {{0.05e-3, force_N[0]}, {0.10e-3, force_N[1]}, {0.25e-3, force_N[2]}}, 0.02,
+          0.014 / 0.25e-3);
 }
 
 // SPH/linear of the reference cases, F_sphere_layer; default options.
