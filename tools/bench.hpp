@@ -13,6 +13,7 @@ struct BenchRequest {
   std::filesystem::path folder;  ///< where its tables and pictures go; made when missing
   int jobs = 0;
   std::string part = {};  ///< of a benchmark that has parts; empty: all of them
+  std::filesystem::path samples = {};  ///< of a benchmark that fits some
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };
 
@@ -32,5 +33,6 @@ void bench_fem(const BenchRequest& request);
 void bench_peers(const BenchRequest& request);
 void bench_refine(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
+void bench_curves(const BenchRequest& request);
 
 }  // namespace palpate::tools

@@ -21,6 +21,8 @@ constexpr std::array kBenchmarks{
               bench_refine},
     Benchmark{"fit", "curves per second by rows and test points, beside plain least squares",
               bench_fit},
+    Benchmark{"curves", "error of rows held out against pieces, degree, bytes and time",
+              bench_curves},
 };
 
 std::string names() {
@@ -38,6 +40,7 @@ class Bench final : public Command {
     arguments.option("-o,--output", folder_, "folder for tables and pictures");
     arguments.option("--jobs", jobs_, "threads, where the benchmark has any; 0: all cores");
     arguments.option("--part", part_, "of a benchmark that has parts, such as fem: this one alone");
+    arguments.option("--samples", samples_, "samples.h5, for curves");
     arguments.flag("--quick", is_quick_, "smaller sizes, for a look");
   }
 
@@ -48,12 +51,12 @@ class Bench final : public Command {
       throw Error("bench", "there is no benchmark called " + name_,
                   "Choose one of: " + names() + ".");
     std::filesystem::create_directories(folder_);
-    row->run({folder_, jobs_, part_, is_quick_});
+    row->run({folder_, jobs_, part_, samples_, is_quick_});
     return kDone;
   }
 
  private:
-  std::string name_, folder_ = "docs/bench", part_;
+  std::string name_, folder_ = "docs/bench", part_, samples_;
   int jobs_ = 0;
   bool is_quick_ = false;
 };

@@ -5,10 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
 #include "libfit/core/error.hpp"
+#include "libfit/refine/nearest_triangle.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -17,6 +19,7 @@ constexpr int kPressRows = 6;    // of a straight or oblique press
 constexpr int kSlidingRows = 9;  // the last two thirds slide
 constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
 constexpr double kBeyond = 0.5;  // of the drag, past where it began
+constexpr int kMostTurns = 32;   // directions tried for a slide that stays where one can reach
 
 // std::uniform_real_distribution may differ between libraries; this does not.
 class Uniform {
@@ -57,6 +60,24 @@ ReachableArea reachable_area(const Body& body) {
   return area;
 }
 
+// Whether the contact point stays reachable when it follows a tip this way from there.
+class Reach {
+ public:
+  explicit Reach(const Body& body) : body_(body), tree_(body.surface) {}
+  bool holds(const Vec3& place) const {
+    const auto hit = tree_.nearest(place, std::numeric_limits<double>::infinity(),
+                                   [](std::int32_t, const TrianglePoint&) { return true; });
+    const auto corner = body_.surface.triangles.row(hit->triangle);
+    for (int k = 0; k < 3; ++k)
+      if (!body_.is_reachable[static_cast<std::size_t>(corner[k])]) return false;
+    return true;
+  }
+
+ private:
+  const Body& body_;
+  TriangleTree tree_;
+};
+
 Vec3 tangent_of(const Vec3& normal, double angle_rad) {
   const Vec3 first = normal.unitOrthogonal();
   return std::cos(angle_rad) * first + std::sin(angle_rad) * normal.cross(first);
@@ -91,12 +112,29 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
   return rows;
 }
 
-Points draw_path(PathKind kind, const Vec3& normal, const HeldOutRange& range, Uniform& uniform) {
-  const Vec3 tangent = tangent_of(normal, uniform(0, 2 * std::numbers::pi));
+// Beyond the region no test point answers: a slide that ends there compares nothing. The angle is
+// turned until the contact point, wherever it goes, can be reached; left as drawn if it never can.
+Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3& position,
+                  const Vec3& normal, double angle_rad, const Reach& reach) {
+  double least = 0, most = 0;
+  for (const auto& [depth, travel] : rows)
+    least = std::min(least, travel), most = std::max(most, travel);
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    const Vec3 tangent = tangent_of(normal, angle_rad + 2 * std::numbers::pi * turn / kMostTurns);
+    if (reach.holds(position + least * tangent) && reach.holds(position + most * tangent))
+      return tangent;
+  }
+  return tangent_of(normal, angle_rad);
+}
+
+Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal,
+                 const HeldOutRange& range, const Reach& reach, Uniform& uniform) {
+  const double angle_rad = uniform(0, 2 * std::numbers::pi);
   const double depth = range.depth_m * uniform(0.5, 0.95);
   const double slope = std::tan(uniform(20, 45) * std::numbers::pi / 180);
   const double drag = range.drag_distance_m * uniform(0.5, 1);
   const auto rows = depth_and_travel(kind, depth, slope, drag);
+  const Vec3 tangent = direction_of(rows, position, normal, angle_rad, reach);
   Points path(static_cast<Eigen::Index>(rows.size()), 3);
   for (std::size_t k = 0; k < rows.size(); ++k)
     path.row(static_cast<Eigen::Index>(k)) = rows[k].first * normal + rows[k].second * tangent;
@@ -107,6 +145,7 @@ Points draw_path(PathKind kind, const Vec3& normal, const HeldOutRange& range, U
 
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
   const ReachableArea area = reachable_area(body);
+  const Reach reach(body);
   const Points outward = vertex_normals(body.surface);
   Uniform uniform(seed);
   HeldOut out;
@@ -130,7 +169,7 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
     out.kind.push_back(static_cast<PathKind>(i % static_cast<int>(kPathKindNames.size())));
-    out.paths.push_back({i, draw_path(out.kind.back(), normal, range, uniform)});
+    out.paths.push_back({i, draw_path(out.kind.back(), position, normal, range, reach, uniform)});
   }
   return out;
 }

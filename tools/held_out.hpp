@@ -28,7 +28,8 @@ struct HeldOutRange {
 };
 
 /// Contact points uniform by area over triangles whose three vertices are reachable, each with one
-/// path in a random tangential direction: a straight press; an oblique one, 20 to 45 degrees off
+/// path in a random tangential direction, turned on where the contact point would leave what can be
+/// reached: a straight press; an oblique one, 20 to 45 degrees off
 /// the normal; a press that goes on while it slides; a press dragged there and back beyond where it
 /// began. Seeded, and nothing but the body counts: every asset of a body meets the same ones.
 /// Throws Error when no triangle is reachable.

@@ -27,7 +27,7 @@ std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& sam
 
 std::vector<ComparedRow> predicted_rows(const Samples& samples, std::int32_t point,
                                         const CurveSet& curves, Eigen::Index row) {
-  const fit::Bases bases(curves.basis, curves.lean_basis);
+  const fit::Bases bases(curves.basis, curves.lean_basis, curves.is_coupled);
   Mat3 gradient = Mat3::Zero();
   if (samples.point_normal_gradient.rows() != 0)
     for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = samples.point_normal_gradient(point, i);

@@ -49,7 +49,7 @@ Parts make_parts(const Model& model, const ExportOptions& options) {
                   "Fit with fewer pieces.");
     parts.table[kind] = table_of(basis);
   }
-  if (model.curves.family() == CurveFamily::leaning)
+  if (leans(model.curves.family()))
     parts.table[runtime::kLean] = table_of(model.curves.lean_basis);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
@@ -59,8 +59,9 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
-  header.version = runtime::kVersion;
-  header.flags = options.has_guard ? runtime::kFlagGuard : 0;
+  header.version = model.curves.is_coupled ? 3 : 2;  // the oldest engine that can replay it
+  header.flags = (options.has_guard ? runtime::kFlagGuard : 0) |
+                 (model.curves.is_coupled ? runtime::kFlagCoupled : 0);
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
@@ -71,7 +72,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
     header.degree[kind] = model.curves.basis[kind].degree;
     header.pieces[kind] = model.curves.basis[kind].pieces();
   }
-  if (model.curves.family() == CurveFamily::leaning) {
+  if (leans(model.curves.family())) {
     header.degree[runtime::kLean] = model.curves.lean_basis.degree;
     header.pieces[runtime::kLean] = model.curves.lean_basis.pieces();
   }

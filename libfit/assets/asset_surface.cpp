@@ -81,7 +81,7 @@ void check_controls(const Model& model) {
 
 void check_lean(const Model& model) {
   const Controls& lean = model.curves.lean;
-  const bool leans = model.curves.family() == CurveFamily::leaning;
+  const bool leans = palpate::leans(model.curves.family());
   if (lean.cols() != (leans ? 3 * model.curves.lean_basis.size() : 0) ||
       (leans && lean.rows() != model.surface.vertices.rows()))
     throw Error("model", "its lean does not match its basis",

@@ -25,15 +25,28 @@ using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 /// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
 /// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a
-/// tool pressed to dz would go if nothing held it sideways.
-enum class CurveFamily : std::int8_t { separable = 0, leaning = 1 };
+/// tool pressed to dz would go if nothing held it sideways. coupled: Z(dz) + G(dz) R(dr) with the
+/// root of the depth for G, 1 at the last knot of the normal curve, where f^r is R'.
+enum class CurveFamily : std::int8_t {
+  separable = 0,
+  leaning = 1,
+  coupled = 2,
+  coupled_leaning = 3,
+};
+constexpr bool leans(CurveFamily family) { return (static_cast<int>(family) & 1) != 0; }
+constexpr bool is_coupled(CurveFamily family) { return (static_cast<int>(family) & 2) != 0; }
+constexpr CurveFamily family_of(bool leans, bool is_coupled) {
+  return static_cast<CurveFamily>((leans ? 1 : 0) + (is_coupled ? 2 : 0));
+}
 struct CurveFamilyName {
   CurveFamily family;
   std::string_view name;
 };
-inline constexpr std::array<CurveFamilyName, 2> kCurveFamilyNames{{
+inline constexpr std::array<CurveFamilyName, 4> kCurveFamilyNames{{
     {CurveFamily::separable, "separable"},
     {CurveFamily::leaning, "leaning"},
+    {CurveFamily::coupled, "coupled"},
+    {CurveFamily::coupled_leaning, "coupled-leaning"},
 }};
 
 /// Curves of many points on bases shared by the body.
@@ -44,10 +57,11 @@ struct CurveSet {
   /// in float32, nearly tangential. No knots and no columns in the separable family.
   CurveBasis lean_basis{2, {}};
   Controls lean;
+  bool is_coupled = false;
 
   Eigen::Index points() const { return control[0].rows(); }
   CurveFamily family() const {
-    return lean_basis.knots_m.empty() ? CurveFamily::separable : CurveFamily::leaning;
+    return family_of(!lean_basis.knots_m.empty(), is_coupled);
   }
 };
 

@@ -8,7 +8,7 @@ namespace palpate::fit {
 namespace {
 
 constexpr std::size_t kMostPoints = 24;
-constexpr double kWorthIt = 0.9;         // of the separable family's held-out error
+constexpr double kWorthIt = 0.9;         // of the held-out error of the family before
 constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
 
 // The point with the rows of one parity weightless.
@@ -41,42 +41,44 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
-FamilyEvidence judge(const BodyData& body, const std::vector<PointRows>& rows,
-                     const BodyBases& bases, CurveFamily family, const FitOptions& options) {
-  const Bases plain(bases.plain, bases.lean_plain);
+}  // namespace
+
+FamilyEvidence judge(const BodyData& body, const FamilySetting& setting, CurveFamily family,
+                     const FitOptions& options) {
+  BodyBases bases = setting.bases;
+  if (!leans(family)) bases.lean_plain.knots_m.clear();
+  const Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
   std::vector<double> errors;
   const std::size_t stride = (body.points.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t p = 0; p < body.points.size(); p += std::max<std::size_t>(stride, 1)) {
     if (!body.points[p].problem.empty()) continue;
     for (const std::size_t parity : {0U, 1U}) {
       const PointData seen = without_rows(body.points[p], parity);
-      const PointCurves curves = identify(seen, rows[p], bases, plain, options);
+      const PointCurves curves = identify(seen, setting.rows[p], bases, plain, options);
       if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
     }
   }
   return {family, median(errors), quantile(errors, 0.95)};
 }
 
-}  // namespace
-
-FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
-                           const BodyBases& bases, const FitOptions& options) {
-  BodyBases separable_bases = bases;
-  separable_bases.lean_plain.knots_m.clear();
-  const FamilyEvidence separable =
-      judge(body, rows, separable_bases, CurveFamily::separable, options);
-  FamilyReport report{CurveFamily::separable, {separable}, {}};
-  if (separable.p95_error <= options.tolerance) {
-    report.reason =
-        "its held-out error of " + percent(separable.p95_error) + " (p95) is within the tolerance";
-    return report;
+FamilyReport choose_family(const BodyData& body, const std::array<FamilySetting, 2>& by_coupling,
+                           const FitOptions& options) {
+  FamilyReport report;
+  FamilyEvidence best;
+  std::string tried;
+  for (const CurveFamilyName& row : kCurveFamilyNames) {
+    const FamilyEvidence found =
+        judge(body, by_coupling[is_coupled(row.family) ? 1 : 0], row.family, options);
+    const bool is_better = found.p95_error < kWorthIt * best.p95_error &&
+                           found.median_error <= best.median_error;
+    if (report.evidence.empty() || is_better) best = found;
+    report.evidence.push_back(found);
+    tried += (tried.empty() ? "" : "; ") + std::string(row.name) + " " +
+             percent(found.median_error) + ", " + percent(found.p95_error);
+    if (best.p95_error <= options.tolerance) break;
   }
-  const FamilyEvidence leaning = judge(body, rows, bases, CurveFamily::leaning, options);
-  report.evidence.push_back(leaning);
-  if (leaning.p95_error < kWorthIt * separable.p95_error) report.family = CurveFamily::leaning;
-  report.reason = "held-out error, median and p95, separable " + percent(separable.median_error) +
-                  ", " + percent(separable.p95_error) + "; leaning " +
-                  percent(leaning.median_error) + ", " + percent(leaning.p95_error);
+  report.family = best.family;
+  report.reason = "held-out error, median and p95: " + tried;
   return report;
 }
 

@@ -4,12 +4,22 @@
 
 namespace palpate::fit {
 
-/// Which family describes the body, judged by rows that the curves did not see: every other row of
-/// each experiment is held out in turn, its path still replayed. `leaning` is taken when separable
-/// curves miss the tolerance and its held-out error is lower by a tenth ("model only what a scene
-/// needs"). Work: two fits in each family of at most 24 points, evenly taken.
-/// bases: with the lean's basis in both units.
-FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
-                           const BodyBases& bases, const FitOptions& options);
+/// What the points of a body are fitted with when it is coupled or not; bases with the lean's in
+/// both units.
+struct FamilySetting {
+  std::vector<PointRows> rows;
+  BodyBases bases;
+};
+
+/// Relative error of rows that the curves did not see: every other row of each experiment is held
+/// out in turn, its path still replayed. At most 24 points, evenly taken.
+FamilyEvidence judge(const BodyData& body, const FamilySetting& setting, CurveFamily family,
+                     const FitOptions& options);
+
+/// Which family describes the body, by judge(). From separable on, a
+/// family is taken when those before it miss the tolerance, its p95 is lower by a tenth and its
+/// median no higher ("model only what a scene needs"). by_coupling: uncoupled, coupled.
+FamilyReport choose_family(const BodyData& body, const std::array<FamilySetting, 2>& by_coupling,
+                           const FitOptions& options);
 
 }  // namespace palpate::fit

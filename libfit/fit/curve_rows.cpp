@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "libfit/runtime/slide.hpp"
+
 namespace palpate::fit {
 namespace {
 
@@ -94,7 +96,8 @@ void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, d
   if (normal_force > kFirmForce)
     out.largest_friction =
         std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
-  if (dr > 1e-6 * point.depth) out.curve[1].push_back({dr, force, e.weight[i], 0});
+  if (dr > 1e-6 * point.depth) 
+    out.curve[1].push_back({dr, force, e.weight[i], 0, depth_of(point, e.deflection[i])});
 }
 
 // The contact point has followed by `slid`: the row in the frame it has there.
@@ -144,6 +147,15 @@ PointRows curve_rows(const PointData& point) {
       if (depth_of(point, e.deflection[i]) > kContactDepth) add_stick_row(point, e, i, 0, 0, out);
   }
   return out;
+}
+
+PointRows coupled_rows(PointRows rows, double coupling_depth) {
+  for (CurveRow& row : rows.curve[1]) {
+    const double gain = runtime::gain_at(coupling_depth, row.depth).value;
+    row.f /= gain;
+    row.weight *= gain;
+  }
+  return rows;
 }
 
 int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share) {

@@ -68,19 +68,6 @@ void check(const FitOptions& o) {
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
-// The family asked for or, by evidence, the one the body needs; bases of the other lose their lean.
-FamilyReport settle_family(const fit::BodyData& body, const std::vector<fit::PointRows>& rows,
-                           const FitOptions& options, BodyBases& bases) {
-  const FamilyReport report =
-      options.family ? FamilyReport{*options.family, {}, "as asked"}
-                     : fit::choose_family(body, rows, bases, options);
-  if (report.family == CurveFamily::separable) {
-    bases.lean_plain.knots_m.clear();
-    bases.lean_si.knots_m.clear();
-  }
-  return report;
-}
-
 BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& rows,
                      const FitOptions& options) {
   BodyBases bases;
@@ -119,6 +106,34 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
   }
 }
 
+// The family asked for or, by evidence, the one the body needs; rows and bases are left as it has
+// them.
+FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
+                           std::vector<fit::PointRows>& rows, BodyBases& bases) {
+  std::array<fit::FamilySetting, 2> by_coupling;
+  if (!options.family || is_coupled(*options.family)) {
+    for (const fit::PointRows& point : rows)
+      by_coupling[1].rows.push_back(
+          fit::coupled_rows(point, bases.plain[0].knots_m.back()));
+    by_coupling[1].bases = make_bases(body, by_coupling[1].rows, options);
+    by_coupling[1].bases.is_coupled = true;
+  }
+  by_coupling[0] = {std::move(rows), std::move(bases)};
+  FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
+                                       : fit::choose_family(body, by_coupling, options);
+  if (options.family && options.judges_family)
+    report.evidence.push_back(fit::judge(body, by_coupling[is_coupled(report.family) ? 1 : 0],
+                                         report.family, options));
+  fit::FamilySetting& chosen = by_coupling[is_coupled(report.family) ? 1 : 0];
+  rows = std::move(chosen.rows);
+  bases = std::move(chosen.bases);
+  if (!leans(report.family)) {
+    bases.lean_plain.knots_m.clear();
+    bases.lean_si.knots_m.clear();
+  }
+  return report;
+}
+
 // Rows of an earlier fit by what they were fitted from.
 std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
   std::map<std::string, Eigen::Index> row;
@@ -145,7 +160,8 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
                                     const std::vector<fit::PointRows>& rows,
                                     const BodyBases& bases, const FitOptions& options,
                                     const Progress& progress) {
-  const fit::Bases plain(bases.plain, bases.lean_plain), si(bases.si, bases.lean_si);
+  const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
+  const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled);
   const auto earlier = earlier_points(options.warm_start);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
@@ -184,6 +200,7 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
     out.curves.control[kind].resize(points, bases.si[kind].size());
     out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
   }
+  out.curves.is_coupled = bases.is_coupled;
   out.curves.lean_basis = bases.lean_si;
   if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
@@ -294,7 +311,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
-  const FamilyReport family = settle_family(body, rows, options, bases);
+  const FamilyReport family = settle_family(body, options, rows, bases);
   const auto results = fit_points(samples, body, rows, bases, options, progress);
   FittedCurves fitted = collect(samples, body, bases, results);
   if (report != nullptr) {

@@ -41,6 +41,7 @@ inline constexpr std::array<SensorPartName, 3> kSensorPartNames{{
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
+  bool judges_family = false;  ///< a family that was asked for gets its evidence, too
   int degree = 3;  ///< of every curve, 1 to 4
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
   std::array<int, kCurveKinds> pieces{0, 0, 0};
@@ -95,7 +96,8 @@ struct FamilyEvidence {
 /// Why the body got its family.
 struct FamilyReport {
   CurveFamily family = CurveFamily::separable;
-  std::vector<FamilyEvidence> evidence;  ///< of the families tried; empty when the user chose
+  /// Of the families tried; of one that was asked for where FitOptions::judges_family.
+  std::vector<FamilyEvidence> evidence;
   std::string reason;
 };
 

@@ -52,7 +52,8 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
 
 PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
-  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain, options);
+  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain,
+                                    bases.is_coupled, options);
   if (!curves.problem.empty()) return curves;
   solve_point(point, plain, options, curves);
   if (!curves.is_identified[2])  // made up from f^z, which may have moved

@@ -15,6 +15,7 @@ namespace palpate::fit {
 struct BodyBases {
   std::array<CurveBasis, kCurveKinds> plain, si;
   CurveBasis lean_plain{2, {}}, lean_si{2, {}};
+  bool is_coupled = false;
   std::array<BasisReport, kCurveKinds> report;
 };
 

@@ -11,9 +11,10 @@
 namespace palpate::fit {
 
 /// The bases as tables, with the views the engine's templates take. lean: without knots where the
-/// body does not lean. Not copyable: views point into the tables.
+/// body does not lean. A coupled body's gain is 1 at the last knot of the normal basis. Not copyable: views point into the tables.
 struct Bases {
-  explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {});
+  explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {},
+                 bool is_coupled = false);
   Bases(const Bases&) = delete;
   Bases& operator=(const Bases&) = delete;
 
@@ -24,11 +25,13 @@ struct Bases {
   runtime::CurveViews views;
 };
 
-inline Bases::Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean) {
+inline Bases::Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean,
+                    bool is_coupled) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     tables[kind] = tabulate(basis[kind]);
     views.view[kind] = view(tables[kind]);
   }
+  if (is_coupled) views.coupling_depth_m = basis[0].knots_m.back();
   if (lean.knots_m.empty()) return;
   lean_table = tabulate(lean);
   views.lean = view(lean_table);

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "libfit/fit/words.hpp"
+#include "libfit/runtime/slide.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -141,7 +142,7 @@ double deflection_at(const SplineTables& tables, const Eigen::VectorXd& incremen
 
 // The lean that gives presses the lateral force they have, by linear least squares.
 void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBasis& basis,
-                PointCurves& out) {
+                double coupling_depth, PointCurves& out) {
   const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
   const auto tangents = tangents_of(point.inward);
   const Eigen::Index n = basis.size() - 1;
@@ -153,7 +154,10 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
       const double depth = depth_of(point, e.deflection[i]);
       const Vec3 force = lateral_of(point, e.force[i]);
       if (!(depth > 0 && force.norm() > 0)) continue;
-      const double away = deflection_at(lateral_tables, out.increments[1], force.norm(), depth);
+      const double gain =
+          coupling_depth > 0 ? runtime::gain_at(coupling_depth, depth).value : 1.0;
+      const double away =
+          deflection_at(lateral_tables, out.increments[1], force.norm() / gain, depth);
       // d l / d control values, from those by increments.
       const Eigen::VectorXd by_increment = increment_weights(view(tables), depth);
       Eigen::VectorXd w = by_increment;
@@ -172,14 +176,15 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
 
 PointCurves start_values(const PointData& point, const PointRows& rows,
                          const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         const FitOptions& options) {
+                         bool is_coupled, const FitOptions& options) {
   PointCurves out;
   out.sensor.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  if (!lean.knots_m.empty()) start_lean(point, bases[1], lean, out);
+  if (!lean.knots_m.empty()) 
+    start_lean(point, bases[1], lean, is_coupled ? bases[0].knots_m.back() : 0, out);
   return out;
 }
 

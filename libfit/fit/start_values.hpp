@@ -29,9 +29,10 @@ struct PointCurves {
 };
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
-/// curves no row speaks of. lean: basis of the lean, without knots in the separable family.
+/// curves no row speaks of. lean: basis of the lean, without knots where the body
+/// does not lean. is_coupled: rows are coupled_rows of the last normal knot.
 PointCurves start_values(const PointData& point, const PointRows& rows,
                          const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         const FitOptions& options);
+                         bool is_coupled, const FitOptions& options);
 
 }  // namespace palpate::fit

@@ -92,7 +92,8 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.basis[k] = read_basis(reader, group_of(kind));
     curves.control[k] = read_controls(reader, group_of(kind), "N", points, curves.basis[k].size());
   }
-  if (family == CurveFamily::separable) return curves;
+  curves.is_coupled = is_coupled(family);
+  if (!leans(family)) return curves;
   const std::string group(kLeanGroup);
   curves.lean_basis = read_basis(reader, group);
   curves.lean = read_controls(reader, group, "m", points, 3 * curves.lean_basis.size());
@@ -106,7 +107,7 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
     const auto k = static_cast<std::size_t>(kind);
     write_curves_of(writer, group_of(kind), "N", curves.basis[k], curves.control[k]);
   }
-  if (curves.family() == CurveFamily::leaning)
+  if (leans(curves.family()))
     write_curves_of(writer, std::string(kLeanGroup), "m", curves.lean_basis, curves.lean);
 }
 
@@ -119,7 +120,7 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
     check_columns(complain, name, curves.control[k], curves.basis[k].size());
     check_controls(complain, name, curves.control[k]);
   }
-  if (curves.family() == CurveFamily::separable) return;
+  if (!leans(curves.family())) return;
   const std::string group(kLeanGroup), name = group + "/controls";
   check_basis(complain, group, curves.lean_basis);
   check_rows(complain, name, curves.lean.rows(), points);

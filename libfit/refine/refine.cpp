@@ -21,7 +21,7 @@ void check(const FittedCurves& curves, const Surface& fine, const std::vector<ch
     refuse("the curves' columns differ in length");
   for (const Controls& control : curves.curves.control)
     if (control.rows() != points) refuse("the curves' columns differ in length");
-  if (curves.curves.family() == CurveFamily::leaning && curves.curves.lean.rows() != points)
+  if (leans(curves.curves.family()) && curves.curves.lean.rows() != points)
     refuse("the curves' columns differ in length");
   if (static_cast<Eigen::Index>(is_reachable.size()) != fine.vertices.rows())
     refuse("the body's columns differ in length");
@@ -70,6 +70,7 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   for (std::size_t k = 0; k < model.curves.control.size(); ++k)
     model.curves.control[k] = blend_controls(curves.curves.control[k], blend);
   model.curves.lean_basis = curves.curves.lean_basis;
+  model.curves.is_coupled = curves.curves.is_coupled;
   model.curves.lean = blend_controls(curves.curves.lean, blend);
   for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)
     model.is_covered.push_back(blend.weight.row(v).sum() > 0);

@@ -24,9 +24,10 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
   std::memcpy(&header, bytes, sizeof(Header));
   if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
   if (header.endian_mark != kEndianMark) return Status::other_endianness;
-  if (header.version != kVersion) return Status::other_version;
+  if (header.version < kOldestVersion || header.version > kVersion) return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
+  if ((header.flags & ~known_flags(header.version)) != 0) return Status::layout_wrong;
   std::uint64_t offset[kSections];
   if (lay_out(header, offset) != header.file_bytes) return Status::layout_wrong;
   for (int section = 0; section < kSections; ++section)

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), version 2. Little-endian or big-endian as the writer's machine;
+// The bytes of an asset (.palp), versions 2 and 3. Little-endian or big-endian as the writer's machine;
 // the mark tells. A header, then the sections of `Section` in order, each beginning at the next
 // multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is allowed.
 
@@ -12,10 +12,17 @@
 namespace palpate {
 namespace runtime {
 
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kOldestVersion = 2;
+constexpr std::uint32_t kVersion = 3;  ///< 3 adds kFlagCoupled; the rest is written as version 2
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagGuard = 1;    ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagCoupled = 2;  ///< lateral curves times G(dz / last normal knot)
+
+/// The flags that a version has.
+inline std::uint32_t known_flags(std::uint32_t version) noexcept {
+  return version < 3 ? kFlagGuard : kFlagGuard | kFlagCoupled;
+}
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
 constexpr std::int32_t kMaxVertices = 1 << 26;

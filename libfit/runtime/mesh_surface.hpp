@@ -118,34 +118,13 @@ struct MeshPath {
   }
 };
 
-/// Area under one curve of a spot from 0 to x [J], exact; 0 for x <= 0.
-inline double energy_at(const CurveViews& views, const MeshSpot<double>& spot, int curve,
-                        double x) noexcept {
-  if (!(x > 0)) return 0;
-  const SplineView& view = views.view[curve];
-  const int piece = find_piece(view, x), first = first_control(view, piece);
-  const int order = view.degree + 1;
-  const double t = x - view.knots[piece];
-  const double* whole = view.integrals + piece * view.size();
-  const double* c = view.weights + piece * order * order;
-  double sum[4] = {0, 0, 0, 0};  // four at a time: one chain of additions would wait for each
-  int j = 0;
-  for (; j + 4 <= first; j += 4)
-    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + spot.control(curve, j + i) * whole[j + i];
-  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
-  double last = 0;
-  for (int k = 0; k < order; ++k, c += order)
-    last = last +
-           spot.control(curve, first + k) * (whole[first + k] + basis_integral(c, order, t) * t);
-  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + last;
-}
-
 /// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
 /// polynomials.
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Deflection<double>& d) noexcept {
+  const double lateral_J = energy_at(views, spot, kLateral, d.lateral_m);
   return energy_at(views, spot, kNormal, d.normal_m) +
-         energy_at(views, spot, kLateral, d.lateral_m);
+         (views.coupling_depth_m > 0 ? d.gain.value * lateral_J : lateral_J);
 }
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Vec3d& x) noexcept {

@@ -38,8 +38,27 @@ constexpr double kInside =
 /// The bases of the three curves and of the lean, shared by the body.
 struct CurveViews {
   SplineView view[kCurves];
-  SplineView lean;  ///< of l(dz); no pieces: the body does not lean
+  SplineView lean;             ///< of l(dz); no pieces: the body does not lean
+  double coupling_depth_m = 0; ///< the depth at which G is 1; 0: G is 1 everywhere
 };
+
+// e bounds the slope at 500 / D; a tool that lifts off while it slides keeps a lateral deflection
+// of the order of L' D sqrt(e) / f^r', so a smaller e is a smaller pop (below a millinewton here).
+constexpr double kGainOffset = 1e-6, kGainRoot = 1e-3;  ///< e and its root, see gain_at
+constexpr double kGainSpan = 0.999000499999875;         ///< sqrt(1 + e) - sqrt(e)
+
+/// G = (sqrt(dz/D + e) - sqrt(e)) / (sqrt(1 + e) - sqrt(e)) and dG/d(dz) at dz > 0: the root of the
+/// depth, as a ball's contact radius grows, with a slope at zero (docs/method.md, M3c).
+template <class T>
+struct Gain {
+  T value, slope;
+};
+template <class T>
+Gain<T> gain_at(double coupling_depth_m, const T& depth_m) noexcept {
+  using std::sqrt;
+  const T root = sqrt(depth_m * (1.0 / coupling_depth_m) + kGainOffset);
+  return {(root - kGainRoot) * (1.0 / kGainSpan), (0.5 / (kGainSpan * coupling_depth_m)) / root};
+}
 
 /// A tool's deflection in the frame of its contact point.
 template <class T>
@@ -48,6 +67,7 @@ struct Deflection {
   T lateral_m;      ///< dr >= 0, from where the body leans to; exactly 0 below kLateralZero_m
   Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
   T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
+  Gain<T> gain;     ///< G(dz) [1] of a coupled body, 0 where dz <= 0; else not read
 };
 
 /// l and dl/d(dz) of a spot.
@@ -73,7 +93,9 @@ template <class T, class Spot>
 Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
   const Vec3<T> delta = x - spot.point;
-  Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}, T(0)};
+  Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}, T(0), {T(0), T(0)}};
+  if (views.coupling_depth_m > 0 && value_of(out.normal_m) > 0)
+    out.gain = gain_at(views.coupling_depth_m, out.normal_m);
   Vec3<T> lateral = delta - spot.normal * out.normal_m;
   const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
   Vec3<T> slope{T(0), T(0), T(0)};
@@ -120,19 +142,50 @@ T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noe
   }
 }
 
-/// Gradient of Z(dz) + R(dr), force of the tool on the body [N] (docs/method.md, section 2):
-/// (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
-/// lateral_N: f^r(dr), where the caller knows it already.
+/// Area under one curve of a spot from 0 to x [J], exact; 0 for x <= 0.
+template <class T, class Spot>
+T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
+  if (!(value_of(x) > 0)) return T(0);
+  const SplineView& view = views.view[curve];
+  const int piece = find_piece(view, value_of(x)), first = first_control(view, piece);
+  const int order = view.degree + 1;
+  const T t = x - view.knots[piece];
+  const double* whole = view.integrals + piece * view.size();
+  const double* c = view.weights + piece * order * order;
+  T sum[4] = {T(0), T(0), T(0), T(0)};  // four at a time: one chain of sums would wait for each
+  int j = 0;
+  for (; j + 4 <= first; j += 4)
+    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + spot.control(curve, j + i) * whole[j + i];
+  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
+  T last = T(0);
+  for (int k = 0; k < order; ++k, c += order)
+    last = last +
+           spot.control(curve, first + k) * (basis_integral(c, order, t) * t + whole[first + k]);
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + last;
+}
+
+/// f^r(dr), times G(dz) where the body is coupled [N].
+template <class T, class Spot>
+T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+  const T force_N = curve_at(views, spot, kLateral, d.lateral_m);
+  return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
+}
+
+/// Gradient of Z(dz) + G(dz) R(dr), force of the tool on the body [N] (docs/method.md, section 2):
+/// (f^z + G' R - f u^r . dl/d(dz)) u + f u^r with f = G f^r; zero where dz <= 0.
+/// lateral_N: f, where the caller knows it already.
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
                  const T& lateral_N) noexcept {
   if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
+  T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
+  if (views.coupling_depth_m > 0)
+    normal_N = normal_N + d.gain.slope * energy_at(views, spot, kLateral, d.lateral_m);
   return spot.normal * normal_N + d.lateral * lateral_N;
 }
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  return response(views, spot, d, curve_at(views, spot, kLateral, d.lateral_m));
+  return response(views, spot, d, lateral_force(views, spot, d));
 }
 
 /// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless.
@@ -141,12 +194,12 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
   return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
 }
 
-/// What a slip brings to zero: f^r(dr) - L(dz) [N]; without lateral stiffness, dr itself (as N).
+/// What a slip brings to zero: G f^r(dr) - L(dz) [N]; without lateral stiffness, dr itself (as N).
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {
   if (frictionless) return d.lateral_m;
-  return curve_at(views, spot, kLateral, d.lateral_m) - curve_at(views, spot, kLimit, d.normal_m);
+  return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
 }
 
 template <class T, class Path>
@@ -161,15 +214,15 @@ template <class T, class Spot>
 struct Footing {
   Spot spot;
   Deflection<T> d;
-  T lateral_N;  ///< f^r(dr)
+  T lateral_N;  ///< f^r(dr), G f^r where coupled
 };
 template <class T, class Spot>
 Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   const Deflection<T> d = deflection(views, spot, x);
-  return {spot, d, curve_at(views, spot, kLateral, d.lateral_m)};
+  return {spot, d, lateral_force(views, spot, d)};
 }
 
-/// Whether the contact point cannot hold: f^r(dr) > L(dz).
+/// Whether the contact point cannot hold: G f^r(dr) > L(dz).
 template <class T, class Spot>
 bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
   if (!(value_of(foot.d.lateral_m) > 0)) return false;
@@ -234,7 +287,7 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 /// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
-/// Lets the contact point slide until f^r(dr) <= L(dz) for the tool at x [m].
+/// Lets the contact point slide until G f^r(dr) <= L(dz) for the tool at x [m].
 /// foot: the footing of surface.standing() at x, on entry and on return.
 /// A slip is made of straight segments: a new one begins where the path crosses into another
 /// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at

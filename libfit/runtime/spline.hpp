@@ -87,9 +87,10 @@ T basis_value(const double* c, int order, const T& t) noexcept {
 }
 
 /// Its integral from 0 to t, divided by t. The divisions by m + 1 are of constants.
-inline double basis_integral(const double* c, int order, double t) noexcept {
+template <class T>
+T basis_integral(const double* c, int order, const T& t) noexcept {
   constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
-  double part = c[order - 1] * kShare[order - 1];
+  T part = T(c[order - 1] * kShare[order - 1]);
   for (int m = order - 2; m >= 0; --m) part = part * t + c[m] * kShare[m];
   return part;
 }

@@ -85,6 +85,8 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     spline.integrals = spline.weights + rows * order * order;
     offset += spline.size();
   }
+  if ((h.flags & kFlagCoupled) != 0)
+    view.curves.coupling_depth_m = view.curves.view[kNormal].knots[h.pieces[kNormal]];
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

@@ -143,8 +143,8 @@ TEST_F(Damage, wrong_kind_and_version_are_named) {
   samples_error([](Tamper& t) { t.set_text("/", "schema", "palpate-soup"); });
   EXPECT_EQ(error_of([&] { schema_of(at("s.h5")); }),
             "s.h5: holds `palpate-soup`, which is unknown here");
-  EXPECT_EQ(curves_error([](Tamper& t) { t.set_text("/", "family", "coupled"); }),
-            "c.h5: curve family `coupled` is unknown to this version");
+  EXPECT_EQ(curves_error([](Tamper& t) { t.set_text("/", "family", "braided"); }),
+            "c.h5: curve family `braided` is unknown to this version");
 }
 
 TEST_F(Damage, missing_data_sets_are_named) {

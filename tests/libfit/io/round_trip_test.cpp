@@ -115,6 +115,16 @@ TEST_F(RoundTrip, a_lean_comes_back_bit_for_bit) {
             "d.h5:curves/lean/controls: row 1 does not start at 0");
 }
 
+TEST_F(RoundTrip, a_family_comes_back) {
+  for (const CurveFamilyName& row : kCurveFamilyNames) {
+    FittedCurves a = example_curves();
+    if (leans(row.family)) add_lean(a.curves, 15);
+    a.curves.is_coupled = is_coupled(row.family);
+    write_curves(at("c.h5"), a);
+    EXPECT_EQ(read_curves(at("c.h5")).curves.family(), row.family) << row.name;
+  }
+}
+
 TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   const FittedCurves a = example_curves();
   write_curves(at("c.h5"), a, kAttributes);
