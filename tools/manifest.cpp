@@ -189,8 +189,14 @@ void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
   s.compliance_m_N = table.number("compliance", s.compliance_m_N, 0, 1e3);
   if (table.has("force_limit"))
     s.force_limit_N = table.quantity("force_limit", Dimension::force, 0, 0, 1e9);
-  s.uses_retract = table.choice("use", s.uses_retract ? "retract" : "approach",
-                                {"approach", "retract"}) == "retract";
+  const auto use = table.choice("use",
+                                s.use == recordings::Use::approach  ? "approach"
+                                : s.use == recordings::Use::retract ? "retract"
+                                                                    : "mean",
+                                {"approach", "retract", "mean"});
+  s.use = use == "approach"  ? recordings::Use::approach
+          : use == "retract" ? recordings::Use::retract
+                             : recordings::Use::mean;
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
   if (table.has("plausible")) {
@@ -272,6 +278,7 @@ void complete(const SceneTable& table, Entry& entry) {
 }
 
 // The files of an entry: itself, or those that its pattern in the last component matches, sorted.
+// A summary that an import left there is none of them.
 std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
                                   const fs::path& folder) {
   if (file.find_first_of("*?") == std::string::npos) return {file};
@@ -280,7 +287,8 @@ std::vector<std::string> files_of(const SceneTable& table, const std::string& fi
   std::vector<std::string> files;
   std::error_code failure;
   for (const auto& entry : fs::directory_iterator(folder / parent, failure))
-    if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0)
+    if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0 &&
+        !entry.path().filename().string().ends_with(".import.csv"))
       files.push_back((parent / entry.path().filename()).string());
   if (files.empty())
     throw Error(table.where("file"), "no file matches \"" + file + "\"",

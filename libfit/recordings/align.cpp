@@ -82,17 +82,18 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   signal.force_N = picked(force_N, kept);
 }
 
-// Readings stuck at one value, on the far half of what an axis feels, with the tip moving
-// meanwhile: the near half holds the free part, where a coarse sensor may well stand still.
+// Readings stuck at the largest value of an axis with the tip moving meanwhile. A coarse sensor may
+// well stand still elsewhere.
 void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m,
                 std::vector<char>& is_saturated) {
   const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(),
                up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
-  const double sign = up >= down ? 1 : -1, half_N = std::max(up, down) / 2;
+  if (!(std::max(up, down) > 0)) return;
+  const double extreme_N = up >= down ? force.maxCoeff() : force.minCoeff();
   for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
     }
-    if (last - first < kStuckRows || sign * (force[first] - first_N) <= half_N) continue;
+    if (last - first < kStuckRows || force[first] != extreme_N) continue;
     const auto run = position_m.middleRows(first, last - first);
     if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
       std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);

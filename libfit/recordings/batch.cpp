@@ -13,7 +13,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kVersion = "import 1";  // raise when the same input gives other samples
+constexpr std::string_view kVersion = "import 3";  // raise when the same input gives other samples
 
 // The recordings of one file's content.
 void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string bytes,
@@ -90,7 +90,7 @@ std::string canonical(const BatchItem& item) {
   for (const double number :
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
         double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
-        s.compliance_m_N, s.force_limit_N, double(s.uses_retract), double(s.rows)})
+        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.rows)})
     put_number(number);
   for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
   return text;
