@@ -110,7 +110,7 @@ TEST(import, without_any_good_recording_the_old_file_stays) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("a.csv:1: is empty"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("b.csv: no such file"), std::string::npos) << outcome.err;
-  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+  EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
 TEST(import, unchanged_recordings_are_not_read_again) {
@@ -121,7 +121,7 @@ TEST(import, unchanged_recordings_are_not_read_again) {
   const std::string before = content_of(folder / "samples.h5");
   const Outcome again = palpate(folder, import_line(folder));
   EXPECT_NE(again.err.find("2 of 2 files are unchanged"), std::string::npos) << again.err;
-  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+  EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
 TEST(import, mistakes_in_the_manifest_name_line_and_column) {
