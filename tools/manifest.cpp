@@ -74,7 +74,8 @@ void read_columns(SceneTable table, importers::ColumnNames& names) {
       read_columns_of(table, "force", names.force, true);
   read_columns_of(table, "contact", names.contact, false),
       read_columns_of(table, "normal", names.normal, false);
-  read_columns_of(table, "desired", names.desired, false);
+  read_columns_of(table, "desired", names.desired, false),
+      read_columns_of(table, "torque", names.torque, true);
   table.finish();
 }
 
@@ -92,6 +93,7 @@ void read_units(SceneTable table, importers::UnitNames& units) {
   read_unit(table, "time", Dimension::time, units.time);
   read_unit(table, "position", Dimension::length, units.position);
   read_unit(table, "force", Dimension::force, units.force);
+  read_unit(table, "torque", Dimension::torque, units.torque);
   table.finish();
 }
 
@@ -160,6 +162,8 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
     importers::Cantilever cantilever;
     cantilever.stiffness_N_m = c.number("stiffness", 0, 1e-6, 1e6);
     cantilever.sensitivity_m = c.quantity("sensitivity", Dimension::length, 0, 0, 1);
+    cantilever.stiffness_deviation = c.number("stiffness_deviation", 0, 0, 1);
+    cantilever.sensitivity_deviation = c.number("sensitivity_deviation", 0, 0, 1);
     c.finish();
     read.cantilever = cantilever;
   }

@@ -35,13 +35,17 @@ double take_off_bias(Signal& signal, const Approach& way, const ContactEstimate&
   const double correlation = std::clamp(line.correlation, 0.0, 0.95);
   if (settings.drift == Drift::none) return correlation;
   const Eigen::VectorXd all = signal.travel_m();
-  for (int axis = 0; axis < 3; ++axis) {
-    const Line drift = fit_line(travel, signal.force_N.col(axis).segment(way.range.begin, free));
+  const auto take_off = [&](auto&& axis) {
+    const Eigen::VectorXd before = axis.segment(way.range.begin, free);
+    const Line drift = fit_line(travel, before);
     if (settings.drift == Drift::line)
-      signal.force_N.col(axis).array() -= drift.at_0 + drift.slope * all.array();
+      axis.array() -= drift.at_0 + drift.slope * all.array();
     else
-      signal.force_N.col(axis).array() -=
-          signal.force_N.col(axis).segment(way.range.begin, free).mean();
+      axis.array() -= before.mean();
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    take_off(signal.force_N.col(axis));
+    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
   }
   return correlation;
 }

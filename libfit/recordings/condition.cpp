@@ -75,6 +75,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
   out.name = raw.name, out.is_axial = raw.is_axial(), out.dropped_rows = raw.dropped_rows;
+  out.is_force_from_signal = raw.is_force_from_signal;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",

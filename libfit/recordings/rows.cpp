@@ -48,7 +48,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
       signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
 
   struct Mean {
-    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero();
+    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
     double count = 0;
     bool is_saturated = false;
   };
@@ -61,6 +61,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     Mean& mean = means[bin];
     mean.deflection += Vec3(signal.position_m.row(row)) - contact;
     mean.force += signal.force_N.row(row);
+    if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
     mean.count += 1;
     mean.is_saturated |= signal.is_saturated[static_cast<std::size_t>(row)] != 0;
   };
@@ -71,10 +72,12 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
   std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
   const auto rows = static_cast<Eigen::Index>(means.size());
   out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Mean& mean = means[static_cast<std::size_t>(i)];
     out.deflection_m.row(i) = mean.deflection / mean.count;
     out.force_N.row(i) = mean.force / mean.count;
+    if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
     const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
     out.error_N[i] = out.noise_N / std::sqrt(independent);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);

@@ -15,6 +15,7 @@ struct Signal {
   std::vector<double> time_s;  ///< N, or empty without a clock
   Points position_m;           ///< N x 3, the rig's compliance taken off
   Points force_N;              ///< N x 3, of the tip ON the body
+  Points torque_Nm{0, 3};      ///< N x 3 about the tip, likewise; or none
   Vec3 inward = Vec3::UnitX();
   std::vector<std::size_t> line;   ///< N, in the file
   std::vector<char> is_saturated;  ///< N

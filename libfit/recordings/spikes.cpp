@@ -7,12 +7,12 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr Eigen::Index kReach = 3;         // rows on either side that a reading is compared with
-constexpr double kSpikeInNoise = 6;        // 5 deviations of the difference: one in 2 million
-constexpr double kSpikeInSteps = 5;        // of the steps between its neighbours: not a peak
-constexpr double kSpikeShare = 0.02;       // of the force's range
-constexpr double kMostSpikes = 0.1;        // of the rows: more is no exception but the signal
-constexpr double kTail = 0.05;             // left out on both ends for the range
+constexpr Eigen::Index kReach = 3;    // rows on either side that a reading is compared with
+constexpr double kSpikeInNoise = 6;   // 5 deviations of the difference: one in 2 million
+constexpr double kSpikeInSteps = 5;   // of the steps between its neighbours: not a peak
+constexpr double kSpikeShare = 0.02;  // of the force's range
+constexpr double kMostSpikes = 0.1;   // of the rows: more is no exception but the signal
+constexpr double kTail = 0.05;        // left out on both ends for the range
 
 double middle_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -49,9 +49,8 @@ void find_spikes(const Eigen::VectorXd& force, std::vector<char>& is_spike) {
     std::sort(steps.begin(), steps.end());  // one or two of them may touch another spike
     const double off_before = force[i] - before, off_after = force[i] - after;
     is_spike[static_cast<std::size_t>(i)] |=
-        off_before * off_after > 0 &&
-        std::min(std::abs(off_before), std::abs(off_after)) >
-            std::max(least_N, kSpikeInSteps * steps[1]);
+        off_before * off_after > 0 && std::min(std::abs(off_before), std::abs(off_after)) >
+                                          std::max(least_N, kSpikeInSteps * steps[1]);
   }
 }
 
