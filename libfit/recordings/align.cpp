@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/recordings/scatter.hpp"
 #include "libfit/recordings/signal.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kLeastRows = 5;
-constexpr Eigen::Index kStuckRows = 5;      // equal readings in a row that chance does not make
+constexpr Eigen::Index kStuckRows = 5;  // equal readings in a row that chance does not make
+constexpr double kCoarse = 2e-3;        // of the force's range: a larger step is a coarse sensor
+constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
 constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
 
 std::string place(const std::string& file, std::size_t line) {
@@ -84,18 +87,19 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   if (torque_Nm.rows() > 0) signal.torque_Nm = picked(torque_Nm, kept);
 }
 
-// Readings stuck at the largest value of an axis with the tip moving meanwhile. A coarse sensor may
-// well stand still elsewhere.
+// Readings stuck at one value, on the far half of what an axis feels, with the tip moving
+// meanwhile: the near half holds the free part. A coarse sensor stands still on the way, too; of it
+// only its largest value counts.
 void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m,
                 std::vector<char>& is_saturated) {
   const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(),
                up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
-  if (!(std::max(up, down) > 0)) return;
-  const double extreme_N = up >= down ? force.maxCoeff() : force.minCoeff();
+  const double sign = up >= down ? 1 : -1, most_N = std::max(up, down);
+  const double least_N = (quantum_of(force) > kCoarse * most_N ? 1 - kExtremeShare : 0.5) * most_N;
   for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
     }
-    if (last - first < kStuckRows || force[first] != extreme_N) continue;
+    if (last - first < kStuckRows || sign * (force[first] - first_N) <= least_N) continue;
     const auto run = position_m.middleRows(first, last - first);
     if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
       std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);

@@ -117,6 +117,19 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   EXPECT_EQ(r.grade, Grade::fair);
 }
 
+// Once a limiter was believed only at the largest reading: noise just before it hid one in 10 000.
+TEST(signal, a_limiter_is_seen_though_a_reading_before_it_was_higher) {
+  auto raw = axial_press(400, 200);
+  const double limit_N = 0.6 * raw.push_N.back();
+  std::size_t first = 0;
+  while (raw.push_N[first] < limit_N) ++first;
+  for (double& push : raw.push_N) push = std::min(push, limit_N);
+  raw.push_N[first] = raw.push_N[first - 1] = 1.1 * limit_N;
+  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a", false);
+  EXPECT_EQ(r.status.back(), RowStatus::rejected);
+  EXPECT_EQ(r.status.front(), RowStatus::good);
+}
+
 TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
   Signal signal;
   signal.inward = Vec3(0, 0, -1);
