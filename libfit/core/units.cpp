@@ -13,7 +13,7 @@ struct UnitRow {
   double factor;
 };
 
-constexpr std::array<UnitRow, 24> kUnits{{
+constexpr std::array<UnitRow, 29> kUnits{{
     {"m", Dimension::length, 1},       {"dm", Dimension::length, 1e-1},
     {"cm", Dimension::length, 1e-2},   {"mm", Dimension::length, 1e-3},
     {"um", Dimension::length, 1e-6},   {"nm", Dimension::length, 1e-9},
@@ -25,6 +25,9 @@ constexpr std::array<UnitRow, 24> kUnits{{
     {"nN", Dimension::force, 1e-9},    {"gf", Dimension::force, 9.80665e-3},
     {"s", Dimension::time, 1},         {"ms", Dimension::time, 1e-3},
     {"us", Dimension::time, 1e-6},     {"min", Dimension::time, 60},
+    {"Nm", Dimension::torque, 1},      {"N m", Dimension::torque, 1},
+    {"N*m", Dimension::torque, 1},     {"Nmm", Dimension::torque, 1e-3},
+    {"mNm", Dimension::torque, 1e-3},
     {"rad", Dimension::angle, 1},      {"deg", Dimension::angle, 0.017453292519943295},
 }};
 
@@ -61,6 +64,7 @@ std::string_view dimension_name(Dimension dimension) {
     case Dimension::force: return "force";
     case Dimension::time: return "time";
     case Dimension::angle: return "angle";
+    case Dimension::torque: return "torque";
   }
   return "quantity";
 }

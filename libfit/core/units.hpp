@@ -13,6 +13,7 @@ enum class Dimension {
   force,     ///< N
   time,      ///< s
   angle,     ///< rad
+  torque,    ///< N m
 };
 
 inline constexpr double from_millimetres(double x) { return x * 1e-3; }

@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/recordings/scatter.hpp"
 #include "libfit/recordings/signal.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kLeastRows = 5;
-constexpr Eigen::Index kStuckRows = 5;      // equal readings in a row that chance does not make
+constexpr Eigen::Index kStuckRows = 5;  // equal readings in a row that chance does not make
+constexpr double kCoarse = 2e-3;        // of the force's range: a larger step is a coarse sensor
+constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
 constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
 
 std::string place(const std::string& file, std::size_t line) {
@@ -59,7 +62,8 @@ Points along_first_axis(const std::vector<double>& values) {
 }
 
 // Positions at the times of the force, where both clocks run.
-void interpolate(Signal& signal, const std::vector<double>& force_time_s, const Points& force_N) {
+void interpolate(Signal& signal, const std::vector<double>& force_time_s, const Points& force_N,
+                 const Points& torque_Nm) {
   const Signal before = signal;
   signal.time_s.clear(), signal.line.clear();
   std::vector<Eigen::Index> kept;
@@ -80,19 +84,22 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
   for (std::size_t i = 0; i < position.size(); ++i)
     signal.position_m.row(static_cast<Eigen::Index>(i)) = position[i];
   signal.force_N = picked(force_N, kept);
+  if (torque_Nm.rows() > 0) signal.torque_Nm = picked(torque_Nm, kept);
 }
 
 // Readings stuck at one value, on the far half of what an axis feels, with the tip moving
-// meanwhile: the near half holds the free part, where a coarse sensor may well stand still.
+// meanwhile: the near half holds the free part. A coarse sensor stands still on the way, too; of it
+// only its largest value counts.
 void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m,
                 std::vector<char>& is_saturated) {
   const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(),
                up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
-  const double sign = up >= down ? 1 : -1, half_N = std::max(up, down) / 2;
+  const double sign = up >= down ? 1 : -1, most_N = std::max(up, down);
+  const double least_N = (quantum_of(force) > kCoarse * most_N ? 1 - kExtremeShare : 0.5) * most_N;
   for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
     for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
     }
-    if (last - first < kStuckRows || sign * (force[first] - first_N) <= half_N) continue;
+    if (last - first < kStuckRows || sign * (force[first] - first_N) <= least_N) continue;
     const auto run = position_m.middleRows(first, last - first);
     if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
       std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);
@@ -130,6 +137,10 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
   signal.time_s = raw.time_s, signal.line = raw.line;
   signal.retract_begins = raw.retract_begins;
   Points force_N = raw.force_N.rows() > 0 ? raw.force_N : along_first_axis(raw.push_N);
+  Points torque_Nm = raw.torque_Nm;
+  if (torque_Nm.rows() > 0 && raw.is_axial())
+    throw Error(file, "has a torque of three axes and a depth of one",
+                "Name `position` columns, or leave the torque out.");
   const bool is_push_along_normal = raw.force_N.rows() == 0 && !raw.is_axial();
   if (signal.position_m.rows() == 0 || force_N.rows() == 0)
     throw Error(
@@ -159,22 +170,24 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
     signal.position_m = picked(signal.position_m, rows);
     signal.time_s = picked(signal.time_s, rows), signal.line = picked(signal.line, rows);
     if (!has_own_clock) force_N = picked(force_N, rows);
+    if (!has_own_clock && torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, rows);
     std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
     if (has_own_clock) {
       const auto force_rows = rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped);
       force_time_s = picked(force_time_s, force_rows), force_N = picked(force_N, force_rows);
+      if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
     }
     for (double& t : force_time_s) t -= settings.force_delay_s;
     check_rows(signal, file);
     if (has_own_clock || settings.force_delay_s != 0)
-      interpolate(signal, force_time_s, force_N);
+      interpolate(signal, force_time_s, force_N, torque_Nm);
     else
-      signal.force_N = std::move(force_N);
+      signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
   } else {
     if (settings.force_delay_s != 0)
       throw Error(file, "has no time, so a force delay cannot be taken off",
                   "Name the time column, or leave out `force_delay`.");
-    signal.force_N = std::move(force_N);
+    signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
   }
   check_rows(signal, file);
   mark_saturated(signal, settings.force_limit_N);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "libfit/recordings/cantilever_effect.hpp"
 #include "libfit/recordings/place.hpp"
 
 namespace palpate::recordings {
@@ -70,6 +71,7 @@ void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
     samples.deflection.middleRows(at, n) = part->deflection_m,
                                       samples.force.middleRows(at, n) = part->force_N;
     samples.force_error.segment(at, n) = part->error_N;
+    if (part->torque_Nm.rows() == n) samples.torque.middleRows(at, n) = part->torque_Nm;
     at += n;
   }
 }
@@ -159,6 +161,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     const auto notes = compare_rates(first.point, experiments[p], candidates, items);
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
+  const auto notes = cantilever_notes(items, candidates);
+  out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   fill_numbers(parts, samples);
   samples.recordings = provenance(items, results, candidates);
   out.outcomes = outcomes_of(items, results, candidates);

@@ -1,8 +1,10 @@
 #include "libfit/recordings/batch.hpp"
 
+#include <sys/stat.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <ctime>
 #include <mutex>
 
 #include "libfit/io/content_hash.hpp"
@@ -13,7 +15,9 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kVersion = "import 1";  // raise when the same input gives other samples
+constexpr std::string_view kVersion = "import 5";  // raise when the same input gives other samples
+
+constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
 
 // The recordings of one file's content.
 void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string bytes,
@@ -27,17 +31,49 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string
         condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
 }
 
+// What decides an item's result but for the content of its file.
+ContentHash settings_of(const BatchItem& item, const Mat3& body_from_rig) {
+  ContentHash hash;
+  hash.add(kVersion).add(canonical(item));
+  for (int k = 0; k < 9; ++k) hash.add(to_text(body_from_rig.data()[k]));
+  return hash;
+}
+
+// Settings, and what the system knows of the file: its change time cannot be set back. Empty for a
+// file that changed within the clock's tick, or cannot be seen.
+std::string look_of(const BatchItem& item, const ContentHash& settings) {
+  struct stat seen {};
+  timespec now{};
+  if (::stat(item.file.c_str(), &seen) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0 ||
+      now.tv_sec - seen.st_ctim.tv_sec < kTick_s)
+    return {};
+  ContentHash hash = settings;
+  for (const auto value :
+       {static_cast<std::int64_t>(seen.st_size), static_cast<std::int64_t>(seen.st_ino),
+        static_cast<std::int64_t>(seen.st_dev), static_cast<std::int64_t>(seen.st_ctim.tv_sec),
+        static_cast<std::int64_t>(seen.st_ctim.tv_nsec),
+        static_cast<std::int64_t>(seen.st_mtim.tv_sec),
+        static_cast<std::int64_t>(seen.st_mtim.tv_nsec)})
+    hash.add(std::to_string(value));
+  return hash.hex();
+}
+
 ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal& journal) {
   ItemResult result;
   std::string key;
+  const ContentHash settings = settings_of(item, body_from_rig);
+  const std::string look = look_of(item, settings);
+  if (!look.empty())
+    if (const ItemResult* kept = journal.find_look(look)) return *kept;
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.most_bytes);
     result.hash = content_hash(bytes);
-    ContentHash both;
-    both.add(kVersion).add(result.hash).add(canonical(item));
-    for (int k = 0; k < 9; ++k) both.add(to_text(body_from_rig.data()[k]));
-    key = both.hex();
-    if (const ItemResult* kept = journal.find(key)) return *kept;
+    key = ContentHash(settings).add(result.hash).hex();
+    if (const ItemResult* kept = journal.find(key)) {
+      result = *kept;
+      if (!look.empty()) journal.add(key, look, result);  // not read next time
+      return result;
+    }
     condition_all(item, body_from_rig, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
@@ -54,7 +90,7 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
     key.clear();
   }
   result.is_done = true;
-  if (!key.empty()) journal.add(key, result);
+  if (!key.empty()) journal.add(key, look, result);
   return result;
 }
 
@@ -77,9 +113,10 @@ std::string canonical(const BatchItem& item) {
                                   &r.columns.retract_depth, &r.columns.retract_force})
     put(*name);
   for (const auto* axes : {&r.columns.position, &r.columns.force, &r.columns.contact,
-                           &r.columns.normal, &r.columns.desired})
+                           &r.columns.normal, &r.columns.desired, &r.columns.torque})
     put_all(*axes);
-  put(r.units.time), put(r.units.position), put(r.units.force), put(r.encoding), put(r.comment);
+  put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
+      put(r.encoding), put(r.comment);
   for (const double number :
        {double(r.is_force_on_tool), double(r.is_normal_outward), double(r.separator),
         double(r.decimal), double(r.drop_invalid), static_cast<double>(r.most_bytes),
@@ -90,7 +127,7 @@ std::string canonical(const BatchItem& item) {
   for (const double number :
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
         double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
-        s.compliance_m_N, s.force_limit_N, double(s.uses_retract), double(s.rows)})
+        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.rows)})
     put_number(number);
   for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
   return text;
@@ -116,6 +153,7 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
         },
         tbb::simple_partitioner());
   });
+  if (!progress.stopped()) journal.compact();
   return results;
 }
 

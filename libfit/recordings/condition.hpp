@@ -19,6 +19,7 @@ struct Conditioned {
   bool is_axial = false;          ///< deflection (depth, 0, 0), force (push, 0, 0)
   Points deflection_m{0, 3};      ///< R x 3 since first touch
   Points force_N{0, 3};           ///< R x 3, of the tip ON the body, bias taken off
+  Points torque_Nm{0, 3};         ///< R x 3, likewise; 0 rows where the recording has none
   Eigen::VectorXd error_N;        ///< R, of a row's force, from the noise before contact
   std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
@@ -35,6 +36,7 @@ struct Conditioned {
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
+  bool is_force_from_signal = false;  ///< of a cantilever
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal

@@ -5,121 +5,22 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/recordings/contact_curve.hpp"
+#include "libfit/recordings/power_profile.hpp"
+#include "libfit/recordings/scatter.hpp"
+
 namespace palpate::recordings {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Eigen::Index kLeastMeans = 5;
-constexpr int kScan = 64;                   // trial contact points before the minimum is refined
-constexpr int kRefinements = 26;            // golden sections: to 4e-6 of two trials
 constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
 constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
 constexpr double kGoodMisfit =
-    0.01;  // or residual over force: nearer no tissue follows a power law
+    0.01;                            // or residual over force: nearer no tissue follows a power law
+constexpr double kModelShare = 0.1;  // of what a line instead would move
 constexpr double kLeastForceInNoise = 12;  // below this a range says little about contact
 constexpr double kLeastForceInWaves = 4;   // likewise, of the scatter on the free part
-
-// push = bias + a max(travel - contact, 0)^exponent over the first means, fitted for each contact
-// point.
-class PowerProfile {
- public:
-  PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent)
-      : curve_(curve), means_(means), exponent_(exponent) {}
-
-  struct Fit {
-    double squares = kInfinity, bias_N = 0, amplitude = 0;
-  };
-
-  Fit at(double contact_m) const {
-    double n = 0, g1 = 0, g2 = 0, f1 = 0, fg = 0;
-    for (Eigen::Index i = 0; i < means_; ++i) {
-      const double w = curve_.count[i], g = basis(i, contact_m), f = curve_.push_N[i];
-      n += w, g1 += w * g, g2 += w * g * g, f1 += w * f, fg += w * f * g;
-    }
-    const double determinant = n * g2 - g1 * g1;
-    if (!(determinant > 1e-12 * n * g2)) return {};
-    Fit fit;
-    fit.amplitude = (n * fg - g1 * f1) / determinant;
-    fit.bias_N = (f1 - fit.amplitude * g1) / n;
-    if (!(fit.amplitude > 0)) return {};
-    fit.squares = 0;
-    for (Eigen::Index i = 0; i < means_; ++i)
-      fit.squares += curve_.count[i] * square(residual(i, contact_m, fit));
-    return fit;
-  }
-
-  double residual(Eigen::Index i, double contact_m, const Fit& fit) const {
-    return curve_.push_N[i] - fit.bias_N - fit.amplitude * basis(i, contact_m);
-  }
-
-  // Minimum over contact points from one range before the curve to its end.
-  double best_contact_m() const {
-    const double first = curve_.travel_m[0], last = curve_.travel_m[means_ - 1],
-                 range = last - first;
-    const double low = first - range, step = (last - low) / kScan;
-    int best = 0;
-    double least = kInfinity;
-    for (int k = 0; k < kScan; ++k)
-      if (const double squares = at(low + step * k).squares; squares < least)
-        least = squares, best = k;
-    double a = low + step * (best - 1), b = low + step * (best + 1);
-    constexpr double kGolden = 0.6180339887498949;
-    double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares,
-           at_d = at(d).squares;
-    for (int i = 0; i < kRefinements; ++i) {
-      if (at_c < at_d)
-        b = d, d = c, at_d = at_c, c = b - kGolden * (b - a), at_c = at(c).squares;
-      else
-        a = c, c = d, at_c = at_d, d = a + kGolden * (b - a), at_d = at(d).squares;
-    }
-    return (a + b) / 2;
-  }
-
-  double rms_N(double contact_m, const Fit& fit) const {
-    double sum = 0;
-    for (Eigen::Index i = 0; i < means_; ++i) sum += square(residual(i, contact_m, fit));
-    return std::sqrt(sum / static_cast<double>(means_));
-  }
-
-  // From the curvature of the profile; residuals that go together count as fewer.
-  double deviation_m(double contact_m, const Fit& fit) const {
-    const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
-    const double variance =
-        fit.squares / static_cast<double>(std::max<Eigen::Index>(1, means_ - 3));
-    double step = range / static_cast<double>(means_), rise = 0;
-    for (int i = 0; i < 8; ++i, step *= 1.6) {  // a step that the profile feels
-      rise = at(contact_m - step).squares + at(contact_m + step).squares - 2 * fit.squares;
-      if (std::isfinite(rise) && rise > 2 * variance) break;
-    }
-    if (!(rise > 0) || !std::isfinite(rise)) return range;
-    return std::min(
-        range, std::sqrt(2 * variance * step * step / rise * correlation_time(contact_m, fit)));
-  }
-
- private:
-  static double square(double x) { return x * x; }
-  double basis(Eigen::Index i, double contact_m) const {
-    const double depth = curve_.travel_m[i] - contact_m;
-    if (depth <= 0) return 0;
-    return exponent_ == 1.5 ? depth * std::sqrt(depth)
-           : exponent_ == 1 ? depth
-                            : std::pow(depth, exponent_);
-  }
-  // (1 + r) / (1 - r) of residuals with correlation r between neighbours.
-  double correlation_time(double contact_m, const Fit& fit) const {
-    double together = 0, alone = 0;
-    for (Eigen::Index i = 0; i < means_; ++i) {
-      alone += square(residual(i, contact_m, fit));
-      if (i > 0) together += residual(i, contact_m, fit) * residual(i - 1, contact_m, fit);
-    }
-    const double r = alone > 0 ? std::clamp(together / alone, 0.0, 0.95) : 0;
-    return (1 + r) / (1 - r);
-  }
-
-  const PressCurve& curve_;
-  Eigen::Index means_;
-  double exponent_;
-};
 
 // Means up to a share of the largest push over the first one.
 Eigen::Index means_up_to(const PressCurve& curve, double share) {
@@ -242,20 +143,28 @@ ContactEstimate by_ratio_of_variances(const PressCurve& curve, const SignalSetti
   return out;
 }
 
-// Hertz where the power law finds free travel, and the scatter of the estimators in its deviation.
-ContactEstimate by_all(const PressCurve& curve, const SignalSettings& settings) {
-  ContactEstimate hertz = by_hertz(curve, settings);
-  if (hertz.begins_in_contact) return hertz;
-  const ContactEstimate lines = by_two_lines(curve, settings);
-  if (!lines.begins_in_contact)
-    hertz.deviation_m = std::hypot(hertz.deviation_m, 0.1 * (lines.travel_m - hertz.travel_m));
-  return hertz;
+ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {
+  return contact_of_smooth_curve(curve);
 }
 
-constexpr std::array<ContactEstimator, 5> kEstimators{{
-    {"auto", "hertz; its deviation includes a tenth of what two-line would move it", by_all},
+// Where the tip is known its power law tells most; where not, the smooth curve alone is honest.
+ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings) {
+  const ContactEstimate hertz = by_hertz(curve, settings);
+  if (settings.radius_m > 0 || settings.tip != Tip::sphere) {
+    ContactEstimate out = hertz;
+    const ContactEstimate lines = by_two_lines(curve, settings);
+    out.deviation_m = std::hypot(out.deviation_m, kModelShare * (lines.travel_m - hertz.travel_m));
+    return out;
+  }
+  ContactEstimate smooth = by_smooth_curve(curve, settings);
+  smooth.amplitude = hertz.amplitude, smooth.bias_N = hertz.bias_N;
+  return smooth;
+}
+constexpr std::array<ContactEstimator, 6> kEstimators{{
+    {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
     {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
      by_hertz},
+    {"smooth-curve", "mean over all smooth curves from each contact point", by_smooth_curve},
     {"two-line", "flat, then a line: the same with exponent 1", by_two_lines},
     {"threshold", "first mean from which all are five deviations above the free push",
      by_threshold},
@@ -286,6 +195,7 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
     travel[b] += travel_m[i], push[b] += push_N[i], count[b] += 1;
   }
   PressCurve curve;
+  curve.quantum_N = quantum_of(push_N);
   const auto filled = static_cast<Eigen::Index>((count.array() > 0).count());
   curve.travel_m.resize(filled), curve.push_N.resize(filled), curve.count.resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {

@@ -11,7 +11,8 @@ namespace palpate::recordings {
 /// The way in as B means over equal steps of travel: B values each, travel increasing.
 struct PressCurve {
   Eigen::VectorXd travel_m, push_N, count;
-  double noise_N = 0;  ///< standard deviation of one mean, without contact
+  double noise_N = 0;    ///< standard deviation of one mean, without contact
+  double quantum_N = 0;  ///< step of a coarse sensor, whose readings repeat values; else 0
 };
 
 /// Where the tip touched first.

@@ -14,7 +14,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 1\n";  // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 3\n";  // raise with every change of an entry
 constexpr std::size_t kHashDigits = 16;
 constexpr std::uint64_t kMostCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
@@ -56,7 +56,8 @@ class Reader {
       std::memcpy(static_cast<void*>(&value), part.data(), sizeof value);
     return value;
   }
-  std::string text() { return std::string(take(count(1))); }
+  std::string_view view() { return take(count(1)); }
+  std::string text() { return std::string(view()); }
   template <class Matrix>
   void numbers(Matrix& values) {
     const auto rows =
@@ -89,6 +90,7 @@ class Reader {
 
 void write(Writer& w, const Conditioned& r) {
   w.text(r.name).plain(r.is_axial).numbers(r.deflection_m).numbers(r.force_N).numbers(r.error_N);
+  w.numbers(r.torque_Nm).plain(r.is_force_from_signal);
   w.plain<std::uint64_t>(r.status.size());
   for (const RowStatus status : r.status) w.plain(status);
   w.place(r.contact_m).place(r.inward);
@@ -107,6 +109,7 @@ Conditioned read_recording(Reader& in) {
   Conditioned r;
   r.name = in.text(), r.is_axial = in.plain<bool>();
   in.numbers(r.deflection_m), in.numbers(r.force_N), in.numbers(r.error_N);
+  in.numbers(r.torque_Nm), r.is_force_from_signal = in.plain<bool>();
   r.status.resize(in.count(1));
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
   r.contact_m = in.place(), r.inward = in.place();
@@ -121,9 +124,9 @@ Conditioned read_recording(Reader& in) {
   return r;
 }
 
-std::string entry_of(const std::string& key, const ItemResult& result) {
+std::string entry_of(const std::string& key, const std::string& look, const ItemResult& result) {
   Writer w;
-  w.text(key).text(result.hash).plain<char>(result.failure.has_value());
+  w.text(key).text(look).text(result.hash).plain<char>(result.failure.has_value());
   if (result.failure)
     w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
   w.plain<std::uint64_t>(result.recordings.size());
@@ -154,49 +157,66 @@ Error cannot_keep(const std::filesystem::path& path) {
 
 }  // namespace
 
-Journal::Journal(const std::filesystem::path& path) {
+Journal::Journal(const std::filesystem::path& path) : path_(path) {
   if (path.empty()) return;
-  std::size_t good_bytes = 0;
   if (std::error_code ignored; std::filesystem::exists(path, ignored)) {
     const std::string bytes = read_whole_file(path);
     if (bytes.starts_with(kMagic)) {
-      good_bytes = kMagic.size();
+      bytes_ = kMagic.size();
       while (true) {
-        Reader in(std::string_view(bytes).substr(good_bytes));
-        const std::string body = in.text();
-        const std::string hash(in.take(kHashDigits));
+        Reader in(std::string_view(bytes).substr(bytes_));
+        const std::string_view body = in.view();
+        const std::string_view hash = in.take(kHashDigits);
         if (in.is_bad || body.empty() || content_hash(body) != hash) break;
-        good_bytes += sizeof(std::uint64_t) + body.size() + kHashDigits;
+        const std::size_t length = sizeof(std::uint64_t) + body.size() + kHashDigits;
+        bytes_ += length;
         Reader entry(body);
-        const std::string key = entry.text();
-        ItemResult result = read_result(entry);
-        if (!entry.is_bad) kept_[key] = std::move(result);
+        const std::string key = entry.text(), look = entry.text();
+        Kept kept{read_result(entry), bytes_ - length, length, false};
+        if (entry.is_bad) continue;
+        if (!look.empty()) key_of_look_[look] = key;
+        kept_[key] = std::move(kept);
       }
     }
   }
   descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(good_bytes)) != 0 ||
+  if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(bytes_)) != 0 ||
       ::lseek(descriptor_, 0, SEEK_END) < 0)
     throw cannot_keep(path);
-  if (good_bytes == 0 && ::write(descriptor_, kMagic.data(), kMagic.size()) < 0)
-    throw cannot_keep(path);
+  if (bytes_ > 0) return;
+  if (::write(descriptor_, kMagic.data(), kMagic.size()) < 0) throw cannot_keep(path);
+  bytes_ = kMagic.size();
 }
 
 Journal::~Journal() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-const ItemResult* Journal::find(const std::string& key) const {
+const ItemResult* Journal::use(const std::string& key) {
   const auto found = kept_.find(key);
-  return found == kept_.end() ? nullptr : &found->second;
+  if (found == kept_.end()) return nullptr;
+  found->second.is_used = true;
+  return found->second.result.is_done ? &found->second.result : nullptr;
 }
 
-void Journal::add(const std::string& key, const ItemResult& result) {
-  if (descriptor_ < 0) return;
-  const std::string entry = entry_of(key, result);
+const ItemResult* Journal::find(const std::string& key) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  return use(key);
+}
+
+const ItemResult* Journal::find_look(const std::string& look) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = key_of_look_.find(look);
+  return found == key_of_look_.end() ? nullptr : use(found->second);
+}
+
+void Journal::add(const std::string& key, const std::string& look, const ItemResult& result) {
+  if (path_.empty()) return;
+  const std::string entry = entry_of(key, look, result);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  kept_[key] = {{}, bytes_, entry.size(), true};
   std::string_view rest = entry;
-  while (!rest.empty()) {
+  while (descriptor_ >= 0 && !rest.empty()) {
     const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
     // A full disk costs the journal, not the batch: what comes after a torn entry would be lost on
@@ -204,6 +224,20 @@ void Journal::add(const std::string& key, const ItemResult& result) {
     if (written < 0) return void(::close(std::exchange(descriptor_, -1)));
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
+  bytes_ += entry.size();
+}
+
+void Journal::compact() {
+  if (descriptor_ < 0) return;
+  std::size_t used = kMagic.size();
+  for (const auto& [key, kept] : kept_) used += kept.is_used ? kept.bytes : 0;
+  if (2 * used >= bytes_) return;
+  const std::string before = read_whole_file(path_);
+  std::string bytes(kMagic);
+  for (const auto& [key, kept] : kept_)
+    if (kept.is_used) bytes += before.substr(kept.offset, kept.bytes);
+  ::close(std::exchange(descriptor_, -1));
+  write_file_atomically(path_, bytes);
 }
 
 }  // namespace palpate::recordings

@@ -21,14 +21,30 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// The result kept under a key; nullptr when there is none.
-  const ItemResult* find(const std::string& key) const;
-  /// Appends; from any thread.
-  void add(const std::string& key, const ItemResult& result);
+  /// The result kept under a key, nullptr when there is none; from any thread.
+  const ItemResult* find(const std::string& key);
+  /// Likewise under what a file looks like from outside (`look`, not empty), so that it need not be
+  /// read to be known again.
+  const ItemResult* find_look(const std::string& look);
+  /// Appends; from any thread. look: empty where it says too little.
+  void add(const std::string& key, const std::string& look, const ItemResult& result);
+  /// Writes the journal anew with what was found or added alone, where more than half of it is
+  /// something else: settings and files of before. An interruption leaves the old one.
+  void compact();
 
  private:
-  std::unordered_map<std::string, ItemResult> kept_;
+  struct Kept {
+    ItemResult result;                  ///< not done where it was added by this batch
+    std::size_t offset = 0, bytes = 0;  ///< in the file
+    bool is_used = false;
+  };
+  const ItemResult* use(const std::string& key);
+
+  std::filesystem::path path_;
+  std::unordered_map<std::string, Kept> kept_;
+  std::unordered_map<std::string, std::string> key_of_look_;
   std::mutex mutex_;
+  std::size_t bytes_ = 0;
   int descriptor_ = -1;
 };
 

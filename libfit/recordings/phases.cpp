@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kTurnShare = 0.02;    // of the travel's range: less is noise or drift
 constexpr double kWindowShare = 0.02;  // of the rows, over which the speed is taken
+constexpr double kCycleSlack = 0.1;    // of the travel, by which cycles may differ
 constexpr double kHoldShare = 0.1;     // of the mean speed
 
 // Rows where the travel turns, by the usual zigzag rule; first and last row included.
@@ -30,6 +31,30 @@ std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double lea
     turns.push_back(highest);
   turns.push_back(travel.size() - 1);
   return turns;
+}
+
+std::vector<RowRange> runs_of(const std::vector<Phase>& phases, Phase phase) {
+  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const auto belongs = [&](Eigen::Index i) {  // a hold on the way does not end it
+    const Phase at = phases[static_cast<std::size_t>(i)];
+    return at == phase || at == Phase::hold;
+  };
+  std::vector<RowRange> runs;
+  for (Eigen::Index first = 0, last = 0; first < rows; first = std::max(last, first + 1)) {
+    for (last = first; last < rows && belongs(last); ++last) {
+    }
+    if (last - first >= 2) runs.push_back({first, last});
+  }
+  return runs;
+}
+
+// From its lowest row on to its highest.
+RowRange rising_part(const Eigen::VectorXd& travel, const RowRange& run) {
+  Eigen::Index low = 0, high = 0;
+  const auto part = travel.segment(run.begin, run.rows());
+  part.maxCoeff(&high);
+  part.head(high + 1).minCoeff(&low);
+  return {run.begin + low, run.begin + high + 1};
 }
 
 }  // namespace
@@ -71,25 +96,29 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
   const Eigen::VectorXd travel = signal.travel_m();
   RowRange best;
   double most_m = 0;
-  const auto rows = static_cast<Eigen::Index>(phases.size());
-  const auto is_in = [&](Eigen::Index i) {  // a hold on the way in does not end it
-    const Phase phase = phases[static_cast<std::size_t>(i)];
-    return phase == Phase::approach || phase == Phase::hold;
-  };
-  for (Eigen::Index first = 0, last = 0; first < rows; first = std::max(last, first + 1)) {
-    for (last = first; last < rows && is_in(last); ++last) {
-    }
-    if (last - first < 2) continue;
-    Eigen::Index low = 0, high = 0;
-    const auto part = travel.segment(first, last - first);
-    part.maxCoeff(&high);
-    part.head(high + 1).minCoeff(&low);
-    if (part[high] - part[low] > most_m) {
-      most_m = part[high] - part[low];
-      best = {first + low, first + high + 1};
-    }
+  for (const RowRange& run : runs_of(phases, Phase::approach)) {
+    const RowRange rising = rising_part(travel, run);
+    if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > most_m)
+      most_m = gain_m, best = rising;
   }
   return best;
+}
+
+std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
+                                  const RowRange& approach) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
+               slack_m = kCycleSlack * (high_m - low_m);
+  std::vector<RowRange> cycles;
+  for (const Phase phase : {Phase::approach, Phase::retract})
+    for (const RowRange& run : runs_of(phases, phase)) {
+      const auto part = travel.segment(run.begin, run.rows());
+      if (part.minCoeff() > low_m + slack_m || part.maxCoeff() < high_m - slack_m) continue;
+      if (phase == Phase::approach && run.begin <= approach.begin && approach.end <= run.end)
+        continue;  // itself
+      cycles.push_back(phase == Phase::approach ? rising_part(travel, run) : run);
+    }
+  return cycles;
 }
 
 RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const RowRange& approach) {

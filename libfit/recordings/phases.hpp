@@ -25,6 +25,11 @@ std::vector<Phase> find_phases(const Signal& signal);
 /// when there is none.
 RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases);
 
+/// The other approaches and the ways back that go at least 90 % as far as `approach` does, from
+/// where it begins to where it ends: cycles of one recording.
+std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
+                                  const RowRange& approach);
+
 /// The way back after it, to where the next approach begins; empty when there is none.
 RowRange retract_after(const Signal& signal, const std::vector<Phase>& phases,
                        const RowRange& approach);

@@ -31,6 +31,7 @@ void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candida
 struct Pooled {
   std::vector<std::size_t> member;           ///< candidates
   Points deflection_m{0, 3}, force_N{0, 3};  ///< in the body's frame
+  Points torque_Nm{0, 3};                    ///< likewise; 0 rows where unknown
   Eigen::VectorXd error_N;
   std::vector<RowStatus> status;
   double speed_m_s = 0;

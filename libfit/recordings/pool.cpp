@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "libfit/recordings/place.hpp"
 
@@ -20,6 +21,7 @@ Pooled alone(const std::vector<Candidate>& candidates, std::size_t member) {
   return {{member},
           turned(r.deflection_m, c.to_body),
           turned(r.force_N, c.to_body),
+          turned(r.torque_Nm, c.to_body),
           r.error_N,
           r.status,
           r.speed_m_s};
@@ -27,24 +29,34 @@ Pooled alone(const std::vector<Candidate>& candidates, std::size_t member) {
 
 Eigen::VectorXd depths(const Pooled& p, const Vec3& inward) { return p.deflection_m * inward; }
 
+struct At {
+  Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
+  double error_N = 0;
+};
+
+At row_of(const Pooled& p, Eigen::Index i) {
+  return {p.deflection_m.row(i), p.force_N.row(i),
+          p.torque_Nm.rows() > 0 ? Vec3(p.torque_Nm.row(i)) : Vec3(Vec3::Zero()), p.error_N[i]};
+}
+
 // Row values at a depth, linear between good rows and through the origin; nothing beyond the last.
-bool interpolate(const Pooled& p, const Eigen::VectorXd& depth_m, double at_m, Vec3& deflection,
-                 Vec3& force, double& error_N) {
+std::optional<At> interpolate(const Pooled& p, const Eigen::VectorXd& depth_m, double at_m) {
   double before_m = 0;
-  Vec3 d0 = Vec3::Zero(), f0 = Vec3::Zero();
+  At before;
   for (Eigen::Index i = 0; i < depth_m.size(); ++i) {
     if (p.status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
     if (depth_m[i] < at_m) {
-      before_m = depth_m[i], d0 = p.deflection_m.row(i), f0 = p.force_N.row(i);
+      before_m = depth_m[i], before = row_of(p, i);
       continue;
     }
     const double share = depth_m[i] > before_m ? (at_m - before_m) / (depth_m[i] - before_m) : 1;
-    deflection = (1 - share) * d0 + share * Vec3(p.deflection_m.row(i));
-    force = (1 - share) * f0 + share * Vec3(p.force_N.row(i));
-    error_N = p.error_N[i];
-    return true;
+    At at = row_of(p, i);
+    at.deflection = (1 - share) * before.deflection + share * at.deflection;
+    at.force = (1 - share) * before.force + share * at.force;
+    at.torque = (1 - share) * before.torque + share * at.torque;
+    return at;
   }
-  return false;
+  return std::nullopt;
 }
 
 // Means of presses at common depths, their scatter as error. Depths run as far as two of them
@@ -67,31 +79,35 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
   for (const Pooled& p : repeats)
     out.member.push_back(p.member[0]),
         out.speed_m_s += p.speed_m_s / static_cast<double>(repeats.size());
-  std::vector<Vec3> deflections, forces;
+  const bool has_torque = std::all_of(repeats.begin(), repeats.end(),
+                                      [](const Pooled& p) { return p.torque_Nm.rows() > 0; });
+  std::vector<Vec3> deflections, forces, torques;
   std::vector<double> errors;
   for (Eigen::Index i = 1; i <= rows; ++i) {
     const double at_m = reach[1] * static_cast<double>(i) / static_cast<double>(rows);
-    Vec3 d_sum = Vec3::Zero(), f_sum = Vec3::Zero();
+    Vec3 d_sum = Vec3::Zero(), f_sum = Vec3::Zero(), t_sum = Vec3::Zero();
     double squares = 0, own = 0;
     int n = 0;
     for (std::size_t k = 0; k < repeats.size(); ++k) {
-      Vec3 d, f;
-      double error_N = 0;
-      if (!interpolate(repeats[k], depth[k], at_m * (1 - 1e-12), d, f, error_N)) continue;
-      d_sum += d, f_sum += f, squares += f.squaredNorm(), own += error_N * error_N;
+      const auto at = interpolate(repeats[k], depth[k], at_m * (1 - 1e-12));
+      if (!at) continue;
+      d_sum += at->deflection, f_sum += at->force, t_sum += at->torque;
+      squares += at->force.squaredNorm(), own += at->error_N * at->error_N;
       ++n;
     }
     if (n < 2) continue;
     const Vec3 mean = f_sum / n;
-    deflections.push_back(d_sum / n), forces.push_back(mean);
+    deflections.push_back(d_sum / n), forces.push_back(mean), torques.push_back(t_sum / n);
     errors.push_back(
         std::sqrt(std::max(0.0, (squares - n * mean.squaredNorm()) / (n - 1)) + own / n));
   }
   const auto n = static_cast<Eigen::Index>(forces.size());
   out.deflection_m.resize(n, 3), out.force_N.resize(n, 3), out.error_N.resize(n);
+  out.torque_Nm.resize(has_torque ? n : 0, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)],
     out.force_N.row(i) = forces[static_cast<std::size_t>(i)];
+    if (has_torque) out.torque_Nm.row(i) = torques[static_cast<std::size_t>(i)];
     out.error_N[i] = errors[static_cast<std::size_t>(i)];
   }
   out.status.assign(static_cast<std::size_t>(n), RowStatus::good);
@@ -170,14 +186,12 @@ std::vector<std::string> compare_rates(const std::string& point,
     const Eigen::VectorXd slow_depth = depths(*slow, inward), fast_depth = depths(*fast, inward);
     double difference = 0, force = 0, error = 0;
     for (Eigen::Index i = 0; i < slow_depth.size(); ++i) {
-      Vec3 d, f;
-      double error_N = 0;
-      if (slow->status[static_cast<std::size_t>(i)] != RowStatus::good ||
-          !interpolate(*fast, fast_depth, slow_depth[i], d, f, error_N))
-        continue;
-      difference += (f - Vec3(slow->force_N.row(i))).dot(inward),
+      if (slow->status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
+      const auto at = interpolate(*fast, fast_depth, slow_depth[i]);
+      if (!at) continue;
+      difference += (at->force - Vec3(slow->force_N.row(i))).dot(inward),
           force += slow->force_N.row(i).norm();
-      error += std::hypot(error_N, slow->error_N[i]);
+      error += std::hypot(at->error_N, slow->error_N[i]);
     }
     if (std::abs(difference) > kSeenInErrors * error && std::abs(difference) > kLeastEffect * force)
       notes.push_back(

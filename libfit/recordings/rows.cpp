@@ -35,8 +35,9 @@ Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
   return end;
 }
 
-void take_rows(const Signal& signal, const RowRange& used, double contact_travel_m,
-               const SignalSettings& settings, double correlation, Conditioned& out) {
+void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
+               double contact_travel_m, const SignalSettings& settings, double correlation,
+               Conditioned& out) {
   const bool is_press = settings.kind == ExperimentKind::press;
   const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
   Eigen::Index touched = 0;
@@ -47,30 +48,36 @@ void take_rows(const Signal& signal, const RowRange& used, double contact_travel
       signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
 
   struct Mean {
-    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero();
+    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
     double count = 0;
     bool is_saturated = false;
   };
   std::vector<Mean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
-  for (Eigen::Index i = 0; i < used.rows(); ++i) {
-    if (!(at[i] > 0) || !(most > 0)) continue;
+  const auto add = [&](Eigen::Index row, double where) {
+    if (!(where > 0) || where > most || signal.is_spike[static_cast<std::size_t>(row)]) return;
     const auto bin =
         std::min(means.size() - 1,
-                 static_cast<std::size_t>(at[i] / most * static_cast<double>(means.size())));
+                 static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
     Mean& mean = means[bin];
-    const Eigen::Index row = used.begin + i;
     mean.deflection += Vec3(signal.position_m.row(row)) - contact;
     mean.force += signal.force_N.row(row);
+    if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
     mean.count += 1;
     mean.is_saturated |= signal.is_saturated[static_cast<std::size_t>(row)] != 0;
-  }
+  };
+  for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
+  for (const RowRange& other : more)
+    for (Eigen::Index row = other.begin; row < other.end; ++row)
+      add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
   std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
   const auto rows = static_cast<Eigen::Index>(means.size());
   out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Mean& mean = means[static_cast<std::size_t>(i)];
     out.deflection_m.row(i) = mean.deflection / mean.count;
     out.force_N.row(i) = mean.force / mean.count;
+    if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
     const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
     out.error_N[i] = out.noise_N / std::sqrt(independent);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);

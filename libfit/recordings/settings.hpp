@@ -14,6 +14,10 @@ enum class Drift { none, bias, line };
 /// 3/2 (sphere), 1 (flat) or 2 (cone).
 enum class Tip { sphere, flat, cone };
 
+/// Which way of a press gives its rows: the way in that goes farthest, the way back from it, or the
+/// mean of every way in and back that goes as far (the middle of the loop, on all readings).
+enum class Use { approach, retract, mean };
+
 /// How the signals of one recording become samples.
 struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
@@ -27,8 +31,8 @@ struct SignalSettings {
   double force_delay_s = 0;   ///< the force signal is this late
   double compliance_m_N = 0;  ///< of the rig: travel that the body does not see
   double force_limit_N = std::numeric_limits<double>::infinity();  ///< of the sensor
-  bool uses_retract = false;  ///< rows from the way back instead of the way in
-  int rows = 40;              ///< per experiment, at most
+  Use use = Use::approach;
+  int rows = 40;                                    ///< per experiment, at most
   double least_young_Pa = 10, most_young_Pa = 5e6;  ///< apparent moduli outside are questioned
   bool is_range_given =
       false;  ///< by the user, so that recordings are not questioned by each other

@@ -30,7 +30,7 @@ Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& v
 void smooth(Signal& signal, double sigma_s) {
   assert(!signal.time_s.empty());
   if (!(sigma_s > 0)) return;
-  const Points force = signal.force_N, position = signal.position_m;
+  const Points force = signal.force_N, position = signal.position_m, torque = signal.torque_Nm;
   Eigen::Index begin = 0, end = 0;
   for (Eigen::Index i = 0; i < signal.rows(); ++i) {
     const double t = signal.time_s[static_cast<std::size_t>(i)];
@@ -39,6 +39,8 @@ void smooth(Signal& signal, double sigma_s) {
            signal.time_s[static_cast<std::size_t>(end)] <= t + kReach * sigma_s)
       ++end;
     signal.force_N.row(i) = local_line(signal.time_s, force, begin, end, t, sigma_s);
+    if (torque.rows() > 0)
+      signal.torque_Nm.row(i) = local_line(signal.time_s, torque, begin, end, t, sigma_s);
     signal.position_m.row(i) = local_line(signal.time_s, position, begin, end, t, sigma_s);
   }
 }

@@ -110,7 +110,7 @@ TEST(import, without_any_good_recording_the_old_file_stays) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("a.csv:1: is empty"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("b.csv: no such file"), std::string::npos) << outcome.err;
-  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+  EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
 TEST(import, unchanged_recordings_are_not_read_again) {
@@ -121,7 +121,7 @@ TEST(import, unchanged_recordings_are_not_read_again) {
   const std::string before = content_of(folder / "samples.h5");
   const Outcome again = palpate(folder, import_line(folder));
   EXPECT_NE(again.err.find("2 of 2 files are unchanged"), std::string::npos) << again.err;
-  EXPECT_EQ(content_of(folder / "samples.h5"), before);
+  EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
 TEST(import, mistakes_in_the_manifest_name_line_and_column) {
@@ -146,50 +146,6 @@ TEST(import, mistakes_in_the_manifest_name_line_and_column) {
   EXPECT_NE(error_of("[0, 0, 40]", "[0, 0]").find("is not a list of 3 numbers"), std::string::npos);
   EXPECT_NE(error_of("\"flat\"", "\"flta\"").find("Did you mean \"flat\"?"), std::string::npos);
   EXPECT_NE(error_of("[defaults]", "[defaults").find("manifest.toml:1:"), std::string::npos);
-}
-
-// The 4 x 4 force map of an AFM, from its files to an asset.
-TEST(import, a_real_force_map_becomes_an_asset) {
-  const fs::path map = fs::path(PALPATE_SHARED_DATA) / "indentation/afm-workshop-map16";
-  if (!fs::exists(map)) GTEST_SKIP() << "no recordings at " << map;
-  const Folder folder;
-  std::string plane = "OFF\n121 200 0\n";
-  for (int i = 0; i < 121; ++i)
-    plane += std::to_string(2.2 * (i % 11)) + " " + std::to_string(2.2 * (i / 11)) + " 0\n";
-  for (int j = 0; j < 10; ++j)
-    for (int i = 0; i < 10; ++i) {
-      const int a = 11 * j + i;
-      plane += "3 " + std::to_string(a) + " " + std::to_string(a + 1) + " " +
-               std::to_string(a + 12) + "\n3 " + std::to_string(a) + " " + std::to_string(a + 12) +
-               " " + std::to_string(a + 11) + "\n";
-    }
-  folder.write("plane.off", plane);
-  folder.write("scene.toml",
-               "[body]\nsurface = \"plane.off\"\nlength_unit = \"um\"\n[probe]\nradius = \"0.1 "
-               "um\"\n[experiments]\ntest_points = 16\n");
-  folder.write("manifest.toml",
-               "surface = \"plane.off\"\nlength_unit = \"um\"\nplace_tolerance = \"1 "
-               "um\"\n[[recording]]\nfile = \"" +
-                   fs::canonical(map).string() +
-                   "/*.csv\"\ncantilever = { stiffness = 0.2, sensitivity = \"100 nm\" }\ncontact "
-                   "= \"hertz\"\nplausible = [\"1 Pa\", \"1 GPa\"]\n");
-  const auto path = [&](const char* name) { return (folder / name).string(); };
-  ASSERT_EQ(palpate(folder, import_line(folder)).status, 0);
-  ASSERT_EQ(palpate(folder, "fit " + path("samples.h5") + " -o " + path("curves.h5")).status,
-            3);  // presses alone
-  ASSERT_EQ(
-      palpate(folder, "prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"))
-          .status,
-      0);
-  ASSERT_EQ(palpate(folder, "refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " +
-                                path("model.h5"))
-                .status,
-            0);
-  const Outcome exported =
-      palpate(folder, "export " + path("model.h5") + " -o " + path("asset.palp"));
-  ASSERT_EQ(exported.status, 0) << exported.err;
-  EXPECT_NE(palpate(folder, "inspect " + path("asset.palp")).out.find("reproduced bit for bit"),
-            std::string::npos);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ inline void bend_cantilever(const TextFile& file, std::size_t header, const Read
     throw file.error(header, "the force is a raw cantilever signal",
                      "Say cantilever = { stiffness = 0.1, sensitivity = \"60 nm\" } in the "
                      "manifest: N/m, and deflection per unit of the signal.");
+  out.is_force_from_signal = true;
   for (std::size_t i = 0; i < signal.size(); ++i) {
     const double bent_m = (signal[i] - signal.front()) * settings.cantilever->sensitivity_m;
     out.push_N.push_back(bent_m * settings.cantilever->stiffness_N_m);

@@ -20,6 +20,8 @@ std::optional<Quantity> quantity_of(Meaning meaning) {
     case Meaning::force:
     case Meaning::retract_force:
       return Quantity{&UnitNames::force, "force", Dimension::force};
+    case Meaning::torque:
+      return Quantity{&UnitNames::torque, "torque", Dimension::torque};
     case Meaning::normal:
       return std::nullopt;
     default:
@@ -37,7 +39,7 @@ std::string listed(const std::vector<std::string>& names) {
 // The columns of one meaning, side by side.
 struct Collected {
   std::vector<const std::vector<double>*> time, force_time, depth, position, force, retract_depth,
-      retract_force, contact, normal, desired;
+      retract_force, contact, normal, desired, torque;
 };
 
 Points as_points(const std::vector<const std::vector<double>*>& axes) {
@@ -71,7 +73,7 @@ std::vector<Role> roles_of(const ColumnNames& names) {
   add(Meaning::retract_depth, names.retract_depth),
       add(Meaning::retract_force, names.retract_force);
   add_axes(Meaning::contact, names.contact), add_axes(Meaning::normal, names.normal);
-  add_axes(Meaning::desired, names.desired);
+  add_axes(Meaning::desired, names.desired), add_axes(Meaning::torque, names.torque);
   return roles;
 }
 
@@ -138,12 +140,13 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
                           const ReadSettings& settings) {
   const double sign = settings.is_force_on_tool ? -1 : 1;
   Collected c;
-  std::vector<std::vector<const std::vector<double>*>*> slot(10);
-  slot = {&c.time,          &c.force_time,    &c.depth,   &c.position, &c.force,
-          &c.retract_depth, &c.retract_force, &c.contact, &c.normal,   &c.desired};
+  std::vector<std::vector<const std::vector<double>*>*> slot;
+  slot = {&c.time,          &c.force_time, &c.depth,  &c.position, &c.force, &c.retract_depth,
+          &c.retract_force, &c.contact,    &c.normal, &c.desired,  &c.torque};
   for (std::size_t i = 0; i < roles.size(); ++i) {
-    const bool is_force =
-        roles[i].meaning == Meaning::force || roles[i].meaning == Meaning::retract_force;
+    const bool is_force = roles[i].meaning == Meaning::force ||
+                          roles[i].meaning == Meaning::retract_force ||
+                          roles[i].meaning == Meaning::torque;
     const double factor = factors[i] * (is_force ? sign : 1);
     for (double& value : columns[i]) value *= factor;
     slot[static_cast<std::size_t>(roles[i].meaning)]->push_back(&columns[i]);
@@ -157,6 +160,7 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     recording.force_N = as_points(c.force);
   else
     append(recording.push_N, c.force);
+  recording.torque_Nm = as_points(c.torque);
   if (!c.retract_depth.empty()) {  // the way back follows the way in
     recording.retract_begins = recording.rows();
     append(recording.travel_m, c.retract_depth), append(recording.push_N, c.retract_force);

@@ -20,7 +20,8 @@ enum class Meaning {
   retract_force,
   contact,
   normal,
-  desired
+  desired,
+  torque
 };
 
 /// One column that the settings ask for.

@@ -116,7 +116,8 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   // With a clock of its own the force has rows of its own: fewer or more, blank where it has none.
   const auto is_of_force = [&](std::size_t i) {
     return !settings.columns.force_time.empty() &&
-           (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force);
+           (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force ||
+            roles[i].meaning == Meaning::torque);
   };
   std::vector<std::vector<double>> columns(roles.size());
   std::vector<std::size_t> line;

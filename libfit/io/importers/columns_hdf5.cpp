@@ -51,7 +51,8 @@ void strip_root(ColumnNames& names) {
   for (std::string* name :
        {&names.time, &names.depth, &names.force_time, &names.retract_depth, &names.retract_force})
     strip(*name);
-  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.desired})
+  for (auto* axes : {&names.position, &names.force, &names.contact, &names.normal, &names.desired,
+                     &names.torque})
     for (std::string& name : *axes) strip(name);
 }
 
@@ -87,7 +88,7 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
       "(or import with --drop-invalid).");
   ColumnNames names = settings.columns;
   strip_root(names);
-  expand(file, names.position), expand(file, names.force);
+  expand(file, names.position), expand(file, names.force), expand(file, names.torque);
   const auto roles = roles_of(names);
   if (roles.empty()) throw file.error("", "no data set is named");
   std::vector<std::vector<double>> columns;

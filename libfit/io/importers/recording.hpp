@@ -19,18 +19,21 @@ struct ColumnNames {
   std::string retract_depth, retract_force;  ///< of the way back, beside the way in
   std::vector<std::string> position, force;  ///< three axes; one force column: along the depth
   std::vector<std::string> contact, normal;  ///< per row: where the press began, inward or outward
+  std::vector<std::string> torque;           ///< three axes, about the tip
   std::vector<std::string> desired;          ///< where the robot was told to go
 };
 
 /// Units by name; empty where the header has to say it in brackets.
 struct UnitNames {
   std::string time, position, force;
+  std::string torque = {};
 };
 
 /// Turns the deflection signal of an atomic force microscope into force and indentation.
 struct Cantilever {
   double stiffness_N_m = 0;
   double sensitivity_m = 0;  ///< deflection per unit of the signal (V, nA)
+  double stiffness_deviation = 0, sensitivity_deviation = 0;  ///< shares; 0: not stated
 };
 
 /// How one file is to be read. The defaults let a file speak for itself.
@@ -60,12 +63,14 @@ struct RawRecording {
   std::vector<double> force_time_s;  ///< M; empty: the position rows
   Points force_N{0, 3};              ///< M x 3 of the tool ON the body; or none
   std::vector<double> push_N;  ///< M along the inward direction, of the tool ON the body; or none
+  Points torque_Nm{0, 3};      ///< M x 3 about the tip, of the tool ON the body; or none
   std::vector<std::size_t> line;               ///< N, in the file (1-based)
   std::optional<Eigen::Index> retract_begins;  ///< row, where the file says it
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
   std::optional<double> probe_radius_m;
   std::size_t dropped_rows = 0;  ///< left out by drop_invalid
+  bool is_force_from_signal = false;  ///< by Cantilever
   std::map<std::string, std::string>
       facts;  ///< what else the file says: instrument, date, its own result
 

@@ -81,6 +81,9 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   const Points force =
       columns_of(table, roles, Meaning::force, factors) * (settings.is_force_on_tool ? -1 : 1);
 
+  const Points torque =
+      columns_of(table, roles, Meaning::torque, factors) * (settings.is_force_on_tool ? -1 : 1);
+
   std::vector<RawRecording> recordings;
   const Eigen::Index rows = contact.rows();
   for (Eigen::Index first = 0, last = 0; first < rows; first = last) {
@@ -94,6 +97,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.name = "contact" + std::to_string(recordings.size() + 1);
     r.position_m = position.middleRows(first, last - first);
     r.force_N = force.middleRows(first, last - first);
+    if (!settings.columns.torque.empty()) r.torque_Nm = torque.middleRows(first, last - first);
     r.line.assign(table.line.begin() + first, table.line.begin() + last);
     r.contact_m = Vec3(contact.row(first));
     r.normal = Vec3(normal.row(first)).normalized();

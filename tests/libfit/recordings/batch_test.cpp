@@ -2,6 +2,9 @@
 // made.
 
 #include <atomic>
+#include <chrono>
+#include <fstream>
+#include <thread>
 
 #include "tests/libfit/recordings/batches.hpp"
 
@@ -76,6 +79,61 @@ TEST_F(BatchTest, a_stop_keeps_what_is_done) {
   for (const ItemResult& result : stopped) finished += result.is_done;
   EXPECT_EQ(finished, 10u);
   EXPECT_EQ(outcome(items, run_batch(items, {.jobs = 1, .journal = at("journal")}, {}), "resumed"),
+            outcome(items, run_batch(items, {}, {}), "fresh"));
+}
+
+// Bytes that this process has read so far.
+std::size_t bytes_read() {
+  std::ifstream io("/proc/self/io");
+  std::string name;
+  std::size_t value = 0;
+  while (io >> name >> value)
+    if (name == "rchar:") return value;
+  return 0;
+}
+
+TEST_F(BatchTest, files_that_nobody_touched_are_not_opened_and_any_touch_is_noticed) {
+  if (bytes_read() == 0) GTEST_SKIP() << "no /proc/self/io";
+  const auto items = make(30);
+  std::size_t size = 0;
+  for (const BatchItem& item : items)
+    if (std::error_code none; std::filesystem::exists(item.file, none))
+      size += std::filesystem::file_size(item.file);
+  std::this_thread::sleep_for(std::chrono::milliseconds(3100));  // else they may change unseen
+  const BatchOptions options{.jobs = 1, .journal = at("journal")};
+  run_batch(items, options, {});
+  const std::size_t before = bytes_read();
+  for (const ItemResult& result : run_batch(items, options, {}))
+    EXPECT_TRUE(result.is_reused || !result.failure->what.find("no such file"));
+  const std::size_t journal = std::filesystem::file_size(at("journal"));
+  EXPECT_LT(bytes_read() - before, journal + size / 10);
+
+  // The same size and date as before, other content.
+  const auto date = std::filesystem::last_write_time(items[3].file);
+  std::string bytes = read_whole_file(items[3].file);
+  bytes[bytes.size() / 2] = bytes[bytes.size() / 2] == '1' ? '2' : '1';
+  testing_io::write_quickly(items[3].file, bytes);
+  std::filesystem::last_write_time(items[3].file, date);
+  const auto results = run_batch(items, options, {});
+  EXPECT_FALSE(results[3].is_reused);
+  EXPECT_TRUE(results[4].is_reused);
+}
+
+TEST_F(BatchTest, a_journal_forgets_what_is_not_asked_for_any_more) {
+  auto items = make(20);
+  const BatchOptions options{.jobs = 2, .journal = at("journal")};
+  std::uintmax_t largest = 0;
+  for (int rows = 40; rows > 30; --rows) {
+    for (BatchItem& item : items) item.signal.rows = rows;
+    run_batch(items, options, {});
+    largest = std::max(largest, std::filesystem::file_size(at("journal")));
+  }
+  run_batch({items[0]}, options, {});
+  EXPECT_LT(std::filesystem::file_size(at("journal")), largest / 4);
+  for (BatchItem& item : items) item.signal.rows = 40;
+  run_batch(items, options, {});
+  EXPECT_LT(largest, 3 * std::filesystem::file_size(at("journal")));
+  EXPECT_EQ(outcome(items, run_batch(items, options, {}), "kept"),
             outcome(items, run_batch(items, {}, {}), "fresh"));
 }
 

@@ -2,86 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <random>
 
-#include "libfit/recordings/assemble.hpp"
 #include "libfit/recordings/condition.hpp"
 #include "libfit/recordings/contact.hpp"
 #include "libfit/recordings/phases.hpp"
-#include "libfit/recordings/plausible.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr unsigned kSeed = 7;
-
-// One-axis press of F = a d^p, contact at 1 mm of travel, to 3 mm.
-PressCurve power_curve(double exponent, double noise_N, unsigned seed, double stiffens_1_m = 0) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, noise_N);
-  PressCurve curve;
-  const Eigen::Index n = 300;
-  curve.travel_m = Eigen::VectorXd::LinSpaced(n, 0, 3e-3);
-  curve.push_N.resize(n), curve.count = Eigen::VectorXd::Ones(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double depth = std::max(0.0, curve.travel_m[i] - 1e-3);
-    curve.push_N[i] = 0.01 + std::pow(depth / 2e-3, exponent) * (1 + stiffens_1_m * depth) +
-                      (noise_N > 0 ? noise(random) : 0);
-  }
-  curve.noise_N = noise_N;
-  return curve;
-}
-
-TEST(contact, power_laws_of_their_own_tip_are_found_exactly) {
-  for (const Tip tip : {Tip::sphere, Tip::flat, Tip::cone}) {
-    SignalSettings settings;
-    settings.tip = tip;
-    const auto found = contact_estimator_named("hertz")->estimate(
-        power_curve(exponent_of(tip), 0, kSeed), settings);
-    EXPECT_NEAR(found.travel_m, 1e-3, 2e-7) << static_cast<int>(tip);
-    EXPECT_NEAR(found.bias_N, 0.01, 1e-5);
-    EXPECT_NEAR(found.amplitude, std::pow(2e-3, -exponent_of(tip)),
-                1e-3 * std::pow(2e-3, -exponent_of(tip)));
-  }
-}
-
-TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
-  double squares = 0, stated = 0;
-  const int repeats = 60;
-  for (unsigned k = 0; k < repeats; ++k) {
-    SignalSettings settings;
-    settings.contact_range = 1;
-    const auto found =
-        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
-    squares += std::pow(found.travel_m - 1e-3, 2), stated += found.deviation_m / repeats;
-  }
-  const double scatter = std::sqrt(squares / repeats);
-  EXPECT_LT(scatter, 40e-6);
-  EXPECT_GT(stated, scatter / 2) << "seed " << kSeed;
-  EXPECT_LT(stated, scatter * 2) << "seed " << kSeed;
-}
-
-TEST(contact, every_estimator_finds_a_clean_contact_within_its_deviation_or_a_tenth_of_the_depth) {
-  for (const ContactEstimator& row : contact_estimators()) {
-    const auto found = row.estimate(power_curve(1.5, 1e-3, kSeed), {});
-    EXPECT_NEAR(found.travel_m, 1e-3, std::max(4 * found.deviation_m, 0.2e-3)) << row.name;
-    EXPECT_FALSE(found.begins_in_contact) << row.name;
-  }
-}
-
-TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
-  const auto found =
-      contact_estimator_named("auto")->estimate(power_curve(1.5, 1e-3, kSeed, 2000), {});
-  EXPECT_NEAR(found.travel_m, 1e-3, 0.1e-3);
-}
-
-TEST(contact, a_recording_that_begins_in_contact_says_so) {
-  PressCurve curve = power_curve(1, 1e-3, kSeed);
-  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(),
-  curve.count = curve.count.tail(180).eval();
-  EXPECT_TRUE(contact_estimator_named("auto")->estimate(curve, {}).begins_in_contact);
-}
 
 importers::RawRecording axial_press(int rows, double rate_hz) {
   importers::RawRecording raw;
@@ -187,6 +117,19 @@ TEST(signal, saturated_rows_are_marked_and_never_good) {
   EXPECT_EQ(r.grade, Grade::fair);
 }
 
+// Once a limiter was believed only at the largest reading: noise just before it hid one in 10 000.
+TEST(signal, a_limiter_is_seen_though_a_reading_before_it_was_higher) {
+  auto raw = axial_press(400, 200);
+  const double limit_N = 0.6 * raw.push_N.back();
+  std::size_t first = 0;
+  while (raw.push_N[first] < limit_N) ++first;
+  for (double& push : raw.push_N) push = std::min(push, limit_N);
+  raw.push_N[first] = raw.push_N[first - 1] = 1.1 * limit_N;
+  const Conditioned r = condition(raw, {}, Vec3(0, 0, -1), "a", false);
+  EXPECT_EQ(r.status.back(), RowStatus::rejected);
+  EXPECT_EQ(r.status.front(), RowStatus::good);
+}
+
 TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
   Signal signal;
   signal.inward = Vec3(0, 0, -1);
@@ -271,7 +214,8 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
       const double push_N =
           pick(5) == 0 ? 1e15 * unit(random) : scale_N * (x / step + unit(random));
       if (has_time) raw.time_s.push_back(i);
-      if (is_axial) raw.travel_m.push_back(x), raw.push_N.push_back(push_N);
+      if (is_axial)
+        raw.travel_m.push_back(x), raw.push_N.push_back(push_N);
       else {
         raw.position_m.row(i) << step * unit(random), 0, -x;
         raw.force_N.row(i) << 0, 0, -push_N;
@@ -281,10 +225,11 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     if (pick(4) == 0 && is_axial)
       raw.retract_begins = static_cast<Eigen::Index>(pick(static_cast<unsigned>(rows)));
     SignalSettings settings;
-    settings.contact = contact_estimators()[pick(5)].name;
+    settings.contact =
+        contact_estimators()[pick(static_cast<unsigned>(contact_estimators().size()))].name;
     settings.kind = is_axial ? ExperimentKind::press : static_cast<ExperimentKind>(pick(3));
     settings.tip = static_cast<Tip>(pick(3)), settings.drift = static_cast<Drift>(pick(3));
-    settings.uses_retract = pick(4) == 0, settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
+    settings.use = static_cast<Use>(pick(3)), settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
     settings.rows = 3 + static_cast<int>(pick(60));
     const auto inward = is_axial || pick(2) == 0 ? std::optional(Vec3(0, 0, -1)) : std::nullopt;
     try {
@@ -299,133 +244,6 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     }
   }
   EXPECT_GT(imported, 100);
-}
-
-Surface bumpy_sheet() {
-  Surface s;
-  const int n = 21;
-  s.vertices.resize(n * n, 3), s.triangles.resize(2 * (n - 1) * (n - 1), 3);
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) {
-      const double x = 0.005 * i, y = 0.005 * j;
-      s.vertices.row(j * n + i) << x, y, 0.004 * std::sin(60 * x) * std::cos(45 * y) + 0.1 * x * y;
-    }
-  int t = 0;
-  for (int j = 0; j + 1 < n; ++j)
-    for (int i = 0; i + 1 < n; ++i) {
-      const int a = j * n + i;
-      s.triangles.row(t++) << a, a + 1, a + n + 1;
-      s.triangles.row(t++) << a, a + n + 1, a + n;
-    }
-  return s;
-}
-
-RigidMotion some_motion(double angle, double shift_m) {
-  return {Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized()).toRotationMatrix(),
-          shift_m * Vec3(1, -2, 0.5)};
-}
-
-TEST(registration, landmarks_give_back_the_motion) {
-  const Points from = bumpy_sheet().vertices.topRows(40);
-  const RigidMotion truth = some_motion(2.5, 0.3);
-  Points to(40, 3);
-  for (Eigen::Index i = 0; i < 40; ++i) to.row(i) = truth(from.row(i));
-  const Registration found = register_landmarks(from, to);
-  EXPECT_LT((found.motion.rotation - truth.rotation).cwiseAbs().maxCoeff(), 1e-10);
-  EXPECT_LT((found.motion.translation_m - truth.translation_m).norm(), 1e-10);
-  EXPECT_LT(found.largest_m, 1e-10);
-}
-
-TEST(registration, contact_points_find_the_surface_that_they_lie_on) {
-  const Surface surface = bumpy_sheet();
-  std::mt19937 random(kSeed);
-  Points body(80, 3), rig(80, 3);
-  const RigidMotion away = some_motion(0.05, 0.001);
-  for (Eigen::Index i = 0; i < 80; ++i) {
-    body.row(i) = surface.vertices.row(static_cast<Eigen::Index>(random() % 441));
-    rig.row(i) = away.rotation.transpose() * (Vec3(body.row(i)) - away.translation_m);
-  }
-  const Registration found = register_to_surface(rig, surface, {});
-  EXPECT_LT(found.rms_m, 1e-6) << "seed " << kSeed;
-  EXPECT_LT((found.motion.rotation - away.rotation).cwiseAbs().maxCoeff(), 1e-4)
-      << "seed " << kSeed;
-}
-
-TEST(registration, landmarks_on_one_line_are_refused) {
-  Points line(4, 3);
-  for (int i = 0; i < 4; ++i) line.row(i) << i, 2 * i, 3 * i;
-  EXPECT_THROW(register_landmarks(line, line), Error);
-}
-
-// Presses of one point, conditioned already: push = stiffness * depth.
-Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
-  Conditioned r;
-  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0),
-  r.speed_m_s = speed_m_s;
-  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4,
-  r.noise_N = 1e-3;
-  r.deflection_m = r.force_N = Points::Zero(20, 3), r.error_N = Eigen::VectorXd::Constant(20, 1e-3);
-  for (int i = 0; i < 20; ++i)
-    r.deflection_m(i, 0) = 1e-4 * (i + 1), r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
-  r.status.assign(20, RowStatus::good);
-  return r;
-}
-
-Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptions& options = {}) {
-  std::vector<BatchItem> items(presses.size());
-  std::vector<ItemResult> results(presses.size());
-  for (std::size_t i = 0; i < presses.size(); ++i) {
-    items[i].file = items[i].shown = "p" + std::to_string(i) + ".csv", items[i].point = "p";
-    results[i].recordings = {presses[i]}, results[i].is_done = true;
-  }
-  return assemble(items, results, options);
-}
-
-TEST(pooling, repeats_become_their_mean_and_their_scatter_its_error) {
-  const Assembled out =
-      assembled({linear_press(900, 1e-3), linear_press(1000, 1e-3), linear_press(1100, 1.05e-3)});
-  ASSERT_EQ(out.samples.rows(), 20);
-  EXPECT_EQ(out.samples.recordings.experiment, (std::vector<std::int32_t>{0, 0, 0}));
-  for (Eigen::Index i = 0; i < 20; ++i) {
-    const double depth = -out.samples.deflection(i, 2);
-    EXPECT_NEAR(-out.samples.force(i, 2), 1000 * depth, 1e-9);
-    EXPECT_NEAR(out.samples.force_error[i], std::hypot(100 * depth, 1e-3), 1e-9);
-  }
-  EXPECT_TRUE(out.notes.empty());
-}
-
-TEST(pooling, rates_are_kept_apart_and_a_difference_beyond_the_noise_is_reported) {
-  const Assembled out = assembled({linear_press(1000, 1e-3), linear_press(1300, 1e-2)});
-  EXPECT_EQ(out.samples.recordings.experiment, (std::vector<std::int32_t>{0, 1}));
-  ASSERT_EQ(out.notes.size(), 1u);
-  EXPECT_NE(out.notes[0].find("30 % above that at 1 mm/s"), std::string::npos) << out.notes[0];
-  EXPECT_TRUE(assembled({linear_press(1000, 1e-3), linear_press(1001, 1e-2)}).notes.empty());
-}
-
-TEST(pooling, recordings_off_the_surface_are_refused_with_their_distance) {
-  const Surface surface = bumpy_sheet();
-  Conditioned off = linear_press(1000, 1e-3);
-  off.contact_m = Vec3(0.05, 0.05, 0.03);
-  Conditioned on = linear_press(1000, 1e-3);
-  on.contact_m = surface.vertices.row(50);
-  AssembleOptions options;
-  options.surface = &surface;
-  const Assembled out = assembled({on, off}, options);
-  EXPECT_FALSE(out.outcomes[0].failure);
-  ASSERT_TRUE(out.outcomes[1].failure);
-  EXPECT_NE(out.outcomes[1].failure->what.find("mm from the surface"), std::string::npos);
-  EXPECT_LT(out.outcomes[0].surface_distance_m, 1e-12);
-}
-
-TEST(plausible, the_likely_unit_is_named) {
-  EXPECT_EQ(likely_unit(1e7, 1e4, "N", "mm", true)->unit, "mN");
-  EXPECT_EQ(likely_unit(1e1, 1e4, "mN", "mm", true)->unit, "N");
-  const auto length = likely_unit(1e4 * std::pow(1e3, -1.5), 1e4, "N", "mm", true);
-  ASSERT_TRUE(length);
-  EXPECT_EQ(length->key, "units.position");
-  EXPECT_EQ(length->unit, "um");
-  EXPECT_FALSE(likely_unit(2e4, 1e4, "N", "mm", true) &&
-               likely_unit(2e4, 1e4, "N", "mm", true)->unit == "N");
 }
 
 }  // namespace

@@ -1,0 +1,146 @@
+// Where recordings lie on the body, and what becomes of several of one point.
+
+#include "libfit/recordings/assemble.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "libfit/core/error.hpp"
+#include "libfit/recordings/plausible.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr unsigned kSeed = 7;
+
+Surface bumpy_sheet() {
+  Surface s;
+  const int n = 21;
+  s.vertices.resize(n * n, 3), s.triangles.resize(2 * (n - 1) * (n - 1), 3);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const double x = 0.005 * i, y = 0.005 * j;
+      s.vertices.row(j * n + i) << x, y, 0.004 * std::sin(60 * x) * std::cos(45 * y) + 0.1 * x * y;
+    }
+  int t = 0;
+  for (int j = 0; j + 1 < n; ++j)
+    for (int i = 0; i + 1 < n; ++i) {
+      const int a = j * n + i;
+      s.triangles.row(t++) << a, a + 1, a + n + 1;
+      s.triangles.row(t++) << a, a + n + 1, a + n;
+    }
+  return s;
+}
+
+RigidMotion some_motion(double angle, double shift_m) {
+  return {Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized()).toRotationMatrix(),
+          shift_m * Vec3(1, -2, 0.5)};
+}
+
+TEST(registration, landmarks_give_back_the_motion) {
+  const Points from = bumpy_sheet().vertices.topRows(40);
+  const RigidMotion truth = some_motion(2.5, 0.3);
+  Points to(40, 3);
+  for (Eigen::Index i = 0; i < 40; ++i) to.row(i) = truth(from.row(i));
+  const Registration found = register_landmarks(from, to);
+  EXPECT_LT((found.motion.rotation - truth.rotation).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((found.motion.translation_m - truth.translation_m).norm(), 1e-10);
+  EXPECT_LT(found.largest_m, 1e-10);
+}
+
+TEST(registration, contact_points_find_the_surface_that_they_lie_on) {
+  const Surface surface = bumpy_sheet();
+  std::mt19937 random(kSeed);
+  Points body(80, 3), rig(80, 3);
+  const RigidMotion away = some_motion(0.05, 0.001);
+  for (Eigen::Index i = 0; i < 80; ++i) {
+    body.row(i) = surface.vertices.row(static_cast<Eigen::Index>(random() % 441));
+    rig.row(i) = away.rotation.transpose() * (Vec3(body.row(i)) - away.translation_m);
+  }
+  const Registration found = register_to_surface(rig, surface, {});
+  EXPECT_LT(found.rms_m, 1e-6) << "seed " << kSeed;
+  EXPECT_LT((found.motion.rotation - away.rotation).cwiseAbs().maxCoeff(), 1e-4)
+      << "seed " << kSeed;
+}
+
+TEST(registration, landmarks_on_one_line_are_refused) {
+  Points line(4, 3);
+  for (int i = 0; i < 4; ++i) line.row(i) << i, 2 * i, 3 * i;
+  EXPECT_THROW(register_landmarks(line, line), Error);
+}
+
+// Presses of one point, conditioned already: push = stiffness * depth.
+Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
+  Conditioned r;
+  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0),
+  r.speed_m_s = speed_m_s;
+  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4,
+  r.noise_N = 1e-3;
+  r.deflection_m = r.force_N = Points::Zero(20, 3), r.error_N = Eigen::VectorXd::Constant(20, 1e-3);
+  for (int i = 0; i < 20; ++i)
+    r.deflection_m(i, 0) = 1e-4 * (i + 1), r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
+  r.status.assign(20, RowStatus::good);
+  return r;
+}
+
+Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptions& options = {}) {
+  std::vector<BatchItem> items(presses.size());
+  std::vector<ItemResult> results(presses.size());
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    items[i].file = items[i].shown = "p" + std::to_string(i) + ".csv", items[i].point = "p";
+    results[i].recordings = {presses[i]}, results[i].is_done = true;
+  }
+  return assemble(items, results, options);
+}
+
+TEST(pooling, repeats_become_their_mean_and_their_scatter_its_error) {
+  const Assembled out =
+      assembled({linear_press(900, 1e-3), linear_press(1000, 1e-3), linear_press(1100, 1.05e-3)});
+  ASSERT_EQ(out.samples.rows(), 20);
+  EXPECT_EQ(out.samples.recordings.experiment, (std::vector<std::int32_t>{0, 0, 0}));
+  for (Eigen::Index i = 0; i < 20; ++i) {
+    const double depth = -out.samples.deflection(i, 2);
+    EXPECT_NEAR(-out.samples.force(i, 2), 1000 * depth, 1e-9);
+    EXPECT_NEAR(out.samples.force_error[i], std::hypot(100 * depth, 1e-3), 1e-9);
+  }
+  EXPECT_TRUE(out.notes.empty());
+}
+
+TEST(pooling, rates_are_kept_apart_and_a_difference_beyond_the_noise_is_reported) {
+  const Assembled out = assembled({linear_press(1000, 1e-3), linear_press(1300, 1e-2)});
+  EXPECT_EQ(out.samples.recordings.experiment, (std::vector<std::int32_t>{0, 1}));
+  ASSERT_EQ(out.notes.size(), 1u);
+  EXPECT_NE(out.notes[0].find("30 % above that at 1 mm/s"), std::string::npos) << out.notes[0];
+  EXPECT_TRUE(assembled({linear_press(1000, 1e-3), linear_press(1001, 1e-2)}).notes.empty());
+}
+
+TEST(pooling, recordings_off_the_surface_are_refused_with_their_distance) {
+  const Surface surface = bumpy_sheet();
+  Conditioned off = linear_press(1000, 1e-3);
+  off.contact_m = Vec3(0.05, 0.05, 0.03);
+  Conditioned on = linear_press(1000, 1e-3);
+  on.contact_m = surface.vertices.row(50);
+  AssembleOptions options;
+  options.surface = &surface;
+  const Assembled out = assembled({on, off}, options);
+  EXPECT_FALSE(out.outcomes[0].failure);
+  ASSERT_TRUE(out.outcomes[1].failure);
+  EXPECT_NE(out.outcomes[1].failure->what.find("mm from the surface"), std::string::npos);
+  EXPECT_LT(out.outcomes[0].surface_distance_m, 1e-12);
+}
+
+TEST(plausible, the_likely_unit_is_named) {
+  EXPECT_EQ(likely_unit(1e7, 1e4, "N", "mm", true)->unit, "mN");
+  EXPECT_EQ(likely_unit(1e1, 1e4, "mN", "mm", true)->unit, "N");
+  const auto length = likely_unit(1e4 * std::pow(1e3, -1.5), 1e4, "N", "mm", true);
+  ASSERT_TRUE(length);
+  EXPECT_EQ(length->key, "units.position");
+  EXPECT_EQ(length->unit, "um");
+  EXPECT_FALSE(likely_unit(2e4, 1e4, "N", "mm", true) &&
+               likely_unit(2e4, 1e4, "N", "mm", true)->unit == "N");
+}
+
+}  // namespace
+}  // namespace palpate::recordings

@@ -1,0 +1,82 @@
+// Contact estimators, against power laws.
+
+#include "libfit/recordings/contact.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace palpate::recordings {
+namespace {
+
+constexpr unsigned kSeed = 7;
+
+// One-axis press of F = a d^p, contact at 1 mm of travel, to 3 mm.
+PressCurve power_curve(double exponent, double noise_N, unsigned seed, double stiffens_1_m = 0) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, noise_N);
+  PressCurve curve;
+  const Eigen::Index n = 300;
+  curve.travel_m = Eigen::VectorXd::LinSpaced(n, 0, 3e-3);
+  curve.push_N.resize(n), curve.count = Eigen::VectorXd::Ones(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double depth = std::max(0.0, curve.travel_m[i] - 1e-3);
+    curve.push_N[i] = 0.01 + std::pow(depth / 2e-3, exponent) * (1 + stiffens_1_m * depth) +
+                      (noise_N > 0 ? noise(random) : 0);
+  }
+  curve.noise_N = noise_N;
+  return curve;
+}
+
+TEST(contact, power_laws_of_their_own_tip_are_found_exactly) {
+  for (const Tip tip : {Tip::sphere, Tip::flat, Tip::cone}) {
+    SignalSettings settings;
+    settings.tip = tip;
+    const auto found = contact_estimator_named("hertz")->estimate(
+        power_curve(exponent_of(tip), 0, kSeed), settings);
+    EXPECT_NEAR(found.travel_m, 1e-3, 2e-7) << static_cast<int>(tip);
+    EXPECT_NEAR(found.bias_N, 0.01, 1e-5);
+    EXPECT_NEAR(found.amplitude, std::pow(2e-3, -exponent_of(tip)),
+                1e-3 * std::pow(2e-3, -exponent_of(tip)));
+  }
+}
+
+TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
+  double squares = 0, stated = 0;
+  const int repeats = 60;
+  for (unsigned k = 0; k < repeats; ++k) {
+    SignalSettings settings;
+    settings.contact_range = 1;
+    const auto found =
+        contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
+    squares += std::pow(found.travel_m - 1e-3, 2), stated += found.deviation_m / repeats;
+  }
+  const double scatter = std::sqrt(squares / repeats);
+  EXPECT_LT(scatter, 40e-6);
+  EXPECT_GT(stated, scatter / 2) << "seed " << kSeed;
+  EXPECT_LT(stated, scatter * 2) << "seed " << kSeed;
+}
+
+TEST(contact, every_estimator_finds_a_clean_contact_within_its_deviation_or_a_tenth_of_the_depth) {
+  for (const ContactEstimator& row : contact_estimators()) {
+    const auto found = row.estimate(power_curve(1.5, 1e-3, kSeed), {});
+    EXPECT_NEAR(found.travel_m, 1e-3, std::max(4 * found.deviation_m, 0.2e-3)) << row.name;
+    EXPECT_FALSE(found.begins_in_contact) << row.name;
+  }
+}
+
+TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
+  const auto found =
+      contact_estimator_named("auto")->estimate(power_curve(1.5, 1e-3, kSeed, 2000), {});
+  EXPECT_NEAR(found.travel_m, 1e-3, 0.1e-3);
+}
+
+TEST(contact, a_recording_that_begins_in_contact_says_so) {
+  PressCurve curve = power_curve(1, 1e-3, kSeed);
+  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(),
+  curve.count = curve.count.tail(180).eval();
+  EXPECT_TRUE(contact_estimator_named("auto")->estimate(curve, {}).begins_in_contact);
+}
+
+}  // namespace
+}  // namespace palpate::recordings

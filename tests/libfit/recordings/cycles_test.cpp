@@ -1,0 +1,66 @@
+// Recordings of several cycles, and single readings out of line.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libfit/core/error.hpp"
+#include "libfit/recordings/condition.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+// Two cycles with a loop of 5 % of the force around the curve, and single spikes.
+importers::RawRecording cycles_with_spikes(bool has_spikes) {
+  importers::RawRecording raw;
+  for (int i = 0; i < 1600; ++i) {
+    const int phase = i % 800;
+    const bool is_in = phase < 400;
+    const double travel = 5e-6 * (is_in ? phase : 800 - phase),
+                 depth = std::max(0.0, travel - 5e-4),
+                 loop = 0.05 * std::sin(M_PI * depth / 1.5e-3) * (is_in ? 1 : -1);
+    raw.time_s.push_back(0.01 * i), raw.travel_m.push_back(travel),
+        raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.push_N.push_back(2e3 * depth + 3 * loop * 2e3 * depth + 1e-3 * std::sin(40.0 * i) +
+                         (has_spikes && i % 50 == 17 ? 0.9 : 0));
+  }
+  return raw;
+}
+
+TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
+  SignalSettings settings;
+  const Conditioned in = condition(cycles_with_spikes(false), settings, {}, "loop", false);
+  settings.use = Use::mean;
+  const Conditioned middle = condition(cycles_with_spikes(false), settings, {}, "loop", false);
+  EXPECT_NEAR(middle.contact_travel_m, 5e-4, 1e-5);
+  double off_in = 0, off_middle = 0;
+  for (Eigen::Index i = 0; i < middle.force_N.rows(); ++i)
+    off_middle = std::max(
+        off_middle, std::abs(middle.force_N(i, 0) -
+                             2e3 * (middle.contact_travel_m - 5e-4 + middle.deflection_m(i, 0))));
+  for (Eigen::Index i = 0; i < in.force_N.rows(); ++i)
+    off_in = std::max(off_in, std::abs(in.force_N(i, 0) - 2e3 * in.deflection_m(i, 0)));
+  EXPECT_LT(off_middle, 0.01);
+  EXPECT_GT(off_in, 0.1);
+  EXPECT_LT(middle.error_N.mean(), 0.7 * in.error_N.mean());
+  settings.kind = ExperimentKind::drag;
+  importers::RawRecording drag = cycles_with_spikes(false);
+  drag.position_m.resize(1600, 3), drag.force_N.resize(1600, 3);
+  for (int i = 0; i < 1600; ++i)
+    drag.position_m.row(i) << 0, 0, -drag.travel_m[static_cast<std::size_t>(i)],
+        drag.force_N.row(i) << 0, 0, -drag.push_N[static_cast<std::size_t>(i)];
+  EXPECT_THROW(condition(drag, settings, Vec3(0, 0, -1), "drag", false), Error);
+}
+
+TEST(signal, single_spikes_are_left_out_and_counted) {
+  const Conditioned clean = condition(cycles_with_spikes(false), {}, {}, "clean", false),
+                    spiked = condition(cycles_with_spikes(true), {}, {}, "spiked", false);
+  ASSERT_EQ(clean.force_N.rows(), spiked.force_N.rows());
+  EXPECT_LT((clean.force_N - spiked.force_N).cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_TRUE(clean.reasons.empty());
+  ASSERT_FALSE(spiked.reasons.empty());
+  EXPECT_EQ(spiked.reasons[0].substr(0, 18), "32 single readings");
+}
+
+}  // namespace
+}  // namespace palpate::recordings

@@ -1,0 +1,143 @@
+// Real recordings, from their files to an asset; skipped where they are not there.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// A square sheet in the plane z = 0, of 10 x 10 squares.
+std::string sheet(double side) {
+  std::ostringstream off;
+  off << "OFF\n121 200 0\n";
+  for (int i = 0; i < 121; ++i)
+    off << side / 10 * (i % 11) << ' ' << side / 10 * (i / 11) << " 0\n";
+  for (int j = 0; j < 10; ++j)
+    for (int i = 0; i < 10; ++i) {
+      const int a = 11 * j + i;
+      off << "3 " << a << ' ' << a + 1 << ' ' << a + 12 << "\n3 " << a << ' ' << a + 12 << ' '
+          << a + 11 << '\n';
+    }
+  return off.str();
+}
+
+// The four corners of a homogeneous specimen, each answered for by the same recordings.
+std::string at_corners(const std::string& file, const char* unit, double side) {
+  std::ostringstream text;
+  for (int k = 0; k < 4; ++k)
+    text << "[[recording]]\nfile = \"" << file << "\"\npoint = \"corner" << k
+         << "\"\nposition = [\"" << side * (k % 2) << ' ' << unit << "\", \"" << side * (k / 2)
+         << ' ' << unit << "\", \"0 mm\"]\n";
+  return text.str();
+}
+
+class Measured : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(data_)) GTEST_SKIP() << "no recordings at " << data_;
+  }
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::string files(const char* pattern) const { return fs::canonical(data_).string() + pattern; }
+
+  // Import, fit, tabulate with bands, refine, export, inspect; says what the import said.
+  std::string walk(const char* unit, double side, const std::string& recordings) {
+    folder_.write("sheet.off", sheet(side));
+    folder_.write("scene.toml", std::string("[body]\nsurface = \"sheet.off\"\nlength_unit = \"") +
+                                    unit + "\"\n[probe]\nradius = \"1 " + unit +
+                                    "\"\n[experiments]\ntest_points = 16\n");
+    folder_.write("manifest.toml", std::string("surface = \"sheet.off\"\nlength_unit = \"") + unit +
+                                       "\"\n" + recordings);
+    const Outcome imported =
+        run("import " + path("manifest.toml") + " -o " + path("samples.h5"), 0);
+    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), 3);  // presses alone
+    run("tabulate --band " + path("curves.h5") + " -o " + path("band.csv"), 0);
+    run("prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"), 0);
+    run("refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " + path("model.h5"),
+        0);
+    run("export " + path("model.h5") + " -o " + path("asset.palp"), 0);
+    EXPECT_NE(run("inspect " + path("asset.palp"), 0).out.find("reproduced bit for bit"),
+              std::string::npos);
+    return imported.err;
+  }
+  Outcome run(const std::string& line, int status) const {
+    const Outcome outcome = palpate(folder_, line);
+    EXPECT_EQ(outcome.status, status) << line << '\n' << outcome.err;
+    return outcome;
+  }
+  struct Row {
+    std::string point;
+    double at_m = 0, value_N = 0, deviation_N = 0;
+  };
+  std::vector<Row> bands() const {
+    std::vector<Row> rows;
+    std::istringstream table(content_of(folder_ / "band.csv"));
+    std::string line;
+    std::getline(table, line);
+    while (std::getline(table, line)) {
+      std::vector<std::string> cells;
+      std::istringstream fields(line);
+      for (std::string cell; std::getline(fields, cell, ',');) cells.push_back(cell);
+      if (cells.at(1) == "normal")
+        rows.push_back(
+            {cells.at(0), std::stod(cells.at(2)), std::stod(cells.at(3)), std::stod(cells.at(5))});
+    }
+    return rows;
+  }
+  void expect_bands(std::size_t points, double share) const {
+    const auto rows = bands();
+    ASSERT_EQ(rows.size(), 21 * points);
+    for (const Row& row : rows) {
+      EXPECT_GE(row.value_N, 0) << row.point;
+      EXPECT_TRUE(row.at_m == 0 || row.deviation_N > 0) << row.point << ' ' << row.at_m;
+    }
+    EXPECT_LT(rows.back().deviation_N, share * rows.back().value_N);
+  }
+
+  Folder folder_;
+  fs::path data_ = PALPATE_SHARED_DATA;
+};
+
+TEST_F(Measured, a_force_map_becomes_an_asset_and_says_what_its_cantilever_leaves_open) {
+  const std::string said =
+      walk("um", 22,
+           "place_tolerance = \"1 um\"\n[[recording]]\nfile = \"" +
+               files("/indentation/afm-workshop-map16/*.csv") +
+               "\"\ncantilever = { stiffness = 0.2, sensitivity = \"100 nm\", "
+               "stiffness_deviation = 0.1, sensitivity_deviation = 0.2 }\ncontact = \"hertz\"\n"
+               "plausible = [\"1 Pa\", \"1 GPa\"]\n");
+  expect_bands(16, 0.2);
+  EXPECT_NE(said.find("cantilever of 16 recordings, as the manifest has it: 10 % more stiffness "
+                      "makes moduli 10 % larger, 10 % more sensitivity "),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("leave moduli open by "), std::string::npos) << said;
+}
+
+TEST_F(Measured, five_compressions_of_each_silicone_become_an_asset) {
+  for (const char* material : {"EF10_100T", "EF10_50T"}) {
+    walk("mm", 40,
+         "[defaults]\nprobe = { shape = \"flat\", radius = \"25 mm\" }\n" +
+             at_corners(files("/compression/") + material + "_*.csv", "mm", 40));
+    expect_bands(4, 0.2);
+    const auto rows = bands();
+    EXPECT_NEAR(rows[20].at_m, 19.6e-3, 0.2e-3) << material;
+    EXPECT_GT(rows[20].value_N, 60) << material;
+    EXPECT_LT(rows[20].value_N, 160) << material;
+  }
+}
+
+TEST_F(Measured, a_press_of_the_nanoindenter_becomes_an_asset) {
+  walk("um", 40, at_corners(files("/indentation/fmt-chiaro*.txt"), "um", 40));
+  expect_bands(4, 0.1);
+  EXPECT_NEAR(bands()[20].value_N, 48e-9,
+              5e-9);  // the file: 54 nN at its deepest, 6 before contact
+}
+
+}  // namespace
+}  // namespace palpate::tools
