@@ -4,7 +4,7 @@
 // One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
 // lock, no exception, no clock.
 
-#include "mesh_surface.hpp"
+#include "hold.hpp"
 #include "status.hpp"
 #include "sweep.hpp"
 #include "sweep_ball.hpp"
@@ -24,6 +24,7 @@ struct Contact {
   double refused_J = 0;            ///< energy that slips would have created, each joule once
   double withheld_J = 0;           ///< refused at the latest tick
   std::int64_t refused_ticks = 0;  ///< ticks at which the guard acted
+  Hold hold;                       ///< saves time, changes no bit
 };
 
 enum class ContactState { air, stick, slip };
@@ -51,6 +52,7 @@ inline void release(Contact& contact) noexcept {
   contact.withheld_J = 0;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
+  drop(contact.hold);
 }
 
 /// Everything but the running sums is forgotten: contact begins again from outside.
@@ -107,8 +109,8 @@ inline void put(const Vec3d& from, double to[3]) noexcept {
 }
 
 /// The surface point under a ball's rest position, or a tip's contact point itself.
-template <bool kIsBall>
-Vec3d surface_point(const MeshSpot<double>& spot, const Arm& arm) noexcept {
+template <bool kIsBall, class Spot>
+Vec3d surface_point(const Spot& spot, const Arm& arm) noexcept {
   if (!kIsBall) return spot.point;
   const Vec3d skew = make_vec3<double>(arm.skew_m);
   return spot.point + skew + spot.normal * (arm.reach_m - dot(skew, spot.normal));
@@ -120,9 +122,9 @@ inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-template <bool kIsBall>
-void describe(const AssetView& asset, const Contact& contact,
-              const Footing<double, MeshSpot<double>>& foot, const Vec3d& x, Output& out) noexcept {
+template <bool kIsBall, class Spot>
+void describe(const AssetView& asset, const Contact& contact, const Footing<double, Spot>& foot,
+              const Vec3d& x, Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
   const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
   put(c + origin, out.contact_m);
@@ -136,9 +138,41 @@ void describe(const AssetView& asset, const Contact& contact,
   if (is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
 }
 
+/// The answer of a tool that the contact holds: force, energy, what there is to say about them.
+template <bool kIsBall, class Spot>
+Status resist(const AssetView& asset, Contact& contact, const Footing<double, Spot>& foot,
+              double stored_J, const Vec3d& x, Output& out) noexcept {
+  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+  if (!is_finite(force) || !std::isfinite(stored_J)) {
+    forget(contact);
+    return Status::force_not_finite;
+  }
+  describe<kIsBall>(asset, contact, foot, x, out);
+  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
+  out.state = ContactState::stick;
+  out.stored_J = stored_J;
+  return Status::ok;
+}
+
+/// Whether the contact stands where it stood and sticks: then `status` is the answer's.
+template <bool kIsBall>
+bool stays(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out,
+           Status& status) noexcept {
+  Hold& hold = contact.hold;
+  if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) return false;
+  const auto foot = footing(asset.curves, HeldSpot{hold.point, hold.normal, &hold, &asset}, x);
+  if (!(foot.d.normal_m > 0) || is_slipping(asset.curves, foot)) return false;
+  contact.withheld_J = 0;
+  const double stored_J = stored_energy_J(asset.curves, foot.spot, foot.d);
+  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+  return true;
+}
+
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
 template <bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out) noexcept {
+  Status status = Status::ok;
+  if (stays<kIsBall>(asset, contact, x, out, status)) return status;
   MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
   auto foot = footing(asset.curves, surface.standing(), x);
   const SlideEnd end = slide(asset.curves, x, surface, foot);
@@ -150,20 +184,19 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
     release(contact);
     return Status::ok;
   }
-  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
   const double stored_J =
       surface.has_moved() ? surface.stored_J() : stored_energy_J(asset.curves, foot.spot, foot.d);
-  if (!is_finite(force) || !std::isfinite(stored_J)) {
-    forget(contact);
-    return Status::force_not_finite;
+  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+  if (status != Status::ok) return status;
+  out.flags |= surface.flags();
+  if (end == SlideEnd::stick) {
+    keep(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot.spot);
+    return Status::ok;
   }
-  out.flags = surface.flags();
-  describe<kIsBall>(asset, contact, foot, x, out);
-  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
-  out.state = end == SlideEnd::stick ? ContactState::stick : ContactState::slip;
-  out.stored_J = stored_J;
+  drop(contact.hold);
+  out.state = ContactState::slip;
   if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
-  if (kIsBall && end != SlideEnd::stick) lay_skew(contact.arm, foot.spot.normal);
+  if (kIsBall) lay_skew(contact.arm, foot.spot.normal);
   return Status::ok;
 }
 
