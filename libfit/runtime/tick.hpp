@@ -279,8 +279,8 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// kMaxRootSteps + 4 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
 /// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
-/// branches this tick took; zero without force. Asking for it makes a tick about four times as long
-/// and changes no other bit.
+/// branches this tick took; zero without force. Asking for it makes a tick several times as
+/// long and changes no other bit.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
                     TangentOut tangent_N_m = nullptr) noexcept {
   return tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);
