@@ -6,6 +6,7 @@
 #include "tools/bench_bodies.hpp"
 #include "tools/finger_proxy.hpp"
 #include "tools/realtime.hpp"
+#include "tools/tick_flops.hpp"
 #include "tools/tick_work.hpp"
 
 namespace palpate::tools {
@@ -32,6 +33,21 @@ TEST(tick_work, each_kind_brings_what_it_is_named_for) {
       EXPECT_LT(lines, 60U);
     }
   }
+}
+
+TEST(tick_work, arithmetic_of_a_press_is_that_of_its_curves_and_its_frame) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(75, 32));
+  runtime::Contact contact;
+  runtime::Output out;
+  for (long i = 0; i < 1300; ++i) {
+    const Vec3 x = kTicksOfKind[1].tip(i) * (i == 0 ? 1.2 : 1);
+    runtime::touch(body.asset, contact, x.data(), out);
+  }
+  ASSERT_EQ(out.state, runtime::ContactState::stick);
+  const Vec3 x = kTicksOfKind[1].tip(1300);
+  // Three cubics (t, four Horner, a sum of products), two integrals, deflection, response.
+  const long curve = 1 + 4 * 6 + 7, area = 1 + 4 * 6 + 4 * 2 + 4 * 2 + 1, frame = 27, force = 11;
+  EXPECT_EQ(flops_of_a_tick(body.asset, contact, x.data()), 3 * curve + 2 * area + frame + force);
 }
 
 TEST(finger_proxy, presses_like_a_spring_and_drags_along_its_cone) {
