@@ -170,7 +170,7 @@ void bench_clicks(const BenchRequest& request) {
   write_table(request.folder / "clicks.csv", results);
   write_picture(request.folder / "clicks.svg", results);
   for (const ClickResult& r : results)
-    say("{:29} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
+    say("{:30} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
         "{:6.1f}, max "
         "{:6.1f}, ordinary tick {:5.1f} mN, click index {:.1f}",
         r.name, r.crossings, 1e3 * r.median_jump_N, 1e3 * r.mean_jump_N, 1e3 * r.median_ridge_N,

@@ -12,11 +12,11 @@ namespace runtime {
 
 /// A blended curve around the depth of the last tick.
 struct HeldCurve {
-  int piece = 0;             ///< interval of that depth
-  int first = -1;            ///< control value that b[0] is; -1: none yet
-  int area_piece = -1;       ///< interval that area_J belongs to; -1: none yet
-  double b[kMaxDegree + 1];  ///< [N], as many as are alive on an interval
-  double area_J;             ///< area_before() of that interval
+  int piece = 0;                  ///< interval of that depth
+  int first = -1;                 ///< control value that b[0] is; -1: none yet
+  int area_piece = -1;            ///< interval that area_J belongs to; -1: none yet
+  double b[kMaxDegree + 1] = {};  ///< [N], as many as are alive on an interval
+  double area_J = 0;              ///< area_before() of that interval
 };
 
 /// Of one contact point on one asset. It is good as long as that is where the contact stands.
@@ -24,8 +24,8 @@ struct Hold {
   const float* of = nullptr;  ///< controls of the asset; null: nothing is held
   int triangle = -1;
   bool is_ball = false, is_frictionless = false;
-  double weight[3];
-  Vec3d point, normal;
+  double weight[3] = {0, 0, 0};
+  Vec3d point{0, 0, 0}, normal{0, 0, 0};
   HeldCurve curve[kCurves];
 };
 
@@ -57,10 +57,10 @@ struct HeldSpot {
 
   MeshSpot<double> mesh_spot() const noexcept {  // for control values that are not at hand
     MeshSpot<double> spot;
-    const Facet facet = Facet::of(*asset, hold->triangle);
     for (int k = 0; k < 3; ++k) {
+      const std::ptrdiff_t v = asset->corner(hold->triangle, k);
       spot.n[k] = hold->weight[k];
-      spot.node[k] = facet.node[k];
+      spot.node[k] = asset->control + v * asset->controls_per_vertex;
     }
     spot.offset = asset->control_offset;
     spot.piece = nullptr;  // no interval is looked for

@@ -176,7 +176,8 @@ PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
 PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
                                             palpate_info* info) PALPATE_NOEXCEPT;
 
-/* Makes a contact for a tool: in the air, its sums zero. Call again to start anew.
+/* Makes a contact for a tool: in the air, its sums zero. Call again to start anew, and when another
+   asset takes the place of the one that the contact was used with.
    PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG (the contact is then not started). */
 PALPATE_API palpate_status palpate_start(palpate_contact* contact,
                                          const palpate_tool* tool) PALPATE_NOEXCEPT;
