@@ -62,7 +62,8 @@ Status resist(const AssetView& asset, Contact& contact, const Footing<double, Sp
   return Status::ok;
 }
 
-/// Whether the contact stands where it stood and sticks: then `status` is the answer's.
+/// Whether the contact stands where it stood and sticks: then `status` is the answer's. Anything
+/// else (a slip, a lift, a law that moves a sticking contact) is answer()'s to find anew.
 template <bool kIsBall>
 bool stays(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out,
            Status& status) noexcept {

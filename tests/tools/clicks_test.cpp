@@ -99,6 +99,42 @@ TEST(clicks, nothing_ablated_is_the_engine_itself) {
   }
 }
 
+// Case T5: at an edge both triangles must bring one force.
+TEST(clicks, an_edge_felt_from_either_side_is_one_force) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
+  const runtime::Asset& asset = body.asset;
+  const runtime::Arm none;
+  double worst_N = 0, worst_without_N = 0;
+  for (int t = 0; t < asset.triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int other = asset.neighbour[3 * t + k];
+      if (other < t) continue;
+      runtime::Vec3d force[2][2];
+      for (int side = 0; side < 2; ++side) {
+        const int triangle = side == 0 ? t : other;
+        double n[3] = {0, 0, 0};
+        for (int j = 0; j < 3; ++j) {
+          if (asset.corner(triangle, j) == asset.corner(t, k)) n[j] = 0.3;
+          if (asset.corner(triangle, j) == asset.corner(t, (k + 1) % 3)) n[j] = 0.7;
+        }
+        const runtime::MeshSurface<double, false> surface(asset, triangle, n, none);
+        const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
+        const auto whole = surface.standing(), bare = ablated(whole, {false, false, true}, facet);
+        const runtime::Vec3d x = whole.point + whole.normal * 0.004 + runtime::Vec3d{0, 0, 0.001};
+        const auto of = [&](const auto& spot) {
+          return runtime::response(asset.curves, spot, runtime::deflection(asset.curves, spot, x));
+        };
+        force[0][side] = of(whole);
+        force[1][side] = of(bare);
+      }
+      const runtime::Vec3d jump = force[0][1] - force[0][0], without = force[1][1] - force[1][0];
+      worst_N = std::max(worst_N, std::sqrt(dot(jump, jump)));
+      worst_without_N = std::max(worst_without_N, std::sqrt(dot(without, without)));
+    }
+  EXPECT_LT(worst_N, 1e-14);
+  EXPECT_GT(worst_without_N, 0.2);
+}
+
 // The independent reference slide of the cylinder, case T3_slide: tick, triangle, force.
 TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
   ExportOptions options;
