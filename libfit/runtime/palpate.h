@@ -153,10 +153,10 @@ typedef struct palpate_output {
 /* What an opened asset says about itself. */
 typedef struct palpate_info {
   int32_t vertices, triangles;
-  double max_step_m;       /* a tip moving farther in one tick has teleported */
-  double probe_radius_m;   /* of the probe the curves were measured with; 0 unknown or a point */
+  double max_step_m;     /* a tip moving farther in one tick has teleported */
+  double probe_radius_m; /* of the probe the curves were measured with; 0 unknown or a point */
   double box_min_m[3], box_max_m[3]; /* of what can be touched, in the body's frame */
-  const char* meta_json;   /* error statement, scene; within the caller's bytes, NOT terminated */
+  const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
 
