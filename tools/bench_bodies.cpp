@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "libfit/core/error.hpp"
 
@@ -41,13 +42,17 @@ double cylinder_stiffness_N_m(const Vec3& x) {
                 0.2 * std::sin(2 * std::numbers::pi * x[2] / kCylinderLength_m));
 }
 
-Model bench_cylinder(int around, int along, int pieces) {
+Model bench_cylinder(int around, int along, int pieces, double scatter) {
   Model model;
   model.surface = cylinder(around, along);
   const Points& x = model.surface.vertices;
   model.inward_normal = Points::Zero(x.rows(), 3);
   model.inward_normal.leftCols(2) = -x.leftCols(2).rowwise().normalized();
   model.is_covered.assign(static_cast<std::size_t>(x.rows()), 1);
+  std::mt19937_64 random(1);         // its numbers are the same everywhere, unlike a distribution's
+  Eigen::VectorXd factor(x.rows());  // uniform of the given deviation
+  for (double& each : factor)
+    each = 1 + scatter * std::sqrt(12.0) * (double(random() >> 11) / 9007199254740992.0 - 0.5);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     CurveBasis& basis = model.curves.basis[kind];
     basis.degree = 3;
@@ -59,9 +64,10 @@ Model bench_cylinder(int around, int along, int pieces) {
       for (int k = 1; k <= 3; ++k) at += kRange_m * std::clamp(j - 3 + k, 0, pieces) / pieces / 3;
       for (Eigen::Index v = 0; v < x.rows(); ++v) {
         const double normal_N = cylinder_stiffness_N_m(x.row(v)) * at * at / 0.01;
-        control(v, j) = kind == 0   ? normal_N
-                        : kind == 1 ? lateral_stiffness_N_m(x.row(v)) * at
-                                    : friction(at) * normal_N;
+        const double force_N = kind == 0   ? normal_N
+                               : kind == 1 ? lateral_stiffness_N_m(x.row(v)) * at
+                                           : friction(at) * normal_N;
+        control(v, j) = factor[v] * force_N;
       }
     }
   }

@@ -13,7 +13,9 @@ double cylinder_stiffness_N_m(const Vec3& x);
 
 /// The cylinder with `around` x `along` x 2 triangles; cubic curves of `pieces` pieces over 8 mm,
 /// f^r linear, friction falling from 0.4 to 0.2 with depth. 25 x 10 is the paper's, 500 triangles.
-Model bench_cylinder(int around, int along, int pieces = 12);
+/// scatter: each node's curves times a random number (seeded, the same each time) of mean 1 and
+/// this deviation, on top of that: a body whose curves differ from node to node.
+Model bench_cylinder(int around, int along, int pieces = 12, double scatter = 0);
 
 /// An opened asset with its bytes.
 struct BenchAsset {

@@ -156,9 +156,9 @@ void write_picture(const std::filesystem::path& path, const std::vector<ClickRes
 }  // namespace
 
 std::vector<ClickResult> measure_clicks(int tracks) {
-  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
   std::vector<ClickResult> results;
   for (const ClickCase& what : kClickCases) {
+    const BenchAsset body = make_bench_asset(bench_cylinder(25, 10, 12, what.scatter));
     results.push_back(measure(body.asset, what, tracks));
     results.back().click_index = results.back().band_rms_N / results.front().band_rms_N;
   }
@@ -170,7 +170,7 @@ void bench_clicks(const BenchRequest& request) {
   write_table(request.folder / "clicks.csv", results);
   write_picture(request.folder / "clicks.svg", results);
   for (const ClickResult& r : results)
-    say("{:20} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
+    say("{:30} {:4} crossings, median jump {:6.1f} mN, mean {:6.1f}, at ridges {:6.1f}, p95 "
         "{:6.1f}, max "
         "{:6.1f}, ordinary tick {:5.1f} mN, click index {:.1f}",
         r.name, r.crossings, 1e3 * r.median_jump_N, 1e3 * r.mean_jump_N, 1e3 * r.median_ridge_N,

@@ -11,12 +11,18 @@ namespace palpate::tools {
 struct ClickCase {
   std::string_view name;
   Ablation ablation;
+  double scatter = 0;  ///< of the nodes' curves, see bench_cylinder
 };
+/// By how much curves must differ from node to node before facet curves click as the prototype's.
+inline constexpr double kScatter = 0.28;
 inline constexpr ClickCase kClickCases[] = {
     {"both interpolations", {}},
     {"facet normals", {false, true, true}},
     {"facet curves", {true, false, true}},
     {"neither", {false, false, true}},
+    {"both, scattered nodes", {}, kScatter},
+    {"facet normals, scattered nodes", {false, true, true}, kScatter},
+    {"facet curves, scattered nodes", {true, false, true}, kScatter},
 };
 
 struct ClickResult {

@@ -3,8 +3,8 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c).
 //
-//   size palpate_asset 768, palpate_contact 512, palpate_pose 56, palpate_tool 48, palpate_input 128,
-//   size palpate_output 272, palpate_info 88
+//   size palpate_asset 768, palpate_contact 512, palpate_pose 56, palpate_tool 48,
+//   size palpate_input 128, palpate_output 272, palpate_info 88
 using System;
 using System.Runtime.InteropServices;
 
@@ -69,12 +69,15 @@ public static unsafe class Palpate
 
     [DllImport(Library)] public static extern int palpate_abi();
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
-    // bytes: at a multiple of 64 (Marshal.AllocHGlobal and round up), unchanged while the asset is used.
-    [DllImport(Library)] public static extern int palpate_open(out Asset asset, void* bytes, ulong size);
+    // bytes: at a multiple of 64 (Marshal.AllocHGlobal and round up), unchanged while in use.
+    [DllImport(Library)]
+    public static extern int palpate_open(out Asset asset, void* bytes, ulong size);
     [DllImport(Library)] public static extern int palpate_describe(in Asset asset, out Info info);
     [DllImport(Library)] public static extern int palpate_start(out Contact contact, in Tool tool);
     [DllImport(Library)] public static extern int palpate_release(ref Contact contact);
-    [DllImport(Library)] public static extern int palpate_tick(in Asset asset, ref Contact contact, in Input input, out Output output);
+    [DllImport(Library)]
+    public static extern int palpate_tick(in Asset asset, ref Contact contact, in Input input,
+                                          out Output output);
 
     public static string Sentence(int status) => Marshal.PtrToStringAnsi(palpate_sentence(status));
 }

@@ -20,8 +20,8 @@ static void palpate_force(const double pos_m[3], const double vel_m_s[3], double
   memcpy(force_N, out.force_on_tool_N, sizeof out.force_on_tool_N); /* zero unless all is well */
 }
 
-/* Stands for a device: a damped mass of 50 g that a spring pulls towards a point 4 mm deep. It ends where
-   spring and tissue balance. Returns the last force upwards. */
+/* Stands for a device: a damped mass of 50 g that a spring pulls towards a point 4 mm deep. It ends
+   where spring and tissue balance. Returns the last force upwards. */
 static double run_driver(force_callback callback, const double surface_m[3]) {
   double pos[3], vel[3] = {0, 0, 0}, force[3] = {0, 0, 0};
   int tick, k;

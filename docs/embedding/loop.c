@@ -1,4 +1,5 @@
-/* A plain C loop: loop ASSET.palp. Presses a ball 3 mm into the body from above, drags it 10 mm, lifts. */
+/* A plain C loop: loop ASSET.palp. Presses a ball 3 mm into the body from above, drags it 10 mm,
+ * lifts. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -10,7 +11,8 @@ static void* read_aligned(const char* path, size_t* size) {
   void* bytes = NULL;
   long length;
   if (file == NULL) return NULL;
-  if (fseek(file, 0, SEEK_END) == 0 && (length = ftell(file)) > 0 && fseek(file, 0, SEEK_SET) == 0) {
+  if (fseek(file, 0, SEEK_END) == 0 && (length = ftell(file)) > 0 &&
+      fseek(file, 0, SEEK_SET) == 0) {
     *size = (size_t)length;
     bytes = aligned_alloc(64, (*size + 63) / 64 * 64);
     if (bytes != NULL && fread(bytes, 1, *size, file) != *size) {
@@ -43,16 +45,20 @@ int main(int argc, char** argv) {
     const double above = info.box_max_m[2] + 0.006;
     const double x = 0.5 * (info.box_min_m[0] + info.box_max_m[0]) + 0.0013;
     const double y = 0.5 * (info.box_min_m[1] + info.box_max_m[1]) + 0.0007;
-    const double down = tick < 400 ? 4e-5 * tick : tick < 1400 ? 0.016 : 0.016 - 4e-5 * (tick - 1400);
+    const double down = tick < 400    ? 4e-5 * tick
+                        : tick < 1400 ? 0.016
+                                      : 0.016 - 4e-5 * (tick - 1400);
     const double aside = tick < 400 ? 0 : tick < 1400 ? 1e-5 * (tick - 400) : 0.01;
     palpate_input in = palpate_input_at(x + aside, y, above - down);
-    if (touch_z != 0 && in.tool.position_m[2] < touch_z - 0.003) in.tool.position_m[2] = touch_z - 0.003;
+    if (touch_z != 0 && in.tool.position_m[2] < touch_z - 0.003)
+      in.tool.position_m[2] = touch_z - 0.003;
     status = palpate_tick(&asset, &contact, &in, &out);
     if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
     if (touch_z == 0 && out.state != PALPATE_AIR) touch_z = in.tool.position_m[2];
     if (tick % 100 == 0)
-      printf("%4d ms  force on tool %7.4f %7.4f %7.4f N  depth %5.2f mm  %s\n", tick, out.force_on_tool_N[0],
-             out.force_on_tool_N[1], out.force_on_tool_N[2], 1e3 * out.normal_m, kState[out.state]);
+      printf("%4d ms  force on tool %7.4f %7.4f %7.4f N  depth %5.2f mm  %s\n", tick,
+             out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2],
+             1e3 * out.normal_m, kState[out.state]);
   }
   printf("stored %.3g J, dissipated %.3g J\n", out.stored_J, out.dissipated_J);
   free(bytes);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "libfit/runtime/slide.hpp"
+#include "libfit/runtime/response.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "libfit/fit/words.hpp"
-#include "libfit/runtime/slide.hpp"
+#include "libfit/runtime/response.hpp"
 
 namespace palpate::fit {
 namespace {

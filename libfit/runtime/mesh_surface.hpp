@@ -4,9 +4,7 @@
 // The contact point on the asset's triangles, as a Surface of slide.hpp: it walks from triangle to
 // triangle, keeps to borders, and holds back slips that would create energy.
 
-#include <type_traits>
-
-#include "view.hpp"
+#include "mesh_spot.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -25,103 +23,11 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;  ///< no lateral stiffness here: slides as if frictionless
 
-/// How a ball's centre stands from its contact point. At first touch the centre is p and the
-/// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
-/// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
-/// section 12).
-struct Arm {
-  double reach_m = 0;            ///< along the inward normal
-  double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
-};
-
-/// A spot of the mesh: everything blended by area coordinates n [1].
-template <class S>
-struct MeshSpot {
-  Vec3<S> point;   ///< where the tool's reference point is with no deflection
-  Vec3<S> normal;  ///< inward unit
-  S length;        ///< of the blended normal before it was made unit
-  S n[3];
-  const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each curve and of the lean within them
-  S control(int curve, int j) const noexcept {
-    const int at = offset[curve] + j;
-    return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
-  }
-  Vec3<S> lean(int j) const noexcept {
-    return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
-  }
-};
-
-/// A triangle as the law computes with it: read once, used by every spot of a way.
-struct Facet {
-  Vec3d vertex[3], normal[3];
-  const float* node[3];  ///< controls of the corners
-
-  static Facet of(const AssetView& asset, int triangle) noexcept {
-    Facet out;
-    for (int k = 0; k < 3; ++k) {
-      const int v = asset.corner(triangle, k);
-      out.vertex[k] = asset.vertex_at(v);
-      out.normal[k] = asset.normal_at(v);
-      out.node[k] = asset.control + static_cast<std::ptrdiff_t>(v) * asset.controls_per_vertex;
-    }
-    return out;
-  }
-};
-
-/// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
-/// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
-template <class P, bool kIsBall>
-struct MeshPath {
-  const Facet* facet;
-  const int* offset;  ///< of each curve in the controls
-  const Arm* arm;     ///< of a ball
-  P n[3], rate[3];    ///< [1], [1/m]
-  P end_m;            ///< where a coordinate reaches zero
-  int exit;           ///< which one
-  bool blocked;       ///< a border leaves no way to go
-
-  P end() const noexcept { return end_m; }
-  bool is_blocked() const noexcept { return blocked; }
-  MeshPath<double, kIsBall> plain() const noexcept {
-    return {facet,
-            offset,
-            arm,
-            {value_of(n[0]), value_of(n[1]), value_of(n[2])},
-            {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
-            value_of(end_m),
-            exit,
-            blocked};
-  }
-
-  template <class S>
-  MeshSpot<S> at(const S& s) const noexcept {
-    using std::sqrt;
-    MeshSpot<S> spot;
-    Vec3<S> field{S(0), S(0), S(0)};
-    spot.point = field;
-    for (int k = 0; k < 3; ++k) {
-      spot.n[k] = s * rate[k] + n[k];
-      spot.point = spot.point + facet->vertex[k] * spot.n[k];
-      field = field + facet->normal[k] * spot.n[k];
-      spot.node[k] = facet->node[k];
-    }
-    spot.length = sqrt(dot(field, field));
-    spot.normal = field * (1.0 / spot.length);
-    spot.offset = offset;
-    if constexpr (kIsBall) {
-      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
-      const S along = dot(skew, spot.normal);
-      spot.point = spot.point - skew - spot.normal * (arm->reach_m - along);
-    }
-    return spot;
-  }
-};
-
 /// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
 /// polynomials.
-inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
-                              const Deflection<double>& d) noexcept {
+template <class Spot>
+double stored_energy_J(const CurveViews& views, const Spot& spot,
+                       const Deflection<double>& d) noexcept {
   const double lateral_J = energy_at(views, spot, kLateral, d.lateral_m);
   return energy_at(views, spot, kNormal, d.normal_m) +
          (views.coupling_depth_m > 0 ? d.gain.value * lateral_J : lateral_J);
@@ -184,7 +90,7 @@ class MeshSurface {
 
   /// Goes to path(s), s <= end, and over the edge when s reaches it.
   Move move(const Path& path, T s, const Vec3<T>& x) noexcept {
-    const auto plain = path.plain();
+    const auto& plain = path.plain();
     const Vec3d tip = values_of(x);
     const double wanted = value_of(s);
     const double before_J =
@@ -215,9 +121,15 @@ class MeshSurface {
   };
 
   Path resting() const noexcept {
-    return {
-        &facet_, asset_.control_offset, &arm_, {n_[0], n_[1], n_[2]}, {T(0), T(0), T(0)}, T(0), 0,
-        false};
+    return {&facet_,
+            asset_.control_offset,
+            piece_,
+            &arm_,
+            {n_[0], n_[1], n_[2]},
+            {T(0), T(0), T(0)},
+            T(0),
+            0,
+            false};
   }
   // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
   // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
@@ -339,6 +251,7 @@ class MeshSurface {
   int triangle_;
   Facet facet_;
   T n_[3];
+  mutable int piece_[kCurves] = {};  // a guess, of no consequence but for time
   unsigned flags_ = 0;
   bool has_moved_ = false;
   double dissipated_J_ = 0, refused_J_ = 0, stored_J_ = 0;

@@ -27,7 +27,8 @@
    contact belongs to one thread at a time. There are no globals.
    Determinism. The same bytes and inputs give the same bits with every compiler and optimization
    level on machines with IEEE doubles; palpate_open verifies it on the asset's own check path.
-   Errors. A status other than PALPATE_OK always comes with zero force and torque, never a stale one.
+   Errors. A status other than PALPATE_OK always comes with zero force and torque, never a stale
+   one.
    Version. PALPATE_ABI is raised when a structure or a meaning changes. */
 
 #include <stddef.h>
@@ -57,7 +58,7 @@ enum {
   PALPATE_ASSET_NOT_OPEN = 2,   /* palpate_open was not called on it, or failed */
   PALPATE_NOT_STARTED = 3,      /* palpate_start was not called on the contact, or failed */
   PALPATE_TIP_NOT_FINITE = 4,   /* NaN or infinity where the tool is */
-  PALPATE_TIP_TELEPORTED = 5,   /* farther than max_step_m in one tick; contact begins anew outside */
+  PALPATE_TIP_TELEPORTED = 5,   /* farther than max_step_m in a tick; contact begins anew outside */
   PALPATE_CONTACT_FOREIGN = 6,  /* the contact was used with another asset; it was reset */
   PALPATE_FORCE_NOT_FINITE = 7, /* overflow at absurd depths; the contact was reset */
   PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
@@ -72,8 +73,8 @@ enum {
   PALPATE_SIZE_WRONG = 25,
   PALPATE_LAYOUT_WRONG = 26,   /* impossible counts or section offsets */
   PALPATE_CHECKSUM_WRONG = 27, /* changed or cut */
-  PALPATE_CONTENT_WRONG = 28,  /* numbers, curves, triangles, normals or tree are not what they must be */
-  PALPATE_REPLAY_DIFFERS = 29  /* this build of the engine computes other bits than the exporter's */
+  PALPATE_CONTENT_WRONG = 28,  /* numbers, curves, triangles, normals or tree are impossible */
+  PALPATE_REPLAY_DIFFERS = 29  /* this build of the engine has other bits than the exporter's */
 };
 
 /* Storage that the engine fills; treat it as opaque. Static, on a stack or in an array: nothing is
@@ -91,8 +92,8 @@ typedef struct palpate_pose {
   double orientation[4]; /* unit quaternion w, x, y, z; q and -q are the same */
 } palpate_pose;
 
-/* What touches: a point or a ball fixed to the tool. The asset's curves were measured with a ball of
-   palpate_info.probe_radius_m; another radius changes where contact begins, not the curves.
+/* What touches: a point or a ball fixed to the tool. The asset's curves were measured with a ball
+   of palpate_info.probe_radius_m; another radius changes where contact begins, not the curves.
    The damper acts parallel to the normal curve, b(dz) = damping_Ns_m min(1, dz / damper_depth_m),
    against motion along the contact's normal. It never pulls the tool in. Its energy is damped_J. */
 typedef struct palpate_tool {
@@ -107,7 +108,7 @@ typedef struct palpate_input {
   palpate_pose tool;
   palpate_pose body;     /* identity for a body that rests */
   double dt_s;           /* since the previous tick; read by the damper alone */
-  int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes about four times as long */
+  int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes several times as long */
   int32_t reserved;      /* 0 */
 } palpate_input;
 
@@ -115,15 +116,16 @@ enum { PALPATE_AIR = 0, PALPATE_STICK = 1, PALPATE_SLIP = 2 };
 
 /* Or-ed together in flags. */
 enum {
-  PALPATE_FLAG_UNFINISHED = 1,  /* the slip was longer than a tick may take; it goes on at the next */
-  PALPATE_FLAG_BORDER = 2,      /* the contact point was at a border that held it */
-  PALPATE_FLAG_HELD_BACK = 4,   /* the guard refused the energy-creating part of a slip */
-  PALPATE_FLAG_TOO_DEEP = 8,    /* deeper than slides are well-conditioned for at this triangle */
+  PALPATE_FLAG_UNFINISHED = 1,   /* the slip is longer than a tick may take; the next goes on */
+  PALPATE_FLAG_BORDER = 2,       /* the contact point was at a border that held it */
+  PALPATE_FLAG_HELD_BACK = 4,    /* the guard refused the energy-creating part of a slip */
+  PALPATE_FLAG_TOO_DEEP = 8,     /* deeper than slides are well-conditioned for at this triangle */
   PALPATE_FLAG_FRICTIONLESS = 16 /* no lateral stiffness here: slides as if frictionless */
 };
 
 /* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
-   torque and stiffness are exactly zero and triangle is -1. Energies are sums since palpate_start. */
+   torque and stiffness are exactly zero and triangle is -1. Energies are sums since
+   palpate_start. */
 typedef struct palpate_output {
   double force_on_tool_N[3];   /* what a device displays; the body feels the negative */
   double torque_on_tool_Nm[3]; /* of that force about tool.position_m: it acts at the tip, or one
@@ -138,9 +140,9 @@ typedef struct palpate_output {
   double refused_J;            /* that slips would have created, each joule once */
   double damped_J;             /* by the damper */
   double damper_N;             /* the damper's part of the force on the body, along the normal */
-  double stiffness_N_m[9];     /* row-major d(force on the body) / d(tool position), elastic part, the
-                                  tool not turning: exact for the branch taken, with the contact point
-                                  of a first touch held; zero unless wanted */
+  double stiffness_N_m[9];     /* row-major d(force on the body) / d(tool position), elastic part,
+                                  the tool not turning: exact for the branch taken, with the contact
+                                  point of a first touch held; zero unless wanted */
   int64_t refused_ticks;       /* ticks at which the guard acted */
   int32_t triangle;            /* of the surface; -1 in the air */
   int32_t state;               /* PALPATE_AIR, PALPATE_STICK or PALPATE_SLIP */
@@ -151,10 +153,10 @@ typedef struct palpate_output {
 /* What an opened asset says about itself. */
 typedef struct palpate_info {
   int32_t vertices, triangles;
-  double max_step_m;       /* a tip moving farther in one tick has teleported */
-  double probe_radius_m;   /* of the probe the curves were measured with; 0 unknown or a point */
+  double max_step_m;     /* a tip moving farther in one tick has teleported */
+  double probe_radius_m; /* of the probe the curves were measured with; 0 unknown or a point */
   double box_min_m[3], box_max_m[3]; /* of what can be touched, in the body's frame */
-  const char* meta_json;   /* error statement, scene; within the caller's bytes, NOT terminated */
+  const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
 
@@ -165,8 +167,8 @@ PALPATE_API int32_t palpate_abi(void) PALPATE_NOEXCEPT;
 PALPATE_API const char* palpate_sentence(palpate_status status) PALPATE_NOEXCEPT;
 
 /* Opens the asset in `bytes` [size], 64-byte aligned (a file map is), which must outlive it
-   unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte is
-   read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
+   unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte
+   is read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
 PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
                                         uint64_t size) PALPATE_NOEXCEPT;
 
@@ -174,7 +176,8 @@ PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
 PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
                                             palpate_info* info) PALPATE_NOEXCEPT;
 
-/* Makes a contact for a tool: in the air, its sums zero. Call again to start anew.
+/* Makes a contact for a tool: in the air, its sums zero. Call again to start anew, and when another
+   asset takes the place of the one that the contact was used with.
    PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG (the contact is then not started). */
 PALPATE_API palpate_status palpate_start(palpate_contact* contact,
                                          const palpate_tool* tool) PALPATE_NOEXCEPT;
@@ -192,7 +195,8 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
    tree boxes near the way, 2 log2(triangles) for a tip in free space and never more than
    2 x triangles. No data-dependent loop is longer. */
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
-                                        const palpate_input* in, palpate_output* out) PALPATE_NOEXCEPT;
+                                        const palpate_input* in,
+                                        palpate_output* out) PALPATE_NOEXCEPT;
 
 /* The commonest tools and inputs, ready to pass. */
 static inline palpate_tool palpate_tip(void) {

@@ -16,177 +16,18 @@
 //                              lateral deflection shrinks by s
 //   surface.move(path, s, x) -> Move: the contact point goes to path(s)
 
-#include "scalar.hpp"
-#include "spline.hpp"
+#include "response.hpp"
 
 namespace palpate {
 namespace runtime {
 
-constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
-constexpr int kCurves = 3;
-constexpr int kLean = 3;  ///< where the lean l(dz) stands after them
-
 constexpr int kMaxRootSteps = 12;  ///< Newton needs 3 or 4; 12 bisections leave 1/4096 of a slip
 constexpr int kMaxSegments =
     16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
-constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
 constexpr double kSlipTolerance = 1e-10;  ///< of f^r: keeps a solved slip from slipping again
 constexpr double kRootTolerance = 1e-13;  ///< of f^r: where Newton stops
 constexpr double kInside =
     1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
-
-/// The bases of the three curves and of the lean, shared by the body.
-struct CurveViews {
-  SplineView view[kCurves];
-  SplineView lean;             ///< of l(dz); no pieces: the body does not lean
-  double coupling_depth_m = 0; ///< the depth at which G is 1; 0: G is 1 everywhere
-};
-
-// e bounds the slope at 500 / D; a tool that lifts off while it slides keeps a lateral deflection
-// of the order of L' D sqrt(e) / f^r', so a smaller e is a smaller pop (below a millinewton here).
-constexpr double kGainOffset = 1e-6, kGainRoot = 1e-3;  ///< e and its root, see gain_at
-constexpr double kGainSpan = 0.999000499999875;         ///< sqrt(1 + e) - sqrt(e)
-
-/// G = (sqrt(dz/D + e) - sqrt(e)) / (sqrt(1 + e) - sqrt(e)) and dG/d(dz) at dz > 0: the root of the
-/// depth, as a ball's contact radius grows, with a slope at zero (docs/method.md, M3c).
-template <class T>
-struct Gain {
-  T value, slope;
-};
-template <class T>
-Gain<T> gain_at(double coupling_depth_m, const T& depth_m) noexcept {
-  using std::sqrt;
-  const T root = sqrt(depth_m * (1.0 / coupling_depth_m) + kGainOffset);
-  return {(root - kGainRoot) * (1.0 / kGainSpan), (0.5 / (kGainSpan * coupling_depth_m)) / root};
-}
-
-/// A tool's deflection in the frame of its contact point.
-template <class T>
-struct Deflection {
-  T normal_m;       ///< dz, > 0 in contact
-  T lateral_m;      ///< dr >= 0, from where the body leans to; exactly 0 below kLateralZero_m
-  Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
-  T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
-  Gain<T> gain;     ///< G(dz) [1] of a coupled body, 0 where dz <= 0; else not read
-};
-
-/// l and dl/d(dz) of a spot.
-template <class T>
-struct Lean {
-  Vec3<T> value_m, slope;
-};
-template <class T, class Spot>
-Lean<T> lean_at(const SplineView& view, const Spot& spot, const T& depth_m) noexcept {
-  const SplineWeights<T> w = spline_weights(view, find_piece(view, value_of(depth_m)), depth_m);
-  const Vec3<T> nothing{T(0), T(0), T(0)};
-  Lean<T> out{nothing, nothing};
-  for (int k = 0; k <= view.degree; ++k) {
-    const Vec3<T> control = spot.lean(w.first + k);
-    out.value_m = out.value_m + control * w.value[k];
-    out.slope = out.slope + control * w.slope[k];
-  }
-  return out;
-}
-
-/// The deflection of a tool at x [m] whose contact point is the spot.
-template <class T, class Spot>
-Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  using std::sqrt;
-  const Vec3<T> delta = x - spot.point;
-  Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}, T(0), {T(0), T(0)}};
-  if (views.coupling_depth_m > 0 && value_of(out.normal_m) > 0)
-    out.gain = gain_at(views.coupling_depth_m, out.normal_m);
-  Vec3<T> lateral = delta - spot.normal * out.normal_m;
-  const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
-  Vec3<T> slope{T(0), T(0), T(0)};
-  if (leans) {
-    const Lean<T> lean = lean_at(views.lean, spot, out.normal_m);
-    lateral = lateral - (lean.value_m - spot.normal * dot(lean.value_m, spot.normal));
-    slope = lean.slope;
-  }
-  const T squared = dot(lateral, lateral);
-  if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
-  out.lateral_m = sqrt(squared);
-  out.lateral = lateral * (1.0 / out.lateral_m);
-  if (leans) out.lean_rate = dot(slope, out.lateral);
-  return out;
-}
-
-/// Sum of a spot's control values times the basis at x, on a basis of a known order: the compiler
-/// unrolls it, which is half of a tick's time.
-template <int kOrder, class T, class Spot>
-T curve_of_order(const SplineView& view, const Spot& spot, int curve, const T& x) noexcept {
-  const int piece = find_piece(view, value_of(x)), first = first_control(view, piece);
-  const T t = x - view.knots[piece];
-  const double* c = view.weights + piece * kOrder * kOrder;
-  T sum = spot.control(curve, first) * basis_value(c, kOrder, t);
-  for (int k = 1; k < kOrder; ++k)
-    sum = sum + spot.control(curve, first + k) * basis_value(c + k * kOrder, kOrder, t);
-  return sum;
-}
-
-/// Force of one curve of a spot at x [m] -> [N]; exactly 0 for x <= 0.
-template <class T, class Spot>
-T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
-  if (!(value_of(x) > 0)) return T(0);
-  const SplineView& view = views.view[curve];
-  switch (view.degree) {
-    case 1:
-      return curve_of_order<2>(view, spot, curve, x);
-    case 2:
-      return curve_of_order<3>(view, spot, curve, x);
-    case 3:
-      return curve_of_order<4>(view, spot, curve, x);
-    default:
-      return curve_of_order<5>(view, spot, curve, x);
-  }
-}
-
-/// Area under one curve of a spot from 0 to x [J], exact; 0 for x <= 0.
-template <class T, class Spot>
-T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
-  if (!(value_of(x) > 0)) return T(0);
-  const SplineView& view = views.view[curve];
-  const int piece = find_piece(view, value_of(x)), first = first_control(view, piece);
-  const int order = view.degree + 1;
-  const T t = x - view.knots[piece];
-  const double* whole = view.integrals + piece * view.size();
-  const double* c = view.weights + piece * order * order;
-  T sum[4] = {T(0), T(0), T(0), T(0)};  // four at a time: one chain of sums would wait for each
-  int j = 0;
-  for (; j + 4 <= first; j += 4)
-    for (int i = 0; i < 4; ++i) sum[i] = sum[i] + spot.control(curve, j + i) * whole[j + i];
-  for (int i = 0; j < first; ++j, ++i) sum[i] = sum[i] + spot.control(curve, j) * whole[j];
-  T last = T(0);
-  for (int k = 0; k < order; ++k, c += order)
-    last = last +
-           spot.control(curve, first + k) * (basis_integral(c, order, t) * t + whole[first + k]);
-  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + last;
-}
-
-/// f^r(dr), times G(dz) where the body is coupled [N].
-template <class T, class Spot>
-T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  const T force_N = curve_at(views, spot, kLateral, d.lateral_m);
-  return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
-}
-
-/// Gradient of Z(dz) + G(dz) R(dr), force of the tool on the body [N] (docs/method.md, section 2):
-/// (f^z + G' R - f u^r . dl/d(dz)) u + f u^r with f = G f^r; zero where dz <= 0.
-/// lateral_N: f, where the caller knows it already.
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
-                 const T& lateral_N) noexcept {
-  if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
-  if (views.coupling_depth_m > 0)
-    normal_N = normal_N + d.gain.slope * energy_at(views, spot, kLateral, d.lateral_m);
-  return spot.normal * normal_N + d.lateral * lateral_N;
-}
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  return response(views, spot, d, lateral_force(views, spot, d));
-}
 
 /// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless.
 template <class Spot>
@@ -304,7 +145,7 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
     const auto path = surface.aim(foot.spot, d.lateral);
     const double lateral_m = value_of(d.lateral_m), path_end = value_of(path.end());
     const double end = path_end < lateral_m ? path_end : lateral_m;
-    const auto plain = path.plain();
+    const auto& plain = path.plain();
     if (path.is_blocked() || flees(views, plain, values_of(x), lateral_m, end))
       return SlideEnd::stopped;
     const double inside = kInside * end;

@@ -43,13 +43,21 @@ inline int find_piece(const SplineView& spline, double x) noexcept {
   int lo = 0, hi = spline.pieces;
   if (!(x < spline.knots[hi])) return hi;
   while (hi - lo > 1) {
-    const int middle = (lo + hi) / 2;
+    const int middle = lo + static_cast<int>(static_cast<unsigned>(hi - lo) / 2);
     if (x < spline.knots[middle])
       hi = middle;
     else
       lo = middle;
   }
   return lo;
+}
+
+/// The same by trying `guess` first, an interval of this basis: at a depth that hardly changes it
+/// is right.
+inline int find_piece(const SplineView& spline, double x, int guess) noexcept {
+  const bool is_right =
+      guess < spline.pieces && spline.knots[guess] <= x && x < spline.knots[guess + 1];
+  return is_right ? guess : find_piece(spline, x);
 }
 
 /// First control value that is alive on an interval.

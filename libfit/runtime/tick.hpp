@@ -4,101 +4,11 @@
 // One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
 // lock, no exception, no clock.
 
-#include "mesh_surface.hpp"
+#include "contact.hpp"
 #include "status.hpp"
-#include "sweep.hpp"
-#include "sweep_ball.hpp"
 
 namespace palpate {
 namespace runtime {
-
-/// What one tool remembers between ticks. The caller allocates it, one per tool; a fresh one is in
-/// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
-struct Contact {
-  bool has_tip = false;
-  double tip_m[3] = {0, 0, 0};     ///< previous tip or centre, relative to the asset's origin
-  int triangle = -1;               ///< -1 in the air
-  double weight[3] = {0, 0, 0};    ///< area coordinates of the contact point
-  Arm arm;                         ///< of a ball in contact
-  double dissipated_J = 0;         ///< by slips, since the Contact is in use
-  double refused_J = 0;            ///< energy that slips would have created, each joule once
-  double withheld_J = 0;           ///< refused at the latest tick
-  std::int64_t refused_ticks = 0;  ///< ticks at which the guard acted
-};
-
-enum class ContactState { air, stick, slip };
-
-/// What a tick brings. In the air, and with any status but ok, the force is exactly zero.
-struct Output {
-  double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
-  double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
-  double acts_at_m[3] = {0, 0,
-                         0};     ///< where the force acts: x, a tip itself, p + reach u of a ball
-  double normal[3] = {0, 0, 0};  ///< u(c), inward
-  int triangle = -1;
-  double weight[3] = {0, 0, 0};        ///< its area coordinates
-  double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
-  ContactState state = ContactState::air;
-  unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
-  double stored_J = 0;                     ///< elastic energy now
-  double dissipated_J = 0, refused_J = 0;  ///< running sums of the Contact
-  std::int64_t refused_ticks = 0;
-};
-
-/// Contact ends; the running sums and the tip stay.
-inline void release(Contact& contact) noexcept {
-  contact.triangle = -1;
-  contact.withheld_J = 0;
-  for (double& weight : contact.weight) weight = 0;
-  contact.arm = Arm();
-}
-
-/// Everything but the running sums is forgotten: contact begins again from outside.
-inline void forget(Contact& contact) noexcept {
-  release(contact);
-  contact.has_tip = false;
-}
-
-/// A contact point whose curves are all zero: the outer rim of a skirt. There contact ends: coming
-/// back at depth would store energy that nobody supplied.
-inline bool is_powerless(const AssetView& asset, const Contact& contact) noexcept {
-  for (int k = 0; k < 3; ++k)
-    if (contact.weight[k] > 0 && asset.covered[asset.corner(contact.triangle, k)]) return false;
-  return true;
-}
-
-/// Begins contact where the way from p to x enters the body, if it does.
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
-                         const Vec3d& x) noexcept {
-  const Entry entry = first_entry(asset, p, x);
-  contact.triangle = entry.triangle;
-  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
-}
-
-/// Begins contact where a ball on its way from p to x first touches the body, if it does.
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
-                         double radius_m) noexcept {
-  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
-  if (entry.triangle < 0 || entry.is_inside) return;
-  contact.triangle = entry.triangle;
-  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
-  const Vec3d u = blended_normal(asset, entry.triangle, entry.n);
-  contact.arm.reach_m = dot(entry.arm, u);
-  const Vec3d skew = entry.arm - u * contact.arm.reach_m;
-  contact.arm.skew_m[0] = skew.x;
-  contact.arm.skew_m[1] = skew.y;
-  contact.arm.skew_m[2] = skew.z;
-}
-
-template <class Surface>
-void account(Contact& contact, const Surface& surface) noexcept {
-  const double refused_J = surface.refused_J();
-  contact.dissipated_J += surface.dissipated_J();
-  // A slip refused at one tick is asked for again at the next: only what is new counts.
-  if (refused_J > contact.withheld_J) contact.refused_J += refused_J - contact.withheld_J;
-  if (refused_J > 0) ++contact.refused_ticks;
-  contact.withheld_J = refused_J;
-}
 
 inline void put(const Vec3d& from, double to[3]) noexcept {
   to[0] = from.x;
@@ -107,8 +17,8 @@ inline void put(const Vec3d& from, double to[3]) noexcept {
 }
 
 /// The surface point under a ball's rest position, or a tip's contact point itself.
-template <bool kIsBall>
-Vec3d surface_point(const MeshSpot<double>& spot, const Arm& arm) noexcept {
+template <bool kIsBall, class Spot>
+Vec3d surface_point(const Spot& spot, const Arm& arm) noexcept {
   if (!kIsBall) return spot.point;
   const Vec3d skew = make_vec3<double>(arm.skew_m);
   return spot.point + skew + spot.normal * (arm.reach_m - dot(skew, spot.normal));
@@ -120,9 +30,9 @@ inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-template <bool kIsBall>
-void describe(const AssetView& asset, const Contact& contact,
-              const Footing<double, MeshSpot<double>>& foot, const Vec3d& x, Output& out) noexcept {
+template <bool kIsBall, class Spot>
+void describe(const AssetView& asset, const Contact& contact, const Footing<double, Spot>& foot,
+              const Vec3d& x, Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
   const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
   put(c + origin, out.contact_m);
@@ -136,9 +46,42 @@ void describe(const AssetView& asset, const Contact& contact,
   if (is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
 }
 
+/// The answer of a tool that the contact holds: force, energy, what there is to say about them.
+template <bool kIsBall, class Spot>
+Status resist(const AssetView& asset, Contact& contact, const Footing<double, Spot>& foot,
+              double stored_J, const Vec3d& x, Output& out) noexcept {
+  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+  if (!is_finite(force) || !std::isfinite(stored_J)) {
+    forget(contact);
+    return Status::force_not_finite;
+  }
+  describe<kIsBall>(asset, contact, foot, x, out);
+  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
+  out.state = ContactState::stick;
+  out.stored_J = stored_J;
+  return Status::ok;
+}
+
+/// Whether the contact stands where it stood and sticks: then `status` is the answer's. Anything
+/// else (a slip, a lift, a law that moves a sticking contact) is answer()'s to find anew.
+template <bool kIsBall>
+bool stays(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out,
+           Status& status) noexcept {
+  Hold& hold = contact.hold;
+  if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) return false;
+  const auto foot = footing(asset.curves, HeldSpot{hold.point, hold.normal, &hold, &asset}, x);
+  if (!(foot.d.normal_m > 0) || is_slipping(asset.curves, foot)) return false;
+  contact.withheld_J = 0;
+  const double stored_J = stored_energy_J(asset.curves, foot.spot, foot.d);
+  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+  return true;
+}
+
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
 template <bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out) noexcept {
+  Status status = Status::ok;
+  if (stays<kIsBall>(asset, contact, x, out, status)) return status;
   MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
   auto foot = footing(asset.curves, surface.standing(), x);
   const SlideEnd end = slide(asset.curves, x, surface, foot);
@@ -150,20 +93,19 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
     release(contact);
     return Status::ok;
   }
-  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
   const double stored_J =
       surface.has_moved() ? surface.stored_J() : stored_energy_J(asset.curves, foot.spot, foot.d);
-  if (!is_finite(force) || !std::isfinite(stored_J)) {
-    forget(contact);
-    return Status::force_not_finite;
+  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+  if (status != Status::ok) return status;
+  out.flags |= surface.flags();
+  if (end == SlideEnd::stick) {
+    keep(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot.spot);
+    return Status::ok;
   }
-  out.flags = surface.flags();
-  describe<kIsBall>(asset, contact, foot, x, out);
-  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
-  out.state = end == SlideEnd::stick ? ContactState::stick : ContactState::slip;
-  out.stored_J = stored_J;
+  drop(contact.hold);
+  out.state = ContactState::slip;
   if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
-  if (kIsBall && end != SlideEnd::stick) lay_skew(contact.arm, foot.spot.normal);
+  if (kIsBall) lay_skew(contact.arm, foot.spot.normal);
   return Status::ok;
 }
 
@@ -246,8 +188,8 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// kMaxRootSteps + 4 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
 /// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
-/// branches this tick took; zero without force. Asking for it makes a tick about four times as long
-/// and changes no other bit.
+/// branches this tick took; zero without force. Asking for it makes a tick several times as
+/// long and changes no other bit.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
                     TangentOut tangent_N_m = nullptr) noexcept {
   return tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);

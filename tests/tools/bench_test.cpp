@@ -2,76 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <numbers>
-
 #include "tests/libfit/runtime/models.hpp"
-#include "tools/bench.hpp"
 #include "tools/bench_bodies.hpp"
-#include "tools/bench_clicks.hpp"
 #include "tools/finger_proxy.hpp"
 #include "tools/realtime.hpp"
+#include "tools/tick_flops.hpp"
 #include "tools/tick_work.hpp"
 
 namespace palpate::tools {
 namespace {
-
-TEST(clicks, come_from_either_interpolation_that_is_switched_off) {
-  const auto results = measure_clicks(6);
-  ASSERT_EQ(results.size(), 4U);
-  EXPECT_LT(results[0].median_jump_N, 0.004);
-  EXPECT_LT(results[0].max_jump_N, 0.04);
-  for (std::size_t i = 1; i < 4; ++i) {
-    EXPECT_GT(results[i].max_jump_N, 5 * results[0].max_jump_N) << results[i].name;
-    EXPECT_GT(results[i].click_index, 3) << results[i].name;
-    EXPECT_GE(results[i].crossings, 30) << results[i].name;
-  }
-}
-
-TEST(clicks, nothing_ablated_is_the_engine_itself) {
-  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
-  runtime::AssetView asset = body.asset;
-  asset.has_guard = false;
-  AblatedTip ablated(asset, {});
-  runtime::Contact contact;
-  runtime::Output out;
-  for (long i = 0; i < 3000; ++i) {
-    const Vec3 x = kTicksOfKind[2].tip(i - 1) * (i == 0 ? 1.2 : 1);
-    runtime::touch(asset, contact, x.data(), out);
-    const runtime::Vec3d f = ablated.tick(x.data());
-    ASSERT_EQ(f.x, -out.force_on_tool_N[0]) << i;
-    ASSERT_EQ(f.z, -out.force_on_tool_N[2]) << i;
-  }
-}
-
-// The independent reference slide of the cylinder, case T3_slide: tick, triangle, force.
-TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
-  ExportOptions options;
-  options.fades_borders = false;
-  const test::Loaded cylinder = test::load(test::cylinder_model(), options);
-  AblatedTip tip(cylinder.asset, {true, true, false});
-  std::ifstream file(std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/runtime/reference/slide.csv");
-  std::map<int, Vec3> reference;
-  for (std::string line; std::getline(file, line);) {
-    int tick = 0, triangle = 0;
-    Vec3 f;
-    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5)
-      reference[tick] = f;
-  }
-  ASSERT_EQ(reference.size(), 241U);
-  double worst_N = 0;
-  for (int tick = 0; tick <= 1200; ++tick) {
-    const double in = std::clamp(tick / 200.0, 0.0, 1.0),
-                 along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
-    const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
-    const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
-    const double x[3] = {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
-    const runtime::Vec3d f = tip.tick(x);
-    if (reference.count(tick))
-      worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
-  }
-  EXPECT_LT(worst_N, 1e-3 * 0.9397);  // of the reference's peak
-}
 
 TEST(tick_work, each_kind_brings_what_it_is_named_for) {
   const BenchAsset body = make_bench_asset(bench_cylinder(75, 32));
@@ -94,6 +33,21 @@ TEST(tick_work, each_kind_brings_what_it_is_named_for) {
       EXPECT_LT(lines, 60U);
     }
   }
+}
+
+TEST(tick_work, arithmetic_of_a_press_is_that_of_its_curves_and_its_frame) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(75, 32));
+  runtime::Contact contact;
+  runtime::Output out;
+  for (long i = 0; i < 1300; ++i) {
+    const Vec3 x = kTicksOfKind[1].tip(i) * (i == 0 ? 1.2 : 1);
+    runtime::touch(body.asset, contact, x.data(), out);
+  }
+  ASSERT_EQ(out.state, runtime::ContactState::stick);
+  const Vec3 x = kTicksOfKind[1].tip(1300);
+  // Three cubics (t, four Horner, a sum of products), two integrals, deflection, response.
+  const long curve = 1 + 4 * 6 + 7, area = 1 + 4 * 6 + 4 * 2 + 4 * 2 + 1, frame = 27, force = 11;
+  EXPECT_EQ(flops_of_a_tick(body.asset, contact, x.data()), 3 * curve + 2 * area + frame + force);
 }
 
 TEST(finger_proxy, presses_like_a_spring_and_drags_along_its_cone) {

@@ -1,7 +1,9 @@
 # Compiles the exported engine folder as a user would. CHECK, FOLDER (engine/ and probe.palp),
-# PROBE, TICKS.
+# PROBE, TICKS; for bits_equal GOLDEN, an asset that never changes, and its GOLDEN_HASH of as many
+# ticks.
 set(ENGINE ${FOLDER}/engine)
-set(STRICT -std=c++17 -ffp-contract=off -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow -Werror)
+set(STRICT -std=c++17 -ffp-contract=off -fno-exceptions -fno-rtti
+    -Wall -Wextra -Wpedantic -Wshadow -Werror)
 find_program(GXX NAMES g++ g++-12)
 find_program(CLANGXX NAMES clang++ clang++-14)
 if(NOT GXX)
@@ -27,7 +29,8 @@ if(CHECK STREQUAL each_header_alone)
     message(FATAL_ERROR "no headers in ${ENGINE}")
   endif()
   foreach(header ${headers})
-    file(WRITE ${FOLDER}/alone.cpp "#include \"${header}\"\n#include \"${header}\"\nint main() { return 0; }\n")
+    file(WRITE ${FOLDER}/alone.cpp
+         "#include \"${header}\"\n#include \"${header}\"\nint main() { return 0; }\n")
     run(${GXX} ${STRICT} -fsyntax-only -I${ENGINE} ${FOLDER}/alone.cpp)
     run(${CLANGXX} ${STRICT} -fsyntax-only -I${ENGINE} ${FOLDER}/alone.cpp)
   endforeach()
@@ -43,6 +46,11 @@ elseif(CHECK STREQUAL bits_equal)
       elseif(NOT first STREQUAL RUN_OUTPUT)
         message(FATAL_ERROR "${compiler} ${level} computes other bits than ${GXX} -O0")
       endif()
+      run(${FOLDER}/probe_${TICKS} ${GOLDEN} ${TICKS})
+      if(NOT RUN_OUTPUT MATCHES "^${GOLDEN_HASH} ")
+        message(FATAL_ERROR "${compiler} ${level}: the golden asset's forces had the hash "
+                            "${GOLDEN_HASH}, now ${RUN_OUTPUT}")
+      endif()
     endforeach()
   endforeach()
 elseif(CHECK STREQUAL example_builds)
@@ -54,7 +62,8 @@ elseif(CHECK STREQUAL example_builds)
   endif()
 elseif(CHECK STREQUAL imports_only_sqrt)
   # No heap, no lock, no system call, no libm beyond sqrt: what is not imported cannot be called.
-  run(${GXX} ${STRICT} -O2 -fvisibility=hidden -shared -fPIC ${ENGINE}/palpate.cpp -o ${FOLDER}/libpalpate_engine.so)
+  run(${GXX} ${STRICT} -O2 -fvisibility=hidden -shared -fPIC ${ENGINE}/palpate.cpp
+      -o ${FOLDER}/libpalpate_engine.so)
   find_program(NM NAMES nm REQUIRED)
   run(${NM} -D --undefined-only ${FOLDER}/libpalpate_engine.so)
   string(REGEX MATCHALL "[Uw] [^\n]+" symbols "${RUN_OUTPUT}")

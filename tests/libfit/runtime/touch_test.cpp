@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <thread>
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -149,6 +150,35 @@ TEST(touch, ten_thousand_random_walks_end_finite_and_bounded) {
       ASSERT_LE(f.norm(), (400 + 300) * reach) << "seed 3, walk " << walk << ", tick " << tick;
     }
   }
+}
+
+TEST(touch, tools_on_one_asset_feel_in_threads_of_their_own_what_they_feel_alone) {
+  const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
+  constexpr int kTools = 4, kTicks = 20000;
+  const auto walk = [&](int which, std::vector<Vec3>& force) {
+    Tool tool(sphere.asset);
+    for (int i = 0; i < kTicks; ++i) {
+      const double t = 1e-3 * i, r = 0.029 + 0.002 * std::cos(3 * t + which), a = 0.2 * t + which;
+      force[static_cast<std::size_t>(i)] =
+          tool.tick({r * std::sin(1 + a) * std::cos(a), r * std::sin(1 + a) * std::sin(a),
+                     r * std::cos(1 + a)});
+    }
+  };
+  std::vector<std::vector<Vec3>> together(kTools, std::vector<Vec3>(kTicks)), alone = together;
+  std::vector<std::thread> threads;
+  for (int which = 0; which < kTools; ++which)
+    threads.emplace_back([&, which] { walk(which, together[static_cast<std::size_t>(which)]); });
+  for (std::thread& thread : threads) thread.join();
+  int touching = 0;
+  for (int which = 0; which < kTools; ++which) {
+    const auto tool = static_cast<std::size_t>(which);
+    walk(which, alone[tool]);
+    for (std::size_t i = 0; i < kTicks; ++i) {
+      ASSERT_EQ(together[tool][i], alone[tool][i]) << "tool " << which << ", tick " << i;
+      touching += alone[tool][i].norm() > 0;
+    }
+  }
+  EXPECT_GT(touching, kTools * kTicks / 4);
 }
 
 }  // namespace

@@ -1,0 +1,105 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What a tool's contact remembers from tick to tick, what a tick says, and how contact begins and
+// ends.
+
+#include "hold.hpp"
+#include "sweep.hpp"
+#include "sweep_ball.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// What one tool remembers between ticks. The caller allocates it, one per tool; a fresh one is in
+/// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
+struct Contact {
+  bool has_tip = false;
+  double tip_m[3] = {0, 0, 0};     ///< previous tip or centre, relative to the asset's origin
+  int triangle = -1;               ///< -1 in the air
+  double weight[3] = {0, 0, 0};    ///< area coordinates of the contact point
+  Arm arm;                         ///< of a ball in contact
+  double dissipated_J = 0;         ///< by slips, since the Contact is in use
+  double refused_J = 0;            ///< energy that slips would have created, each joule once
+  double withheld_J = 0;           ///< refused at the latest tick
+  std::int64_t refused_ticks = 0;  ///< ticks at which the guard acted
+  Hold hold;                       ///< saves time, changes no bit
+};
+
+enum class ContactState { air, stick, slip };
+
+/// What a tick brings. In the air, and with any status but ok, the force is exactly zero.
+struct Output {
+  double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
+  double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
+  double acts_at_m[3] = {0, 0,
+                         0};     ///< where the force acts: x, a tip itself, p + reach u of a ball
+  double normal[3] = {0, 0, 0};  ///< u(c), inward
+  int triangle = -1;
+  double weight[3] = {0, 0, 0};        ///< its area coordinates
+  double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
+  ContactState state = ContactState::air;
+  unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
+  double stored_J = 0;                     ///< elastic energy now
+  double dissipated_J = 0, refused_J = 0;  ///< running sums of the Contact
+  std::int64_t refused_ticks = 0;
+};
+
+/// Contact ends; the running sums and the tip stay.
+inline void release(Contact& contact) noexcept {
+  contact.triangle = -1;
+  contact.withheld_J = 0;
+  for (double& weight : contact.weight) weight = 0;
+  contact.arm = Arm();
+  drop(contact.hold);
+}
+
+/// Everything but the running sums is forgotten: contact begins again from outside.
+inline void forget(Contact& contact) noexcept {
+  release(contact);
+  contact.has_tip = false;
+}
+
+/// A contact point whose curves are all zero: the outer rim of a skirt. There contact ends: coming
+/// back at depth would store energy that nobody supplied.
+inline bool is_powerless(const AssetView& asset, const Contact& contact) noexcept {
+  for (int k = 0; k < 3; ++k)
+    if (contact.weight[k] > 0 && asset.covered[asset.corner(contact.triangle, k)]) return false;
+  return true;
+}
+
+/// Begins contact where the way from p to x enters the body, if it does.
+inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
+                         const Vec3d& x) noexcept {
+  const Entry entry = first_entry(asset, p, x);
+  contact.triangle = entry.triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
+}
+
+/// Begins contact where a ball on its way from p to x first touches the body, if it does.
+inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
+                         double radius_m) noexcept {
+  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+  if (entry.triangle < 0 || entry.is_inside) return;
+  contact.triangle = entry.triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
+  const Vec3d u = blended_normal(asset, entry.triangle, entry.n);
+  contact.arm.reach_m = dot(entry.arm, u);
+  const Vec3d skew = entry.arm - u * contact.arm.reach_m;
+  contact.arm.skew_m[0] = skew.x;
+  contact.arm.skew_m[1] = skew.y;
+  contact.arm.skew_m[2] = skew.z;
+}
+
+template <class Surface>
+void account(Contact& contact, const Surface& surface) noexcept {
+  const double refused_J = surface.refused_J();
+  contact.dissipated_J += surface.dissipated_J();
+  // A slip refused at one tick is asked for again at the next: only what is new counts.
+  if (refused_J > contact.withheld_J) contact.refused_J += refused_J - contact.withheld_J;
+  if (refused_J > 0) ++contact.refused_ticks;
+  contact.withheld_J = refused_J;
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,130 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// A place on a triangle of the asset, as a Spot of slide.hpp, and a straight way over the triangle,
+// as a Path.
+
+#include <type_traits>
+
+#include "view.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// How a ball's centre stands from its contact point. At first touch the centre is p and the
+/// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
+/// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
+/// section 12).
+struct Arm {
+  double reach_m = 0;            ///< along the inward normal
+  double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
+};
+
+/// A spot of the mesh: everything blended by area coordinates n [1].
+template <class S>
+struct MeshSpot {
+  Vec3<S> point;   ///< where the tool's reference point is with no deflection
+  Vec3<S> normal;  ///< inward unit
+  S length;        ///< of the blended normal before it was made unit
+  S n[3];
+  const float* node[3];  ///< controls of the corners
+  const int* offset;     ///< of each curve and of the lean within them
+  int* piece;            ///< of each curve: the interval last read
+  S control(int curve, int j) const noexcept {
+    const int at = offset[curve] + j;
+    return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
+  }
+  Vec3<S> lean(int j) const noexcept {
+    return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
+  }
+};
+
+template <int kOrder, class S>
+LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int first) noexcept {
+  const int at = spot.offset[curve] + first;
+  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
+  LiveControls<kOrder, S> out;
+  for (int k = 0; k < kOrder; ++k)
+    out.b[k] = spot.n[0] * double(p[k]) + spot.n[1] * double(q[k]) + spot.n[2] * double(r[k]);
+  return out;
+}
+
+template <class S>
+int piece_at(const SplineView& view, const MeshSpot<S>& spot, int curve, double x) noexcept {
+  return spot.piece[curve] = find_piece(view, x, spot.piece[curve]);
+}
+
+/// A triangle as the law computes with it: read once, used by every spot of a way.
+struct Facet {
+  Vec3d vertex[3], normal[3];
+  const float* node[3];  ///< controls of the corners
+
+  static Facet of(const AssetView& asset, int triangle) noexcept {
+    Facet out;
+    for (int k = 0; k < 3; ++k) {
+      const int v = asset.corner(triangle, k);
+      out.vertex[k] = asset.vertex_at(v);
+      out.normal[k] = asset.normal_at(v);
+      out.node[k] = asset.control + static_cast<std::ptrdiff_t>(v) * asset.controls_per_vertex;
+    }
+    return out;
+  }
+};
+
+/// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
+/// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
+template <class P, bool kIsBall>
+struct MeshPath {
+  const Facet* facet;
+  const int* offset;  ///< of each curve in the controls
+  int* piece;         ///< of each curve: the interval last read
+  const Arm* arm;     ///< of a ball
+  P n[3], rate[3];    ///< [1], [1/m]
+  P end_m;            ///< where a coordinate reaches zero
+  int exit;           ///< which one
+  bool blocked;       ///< a border leaves no way to go
+
+  P end() const noexcept { return end_m; }
+  bool is_blocked() const noexcept { return blocked; }
+  decltype(auto) plain() const noexcept {
+    if constexpr (std::is_same<P, double>::value)
+      return (*this);  // itself, no copy
+    else
+      return MeshPath<double, kIsBall>{facet,
+                                       offset,
+                                       piece,
+                                       arm,
+                                       {value_of(n[0]), value_of(n[1]), value_of(n[2])},
+                                       {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
+                                       value_of(end_m),
+                                       exit,
+                                       blocked};
+  }
+
+  template <class S>
+  MeshSpot<S> at(const S& s) const noexcept {
+    using std::sqrt;
+    MeshSpot<S> spot;
+    Vec3<S> field{S(0), S(0), S(0)};
+    spot.point = field;
+    for (int k = 0; k < 3; ++k) {
+      spot.n[k] = s * rate[k] + n[k];
+      spot.point = spot.point + facet->vertex[k] * spot.n[k];
+      field = field + facet->normal[k] * spot.n[k];
+      spot.node[k] = facet->node[k];
+    }
+    spot.length = sqrt(dot(field, field));
+    spot.normal = field * (1.0 / spot.length);
+    spot.offset = offset;
+    spot.piece = piece;
+    if constexpr (kIsBall) {
+      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
+      const S along = dot(skew, spot.normal);
+      spot.point = spot.point - skew - spot.normal * (arm->reach_m - along);
+    }
+    return spot;
+  }
+};
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,168 @@
+// The paper's clicks: where they come from, and that they are the independent reference's.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <numbers>
+
+#include "tests/libfit/runtime/models.hpp"
+#include "tools/bench_bodies.hpp"
+#include "tools/bench_clicks.hpp"
+#include "tools/tick_work.hpp"
+
+namespace palpate::tools {
+namespace {
+
+TEST(clicks, come_from_either_interpolation_that_is_switched_off) {
+  const auto results = measure_clicks(6);
+  ASSERT_EQ(results.size(), std::size(kClickCases));
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const ClickResult& r = results[i];
+    const Ablation& ablation = kClickCases[i].ablation;
+    EXPECT_GE(r.crossings, 30) << r.name;
+    if (ablation.blends_normals && ablation.blends_curves) {
+      EXPECT_LT(r.median_jump_N, 0.004) << r.name;
+      EXPECT_LT(r.max_jump_N, 0.04) << r.name;
+      EXPECT_LT(r.click_index, 1.5) << r.name;
+    } else {
+      EXPECT_GT(r.max_jump_N, 5 * results[0].max_jump_N) << r.name;
+      EXPECT_GT(r.click_index, 3) << r.name;
+    }
+  }
+}
+
+// Largest change of force between samples of case T2_scan: a contact point that goes over the
+// cylinder, the tip 4 mm under it and 1 mm ahead along z, whatever friction would say.
+double scan_jump_N(const runtime::Asset& asset, const Ablation& ablation, int samples) {
+  double worst_N = 0;
+  runtime::Vec3d before{0, 0, 0};
+  for (int i = 0; i < samples; ++i) {
+    const double share = double(i) / (samples - 1), angle = 0.1 + 1.2 * std::numbers::pi * share;
+    const double z = 0.012 + 0.076 * share;
+    const double sector = 2 * std::numbers::pi / 25, row_m = 0.01;
+    const int column = static_cast<int>(angle / sector), row = static_cast<int>(z / row_m);
+    // On the chord of its sector at that angle, then within the quad's two triangles.
+    const double from_m = 0.03 * std::sin(angle - column * sector),
+                 to_m = 0.03 * std::sin((column + 1) * sector - angle);
+    const double across = from_m / (from_m + to_m), up = z / row_m - row;
+    const bool is_upper = up > across;
+    const double n[3] = {is_upper ? 1 - up : 1 - across, is_upper ? across : across - up,
+                         is_upper ? up - across : up};
+    const int triangle = 2 * (row * 25 + column) + (is_upper ? 1 : 0);
+    const runtime::Arm none;
+    const runtime::MeshSurface<double, false> surface(asset, triangle, n, none);
+    const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
+    const auto spot = ablated(surface.standing(), ablation, facet);
+    const runtime::Vec3d x{0.026 * std::cos(angle) - asset.origin_m[0],
+                           0.026 * std::sin(angle) - asset.origin_m[1],
+                           z + 0.001 - asset.origin_m[2]};
+    const auto d = runtime::deflection(asset.curves, spot, x);
+    const runtime::Vec3d f = runtime::response(asset.curves, spot, d), step = f - before;
+    if (i > 0) worst_N = std::max(worst_N, std::sqrt(dot(step, step)));
+    before = f;
+  }
+  return worst_N;
+}
+
+TEST(clicks, of_the_reference_scan_are_the_references) {
+  ExportOptions options;
+  options.fades_borders = false;
+  const test::Loaded cylinder = test::load(test::cylinder_model(), options);
+  const struct {
+    Ablation ablation;
+    double of_1000_N, of_2000_N, of_4000_N;  // cases/runtime/summary.json, T2
+  } cases[] = {{{}, 0.007764411216388, 0.003896157948767, 0.001956135853680},
+               {{false, true, true}, 0.256999502112803, 0.259883463214731, 0.261327877768865},
+               {{true, false, true}, 0.060608587607553, 0.060998904849245, 0.061796389518309},
+               {{false, false, true}, 0.264902782069003, 0.267709264876870, 0.269114280589176}};
+  for (const auto& c : cases) {
+    EXPECT_NEAR(scan_jump_N(cylinder.asset, c.ablation, 1000), c.of_1000_N, 2e-6);
+    EXPECT_NEAR(scan_jump_N(cylinder.asset, c.ablation, 2000), c.of_2000_N, 2e-6);
+    EXPECT_NEAR(scan_jump_N(cylinder.asset, c.ablation, 4000), c.of_4000_N, 2e-6);
+  }
+}
+
+TEST(clicks, nothing_ablated_is_the_engine_itself) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
+  runtime::AssetView asset = body.asset;
+  asset.has_guard = false;
+  AblatedTip ablated(asset, {});
+  runtime::Contact contact;
+  runtime::Output out;
+  for (long i = 0; i < 3000; ++i) {
+    const Vec3 x = kTicksOfKind[2].tip(i - 1) * (i == 0 ? 1.2 : 1);
+    runtime::touch(asset, contact, x.data(), out);
+    const runtime::Vec3d f = ablated.tick(x.data());
+    ASSERT_EQ(f.x, -out.force_on_tool_N[0]) << i;
+    ASSERT_EQ(f.z, -out.force_on_tool_N[2]) << i;
+  }
+}
+
+// Case T5: at an edge both triangles must bring one force.
+TEST(clicks, an_edge_felt_from_either_side_is_one_force) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
+  const runtime::Asset& asset = body.asset;
+  const runtime::Arm none;
+  double worst_N = 0, worst_without_N = 0;
+  for (int t = 0; t < asset.triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int other = asset.neighbour[3 * t + k];
+      if (other < t) continue;
+      runtime::Vec3d force[2][2];
+      for (int side = 0; side < 2; ++side) {
+        const int triangle = side == 0 ? t : other;
+        double n[3] = {0, 0, 0};
+        for (int j = 0; j < 3; ++j) {
+          if (asset.corner(triangle, j) == asset.corner(t, k)) n[j] = 0.3;
+          if (asset.corner(triangle, j) == asset.corner(t, (k + 1) % 3)) n[j] = 0.7;
+        }
+        const runtime::MeshSurface<double, false> surface(asset, triangle, n, none);
+        const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
+        const auto whole = surface.standing(), bare = ablated(whole, {false, false, true}, facet);
+        const runtime::Vec3d x = whole.point + whole.normal * 0.004 + runtime::Vec3d{0, 0, 0.001};
+        const auto of = [&](const auto& spot) {
+          return runtime::response(asset.curves, spot, runtime::deflection(asset.curves, spot, x));
+        };
+        force[0][side] = of(whole);
+        force[1][side] = of(bare);
+      }
+      const runtime::Vec3d jump = force[0][1] - force[0][0], without = force[1][1] - force[1][0];
+      worst_N = std::max(worst_N, std::sqrt(dot(jump, jump)));
+      worst_without_N = std::max(worst_without_N, std::sqrt(dot(without, without)));
+    }
+  EXPECT_LT(worst_N, 1e-14);
+  EXPECT_GT(worst_without_N, 0.2);
+}
+
+// The independent reference slide of the cylinder, case T3_slide: tick, triangle, force.
+TEST(clicks, with_the_references_projection_the_slide_is_the_references) {
+  ExportOptions options;
+  options.fades_borders = false;
+  const test::Loaded cylinder = test::load(test::cylinder_model(), options);
+  AblatedTip tip(cylinder.asset, {true, true, false});
+  std::ifstream file(std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/runtime/reference/slide.csv");
+  std::map<int, Vec3> reference;
+  for (std::string line; std::getline(file, line);) {
+    int tick = 0, triangle = 0;
+    Vec3 f;
+    if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf", &tick, &triangle, &f[0], &f[1], &f[2]) == 5)
+      reference[tick] = f;
+  }
+  ASSERT_EQ(reference.size(), 241U);
+  double worst_N = 0;
+  for (int tick = 0; tick <= 1200; ++tick) {
+    const double in = std::clamp(tick / 200.0, 0.0, 1.0),
+                 along = std::clamp((tick - 200) / 800.0, 0.0, 1.0);
+    const double out = std::clamp((tick - 1000) / 200.0, 0.0, 1.0);
+    const double radius = 0.0305 - 0.0045 * (in - out), angle = 0.4 + 0.64 * along;
+    const double x[3] = {radius * std::cos(angle), radius * std::sin(angle), 0.03 + 0.04 * along};
+    const runtime::Vec3d f = tip.tick(x);
+    if (reference.count(tick))
+      worst_N = std::max(worst_N, (Vec3(f.x, f.y, f.z) - reference.at(tick)).norm());
+  }
+  EXPECT_LT(worst_N, 1e-3 * 0.9397);  // of the reference's peak
+}
+
+}  // namespace
+}  // namespace palpate::tools

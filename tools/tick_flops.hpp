@@ -1,0 +1,80 @@
+#pragma once
+
+// How many floating-point operations a press or stick tick cannot do without: the engine's own law
+// with a scalar that counts, on curves that are blended already.
+
+#include <array>
+
+#include "libfit/runtime/engine.hpp"
+
+namespace palpate::tools {
+
+/// A double that counts what is done with it.
+struct Counted {
+  double a = 0;
+  static inline long operations = 0;
+  Counted() noexcept = default;
+  explicit Counted(double value) noexcept : a(value) {}
+  static Counted of(double value) noexcept {
+    ++operations;
+    return Counted(value);
+  }
+};
+#define PALPATE_COUNTED(op)                                                 \
+  inline Counted operator op(const Counted& x, const Counted& y) noexcept { \
+    return Counted::of(x.a op y.a);                                         \
+  }                                                                         \
+  inline Counted operator op(const Counted& x, double y) noexcept {         \
+    return Counted::of(x.a op y);                                           \
+  }                                                                         \
+  inline Counted operator op(double x, const Counted& y) noexcept { return Counted::of(x op y.a); }
+PALPATE_COUNTED(+)
+PALPATE_COUNTED(-)
+PALPATE_COUNTED(*)
+PALPATE_COUNTED(/)
+#undef PALPATE_COUNTED
+inline Counted sqrt(const Counted& x) noexcept { return Counted::of(std::sqrt(x.a)); }
+
+/// The contact's spot, its controls at hand.
+struct CountedSpot {
+  runtime::Vec3<Counted> point, normal;
+  const runtime::MeshSpot<double>* spot;
+  Counted control(int curve, int j) const noexcept { return Counted(spot->control(curve, j)); }
+  runtime::Vec3<Counted> lean(int j) const noexcept {
+    return runtime::widened<Counted>(spot->lean(j));
+  }
+};
+/// Areas below the interval are at hand as well.
+inline Counted area_before(const runtime::SplineView&, const CountedSpot&, int, int, int) noexcept {
+  return Counted(0);
+}
+
+/// Additions, multiplications, divisions and roots of a tick that sticks at x [m].
+inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Contact& contact,
+                            const double tip_m[3]) noexcept {
+  using namespace runtime;
+  const MeshSurface<double, false> surface(asset, contact.triangle, contact.weight, contact.arm);
+  const MeshSpot<double> standing = surface.standing();
+  const CountedSpot spot{widened<Counted>(standing.point), widened<Counted>(standing.normal),
+                         &standing};
+  Counted::operations = 0;
+  const runtime::Vec3<Counted> x = make_vec3<Counted>(tip_m) - make_vec3<Counted>(asset.origin_m);
+  const auto foot = footing(asset.curves, spot, x);
+  is_slipping(asset.curves, foot);
+  response(asset.curves, spot, foot.d, foot.lateral_N);
+  energy_at(asset.curves, spot, kNormal, foot.d.normal_m);
+  energy_at(asset.curves, spot, kLateral, foot.d.lateral_m);
+  return Counted::operations;
+}
+
+/// As many operations with nothing to wait for: multiply and add in eight chains.
+inline double do_flops(long flops) noexcept {
+  std::array<double, 8> chain{1, 2, 3, 4, 5, 6, 7, 8};
+  for (long i = 0; i < flops; i += 16)
+    for (double& each : chain) each = each * 0.999 + 0.001;
+  double sum = 0;
+  for (double each : chain) sum += each;
+  return sum;
+}
+
+}  // namespace palpate::tools
