@@ -15,7 +15,9 @@ inline constexpr int kPointStride = 4;  ///< doubles from one point to the next
 
 typedef double Quad __attribute__((vector_size(kPointStride * sizeof(double))));
 
-PALPATE_INLINE void load_quad(const double* from, Quad& to) { std::memcpy(&to, from, sizeof(Quad)); }
+PALPATE_INLINE void load_quad(const double* from, Quad& to) {
+  std::memcpy(&to, from, sizeof(Quad));
+}
 
 /// to: x, y and z of point[lane], each lane one of `points` rows.
 PALPATE_INLINE void gather_points(const double* points, const std::int32_t* point, Pack* to) {
