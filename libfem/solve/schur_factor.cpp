@@ -12,8 +12,8 @@ void openblas_set_num_threads(int) __attribute__((weak));
 void omp_set_max_active_levels(int) __attribute__((weak));
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void spotrs_(const char* uplo, const int* n, const int* right_sides, const float* a, const int* lda,
-             float* b, const int* ldb, int* info);
+void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a,
+            const int* lda, float* x, const int* incx);
 }
 
 namespace palpate::fem {
@@ -65,9 +65,10 @@ struct SchurFactor::State {
     return true;
   }
 
-  bool factor_dense(const Eigen::MatrixXd& matrix) {
+  template <class Matrix>
+  bool factor_dense(const Matrix& matrix) {
     const int size = static_cast<int>(matrix.rows());
-    Eigen::MatrixXf sum = matrix.cast<float>();
+    Eigen::MatrixXf sum = matrix.template cast<float>();
     int info = 0;
     if (size > 0) spotrf_("L", &size, sum.data(), &size, &info);
     if (info == 0) dense = std::move(sum);
@@ -103,8 +104,9 @@ struct SchurFactor::State {
   }
   void solve_dense(float* b) const {
     const int size = static_cast<int>(dense.rows()), one = 1;
-    int info = 0;
-    if (size > 0) spotrs_("L", &size, &one, dense.data(), &size, b, &size, &info);
+    if (size == 0) return;
+    strsv_("L", "N", "N", &size, dense.data(), &size, b, &one);
+    strsv_("L", "T", "N", &size, dense.data(), &size, b, &one);
   }
 };
 
