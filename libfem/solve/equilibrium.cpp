@@ -260,7 +260,9 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
-    if (may_shorten && iteration >= options_.most_astray && to.relative_residual > kAstray) break;
+    if (may_shorten && !options_.is_plain && iteration >= options_.most_astray &&
+        to.relative_residual > kAstray)
+      break;
     ++counts_.newton;
     if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
       refresh_factor(pose, from, at, to);
