@@ -52,14 +52,17 @@ struct ContactTotals {
 };
 
 /// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a
-/// ball. stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes,
-/// 4 press and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28,
+/// ball.
+/// stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes, 4
+/// press and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28,
 /// 700 took 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows
-/// have the overlap given back (give_back). rounding: pressure grows quadratically up to this
-/// penetration, in radii. tangential: stick stiffness over k: the surface creeps by about 0.0013 R
-/// before it slides. 0.1 took two thirds of the factorizations on drags at nu 0.49, but left 3 % of
-/// the first lateral force. curvature: pressure, in E, up to which the curvature of the probe
-/// enters the stiffness; higher ones are overlaps on the way to a solution.
+/// have the overlap given back (give_back).
+/// rounding: pressure grows quadratically up to this penetration, in radii.
+/// tangential: stick stiffness over k: the surface creeps by about 0.0013 R before it slides. 0.1
+/// took two thirds of the factorizations on drags at nu 0.49, but left 3 % of the first lateral
+/// force.
+/// curvature: pressure, in E, up to which the curvature of the probe enters the stiffness; higher
+/// ones are overlaps on the way to a solution.
 struct ContactSettings {
   double stiffness = 250;
   double rounding = 2e-5;

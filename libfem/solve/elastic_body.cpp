@@ -25,7 +25,9 @@ void divide_in_eight(const QuadraticMesh& mesh, Cells& cells) {
 
 ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, ElementKind element)
-    : mesh_(mesh) {
+    : mesh_(mesh),
+      displacement_rows_(mesh.nodes.rows() / 2 + 1),
+      force_rows_(mesh.nodes.rows() / 2 + 1) {
   for (const char is_held : mesh.is_held) free_index_.push_back(is_held ? -1 : free_nodes_++);
   if (element == ElementKind::tet4) divide_in_eight(mesh, cells_);
   else cells_ = mesh.tets;
@@ -64,6 +66,7 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batch.averaged = averaged_share(element, material);
   batch.shear_modulus_Pa = material.law->small_strain(material.constants).mu_Pa;
   batch.kernels = cell_kernels(element, set_);
+  batch.points.assign(cells_.cols() * kLanes, static_cast<std::int32_t>(mesh_.nodes.rows()));
   const ElementShape shape = shape_of(element);
   const int constants = material.law->constants_used;
   batch.gradient = PackArray(shape.points * shape.nodes * 3);
@@ -73,6 +76,8 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   for (int lane = 0; lane < kLanes; ++lane) {
     batch.cell[lane] = lane < static_cast<int>(cells.size()) ? cells[lane] : -1;
     if (batch.cell[lane] < 0) continue;
+    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
+      batch.points[kLanes * a + lane] = cells_(cells[lane], a);
     double sum = 0, least = std::numeric_limits<double>::infinity();
     Eigen::VectorXd weight = Eigen::VectorXd::Zero(shape.points);
     for (int q = 0; q < shape.points; ++q) {
@@ -86,12 +91,12 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       for (int a = 0; a < shape.nodes; ++a)
         for (int j = 0; j < 3; ++j)
           batch.gradient.at(3 * (shape.nodes * q + a) + j, lane) = gradient(a, j);
+      for (int c = 0; c < constants; ++c)
+        batch.constants.at(constants * q + c, lane) = material.constants[c];
       if (material_at[shape.points * lane + q] != &material) continue;  // weight stays 0
       weight[q] = std::abs(det) * point.weight / 6;
       batch.weight.at(q, lane) = weight[q];
       rest_volume_m3_ += det * point.weight / 6;
-      for (int c = 0; c < constants; ++c)
-        batch.constants.at(constants * q + c, lane) = material.constants[c];
     }
     least_rest_jacobian_ = std::min(least_rest_jacobian_, shape.points * least / std::abs(sum));
     const Eigen::MatrixXd mode = orthonormal_modes(shape.modes, points, weight);
@@ -102,7 +107,7 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
 }
 
 std::int64_t ElasticBody::memory_bytes() const {
-  std::size_t packs = 0;
+  std::size_t packs = displacement_rows_.size() + force_rows_.size();
   for (const Batch& batch : batches_)
     packs +=
         batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
@@ -137,35 +142,11 @@ SymmetricBlockMatrix ElasticBody::pattern() const {
   return K;
 }
 
-void ElasticBody::gather(const Batch& batch, const Points& u, Pack* displacement) const {
-  const Eigen::Index nodes = cells_.cols();
-  for (int lane = 0; lane < kLanes; ++lane) {
-    double* to = reinterpret_cast<double*>(displacement) + lane;
-    const std::int32_t c = batch.cell[lane];
-    if (c < 0) {
-      for (Eigen::Index i = 0; i < 3 * nodes; ++i) to[kLanes * i] = 0;
-      continue;
-    }
-    const std::int32_t* cell = cells_.data() + nodes * c;
-    for (Eigen::Index a = 0; a < nodes; ++a, to += 3 * kLanes) {
-      const double* from = u.data() + std::ptrdiff_t{3} * cell[a];
-      to[0] = from[0], to[kLanes] = from[1], to[2 * kLanes] = from[2];
-    }
-  }
-}
-
-void ElasticBody::scatter_force(const Batch& batch, const CellResult& result, Points& force) const {
-  const Eigen::Index nodes = cells_.cols();
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const std::int32_t c = batch.cell[lane];
-    if (c < 0) continue;
-    const double* from = reinterpret_cast<const double*>(result.force) + lane;
-    const std::int32_t* cell = cells_.data() + nodes * c;
-    for (Eigen::Index a = 0; a < nodes; ++a, from += 3 * kLanes) {
-      double* to = force.data() + std::ptrdiff_t{3} * cell[a];
-      to[0] += from[0], to[1] += from[kLanes], to[2] += from[2 * kLanes];
-    }
-  }
+// Adds what batches have left in force_rows_.
+void ElasticBody::add_force_rows(Points& force) const {
+  const double* row = reinterpret_cast<const double*>(force_rows_.data());
+  for (Eigen::Index n = 0; n < force.rows(); ++n, row += kPointStride)
+    for (int i = 0; i < 3; ++i) force(n, i) += row[i];
 }
 
 template <class Visit>
@@ -174,8 +155,12 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
   least_J_ = std::numeric_limits<double>::infinity();
   Pack displacement[3 * kMostNodes];
   CellResult result;
+  double* rows = reinterpret_cast<double*>(displacement_rows_.data());
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    for (int i = 0; i < 3; ++i) rows[kPointStride * n + i] = u(n, i);
+  std::fill_n(reinterpret_cast<double*>(force_rows_.data()), kPointStride * (u.rows() + 1), 0.0);
   for (const Batch& batch : batches_) {
-    gather(batch, u, displacement);
+    batch.kernels.gather(rows, batch.points.data(), displacement);
     visit(batch,
           CellBatch{batch.gradient.data(), batch.weight.data(), batch.constants.data(),
                     batch.mode.data(), batch.law->constants_used, batch.averaged,
@@ -197,21 +182,27 @@ double ElasticBody::energy(const Points& u) const {
 }
 
 double ElasticBody::add_force(const Points& u, Points& force) const {
-  return visit_batches(u, [&](const Batch& batch, const CellBatch& cells, const LawKernels& law,
-                              const Pack* displacement, CellResult& result) {
-    batch.kernels.force(cells, law, displacement, result);
-    scatter_force(batch, result, force);
-  });
+  double* rows = reinterpret_cast<double*>(force_rows_.data());
+  const double energy =
+      visit_batches(u, [&](const Batch& batch, const CellBatch& cells, const LawKernels& law,
+                           const Pack* displacement, CellResult& result) {
+        batch.kernels.force(cells, law, displacement, result);
+        batch.kernels.scatter(result.force, batch.points.data(), rows);
+      });
+  add_force_rows(force);
+  return energy;
 }
 
 double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
                                   SymmetricBlockMatrix& K, double most_pressure) const {
   const int blocks = blocks_of(static_cast<int>(cells_.cols()));
-  return visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
-                              const Pack* displacement, CellResult& result) {
+  double* rows = reinterpret_cast<double*>(force_rows_.data());
+  const double energy = visit_batches(u, [&](const Batch& batch, CellBatch cells,
+                                             const LawKernels& law, const Pack* displacement,
+                                             CellResult& result) {
     cells.most_pressure_Pa = most_pressure * batch.shear_modulus_Pa;
     batch.kernels.stiffness(cells, law, displacement, bend, result);
-    scatter_force(batch, result, force);
+    batch.kernels.scatter(result.force, batch.points.data(), rows);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (batch.cell[lane] < 0) continue;
       const BlockPlace* place = places_.data() + blocks * batch.cell[lane];
@@ -220,6 +211,8 @@ double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
               reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane, kLanes);
     }
   });
+  add_force_rows(force);
+  return energy;
 }
 
 }  // namespace palpate::fem

@@ -62,14 +62,14 @@ class ElasticBody {
     double averaged, shear_modulus_Pa;
     CellKernels kernels;
     std::int32_t cell[kLanes];  // -1 on idle lanes
+    std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
   };
   using Cells = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   void add_batch(const Material& material, ElementKind element,
                  const std::vector<CellPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
-  void gather(const Batch& batch, const Points& u, Pack* displacement) const;
-  void scatter_force(const Batch& batch, const CellResult& result, Points& force) const;
+  void add_force_rows(Points& force) const;
   template <class Visit>
   double visit_batches(const Points& u, const Visit& visit) const;
 
@@ -79,6 +79,8 @@ class ElasticBody {
   std::vector<std::int32_t> free_index_;
   std::vector<Batch> batches_;
   mutable std::vector<BlockPlace> places_;  // #cells x node pairs, made by pattern()
+  // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
+  mutable PackArray displacement_rows_, force_rows_;
   mutable double least_J_ = 1;
   double least_rest_jacobian_ = 1;
   double rest_volume_m3_ = 0;

@@ -7,6 +7,16 @@ namespace {
 
 // One copy per instruction set: the compiler does not widen vectors by itself across calls.
 #define PALPATE_CELL_KERNELS(set, target)                                                         \
+  template <int kNodes>                                                                           \
+  target void gather_##set(const double* rows, const std::int32_t* points, Pack* displacement) {  \
+    for (int a = 0; a < kNodes; ++a)                                                              \
+      gather_points(rows, points + kLanes * a, displacement + 3 * a);                             \
+  }                                                                                               \
+  template <int kNodes>                                                                           \
+  target void scatter_##set(const Pack* force, const std::int32_t* points, double* rows) {        \
+    for (int a = 0; a < kNodes; ++a)                                                              \
+      scatter_points(force + 3 * a, points + kLanes * a, rows);                                   \
+  }                                                                                               \
   template <int kNodes, int kPoints, int kModes>                                                  \
   target void energy_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,          \
                            CellResult& out) {                                                     \
@@ -23,7 +33,9 @@ namespace {
     run<kNodes, kPoints, kModes, Want::stiffness>(batch, law, u, bend, out);                      \
   }                                                                                               \
   template <int kNodes, int kPoints, int kModes>                                                  \
-  constexpr CellKernels kernels_##set{energy_##set<kNodes, kPoints, kModes>,                      \
+  constexpr CellKernels kernels_##set{gather_##set<kNodes>,                                       \
+                                      scatter_##set<kNodes>,                                      \
+                                      energy_##set<kNodes, kPoints, kModes>,                      \
                                       force_##set<kNodes, kPoints, kModes>,                       \
                                       stiffness_##set<kNodes, kPoints, kModes>};
 

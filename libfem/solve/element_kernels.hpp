@@ -1,6 +1,7 @@
 #pragma once
 
 #include "libfem/solve/elements.hpp"
+#include "libfem/solve/lane_transpose.hpp"
 
 namespace palpate::fem {
 
@@ -40,7 +41,11 @@ struct CellResult {
 /// exact derivatives. displacement: [node][i] [m]. bend scales what carries the second derivative
 /// of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta < e and the
 /// rest of the law is.
+/// gather and scatter go between the kernels' [node][i] and rows of kPointStride doubles, the last
+/// one zero; points: row of each lane, [node][lane]. Scatter adds.
 struct CellKernels {
+  void (*gather)(const double* rows, const std::int32_t* points, Pack* displacement);
+  void (*scatter)(const Pack* force, const std::int32_t* points, double* rows);
   void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
   void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
   void (*stiffness)(const CellBatch&, const LawKernels&, const Pack* displacement, double bend,

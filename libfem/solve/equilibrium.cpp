@@ -236,13 +236,14 @@ void Equilibrium::start(const BodyState& from, const ProbePose& pose, const Poin
 }
 
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
-                               BodyState& to) {
+                               BodyState& to, bool may_shorten) {
   Local at;
   start(from, pose, guess, at, to);
   to.pose = pose;
   if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
   const int pcg_before = counts_.pcg;
   double residual_before = 1e300;
+  constexpr double kAstray = 0.3;
   constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.most_newton; ++iteration) {
     if (!factor_.is_factored() || (iteration == 0 && is_stale_) || options_.is_plain) {
@@ -259,6 +260,9 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       to.history = contact_.accepted(at.u, pose, from.history);
       return SolveStatus::solved;
     }
+    if (may_shorten && !options_.is_plain && iteration >= options_.most_astray &&
+        to.relative_residual > kAstray)
+      break;
     ++counts_.newton;
     if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
       refresh_factor(pose, from, at, to);

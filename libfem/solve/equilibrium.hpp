@@ -16,6 +16,7 @@ struct EquilibriumOptions {
   double linear = 0.05;     ///< of the residual, per linear solve
   double linear_far = 0.2;  ///< the same while the residual is above 0.3
   int most_newton = 30;     ///< iterations before a step is given up
+  int most_astray = 5;      ///< the same while the residual is above 0.3
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
   int stale_pcg = 10;  ///< iterations in a solve after which the next begins with a fresh factor
   double model = 0.02;      ///< residual of the condensed model, of its contact force
@@ -69,8 +70,9 @@ class Equilibrium {
 
   /// Moves the probe from an accepted state to `pose`, starting the search at displacement `guess`.
   /// On `solved`, `to` holds the new state; otherwise its content is the last iterate.
+  /// may_shorten: the caller has shorter steps to try, so one that goes astray is given up early.
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
-                    BodyState& to);
+                    BodyState& to, bool may_shorten = false);
 
   /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
   /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state

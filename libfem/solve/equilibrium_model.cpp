@@ -66,7 +66,7 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   const PhaseTimer timer(options_.profile, Phase::model);
   const auto& nodes = factor_.contact_nodes();
   if (nodes.empty() || !factor_.is_factored()) return std::nullopt;
-  Eigen::VectorXd elastic(K_.size()), load, w, force, step;
+  Eigen::VectorXd elastic(K_.size()), load, w, Sw, Sstep, force, step;
   std::vector<Eigen::Index> node_of(nodes.size());
   for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
     const std::int32_t i = body_.free_index()[n];
@@ -75,22 +75,23 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
     if (contact_index_[i] >= 0) node_of[contact_index_[i]] = n;
   }
   factor_.reduce(elastic, load);
-  w.setZero(load.size());
+  w.setZero(load.size()), Sw.setZero(load.size());
   Points u = at.u;
   const auto place = [&](const Eigen::VectorXd& displacement, Points& out) {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       out.row(node_of[i]) = at.u.row(node_of[i]) + displacement.segment<3>(3 * i).transpose();
   };
-  const auto model_energy = [&](const Eigen::VectorXd& displacement, Points& scratch) {
-    place(displacement, scratch);
-    return displacement.dot(0.5 * (factor_.schur() * displacement) - load) +
-           contact_.energy(scratch, pose, from.history);
+  const auto model_energy = [&](double length) {
+    const Eigen::VectorXd displacement = w + length * step;
+    place(displacement, u);
+    return displacement.dot(0.5 * (Sw + length * Sstep) - load) +
+           contact_.energy(u, pose, from.history);
   };
   int round = 0;
   for (int iteration = 0; iteration < options_.most_model; ++iteration) {
     contact_.evaluate(u, pose, from.history);
     const Eigen::MatrixXd C = condensed_contact(force);
-    const Eigen::VectorXd residual = load - factor_.schur() * w - force;
+    const Eigen::VectorXd residual = load - Sw - force;
     if (residual.norm() <= options_.model * force.norm()) {
       if (++round > 3) break;
       const double change = contact_.hold_friction_limit(u, pose, from.history);
@@ -100,11 +101,13 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
     ++counts_.model;
     if (!set_contact_or_stiffer(C, u, pose, from)) return std::nullopt;
     factor_.solve_contact(residual, step);
-    const double start = model_energy(w, u), slope = -residual.dot(step);
+    Sstep.noalias() = factor_.schur() * step;  // S is read once: it outgrows the caches
+    const double start = model_energy(0), slope = -residual.dot(step);
     double length = 1;
     for (int cut = 0; cut < 8; ++cut, length /= 2)
-      if (model_energy(w + length * step, u) <= start + 1e-4 * length * slope) break;
+      if (model_energy(length) <= start + 1e-4 * length * slope) break;
     w += length * step;
+    Sw += length * Sstep;
     place(w, u);
   }
   Eigen::VectorXd direction;

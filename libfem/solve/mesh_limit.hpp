@@ -21,9 +21,10 @@ struct MeshLimit {
 /// cut elements: so excess is the mean of all rows, and a row's own deviation from it only adds to
 /// its error (method, 10). Forces below a hundredth of the largest do not count for the mean. No
 /// extrapolation where the twin is off by more than a tenth: the error is then all of the
-/// difference. least_order: that the error may have. Where materials share elements it is 1: the
-/// jump of stiffness inside an element is an error in proportion to h, and the bound is as much
-/// wider. Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the order observed, 2.
+/// difference.
+/// least_order: that the error may have. Where materials share elements it is 1: the jump of
+/// stiffness inside an element is an error in proportion to h, and the bound is as much wider.
+/// Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the order observed, 2.
 MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio,
                      double least_order = 2);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "libfem/solve/panel_kernels.hpp"
+
 extern "C" {
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
@@ -127,9 +129,10 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
 
   out.panel_start.assign(1, 0);
   for (int s = 0; s < plan.supernodes(); ++s)
-    out.panel_start.push_back(out.panel_start.back() +
-                              std::size_t{9} * plan.height(s) * plan.columns(s));
-  out.panels.resize(out.panel_start.back());
+    out.panel_start.push_back(
+        out.panel_start.back() +
+        panel_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
+  out.panels.resize(out.panel_start.back() + kPanelPadding);
   // What supernodes leave waits on a stack for their parent: a post-order finds its children on
   // top.
   std::vector<Real> stack, work;
@@ -175,7 +178,7 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
         stack.resize(begin);
       }
     }
-    std::copy(work.begin(), work.begin() + std::size_t(n) * own, panel);
+    pack_panel(work.data(), own, under, panel);
   }
   for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
     take_up(static_cast<std::int32_t>(k), last);

@@ -8,8 +8,8 @@
 namespace palpate::fem {
 
 /// Factor of K up to the dense block of its last nodes, in single precision.
-/// panels: of each supernode, at panel_start: its rows x its own columns, column major, the
-/// triangle on top. schur: what is left on the last nodes (S), all entries, in double precision.
+/// panels: of each supernode, at panel_start: see panel_kernels.hpp.
+/// schur: what is left on the last nodes (S), all entries, in double precision.
 /// scratch_bytes: what the elimination needed besides, at most.
 struct FrontalFactor {
   std::vector<float> panels;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libfem/solve/multifrontal.hpp"
+#include "libfem/solve/panel_kernels.hpp"
 
 extern "C" {
 // Present when the BLAS is OpenBLAS and when CHOLMOD was built with OpenMP; other builds of either
@@ -11,13 +12,8 @@ void openblas_set_num_threads(int) __attribute__((weak));
 void omp_set_max_active_levels(int) __attribute__((weak));
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void sgemv_(const char* trans, const int* m, const int* n, const float* alpha, const float* a,
-            const int* lda, const float* x, const int* incx, const float* beta, float* y,
-            const int* incy);
 void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a,
             const int* lda, float* x, const int* incx);
-void spotrs_(const char* uplo, const int* n, const int* right_sides, const float* a, const int* lda,
-             float* b, const int* ldb, int* info);
 }
 
 namespace palpate::fem {
@@ -40,13 +36,19 @@ struct SchurFactor::State {
   bool is_factored = false;
   bool needs_double = false;  // single precision has failed where double has not
   Profile* profile = nullptr;
-  Eigen::VectorXf x, below;
+  PanelKernels kernels = panel_kernels(best_instruction_set());
+  Eigen::VectorXf x, work;
 
   void analyse(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes) {
     const PhaseTimer timer(profile, Phase::analysis);
     if (node_order.empty()) node_order = dissect(K);
     plan = analyse_elimination(K, node_order, contact_nodes);
-    x.resize(K.size()), below.resize(K.size());
+    x.resize(K.size());
+    std::size_t most = 0;
+    for (int s = 0; s < plan.supernodes(); ++s)
+      most = std::max(most, panel_work_size(3 * plan.columns(s),
+                                            3 * (plan.height(s) - plan.columns(s))));
+    work.resize(static_cast<Eigen::Index>(most));
   }
 
   bool factor(const SymmetricBlockMatrix& K) {
@@ -63,44 +65,32 @@ struct SchurFactor::State {
     return true;
   }
 
-  bool factor_dense(const Eigen::MatrixXd& matrix) {
+  template <class Matrix>
+  bool factor_dense(const Matrix& matrix) {
     const int size = static_cast<int>(matrix.rows());
-    Eigen::MatrixXf sum = matrix.cast<float>();
+    Eigen::MatrixXf sum = matrix.template cast<float>();
     int info = 0;
     if (size > 0) spotrf_("L", &size, sum.data(), &size, &info);
     if (info == 0) dense = std::move(sum);
     return info == 0;
   }
 
+  PanelTask task_of(int s) {
+    return {frontal.panels.data() + frontal.panel_start[s],
+            3 * plan.columns(s),
+            3 * (plan.height(s) - plan.columns(s)),
+            plan.rows.data() + plan.row_start[s] + plan.columns(s),
+            x.data(),
+            x.data() + std::ptrdiff_t{3} * plan.first[s],
+            work.data()};
+  }
+
   void forward() {
-    const float one = 1, zero = 0;
-    const int step = 1;
-    for (int s = 0; s < plan.supernodes(); ++s) {
-      const float* L = frontal.panels.data() + frontal.panel_start[s];
-      const int height = 3 * plan.height(s), own = 3 * plan.columns(s), under = height - own;
-      float* mine = x.data() + 3 * plan.first[s];
-      strsv_("L", "N", "N", &own, L, &height, mine, &step);
-      if (under == 0) continue;
-      sgemv_("N", &under, &own, &one, L + own, &height, mine, &step, &zero, below.data(), &step);
-      const std::int32_t* rows = plan.rows.data() + plan.row_start[s] + plan.columns(s);
-      for (int r = 0; r < under; r += 3) x.segment<3>(3 * rows[r / 3]) -= below.segment<3>(r);
-    }
+    for (int s = 0; s < plan.supernodes(); ++s) kernels.forward(task_of(s));
   }
 
   void backward() {
-    const float one = 1, minus_one = -1;
-    const int step = 1;
-    for (int s = plan.supernodes() - 1; s >= 0; --s) {
-      const float* L = frontal.panels.data() + frontal.panel_start[s];
-      const int height = 3 * plan.height(s), own = 3 * plan.columns(s), under = height - own;
-      float* mine = x.data() + 3 * plan.first[s];
-      const std::int32_t* rows = plan.rows.data() + plan.row_start[s] + plan.columns(s);
-      for (int r = 0; r < under; r += 3) below.segment<3>(r) = x.segment<3>(3 * rows[r / 3]);
-      if (under > 0)
-        sgemv_("T", &under, &own, &minus_one, L + own, &height, below.data(), &step, &one, mine,
-               &step);
-      strsv_("L", "T", "N", &own, L, &height, mine, &step);
-    }
+    for (int s = plan.supernodes() - 1; s >= 0; --s) kernels.backward(task_of(s));
   }
 
   void load(const Eigen::VectorXd& b) {
@@ -114,8 +104,9 @@ struct SchurFactor::State {
   }
   void solve_dense(float* b) const {
     const int size = static_cast<int>(dense.rows()), one = 1;
-    int info = 0;
-    if (size > 0) spotrs_("L", &size, &one, dense.data(), &size, b, &size, &info);
+    if (size == 0) return;
+    strsv_("L", "N", "N", &size, dense.data(), &size, b, &one);
+    strsv_("L", "T", "N", &size, dense.data(), &size, b, &one);
   }
 };
 

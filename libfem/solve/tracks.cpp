@@ -56,7 +56,8 @@ bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
 }
 
 /// One equilibrium from the walker's state to `tip`; moves the walker when it is accepted.
-Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bool may_fall) {
+Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bool may_fall,
+                 bool may_shorten) {
   const Vec3 way = tip - walker.state.pose.tip;
   const double length = way.norm();
   Points guess = walker.state.u;
@@ -65,7 +66,7 @@ Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bo
     guess += length * walker.velocity;
   BodyState next;
   const SolveStatus solved =
-      walk.equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next);
+      walk.equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next, may_shorten);
   if (solved != SolveStatus::solved) return {failure(solved)};
   RowDoubt doubt =
       judge_step(walker.state, next, must_rise, walk.rules.deepest_penetration_m);
@@ -96,7 +97,9 @@ Outcome reach(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise) {
     const Vec3 goal =
         done + here >= way ? tip : Vec3(start + (tip - start) * ((done + here) / way));
     const bool may_fall = walker.falls || here <= 1.25 * kFallingStep * whole_step;
-    const Outcome outcome = try_step(walk, walker, goal, must_rise, may_fall);
+    // On a press near nu 1/2 iterations that seem astray find their way; on drags they do not.
+    const bool may_shorten = !must_rise && here / 2 >= shortest;
+    const Outcome outcome = try_step(walk, walker, goal, must_rise, may_fall, may_shorten);
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
