@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <string>
 
 #include "tests/tools/command_line.hpp"
 
 namespace palpate::tools::testing_support {
 namespace {
 
-TEST(bench_fem, eight_cells_at_a_time_give_the_bits_of_one_double_at_a_time) {
+// Every instruction set gives the same bits (kernels_test.cpp); one double at a time adds the forces
+// of a node's cells in another order.
+TEST(bench_fem, eight_cells_at_a_time_give_the_forces_of_one_double_at_a_time) {
   const Folder folder;
   const Outcome outcome =
       palpate(folder, "bench fem --part assembly --quick -o " + folder.path().string());
@@ -20,7 +23,7 @@ TEST(bench_fem, eight_cells_at_a_time_give_the_bits_of_one_double_at_a_time) {
   EXPECT_EQ(line.substr(0, 8), "kernels,");
   int rows = 0;
   for (; std::getline(table, line); ++rows)
-    EXPECT_EQ(line.substr(line.rfind(',') + 1), "0.0e+00") << line;
+    EXPECT_LT(std::stod(line.substr(line.rfind(',') + 1)), 1e-15) << line;
   EXPECT_GE(rows, 2);
   EXPECT_NE(outcome.out.find("one double at a time"), std::string::npos);
 }
