@@ -12,7 +12,7 @@ namespace palpate::tools {
 struct BenchRequest {
   std::filesystem::path folder;  ///< where its tables and pictures go; made when missing
   int jobs = 0;
-  std::string part = {};  ///< of a benchmark that has parts; empty: all of them
+  std::string part = {};               ///< of a benchmark that has parts; empty: all of them
   std::filesystem::path samples = {};  ///< of a benchmark that fits some
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };

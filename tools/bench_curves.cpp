@@ -77,9 +77,9 @@ Line measure(const Samples& samples, CurveFamily family, int degree, int pieces,
 
 void write_table(const std::filesystem::path& path, const std::string& family,
                  const std::vector<Line>& lines) {
-  static constexpr std::string_view kHeader[] = {
-      "family", "degree",          "pieces",       "bytes_per_node",
-      "law_ns", "held_out_median", "held_out_p95", "residual_p95"};
+  static constexpr std::string_view kHeader[] = {"family",         "degree",      "pieces",
+                                                 "bytes_per_node", "law_ns",      "held_out_median",
+                                                 "held_out_p95",   "residual_p95"};
   CsvWriter csv(path, kHeader);
   for (const Line& line : lines)
     csv.text(family)

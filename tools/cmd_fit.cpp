@@ -17,8 +17,9 @@ class Fit final : public Command {
     arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
     arguments.option("--pieces", section_.pieces,
                      "Pieces of every curve; 0: as few as the data support");
-    arguments.option("--family", section_.family,
-                     "Curve family: auto (by held-out rows), separable, leaning, coupled, coupled-leaning");
+    arguments.option(
+        "--family", section_.family,
+        "Curve family: auto (by held-out rows), separable, leaning, coupled, coupled-leaning");
     arguments.option(
         "--warm-start", warm_start_,
         "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
@@ -33,10 +34,9 @@ class Fit final : public Command {
     say("fit {}", samples_);
     const std::optional<FittedCurves> earlier =
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
-    const FittedCurves curves = fit_samples(read_samples(samples_), section_,
-                                            ProbeSection{}.spec.friction, jobs_,
-                                            earlier ? &*earlier : nullptr,
-                                            sensor_choice(frees_, contact_deviation_));
+    const FittedCurves curves =
+        fit_samples(read_samples(samples_), section_, ProbeSection{}.spec.friction, jobs_,
+                    earlier ? &*earlier : nullptr, sensor_choice(frees_, contact_deviation_));
     write_curves(output_, curves);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;

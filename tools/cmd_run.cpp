@@ -97,6 +97,7 @@ class Run final : public Command {
     }
     write_samples(output, samples, {{kInputsAttribute, inputs}, {kPointInputsAttribute, points}});
     remove_partial(output);
+    say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);
   }
 

@@ -42,6 +42,7 @@ class Simulate final : public Command {
     write_samples(output_, samples, attributes);
     remove_partial(output_);
     say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
+    say_force_errors(samples, scene_.experiments.force_tolerance);
     return list_bad_experiments(samples) ? kSomeFailed : kDone;
   }
 

@@ -127,8 +127,8 @@ Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3
   return tangent_of(normal, angle_rad);
 }
 
-Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal,
-                 const HeldOutRange& range, const Reach& reach, Uniform& uniform) {
+Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const HeldOutRange& range,
+                 const Reach& reach, Uniform& uniform) {
   const double angle_rad = uniform(0, 2 * std::numbers::pi);
   const double depth = range.depth_m * uniform(0.5, 0.95);
   const double slope = std::tan(uniform(20, 45) * std::numbers::pi / 180);

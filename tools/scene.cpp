@@ -162,6 +162,7 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
   out.drag_directions =
       static_cast<int>(table.integer("drag_directions", out.drag_directions, 0, 360));
   out.drag_steps = static_cast<int>(table.integer("drag_steps", out.drag_steps, 1, 1000));
+  out.force_tolerance = table.number("force_tolerance", out.force_tolerance, 0, 1);
   table.finish();
   return out;
 }
@@ -256,7 +257,8 @@ std::string canonical_point(const Scene& scene) {
   const auto& e = scene.experiments;
   return out + fmt::format("probe {}\npress {} {}\ndrag {} {} {} {}\n", canonical(scene.probe),
                            e.depth_m, e.press_steps, fmt::join(e.drag_depths_m, " "),
-                           e.drag_distance_m, e.drag_directions, e.drag_steps);
+                           e.drag_distance_m, e.drag_directions, e.drag_steps) +
+         (e.force_tolerance > 0 ? fmt::format("error {}\n", e.force_tolerance) : "");
 }
 
 std::string canonical_experiments(const Scene& scene) {

@@ -46,6 +46,7 @@ struct ExperimentsSection {
   double drag_distance_m = 0.008;
   int drag_directions = 2;
   int drag_steps = 8;
+  double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
 };
 
 struct FitSection {

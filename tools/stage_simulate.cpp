@@ -1,5 +1,6 @@
 #include "tools/stage_simulate.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include "libfem/mesh/read/read.hpp"
@@ -8,7 +9,7 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::size_t kListed = 15;     // experiments named before "and N more"
+constexpr std::size_t kListed = 15;  // experiments named before "and N more"
 
 }  // namespace
 
@@ -37,6 +38,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
       return 0;
     };
   setup.probe = probe_spec(scene.probe);
+  setup.options.force_tolerance = scene.experiments.force_tolerance;
   setup.options.equilibrium.element =
       fem::find_element(scene.body.element, "element of [body]").kind;
   return setup;
@@ -73,6 +75,30 @@ std::string reason_of(const Samples& samples, std::size_t row) {
 }
 
 }  // namespace
+
+std::size_t say_force_errors(const Samples& samples, double wanted) {
+  std::vector<std::vector<fem::PointRow>> rows(static_cast<std::size_t>(samples.points()));
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    fem::PointRow row;
+    row.status = samples.status[static_cast<std::size_t>(i)];
+    row.force = samples.force.row(i);
+    row.force_error = samples.force_error[i];
+    rows[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(i)])].push_back(row);
+  }
+  std::vector<double> errors;
+  for (const auto& of_point : rows) errors.push_back(fem::achieved_error(of_point));
+  if (errors.empty()) return 0;
+  std::sort(errors.begin(), errors.end());
+  const auto missed = static_cast<std::size_t>(
+      wanted > 0 ? errors.end() - std::upper_bound(errors.begin(), errors.end(), wanted) : 0);
+  say("  force error by the rows' own estimate, largest of a point: median {:.2g} %, worst {:.2g} "
+      "%{}",
+      100 * errors[errors.size() / 2], 100 * errors.back(),
+      wanted > 0 ? fmt::format("; {:.2g} % was asked for, {} of {} points have it", 100 * wanted,
+                               errors.size() - missed, errors.size())
+                 : "");
+  return missed;
+}
 
 std::size_t list_bad_experiments(const Samples& samples) {
   // First bad row of each experiment, with the first reason that is not a consequence.

@@ -19,6 +19,10 @@ fem::Experiments experiments_of(const Scene& scene);
 /// Presses and drags at every test point of the body (KnownSamples::at).
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request);
 
+/// Says what error the rows' own estimates leave at the points, and whether it is what was asked
+/// for (ExperimentsSection::force_tolerance). Returns the points that miss it.
+std::size_t say_force_errors(const Samples& samples, double wanted);
+
 /// Lists experiments with rows that are not good, at most a screenful. Returns how many there are.
 std::size_t list_bad_experiments(const Samples& samples);
 

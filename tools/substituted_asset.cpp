@@ -59,8 +59,7 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
                                                      const CurveSet& curves, Eigen::Index row) {
   SubstitutedAsset out(asset);
   const std::vector<float> values = row_of(curves, row);
-  out.bases_ = 
-      std::make_unique<fit::Bases>(curves.basis, curves.lean_basis, curves.is_coupled);
+  out.bases_ = std::make_unique<fit::Bases>(curves.basis, curves.lean_basis, curves.is_coupled);
   out.view_.curves = out.bases_->views;
   out.view_.controls_per_vertex = static_cast<int>(values.size());
   for (int k = 1; k <= kCurveKinds; ++k)
@@ -114,8 +113,7 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   out.control_ = controls_of(asset);
   const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
   double& coupling_depth_m = out.view_.curves.coupling_depth_m;
-  const double gain =
-      coupling_depth_m > 0 ? runtime::gain_at(coupling_depth_m, at_m).value : 1.0;
+  const double gain = coupling_depth_m > 0 ? runtime::gain_at(coupling_depth_m, at_m).value : 1.0;
   coupling_depth_m = 0;  // stiffness does not depend on depth, in any direction
   for (int curve = 0; curve <= runtime::kLean; ++curve) {
     const double share = curve == runtime::kLateral ? gain : 1;

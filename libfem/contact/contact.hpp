@@ -45,10 +45,10 @@ struct ContactTotals {
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
   double energy_J = 0;
-  double area_m2 = 0;               ///< rest area under pressure
+  double area_m2 = 0;  ///< rest area under pressure
   double greatest_penetration_m = 0;
-  double mean_penetration_m = 0;    ///< weighted by pressure
-  int points = 0;                   ///< quadrature points under pressure
+  double mean_penetration_m = 0;  ///< weighted by pressure
+  int points = 0;                 ///< quadrature points under pressure
 };
 
 /// Settings of the contact law; all without dimension. R is the probe's length_m, the radius of a
@@ -148,14 +148,14 @@ class Contact {
   Probe probe_;
   double rounding_m_;
   double tangential_;
-  double curvature_limit_m_;  // penetration
-  std::vector<char> is_open_;         // #F: not all held
-  std::vector<double> area_weight_;   // #F * kFacePoints [m^2]
-  std::vector<double> stiffness_;     // #F [Pa/m]
+  double curvature_limit_m_;         // penetration
+  std::vector<char> is_open_;        // #F: not all held
+  std::vector<double> area_weight_;  // #F * kFacePoints [m^2]
+  std::vector<double> stiffness_;    // #F [Pa/m]
   std::vector<FaceTerms> terms_;
-  std::vector<double> limit_Pa_;       // friction limit held, per point
-  std::vector<Vec3> normal_;            // of the plane it acts in
-  std::vector<double> share_;          // of the load step that a point has spent in contact
+  std::vector<double> limit_Pa_;  // friction limit held, per point
+  std::vector<Vec3> normal_;      // of the plane it acts in
+  std::vector<double> share_;     // of the load step that a point has spent in contact
 };
 
 }  // namespace palpate::fem

@@ -29,8 +29,10 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       displacement_rows_(mesh.nodes.rows() / 2 + 1),
       force_rows_(mesh.nodes.rows() / 2 + 1) {
   for (const char is_held : mesh.is_held) free_index_.push_back(is_held ? -1 : free_nodes_++);
-  if (element == ElementKind::tet4) divide_in_eight(mesh, cells_);
-  else cells_ = mesh.tets;
+  if (element == ElementKind::tet4)
+    divide_in_eight(mesh, cells_);
+  else
+    cells_ = mesh.tets;
 
   for (const Material& material : materials) {
     const ElementKind kind = element_for(element, material);
@@ -197,20 +199,20 @@ double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
                                   SymmetricBlockMatrix& K, double most_pressure) const {
   const int blocks = blocks_of(static_cast<int>(cells_.cols()));
   double* rows = reinterpret_cast<double*>(force_rows_.data());
-  const double energy = visit_batches(u, [&](const Batch& batch, CellBatch cells,
-                                             const LawKernels& law, const Pack* displacement,
-                                             CellResult& result) {
-    cells.most_pressure_Pa = most_pressure * batch.shear_modulus_Pa;
-    batch.kernels.stiffness(cells, law, displacement, bend, result);
-    batch.kernels.scatter(result.force, batch.points.data(), rows);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (batch.cell[lane] < 0) continue;
-      const BlockPlace* place = places_.data() + blocks * batch.cell[lane];
-      for (int block = 0; block < blocks; ++block)
-        K.add(place[block],
-              reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane, kLanes);
-    }
-  });
+  const double energy =
+      visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
+                           const Pack* displacement, CellResult& result) {
+        cells.most_pressure_Pa = most_pressure * batch.shear_modulus_Pa;
+        batch.kernels.stiffness(cells, law, displacement, bend, result);
+        batch.kernels.scatter(result.force, batch.points.data(), rows);
+        for (int lane = 0; lane < kLanes; ++lane) {
+          if (batch.cell[lane] < 0) continue;
+          const BlockPlace* place = places_.data() + blocks * batch.cell[lane];
+          for (int block = 0; block < blocks; ++block)
+            K.add(place[block],
+                  reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane, kLanes);
+        }
+      });
   add_force_rows(force);
   return energy;
 }

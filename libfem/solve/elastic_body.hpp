@@ -61,7 +61,7 @@ class ElasticBody {
     ElementKind element;
     double averaged, shear_modulus_Pa;
     CellKernels kernels;
-    std::int32_t cell[kLanes];  // -1 on idle lanes
+    std::int32_t cell[kLanes];         // -1 on idle lanes
     std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
   };

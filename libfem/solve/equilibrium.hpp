@@ -18,10 +18,10 @@ struct EquilibriumOptions {
   int most_newton = 30;     ///< iterations before a step is given up
   int most_astray = 5;      ///< the same while the residual is above 0.3
   int most_pcg = 12;        ///< iterations that are worth a fresh factor
-  int stale_pcg = 10;  ///< iterations in a solve after which the next begins with a fresh factor
-  double model = 0.02;      ///< residual of the condensed model, of its contact force
-  int most_model = 15;      ///< iterations of the condensed model
-  double most_pressure = 2; ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
+  int stale_pcg = 10;   ///< iterations in a solve after which the next begins with a fresh factor
+  double model = 0.02;  ///< residual of the condensed model, of its contact force
+  int most_model = 15;  ///< iterations of the condensed model
+  double most_pressure = 2;  ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
   /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double
   /// precision, and no condensed model.
@@ -32,9 +32,9 @@ struct EquilibriumOptions {
 
 /// What was spent; deterministic.
 struct SolverCounts {
-  int newton = 0;                ///< assemblies followed by a step
-  int pcg = 0;                   ///< applications of the factor in conjugate gradients
-  int model = 0;                 ///< iterations of the condensed contact model
+  int newton = 0;  ///< assemblies followed by a step
+  int pcg = 0;     ///< applications of the factor in conjugate gradients
+  int model = 0;   ///< iterations of the condensed contact model
   int factorizations = 0, failed_factorizations = 0;
   int backtracks = 0;
 };
@@ -62,8 +62,8 @@ class Equilibrium {
  public:
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
-              const RegionAt& region_at, const Probe& probe,
-              const ContactSettings& contact = {}, const EquilibriumOptions& options = {});
+              const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
+              const EquilibriumOptions& options = {});
 
   /// The body at rest with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
@@ -144,7 +144,7 @@ class Equilibrium {
   double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
-  bool is_current_ = false;                  // factor: of the displacement that K_ belongs to
+  bool is_current_ = false;  // factor: of the displacement that K_ belongs to
   SolverCounts counts_;
 };
 

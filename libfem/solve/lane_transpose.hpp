@@ -44,11 +44,11 @@ PALPATE_INLINE void scatter_points(const Pack* from, const std::int32_t* point, 
   const Pack xy_odd = __builtin_shufflevector(from[0], from[1], 1, 9, 3, 11, 5, 13, 7, 15);
   const Pack z_even = __builtin_shufflevector(from[2], zero, 0, 8, 2, 10, 4, 12, 6, 14);
   const Pack z_odd = __builtin_shufflevector(from[2], zero, 1, 9, 3, 11, 5, 13, 7, 15);
-  const Pack pair[4] = {  // lanes k and k + 4
-      __builtin_shufflevector(xy_even, z_even, 0, 1, 8, 9, 4, 5, 12, 13),
-      __builtin_shufflevector(xy_odd, z_odd, 0, 1, 8, 9, 4, 5, 12, 13),
-      __builtin_shufflevector(xy_even, z_even, 2, 3, 10, 11, 6, 7, 14, 15),
-      __builtin_shufflevector(xy_odd, z_odd, 2, 3, 10, 11, 6, 7, 14, 15)};
+  const Pack pair[4] = {// lanes k and k + 4
+                        __builtin_shufflevector(xy_even, z_even, 0, 1, 8, 9, 4, 5, 12, 13),
+                        __builtin_shufflevector(xy_odd, z_odd, 0, 1, 8, 9, 4, 5, 12, 13),
+                        __builtin_shufflevector(xy_even, z_even, 2, 3, 10, 11, 6, 7, 14, 15),
+                        __builtin_shufflevector(xy_odd, z_odd, 2, 3, 10, 11, 6, 7, 14, 15)};
   const auto add = [&](int lane, const Quad& force) {
     double* to = points + std::ptrdiff_t{kPointStride} * point[lane];
     Quad sum;

@@ -140,8 +140,8 @@ PALPATE_INLINE void backward(const PanelTask& task) {
   }
 }
 
-#define PALPATE_PANEL_KERNELS(set, target)                             \
-  target void forward_##set(const PanelTask& task) { forward(task); }  \
+#define PALPATE_PANEL_KERNELS(set, target)                            \
+  target void forward_##set(const PanelTask& task) { forward(task); } \
   target void backward_##set(const PanelTask& task) { backward(task); }
 
 PALPATE_PANEL_KERNELS(portable, )
@@ -194,9 +194,12 @@ template void pack_panel(const double* columns, int own, int under, float* out);
 
 PanelKernels panel_kernels(InstructionSet set) {
   switch (set) {
-    case InstructionSet::avx512: return {forward_avx512, backward_avx512};
-    case InstructionSet::avx2: return {forward_avx2, backward_avx2};
-    default: return {forward_portable, backward_portable};
+    case InstructionSet::avx512:
+      return {forward_avx512, backward_avx512};
+    case InstructionSet::avx2:
+      return {forward_avx2, backward_avx2};
+    default:
+      return {forward_portable, backward_portable};
   }
 }
 

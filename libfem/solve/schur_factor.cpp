@@ -46,8 +46,8 @@ struct SchurFactor::State {
     x.resize(K.size());
     std::size_t most = 0;
     for (int s = 0; s < plan.supernodes(); ++s)
-      most = std::max(most, panel_work_size(3 * plan.columns(s),
-                                            3 * (plan.height(s) - plan.columns(s))));
+      most = std::max(most,
+                      panel_work_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
     work.resize(static_cast<Eigen::Index>(most));
   }
 

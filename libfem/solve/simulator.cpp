@@ -17,7 +17,8 @@ namespace {
 /// % of the force at the mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3,
 /// as does one size below the whole punch (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
+constexpr double kLightForce = 0.05;  // of the largest: below it errors count absolutely
+constexpr int kRingPieces = 24;       // chords are within 0.01 of the radius
 
 }  // namespace
 
@@ -75,6 +76,11 @@ void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>&
   }
 }
 
+std::ptrdiff_t count_good(const std::vector<PointRow>& rows) {
+  return std::count_if(rows.begin(), rows.end(),
+                       [](const PointRow& row) { return row.status == RowStatus::good; });
+}
+
 Surface moved(Surface surface, const Vec3& by) {
   surface.vertices.rowwise() += by.transpose();
   return surface;
@@ -86,12 +92,23 @@ Vec3 middle_of(const Points& points) {
 
 }  // namespace
 
+double achieved_error(const std::vector<PointRow>& rows) {
+  double largest_N = 0, error = 0;
+  for (const PointRow& row : rows)
+    if (row.status == RowStatus::good) largest_N = std::max(largest_N, row.force.norm());
+  for (const PointRow& row : rows)
+    if (row.status == RowStatus::good && row.force.norm() > 0)
+      error =
+          std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+  return error;
+}
+
 Simulator::Simulator(SimulationSetup setup) {
   check_setup(setup);
   const Vec3 origin = middle_of(setup.volume.nodes);
   SmoothSurface surface(moved(setup.surface, -origin));
-  auto state = std::make_unique<State>(
-      State{std::move(setup), origin, {}, std::move(surface), {}, {}});
+  auto state =
+      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}});
   state->volume = state->setup.volume;
   state->volume.nodes.rowwise() -= origin.transpose();
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
@@ -165,8 +182,8 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
   nodes = static_cast<int>(mesh.nodes.rows());
   rows.assign(script.rows.size(), {});
   const Probe here = pressed_to(probe, script.depth_m);
-  const std::optional<double> touch = first_touch_m(mesh, here, {Vec3::Zero(), normal},
-                                                    2 * here.half_width_m, here.half_width_m);
+  const std::optional<double> touch =
+      first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
   if (!touch) {
     for (TrackRow& row : rows) row.status = RowStatus::no_contact;
     return true;
@@ -209,9 +226,25 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
   if (out.is_complete && ratio > 0)
     out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
                           out.cost.twin_nodes, out.cost.twin_solver);
-  const bool is_uneven =
-      sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m);
-  record_rows(fine, coarse, ratio, is_uneven ? 1 : 2, script.rows);
+  const int least_order =
+      sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m) ? 1 : 2;
+  const std::vector<PointRow> blank = script.rows;
+  record_rows(fine, coarse, ratio, least_order, script.rows);
+  const double wanted = ratio > 0 ? setup.options.force_tolerance : 0;
+  double coarsening = 1;
+  for (int finer = 0; finer < kMostFiner && wanted > 0 && out.is_complete; ++finer) {
+    if (achieved_error(script.rows) <= wanted) break;
+    coarse = std::move(fine);
+    out.cost.twin_nodes = out.cost.nodes;
+    out.cost.twin_solver = out.cost.solver;
+    coarsening /= ratio;
+    out.is_complete = run(script, position, normal, coarsening, progress, fine, out.touch_offset_m,
+                          out.cost.nodes, out.cost.solver);
+    std::vector<PointRow> finer_rows = blank;
+    record_rows(fine, coarse, ratio, least_order, finer_rows);
+    if (count_good(finer_rows) < count_good(script.rows)) break;  // what solved is not given up
+    script.rows = std::move(finer_rows);
+  }
   out.rows = std::move(script.rows);
   return out;
 }

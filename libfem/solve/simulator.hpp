@@ -30,11 +30,17 @@ struct SolverOptions {
   double growth = 0.6;  ///< h over distance from first touch or the probe's way, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
-  double twin_ratio = 1.6;    ///< element size of the coarser twin that extrapolates force; 0: none
+  double twin_ratio = 1.6;  ///< element size of the coarser twin that extrapolates force; 0: none
+  /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
+  /// finer by twin_ratio, the former one its twin, up to kMostFiner times. 0: as it comes.
+  double force_tolerance = 0;
   EquilibriumOptions equilibrium;
   ContactSettings contact;
   WalkOptions walk;
 };
+
+/// Each makes a mesh of four times the nodes, and some eight times the work.
+inline constexpr int kMostFiner = 2;
 
 /// A body, its materials and the probe.
 /// volume, is_held: base mesh. surface: fine, outward. materials: [0] is the body's own; region_at
@@ -64,7 +70,11 @@ struct PointRow {
   RowDoubt doubt = RowDoubt::none;
 };
 
-/// What was spent on a point; deterministic.
+/// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
+/// point's largest. 0 without good rows.
+double achieved_error(const std::vector<PointRow>& rows);
+
+/// What was spent on a point, on the meshes that its rows come from; deterministic.
 struct PointCost {
   int nodes = 0, twin_nodes = 0;
   SolverCounts solver, twin_solver;

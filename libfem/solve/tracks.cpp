@@ -68,8 +68,7 @@ Outcome try_step(Walk& walk, Walker& walker, const Vec3& tip, bool must_rise, bo
   const SolveStatus solved =
       walk.equilibrium.solve(walker.state, {tip, walker.state.pose.axis}, guess, next, may_shorten);
   if (solved != SolveStatus::solved) return {failure(solved)};
-  RowDoubt doubt =
-      judge_step(walker.state, next, must_rise, walk.rules.deepest_penetration_m);
+  RowDoubt doubt = judge_step(walker.state, next, must_rise, walk.rules.deepest_penetration_m);
   if (doubt == RowDoubt::does_not_rise && may_fall &&
       falls_on_a_stable_branch(walk.equilibrium, walker.state, next))
     doubt = RowDoubt::falls;
@@ -163,7 +162,7 @@ void note_failure(const Track& track, std::size_t waypoint, const Outcome& outco
 }  // namespace
 
 RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
-                 double deepest_penetration_m) {
+                    double deepest_penetration_m) {
   const double pushed_before = before.contact.force_N.dot(before.pose.axis);
   const double pushed = after.contact.force_N.dot(after.pose.axis);
   const bool has_area = after.contact.area_m2 > 0;
@@ -180,8 +179,10 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
                                   int rows, const WalkOptions& options, const Progress& progress) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
-                        equilibrium.options().residual, options.most_cuts,
-                        options.most_stiffenings, options.gives_back,
+                        equilibrium.options().residual,
+                        options.most_cuts,
+                        options.most_stiffenings,
+                        options.gives_back,
                         probe.friction > 0 ? kCreepLeft : 0.0};
   Walk walk{equilibrium, rules};
   std::vector<TrackRow> out(rows);
@@ -207,8 +208,7 @@ std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
         note_failure(track, w, outcome, out);
         break;
       }
-      if (waypoint.row >= 0)
-        out[waypoint.row] = record(walk, walker, waypoint.deflection);
+      if (waypoint.row >= 0) out[waypoint.row] = record(walk, walker, waypoint.deflection);
       const auto keep = kept.find({static_cast<int>(t), static_cast<int>(w)});
       if (keep != kept.end()) keep->second = walker;
     }

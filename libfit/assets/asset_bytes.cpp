@@ -49,8 +49,7 @@ Parts make_parts(const Model& model, const ExportOptions& options) {
                   "Fit with fewer pieces.");
     parts.table[kind] = table_of(basis);
   }
-  if (leans(model.curves.family()))
-    parts.table[runtime::kLean] = table_of(model.curves.lean_basis);
+  if (leans(model.curves.family())) parts.table[runtime::kLean] = table_of(model.curves.lean_basis);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
 }

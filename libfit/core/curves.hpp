@@ -60,9 +60,7 @@ struct CurveSet {
   bool is_coupled = false;
 
   Eigen::Index points() const { return control[0].rows(); }
-  CurveFamily family() const {
-    return family_of(!lean_basis.knots_m.empty(), is_coupled);
-  }
+  CurveFamily family() const { return family_of(!lean_basis.knots_m.empty(), is_coupled); }
 };
 
 /// How the fit of one test point went.

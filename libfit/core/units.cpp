@@ -14,21 +14,35 @@ struct UnitRow {
 };
 
 constexpr std::array<UnitRow, 29> kUnits{{
-    {"m", Dimension::length, 1},       {"dm", Dimension::length, 1e-1},
-    {"cm", Dimension::length, 1e-2},   {"mm", Dimension::length, 1e-3},
-    {"um", Dimension::length, 1e-6},   {"nm", Dimension::length, 1e-9},
-    {"in", Dimension::length, 0.0254}, {"Pa", Dimension::pressure, 1},
-    {"kPa", Dimension::pressure, 1e3}, {"MPa", Dimension::pressure, 1e6},
-    {"GPa", Dimension::pressure, 1e9}, {"N/mm2", Dimension::pressure, 1e6},
-    {"N", Dimension::force, 1},        {"kN", Dimension::force, 1e3},
-    {"mN", Dimension::force, 1e-3},    {"uN", Dimension::force, 1e-6},
-    {"nN", Dimension::force, 1e-9},    {"gf", Dimension::force, 9.80665e-3},
-    {"s", Dimension::time, 1},         {"ms", Dimension::time, 1e-3},
-    {"us", Dimension::time, 1e-6},     {"min", Dimension::time, 60},
-    {"Nm", Dimension::torque, 1},      {"N m", Dimension::torque, 1},
-    {"N*m", Dimension::torque, 1},     {"Nmm", Dimension::torque, 1e-3},
+    {"m", Dimension::length, 1},
+    {"dm", Dimension::length, 1e-1},
+    {"cm", Dimension::length, 1e-2},
+    {"mm", Dimension::length, 1e-3},
+    {"um", Dimension::length, 1e-6},
+    {"nm", Dimension::length, 1e-9},
+    {"in", Dimension::length, 0.0254},
+    {"Pa", Dimension::pressure, 1},
+    {"kPa", Dimension::pressure, 1e3},
+    {"MPa", Dimension::pressure, 1e6},
+    {"GPa", Dimension::pressure, 1e9},
+    {"N/mm2", Dimension::pressure, 1e6},
+    {"N", Dimension::force, 1},
+    {"kN", Dimension::force, 1e3},
+    {"mN", Dimension::force, 1e-3},
+    {"uN", Dimension::force, 1e-6},
+    {"nN", Dimension::force, 1e-9},
+    {"gf", Dimension::force, 9.80665e-3},
+    {"s", Dimension::time, 1},
+    {"ms", Dimension::time, 1e-3},
+    {"us", Dimension::time, 1e-6},
+    {"min", Dimension::time, 60},
+    {"Nm", Dimension::torque, 1},
+    {"N m", Dimension::torque, 1},
+    {"N*m", Dimension::torque, 1},
+    {"Nmm", Dimension::torque, 1e-3},
     {"mNm", Dimension::torque, 1e-3},
-    {"rad", Dimension::angle, 1},      {"deg", Dimension::angle, 0.017453292519943295},
+    {"rad", Dimension::angle, 1},
+    {"deg", Dimension::angle, 0.017453292519943295},
 }};
 
 std::string_view trimmed(std::string_view text) {
@@ -59,12 +73,18 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
 
 std::string_view dimension_name(Dimension dimension) {
   switch (dimension) {
-    case Dimension::length: return "length";
-    case Dimension::pressure: return "pressure";
-    case Dimension::force: return "force";
-    case Dimension::time: return "time";
-    case Dimension::angle: return "angle";
-    case Dimension::torque: return "torque";
+    case Dimension::length:
+      return "length";
+    case Dimension::pressure:
+      return "pressure";
+    case Dimension::force:
+      return "force";
+    case Dimension::time:
+      return "time";
+    case Dimension::angle:
+      return "angle";
+    case Dimension::torque:
+      return "torque";
   }
   return "quantity";
 }

@@ -69,8 +69,8 @@ FamilyReport choose_family(const BodyData& body, const std::array<FamilySetting,
   for (const CurveFamilyName& row : kCurveFamilyNames) {
     const FamilyEvidence found =
         judge(body, by_coupling[is_coupled(row.family) ? 1 : 0], row.family, options);
-    const bool is_better = found.p95_error < kWorthIt * best.p95_error &&
-                           found.median_error <= best.median_error;
+    const bool is_better =
+        found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
     if (report.evidence.empty() || is_better) best = found;
     report.evidence.push_back(found);
     tried += (tried.empty() ? "" : "; ") + std::string(row.name) + " " +

@@ -96,7 +96,7 @@ void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, d
   if (normal_force > kFirmForce)
     out.largest_friction =
         std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
-  if (dr > 1e-6 * point.depth) 
+  if (dr > 1e-6 * point.depth)
     out.curve[1].push_back({dr, force, e.weight[i], 0, depth_of(point, e.deflection[i])});
 }
 
@@ -117,8 +117,7 @@ void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, do
 void add_drag(const PointData& point, const Experiment& e, PointRows& out) {
   const WayOut way = way_out(point, e);
   if (way.row.empty() || !(way.dr.back() > 1e-6 * point.depth)) {
-    for (std::size_t k = 0; k < way.row.size(); ++k)
-      add_stick_row(point, e, way.row[k], 0, 0, out);
+    for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
     return;
   }
   const std::size_t slip = plateau_begin(way);

@@ -97,9 +97,8 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
       const fit::PointData& point = body.points[p];
       if (!point.problem.empty()) return;
       const fit::PointCurves found = fit::identify(point, rows[p], separable, plain, options);
-      corrected[p] = fit::curve_rows(found.problem.empty()
-                                         ? fit::without_sensors(point, found.sensor)
-                                         : point);
+      corrected[p] = fit::curve_rows(
+          found.problem.empty() ? fit::without_sensors(point, found.sensor) : point);
     });
     rows = std::move(corrected);
     bases = make_bases(body, rows, options);
@@ -113,8 +112,7 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
   std::array<fit::FamilySetting, 2> by_coupling;
   if (!options.family || is_coupled(*options.family)) {
     for (const fit::PointRows& point : rows)
-      by_coupling[1].rows.push_back(
-          fit::coupled_rows(point, bases.plain[0].knots_m.back()));
+      by_coupling[1].rows.push_back(fit::coupled_rows(point, bases.plain[0].knots_m.back()));
     by_coupling[1].bases = make_bases(body, by_coupling[1].rows, options);
     by_coupling[1].bases.is_coupled = true;
   }
@@ -122,8 +120,8 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
                                        : fit::choose_family(body, by_coupling, options);
   if (options.family && options.judges_family)
-    report.evidence.push_back(fit::judge(body, by_coupling[is_coupled(report.family) ? 1 : 0],
-                                         report.family, options));
+    report.evidence.push_back(
+        fit::judge(body, by_coupling[is_coupled(report.family) ? 1 : 0], report.family, options));
   fit::FamilySetting& chosen = by_coupling[is_coupled(report.family) ? 1 : 0];
   rows = std::move(chosen.rows);
   bases = std::move(chosen.bases);
@@ -157,9 +155,8 @@ FitOptions as_before(FitOptions options) {
 }
 
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
-                                    const std::vector<fit::PointRows>& rows,
-                                    const BodyBases& bases, const FitOptions& options,
-                                    const Progress& progress) {
+                                    const std::vector<fit::PointRows>& rows, const BodyBases& bases,
+                                    const FitOptions& options, const Progress& progress) {
   const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
   const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled);
   const auto earlier = earlier_points(options.warm_start);
@@ -171,15 +168,13 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
-    const std::string hash =
-        fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p], body.length_m,
-                       options);
+    const std::string hash = fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p],
+                                            body.length_m, options);
     const auto found = earlier.find(hash);
-    results[p] = found != earlier.end()
-                     ? fit::keep_point(samples, body.points[p], body.length_m, si,
-                                       *options.warm_start, found->second)
-                     : fit::fit_point(samples, body.points[p], rows[p], body.length_m, bases,
-                                      plain, si, options);
+    results[p] = found != earlier.end() ? fit::keep_point(samples, body.points[p], body.length_m,
+                                                          si, *options.warm_start, found->second)
+                                        : fit::fit_point(samples, body.points[p], rows[p],
+                                                         body.length_m, bases, plain, si, options);
     results[p].rows_hash = hash;
     const std::lock_guard lock(mutex);
     progress.report(++done, results.size(), samples.point_name[p]);
@@ -300,8 +295,8 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
 
 }  // namespace
 
-FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted,
-                        const Progress& progress, FitReport* report) {
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
+                        FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
   check(wanted);
   const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;

@@ -41,13 +41,13 @@ inline constexpr std::array<SensorPartName, 3> kSensorPartNames{{
 /// What a user may decide about a fit; the defaults suit simulated samples.
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
-  bool judges_family = false;  ///< a family that was asked for gets its evidence, too
-  int degree = 3;  ///< of every curve, 1 to 4
+  bool judges_family = false;           ///< a family that was asked for gets its evidence, too
+  int degree = 3;                       ///< of every curve, 1 to 4
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
   std::array<int, kCurveKinds> pieces{0, 0, 0};
   /// Knots of each kind [m], taken as they are; empty: placed from the samples.
   std::array<std::vector<double>, kCurveKinds> knots_m{};
-  int most_pieces = 12;      ///< the search for `pieces` stops here
+  int most_pieces = 12;  ///< the search for `pieces` stops here
   /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
   double tolerance = 0.02;
   /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
@@ -65,8 +65,8 @@ struct FitOptions {
   /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
   double contact_deviation_m = 0;
   double sensor_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
-  int jobs = 0;         ///< threads, 0: all. Results do not depend on it.
-  int worst_points = 10;  ///< length of FitReport::worst
+  int jobs = 0;                    ///< threads, 0: all. Results do not depend on it.
+  int worst_points = 10;           ///< length of FitReport::worst
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and
   /// points fitted from the same rows with the same options keep their curves.
   const FittedCurves* warm_start = nullptr;
@@ -76,7 +76,7 @@ struct FitOptions {
 struct BasisEvidence {
   int pieces = 0;
   bool is_placed_by_curvature = false;  ///< else equal pieces
-  double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
+  double heldout_error = 0;             ///< 95th percentile over points of the relative rms error
 };
 
 /// Why a kind got its basis.
@@ -119,9 +119,9 @@ struct FitReport {
   std::vector<WorstPoint> worst;
   std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
-  std::size_t rows = 0;             ///< in the samples
-  std::size_t rows_used = 0;        ///< fitted and scored
-  std::size_t rows_not_good = 0;    ///< left out for their status
+  std::size_t rows = 0;                                             ///< in the samples
+  std::size_t rows_used = 0;                                        ///< fitted and scored
+  std::size_t rows_not_good = 0;                                    ///< left out for their status
   std::size_t rows_not_finite = 0;  ///< left out although `good`: NaN or infinite
   std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
   /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.

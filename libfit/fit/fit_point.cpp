@@ -23,8 +23,8 @@ void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBa
   const PointCovariance found = covariance(point, plain, curves, loss);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (found.increments[kind].size() == 0) continue;
-    const double bias = basis_inflation(
-        bases.plain[kind], unit_weights(rows.curve[kind]), found.increments[kind], loss);
+    const double bias = basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]),
+                                        found.increments[kind], loss);
     result.covariance[kind] =
         pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
   }
@@ -40,9 +40,8 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
   PointResult result;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
-    result.covariance[kind] =
-        Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
-                                  std::numeric_limits<double>::quiet_NaN());
+    result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
+                                                        std::numeric_limits<double>::quiet_NaN());
   }
   if (!bases.lean_si.knots_m.empty())
     result.lean_m = Eigen::VectorXd::Zero(3 * bases.lean_si.size());
@@ -52,8 +51,8 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
 
 PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
-  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain,
-                                    bases.is_coupled, options);
+  PointCurves curves =
+      start_values(point, rows, bases.plain, bases.lean_plain, bases.is_coupled, options);
   if (!curves.problem.empty()) return curves;
   solve_point(point, plain, options, curves);
   if (!curves.is_identified[2])  // made up from f^z, which may have moved

@@ -27,8 +27,8 @@ struct PointResult {
   FitStatus status = FitStatus::failed;
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown
-  std::vector<Sensor> sensor;            ///< of each experiment, SI
-  std::vector<Sensor> sensor_deviation;  ///< SI; 0 where it was known
+  std::vector<Sensor> sensor;                           ///< of each experiment, SI
+  std::vector<Sensor> sensor_deviation;                 ///< SI; 0 where it was known
   PointScore score;
   bool is_scored = false;
   std::string rows_hash;

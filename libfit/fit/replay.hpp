@@ -11,7 +11,8 @@
 namespace palpate::fit {
 
 /// The bases as tables, with the views the engine's templates take. lean: without knots where the
-/// body does not lean. A coupled body's gain is 1 at the last knot of the normal basis. Not copyable: views point into the tables.
+/// body does not lean. A coupled body's gain is 1 at the last knot of the normal basis.
+/// Not copyable: views point into the tables.
 struct Bases {
   explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {},
                  bool is_coupled = false);

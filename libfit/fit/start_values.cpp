@@ -154,8 +154,7 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
       const double depth = depth_of(point, e.deflection[i]);
       const Vec3 force = lateral_of(point, e.force[i]);
       if (!(depth > 0 && force.norm() > 0)) continue;
-      const double gain =
-          coupling_depth > 0 ? runtime::gain_at(coupling_depth, depth).value : 1.0;
+      const double gain = coupling_depth > 0 ? runtime::gain_at(coupling_depth, depth).value : 1.0;
       const double away =
           deflection_at(lateral_tables, out.increments[1], force.norm() / gain, depth);
       // d l / d control values, from those by increments.
@@ -183,7 +182,7 @@ PointCurves start_values(const PointData& point, const PointRows& rows,
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  if (!lean.knots_m.empty()) 
+  if (!lean.knots_m.empty())
     start_lean(point, bases[1], lean, is_coupled ? bases[0].knots_m.back() : 0, out);
   return out;
 }

@@ -23,9 +23,9 @@ struct PointCurves {
   /// their force, and the weights of each experiment's rows.
   double scale = 0, noise = 0;
   std::vector<std::vector<double>> weight;
-  double friction = 0;     ///< L / f^z where rows do not say otherwise
-  std::string problem;     ///< no curve can be made; empty otherwise
-  std::string message;     ///< sentences on what is missing and what stands in for it
+  double friction = 0;  ///< L / f^z where rows do not say otherwise
+  std::string problem;  ///< no curve can be made; empty otherwise
+  std::string message;  ///< sentences on what is missing and what stands in for it
 };
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for

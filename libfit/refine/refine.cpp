@@ -81,9 +81,8 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
 
 }  // namespace
 
-Model refine(const FittedCurves& curves, const Surface& fine,
-             const std::vector<char>& is_reachable, const Triangles& test_triangles,
-             const RefineOptions& options, RefineReport* report) {
+Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
+             const Triangles& test_triangles, const RefineOptions& options, RefineReport* report) {
   check(curves, fine, is_reachable, test_triangles);
   RefineReport own_report;
   RefineReport& found = report != nullptr ? *report : own_report;
@@ -99,8 +98,8 @@ Model refine(const FittedCurves& curves, const Surface& fine,
   std::vector<std::int32_t> cell;
   if (found.is_own_triangulation) {
     cell = nearest_source(fine, seeds_of(is_usable, seeds)).source;
-    found.triangles = triangulate_over(fine, cell, curves.position, curves.normal,
-                                       options.largest_angle_rad);
+    found.triangles =
+        triangulate_over(fine, cell, curves.position, curves.normal, options.largest_angle_rad);
   }
   Blend blend = found.triangles.rows() == 0
                     ? blend_by_cell(cell, is_reachable)

@@ -1,9 +1,10 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), versions 2 and 3. Little-endian or big-endian as the writer's machine;
-// the mark tells. A header, then the sections of `Section` in order, each beginning at the next
-// multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is allowed.
+// The bytes of an asset (.palp), versions 2 and 3. Little-endian or big-endian as the writer's
+// machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
+// next multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is
+// allowed.
 
 #include <cstddef>
 #include <cstdint>

@@ -10,8 +10,8 @@
 namespace palpate::tools::testing_support {
 namespace {
 
-// Every instruction set gives the same bits (kernels_test.cpp); one double at a time adds the forces
-// of a node's cells in another order.
+// Every instruction set gives the same bits (kernels_test.cpp); one double at a time adds the
+// forces of a node's cells in another order.
 TEST(bench_fem, eight_cells_at_a_time_give_the_forces_of_one_double_at_a_time) {
   const Folder folder;
   const Outcome outcome =

@@ -54,8 +54,7 @@ TEST(import, a_fit_frees_contact_points_and_tabulates_errors_of_curves) {
       "fit " + (folder / "samples.h5").string() + " -o " + (folder / "curves.h5").string();
   const Outcome wrong = palpate(folder, fit + " --free contact,slope");
   EXPECT_EQ(wrong.status, 1);
-  EXPECT_NE(wrong.err.find("--free: there is nothing called \"slope\" to free"),
-            std::string::npos)
+  EXPECT_NE(wrong.err.find("--free: there is nothing called \"slope\" to free"), std::string::npos)
       << wrong.err;
   const Outcome freed = palpate(folder, fit + " --free contact,bias");
   EXPECT_NE(freed.err.find("90 % band where its rows end"), std::string::npos) << freed.err;

@@ -69,7 +69,7 @@ struct RawRecording {
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
   std::optional<double> probe_radius_m;
-  std::size_t dropped_rows = 0;  ///< left out by drop_invalid
+  std::size_t dropped_rows = 0;       ///< left out by drop_invalid
   bool is_force_from_signal = false;  ///< by Cantilever
   std::map<std::string, std::string>
       facts;  ///< what else the file says: instrument, date, its own result

@@ -193,5 +193,27 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
     }
 }
 
+TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
+  SimulationSetup setup = block_setup(0);
+  setup.options.twin_ratio = 1.6;
+  const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
+  const double before = achieved_error(plain.rows);
+  ASSERT_GT(before, 0.004);
+
+  setup.options.force_tolerance = 1.01 * before;
+  const PointRows same = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
+  EXPECT_EQ(same.cost.nodes, plain.cost.nodes);
+  EXPECT_EQ(same.rows.back().force, plain.rows.back().force);
+
+  setup.options.force_tolerance = 0.7 * before;
+  const PointRows finer = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
+  EXPECT_LT(achieved_error(finer.rows), 0.7 * before);
+  EXPECT_GT(finer.cost.nodes, 3 * plain.cost.nodes / 2);
+  EXPECT_EQ(finer.cost.twin_nodes, plain.cost.nodes);
+  for (std::size_t i = 0; i < plain.rows.size(); ++i)
+    EXPECT_LT((finer.rows[i].force - plain.rows[i].force).norm(),
+              finer.rows[i].force_error + plain.rows[i].force_error);
+}
+
 }  // namespace
 }  // namespace palpate::fem

@@ -7,9 +7,8 @@ namespace {
 
 // Truths whose three curves are in the model class: [N] over [m].
 struct Truth {
-  std::array<CurveBasis, kCurveKinds> basis{CurveBasis{3, {0, 0.004, 0.01}},
-                                            CurveBasis{3, {0, 0.003, 0.006}},
-                                            CurveBasis{3, {0, 0.01}}};
+  std::array<CurveBasis, kCurveKinds> basis{
+      CurveBasis{3, {0, 0.004, 0.01}}, CurveBasis{3, {0, 0.003, 0.006}}, CurveBasis{3, {0, 0.01}}};
   std::array<Eigen::VectorXd, kCurveKinds> control;
   CurveBasis lean_basis{2, {}};
   std::vector<double> lean_m{};  ///< control values, x, y, z of each
@@ -31,8 +30,8 @@ Truth random_truth(unsigned seed) {
 }
 
 // Records what the engine's template says for a drag or press.
-void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth,
-            ExperimentKind kind, const std::vector<Vec3>& rows) {
+void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth, ExperimentKind kind,
+            const std::vector<Vec3>& rows) {
   const fit::Bases bases(truth.basis, truth.lean_basis, truth.is_coupled);
   std::vector<runtime::Vec3d> force(rows.size());
   runtime::replay_drag<double>(
@@ -57,10 +56,8 @@ int record_point(Recorder& rig, const Truth& truth, const Vec3& inward, double a
   const int p = rig.add_point(inward);
   const Vec3 u = rig.inward(p);
   const Mat3 gradient = bend(u, rig.tangent(p, 0.4), along_1_m, across_1_m);
-  for (int k = 0; k < 9; ++k)
-    rig.samples.point_normal_gradient(p, k) = gradient(k / 3, k % 3);
-  record(rig, p, gradient, truth, ExperimentKind::press,
-         drag_rows(Vec3::Zero(), u, 0, 0.01, 20));
+  for (int k = 0; k < 9; ++k) rig.samples.point_normal_gradient(p, k) = gradient(k / 3, k % 3);
+  record(rig, p, gradient, truth, ExperimentKind::press, drag_rows(Vec3::Zero(), u, 0, 0.01, 20));
   for (const double depth_m : {0.003, 0.006, 0.01})
     for (const double angle : {0.3, 2.0})
       record(rig, p, gradient, truth, ExperimentKind::drag,
@@ -93,8 +90,9 @@ void expect_recovered(const FittedCurves& fitted, Eigen::Index p, const Truth& t
     double worst = 0;
     for (int i = 1; i <= 100; ++i)
       worst = std::max(worst, std::abs(curve(reach * i / 100) - exact(reach * i / 100)));
-    EXPECT_LT(worst, 1e-5 * exact(reach)) << where << " " << kCurveNames[kind] << "\nfound "
-        << found.transpose() << "\ntruth " << truth.control[kind].transpose();
+    EXPECT_LT(worst, 1e-5 * exact(reach))
+        << where << " " << kCurveNames[kind] << "\nfound " << found.transpose() << "\ntruth "
+        << truth.control[kind].transpose();
   }
   EXPECT_EQ(fitted.status[static_cast<std::size_t>(p)], FitStatus::good)
       << where << fitted.message[static_cast<std::size_t>(p)];
@@ -239,8 +237,9 @@ TEST(drag, a_mindlin_contact_is_fitted_as_well_as_a_separable_model_can) {
       return friction * normal(depth_m) * (1 - std::pow(rest, 1.5));
     };
     for (const double angle : {0.0, 2.1, 4.2})
-      rig.flat_drag(p, normal, lateral, [&](double) { return friction * normal(depth_m); },
-                    depth_m, 2 * slide_m(depth_m), 8, angle);
+      rig.flat_drag(
+          p, normal, lateral, [&](double) { return friction * normal(depth_m); }, depth_m,
+          2 * slide_m(depth_m), 8, angle);
   }
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
@@ -265,8 +264,8 @@ TEST(drag, a_press_off_the_normal_and_a_path_are_replayed_too) {
   std::vector<Vec3> way;  // in, out, round and back, with slip
   for (int i = 0; i <= 120; ++i) {
     const double a = 0.05 * i;
-    way.push_back((0.004 + 0.006 * std::pow(std::sin(a), 2)) * u +
-                  0.006 * std::sin(0.7 * a) * t + 0.003 * std::sin(a) * u.cross(t));
+    way.push_back((0.004 + 0.006 * std::pow(std::sin(a), 2)) * u + 0.006 * std::sin(0.7 * a) * t +
+                  0.003 * std::sin(a) * u.cross(t));
   }
   record(rig, p, Mat3::Zero(), truth, ExperimentKind::path, way);
   for (const double depth_m : {0.003, 0.01})

@@ -174,9 +174,8 @@ TEST_F(Damage, missing_and_wrong_units_are_named) {
 TEST_F(Damage, wrong_shapes_and_types_are_named) {
   const std::vector<double> values(12, 0.5);
   const auto replace = [&](const char* name, hid_t type, hsize_t columns) {
-    return samples_error([&](Tamper& t) {
-      t.replace(name, "N", type, H5T_NATIVE_DOUBLE, values, columns);
-    });
+    return samples_error(
+        [&](Tamper& t) { t.replace(name, "N", type, H5T_NATIVE_DOUBLE, values, columns); });
   };
   EXPECT_EQ(replace("rows/force", H5T_IEEE_F64LE, 3),
             "s.h5:rows/force: has shape 4 x 3, not 6 x 3");
@@ -289,8 +288,9 @@ TEST_F(Damage, values_that_were_never_written_or_live_elsewhere_are_refused) {
             "s.h5:rows/force: keeps its values in another file");
   EXPECT_EQ(samples_error([](Tamper& t) { t.link_elsewhere("rows/force", "/rows/deflection"); }),
             "s.h5:rows/force: data set is missing");
-  EXPECT_EQ(body_error([](Tamper& t) { t.hollow("surface/vertices", "m", hsize_t{1} << 38); })
-                .substr(0, 54),
+  EXPECT_EQ(body_error([](Tamper& t) {
+              t.hollow("surface/vertices", "m", hsize_t{1} << 38);
+            }).substr(0, 54),
             "b.h5:surface/vertices: claims 824633720832 values in a");
 }
 

@@ -222,7 +222,9 @@ TEST_F(RoundTrip, long_statements_fit_in_an_attribute) {
 }
 
 TEST_F(RoundTrip, own_attribute_names_cannot_be_taken) {
-  EXPECT_EQ(error_of([&] { write_curves(at("c.h5"), example_curves(), {{"family", "x"}}); }),
+  EXPECT_EQ(error_of([&] {
+              write_curves(at("c.h5"), example_curves(), {{"family", "x"}});
+            }),
             "c.h5: attribute `family` is the file's own");
 }
 

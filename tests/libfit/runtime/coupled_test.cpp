@@ -31,8 +31,7 @@ TEST(coupled, the_gain_is_the_root_of_depth_with_a_slope_at_zero) {
   for (const double share : {0.1, 0.3, 0.5, 0.9})
     EXPECT_NEAR(gain(share * kRange_m), std::sqrt(share), 1e-3) << share;
   for (const double depth_m : {1e-9, 1e-6, 1e-4, 3e-3, 0.02}) {
-    const auto slope =
-        runtime::gain_at(kRange_m, runtime::Dual(depth_m, 1)).value.v;
+    const auto slope = runtime::gain_at(kRange_m, runtime::Dual(depth_m, 1)).value.v;
     const double step_m = 1e-4 * (depth_m + 1e-8);
     const double difference = (gain(depth_m + step_m) - gain(depth_m - step_m)) / (2 * step_m);
     EXPECT_NEAR(slope, difference, 1e-6 * slope) << depth_m;
