@@ -26,7 +26,7 @@ void print_asset(const std::filesystem::path& path) {
   const AssetFile file = read_asset_file(path);
   const runtime::Asset& asset = file.asset();
   const auto covered = std::count(asset.covered, asset.covered + asset.vertices, 1);
-  fmt::print("palpate asset version {}, {} bytes\n", runtime::kVersion, file.bytes());
+  fmt::print("palpate asset version {}, {} bytes\n", asset.version, file.bytes());
   fmt::print("  {} vertices ({} covered), {} triangles\n", asset.vertices, covered,
              asset.triangles);
   fmt::print("  origin ({}, {}, {}) m, probe radius {} m, guard {}\n", asset.origin_m[0],

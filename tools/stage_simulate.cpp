@@ -1,6 +1,7 @@
 #include "tools/stage_simulate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "libfem/mesh/read/read.hpp"
@@ -85,18 +86,25 @@ std::size_t say_force_errors(const Samples& samples, double wanted) {
     row.force_error = samples.force_error[i];
     rows[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(i)])].push_back(row);
   }
-  std::vector<double> errors;
-  for (const auto& of_point : rows) errors.push_back(fem::achieved_error(of_point));
-  if (errors.empty()) return 0;
+  std::vector<double> errors;  // of points that have one
+  for (const auto& of_point : rows)
+    if (const double error = fem::achieved_error(of_point); std::isfinite(error))
+      errors.push_back(error);
+  if (rows.empty()) return 0;
   std::sort(errors.begin(), errors.end());
-  const auto missed = static_cast<std::size_t>(
-      wanted > 0 ? errors.end() - std::upper_bound(errors.begin(), errors.end(), wanted) : 0);
-  say("  force error by the rows' own estimate, largest of a point: median {:.2g} %, worst {:.2g} "
-      "%{}",
-      100 * errors[errors.size() / 2], 100 * errors.back(),
-      wanted > 0 ? fmt::format("; {:.2g} % was asked for, {} of {} points have it", 100 * wanted,
-                               errors.size() - missed, errors.size())
-                 : "");
+  const auto within = static_cast<std::size_t>(
+      std::upper_bound(errors.begin(), errors.end(), wanted) - errors.begin());
+  const std::size_t missed = wanted > 0 ? rows.size() - within : 0;
+  const std::string target = wanted > 0
+                                 ? fmt::format("; {:.2g} % was asked for, {} of {} points have it",
+                                               100 * wanted, within, rows.size())
+                                 : "";
+  if (errors.empty())
+    say("  no point has rows with an estimate of their force error{}", target);
+  else
+    say("  force error by the rows' own estimate, largest of a point: median {:.2g} %, worst "
+        "{:.2g} %{}",
+        100 * errors[errors.size() / 2], 100 * errors.back(), target);
   return missed;
 }
 

@@ -36,7 +36,7 @@ struct Simulator::State {
            const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
            SolverCounts& counts) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
-  PointRows experiment(Script script, const Vec3& position, const Vec3& normal,
+  PointRows experiment(const Script& script, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
 };
 
@@ -93,13 +93,16 @@ Vec3 middle_of(const Points& points) {
 }  // namespace
 
 double achieved_error(const std::vector<PointRow>& rows) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double largest_N = 0, error = 0;
   for (const PointRow& row : rows)
     if (row.status == RowStatus::good) largest_N = std::max(largest_N, row.force.norm());
-  for (const PointRow& row : rows)
-    if (row.status == RowStatus::good && row.force.norm() > 0)
-      error =
-          std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+  if (!(largest_N > 0)) return kUnknown;
+  for (const PointRow& row : rows) {
+    if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
+    if (!std::isfinite(row.force_error)) return kUnknown;
+    error = std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+  }
   return error;
 }
 
@@ -215,8 +218,8 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
   return false;
 }
 
-PointRows Simulator::State::experiment(Script script, const Vec3& position, const Vec3& normal,
-                                       const Progress& progress) const {
+PointRows Simulator::State::experiment(const Script& script, const Vec3& position,
+                                       const Vec3& normal, const Progress& progress) const {
   PointRows out;
   std::vector<TrackRow> fine, coarse;
   out.is_complete = run(script, position, normal, 1.0, progress, fine, out.touch_offset_m,
@@ -228,24 +231,26 @@ PointRows Simulator::State::experiment(Script script, const Vec3& position, cons
                           out.cost.twin_nodes, out.cost.twin_solver);
   const int least_order =
       sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m) ? 1 : 2;
-  const std::vector<PointRow> blank = script.rows;
-  record_rows(fine, coarse, ratio, least_order, script.rows);
-  const double wanted = ratio > 0 ? setup.options.force_tolerance : 0;
+  out.rows = script.rows;
+  record_rows(fine, coarse, ratio, least_order, out.rows);
   double coarsening = 1;
-  for (int finer = 0; finer < kMostFiner && wanted > 0 && out.is_complete; ++finer) {
-    if (achieved_error(script.rows) <= wanted) break;
+  for (int finer = 0; finer < kMostFiner && out.is_complete && ratio > 0; ++finer) {
+    if (!(setup.options.force_tolerance > 0 &&
+          achieved_error(out.rows) > setup.options.force_tolerance))
+      break;
     coarse = std::move(fine);
-    out.cost.twin_nodes = out.cost.nodes;
-    out.cost.twin_solver = out.cost.solver;
     coarsening /= ratio;
-    out.is_complete = run(script, position, normal, coarsening, progress, fine, out.touch_offset_m,
-                          out.cost.nodes, out.cost.solver);
-    std::vector<PointRow> finer_rows = blank;
-    record_rows(fine, coarse, ratio, least_order, finer_rows);
-    if (count_good(finer_rows) < count_good(script.rows)) break;  // what solved is not given up
-    script.rows = std::move(finer_rows);
+    PointRows next;
+    next.cost.twin_nodes = out.cost.nodes;
+    next.cost.twin_solver = out.cost.solver;
+    next.is_complete = run(script, position, normal, coarsening, progress, fine,
+                           next.touch_offset_m, next.cost.nodes, next.cost.solver);
+    next.rows = script.rows;
+    record_rows(fine, coarse, ratio, least_order, next.rows);
+    if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
+      break;  // what solved is not given up
+    out = std::move(next);
   }
-  out.rows = std::move(script.rows);
   return out;
 }
 

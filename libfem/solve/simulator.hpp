@@ -39,7 +39,8 @@ struct SolverOptions {
   WalkOptions walk;
 };
 
-/// Each makes a mesh of four times the nodes, and some eight times the work.
+/// Meshes that SolverOptions::force_tolerance may add to a point; each has two to four times the
+/// nodes of the one before and about eight times its work.
 inline constexpr int kMostFiner = 2;
 
 /// A body, its materials and the probe.
@@ -71,7 +72,7 @@ struct PointRow {
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
-/// point's largest. 0 without good rows.
+/// point's largest. Infinite where none is good or one has no error.
 double achieved_error(const std::vector<PointRow>& rows);
 
 /// What was spent on a point, on the meshes that its rows come from; deterministic.

@@ -58,7 +58,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
-  header.version = model.curves.is_coupled ? 3 : 2;  // the oldest engine that can replay it
+  header.version = model.curves.is_coupled ? runtime::kCoupledVersion : runtime::kOldestVersion;
   header.flags = (options.has_guard ? runtime::kFlagGuard : 0) |
                  (model.curves.is_coupled ? runtime::kFlagCoupled : 0);
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());

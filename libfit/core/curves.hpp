@@ -54,9 +54,10 @@ struct CurveSet {
   std::array<CurveBasis, kCurveKinds> basis;
   std::array<Controls, kCurveKinds> control;
   /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact
-  /// in float32, nearly tangential. No knots and no columns in the separable family.
+  /// in float32, nearly tangential. No knots and no columns where the family does not lean.
   CurveBasis lean_basis{2, {}};
   Controls lean;
+  /// The lateral curve is that at the last normal knot; elsewhere it is G of it (method.md M3c).
   bool is_coupled = false;
 
   Eigen::Index points() const { return control[0].rows(); }

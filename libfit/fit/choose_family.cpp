@@ -8,7 +8,7 @@ namespace palpate::fit {
 namespace {
 
 constexpr std::size_t kMostPoints = 24;
-constexpr double kWorthIt = 0.9;         // of the held-out error of the family before
+constexpr double kWorthIt = 0.9;         // of the best family's so far
 constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
 
 // The point with the rows of one parity weightless.
@@ -43,8 +43,8 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
 
 }  // namespace
 
-FamilyEvidence judge(const BodyData& body, const FamilySetting& setting, CurveFamily family,
-                     const FitOptions& options) {
+FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, CurveFamily family,
+                            const FitOptions& options) {
   BodyBases bases = setting.bases;
   if (!leans(family)) bases.lean_plain.knots_m.clear();
   const Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
@@ -61,14 +61,15 @@ FamilyEvidence judge(const BodyData& body, const FamilySetting& setting, CurveFa
   return {family, median(errors), quantile(errors, 0.95)};
 }
 
-FamilyReport choose_family(const BodyData& body, const std::array<FamilySetting, 2>& by_coupling,
+FamilyReport choose_family(const BodyData& body,
+                           const std::function<const FamilySetting&(bool is_coupled)>& setting,
                            const FitOptions& options) {
   FamilyReport report;
   FamilyEvidence best;
   std::string tried;
   for (const CurveFamilyName& row : kCurveFamilyNames) {
     const FamilyEvidence found =
-        judge(body, by_coupling[is_coupled(row.family) ? 1 : 0], row.family, options);
+        judge_family(body, setting(is_coupled(row.family)), row.family, options);
     const bool is_better =
         found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
     if (report.evidence.empty() || is_better) best = found;

@@ -109,22 +109,23 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
 // them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
                            std::vector<fit::PointRows>& rows, BodyBases& bases) {
-  std::array<fit::FamilySetting, 2> by_coupling;
-  if (!options.family || is_coupled(*options.family)) {
-    for (const fit::PointRows& point : rows)
-      by_coupling[1].rows.push_back(fit::coupled_rows(point, bases.plain[0].knots_m.back()));
-    by_coupling[1].bases = make_bases(body, by_coupling[1].rows, options);
-    by_coupling[1].bases.is_coupled = true;
-  }
-  by_coupling[0] = {std::move(rows), std::move(bases)};
+  fit::FamilySetting uncoupled{std::move(rows), std::move(bases)}, coupled;
+  const auto setting = [&](bool is_coupled) -> const fit::FamilySetting& {
+    if (!is_coupled) return uncoupled;
+    if (!coupled.rows.empty()) return coupled;
+    for (const fit::PointRows& point : uncoupled.rows)
+      coupled.rows.push_back(fit::coupled_rows(point, uncoupled.bases.plain[0].knots_m.back()));
+    coupled.bases = make_bases(body, coupled.rows, options);
+    coupled.bases.is_coupled = true;
+    return coupled;
+  };
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
-                                       : fit::choose_family(body, by_coupling, options);
+                                       : fit::choose_family(body, setting, options);
+  const fit::FamilySetting& chosen = setting(is_coupled(report.family));
   if (options.family && options.judges_family)
-    report.evidence.push_back(
-        fit::judge(body, by_coupling[is_coupled(report.family) ? 1 : 0], report.family, options));
-  fit::FamilySetting& chosen = by_coupling[is_coupled(report.family) ? 1 : 0];
-  rows = std::move(chosen.rows);
-  bases = std::move(chosen.bases);
+    report.evidence.push_back(fit::judge_family(body, chosen, report.family, options));
+  rows = chosen.rows;
+  bases = chosen.bases;
   if (!leans(report.family)) {
     bases.lean_plain.knots_m.clear();
     bases.lean_si.knots_m.clear();

@@ -14,7 +14,8 @@ namespace palpate {
 namespace runtime {
 
 constexpr std::uint32_t kOldestVersion = 2;
-constexpr std::uint32_t kVersion = 3;  ///< 3 adds kFlagCoupled; the rest is written as version 2
+constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kCoupledVersion = 3;  ///< has kFlagCoupled; other assets are written as 2
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint32_t kFlagGuard = 1;    ///< refuse the energy-creating part of slips
@@ -22,7 +23,7 @@ constexpr std::uint32_t kFlagCoupled = 2;  ///< lateral curves times G(dz / last
 
 /// The flags that a version has.
 inline std::uint32_t known_flags(std::uint32_t version) noexcept {
-  return version < 3 ? kFlagGuard : kFlagGuard | kFlagCoupled;
+  return version < kCoupledVersion ? kFlagGuard : kFlagGuard | kFlagCoupled;
 }
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.

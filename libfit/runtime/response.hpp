@@ -25,8 +25,9 @@ struct CurveViews {
   double coupling_depth_m = 0;  ///< the depth at which G is 1; 0: G is 1 everywhere
 };
 
-// e bounds the slope at 500 / D; a tool that lifts off while it slides keeps a lateral deflection
-// of the order of L' D sqrt(e) / f^r', so a smaller e is a smaller pop (below a millinewton here).
+// e bounds the slope at 500 / D. A tool that lifts off while it slides keeps a lateral deflection
+// dr = 2 L' D sqrt(e) / f^r', and with it a normal force of L' dr / 2, 0.5 mN at L' = 120 N/m,
+// f^r' = 300 N/m and D = 10 mm: a hundred times the e leaves ten times the pop.
 constexpr double kGainOffset = 1e-6, kGainRoot = 1e-3;  ///< e and its root, see gain_at
 constexpr double kGainSpan = 0.999000499999875;         ///< sqrt(1 + e) - sqrt(e)
 

@@ -14,6 +14,7 @@ namespace runtime {
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
+  std::uint32_t version = 0;  ///< of the bytes
   int vertices = 0, triangles = 0;
   int controls_per_vertex = 0;
   /// Where each curve and the lean begin in a vertex's controls.
@@ -61,6 +62,7 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   const auto* base = static_cast<const unsigned char*>(bytes);
   const auto at = [&](int section) { return base + h.offset[section]; };
   AssetView view;
+  view.version = h.version;
   view.vertices = h.vertices;
   view.triangles = h.triangles;
   view.controls_per_vertex = controls_per_vertex(h);

@@ -112,7 +112,8 @@ int main(int argc, char** argv) {
     }
   }
   if (given.empty()) {
-    given.push_back(palpate::fuzz::asset_seed(PALPATE_GOLDEN));
+    for (const int version : palpate::fuzz::kAssetVersions)
+      given.push_back(palpate::fuzz::asset_seed(PALPATE_GOLDEN, version));
     for (int kind = 0; kind < 4; ++kind) given.push_back(palpate::fuzz::ticks_seed(kind));
   }
   std::signal(SIGABRT, [](int) { write_failure(); });

@@ -1,8 +1,9 @@
-// Any bytes as a program of ticks on the golden asset, through the C ABI.
+// Any bytes as a program of ticks on a golden asset, through the C ABI.
 
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <list>
 #include <vector>
 
 #include "palpate.h"
@@ -13,20 +14,30 @@ namespace {
 using palpate::fuzz::promise;
 using palpate::fuzz::promise_finite;
 
-const palpate_asset& golden() {
-  static const palpate_asset asset = [] {
-    static std::vector<unsigned char> file;
-    std::FILE* stream = std::fopen(PALPATE_GOLDEN "/version_2.palp", "rb");
-    promise(stream != nullptr, "the golden asset is there");
-    for (int c; (c = std::fgetc(stream)) != EOF;) file.push_back(static_cast<unsigned char>(c));
-    std::fclose(stream);
-    static palpate::fuzz::AlignedCopy copy(file.data(), file.size());
-    palpate_asset opened;
-    promise(palpate_open(&opened, copy.data(), file.size()) == PALPATE_OK,
-            "the golden asset opens");
-    return opened;
+constexpr const char* kGolden[] = {PALPATE_GOLDEN "/version_2.palp",
+                                   PALPATE_GOLDEN "/version_3.palp"};
+
+palpate_asset open_golden(const char* path) {
+  std::FILE* stream = std::fopen(path, "rb");
+  promise(stream != nullptr, "the golden asset is there");
+  std::vector<unsigned char> file;
+  for (int c; (c = std::fgetc(stream)) != EOF;) file.push_back(static_cast<unsigned char>(c));
+  std::fclose(stream);
+  static std::list<palpate::fuzz::AlignedCopy> kept;
+  kept.emplace_back(file.data(), file.size());
+  palpate_asset opened;
+  promise(palpate_open(&opened, kept.back().data(), file.size()) == PALPATE_OK,
+          "the golden asset opens");
+  return opened;
+}
+
+const palpate_asset& golden(unsigned which) {
+  static const std::vector<palpate_asset> assets = [] {
+    std::vector<palpate_asset> all;
+    for (const char* path : kGolden) all.push_back(open_golden(path));
+    return all;
   }();
-  return asset;
+  return assets[which % assets.size()];
 }
 
 // Takes bytes off the front of the input; zeros when it is used up.
@@ -44,9 +55,10 @@ struct Reader {
   }
 };
 
-void tick(palpate_contact& contact, const palpate_input& in, bool& is_started) {
+void tick(const palpate_asset& asset, palpate_contact& contact, const palpate_input& in,
+          bool is_started) {
   palpate_output out;
-  const palpate_status status = palpate_tick(&golden(), &contact, &in, &out);
+  const palpate_status status = palpate_tick(&asset, &contact, &in, &out);
   promise(status == out.status, "the output knows its status");
   promise_finite(out.force_on_tool_N, 3, "the force is finite");
   promise_finite(out.torque_on_tool_Nm, 3, "the torque is finite");
@@ -60,6 +72,7 @@ void tick(palpate_contact& contact, const palpate_input& in, bool& is_started) {
 
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   Reader in{data, size};
+  const palpate_asset& asset = golden(in.take<std::uint8_t>());
   palpate_contact contact{};
   palpate_tool tool = palpate_ball(0.003);
   bool is_started = palpate_start(&contact, &tool) == PALPATE_OK;
@@ -90,7 +103,7 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
         question.dt_s = 1e-3;
         question.wants_tangent = i % 2;
     }
-    tick(contact, question, is_started);
+    tick(asset, contact, question, is_started);
   }
   return 0;
 }

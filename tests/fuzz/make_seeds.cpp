@@ -9,7 +9,9 @@ int main(int argc, char** argv) {
     palpate::write_file_atomically(folder / name,
                                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
-  write("asset_version_2", palpate::fuzz::asset_seed(PALPATE_GOLDEN));
+  for (const int version : palpate::fuzz::kAssetVersions)
+    write("asset_version_" + std::to_string(version),
+          palpate::fuzz::asset_seed(PALPATE_GOLDEN, version));
   for (int kind = 0; kind < 4; ++kind)
     write("ticks_" + std::to_string(kind), palpate::fuzz::ticks_seed(kind));
   return 0;

@@ -13,9 +13,12 @@ namespace palpate::fuzz {
 
 using Bytes = std::vector<unsigned char>;
 
-/// The golden asset, as a file.
-inline Bytes asset_seed(const std::string& golden_folder) {
-  const std::string file = read_whole_file(golden_folder + "/version_2.palp");
+inline constexpr int kAssetVersions[] = {2, 3};
+
+/// A version's golden asset, as a file.
+inline Bytes asset_seed(const std::string& golden_folder, int version) {
+  const std::string file =
+      read_whole_file(golden_folder + "/version_" + std::to_string(version) + ".palp");
   return {file.begin(), file.end()};
 }
 
@@ -28,7 +31,7 @@ inline Bytes ticks_seed(int kind) {
     out.push_back(static_cast<unsigned char>(value & 255));
     out.push_back(static_cast<unsigned char>((value >> 8) & 255));
   };
-  for (int byte : {3, kind, kind / 2}) out.push_back(static_cast<unsigned char>(byte));
+  for (int byte : {kind, 3, kind, kind / 2}) out.push_back(static_cast<unsigned char>(byte));
   for (int i = 0; i < 200; ++i) {
     const double t = 0.05 * i, r = 0.034 - 0.006 * std::sin(0.3 * t + kind), a = 0.4 * t + kind;
     out.push_back(4);

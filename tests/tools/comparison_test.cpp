@@ -41,6 +41,28 @@ TEST(HeldOut, points_are_uniform_by_area_within_what_can_be_reached) {
   EXPECT_NEAR(upper, 2000, 4 * std::sqrt(1000.0)) << "four standard deviations, seed 3";
 }
 
+TEST(HeldOut, slides_stay_where_one_can_reach) {
+  const Body body = cylinder_body();
+  double low = 1, high = 0;
+  for (Eigen::Index v = 0; v < body.surface.vertices.rows(); ++v) {
+    if (!body.is_reachable[static_cast<std::size_t>(v)]) continue;
+    low = std::min(low, body.surface.vertices(v, 2));
+    high = std::max(high, body.surface.vertices(v, 2));
+  }
+  const HeldOut held_out = draw_held_out(body, kRange, 400, 5);
+  int near_border = 0;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const Vec3 at = held_out.points.position.row(static_cast<Eigen::Index>(i));
+    near_border += std::min(at.z() - low, high - at.z()) < 0.3 * kRange.drag_distance_m;
+    for (const auto& row : held_out.paths[i].deflections.rowwise()) {
+      const double z = at.z() + row[2];  // normals have no part along the axis
+      EXPECT_GT(z, low - 1e-9) << "seed 5, path " << i;
+      EXPECT_LT(z, high + 1e-9) << "seed 5, path " << i;
+    }
+  }
+  EXPECT_GT(near_border, 5) << "points from which not every direction stays";
+}
+
 TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
   const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 16, 1);
   for (std::size_t i = 0; i < 16; ++i) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {
@@ -57,22 +55,7 @@ TEST(coupled, force_is_the_gradient_of_the_stored_energy) {
   for (const bool leans : {false, true}) {
     const Loaded plate = load(coupled_plate(1e6, leans));
     Tool tool(plate.asset);
-    tool.go({0.011, 0.001, 0.001}, {0.011, 0.001, -0.004}, 1e-4);
-    std::mt19937 random(12);
-    std::uniform_real_distribution<double> draw(-0.002, 0.002);
-    constexpr double kStep_m = 1e-7;
-    for (int round = 0; round < 50; ++round) {
-      const Vec3 x(0.011 + draw(random), 0.001 + draw(random), -0.005 + draw(random));
-      const Vec3 force = tool.tick(x);
-      ASSERT_EQ(tool.out.state, ContactState::stick);
-      for (int k = 0; k < 3; ++k) {
-        tool.tick(x + kStep_m * Vec3::Unit(k));
-        const double up_J = tool.out.stored_J;
-        tool.tick(x - kStep_m * Vec3::Unit(k));
-        EXPECT_NEAR((up_J - tool.out.stored_J) / (2 * kStep_m), force[k], 1e-6 * force.norm())
-            << "seed 12, round " << round << ", direction " << k << ", leans " << leans;
-      }
-    }
+    expect_force_is_energy_gradient(tool, {0.011, 0.001, -0.005}, leans ? 13 : 12);
   }
 }
 
@@ -84,14 +67,7 @@ TEST(coupled, slips_end_at_the_limit_and_lift_off_without_a_pop) {
   EXPECT_EQ(tool.out.state, ContactState::slip);
   const double limit_N = 0.3 * 400 * tool.out.normal_m;
   EXPECT_NEAR(300 * gain(tool.out.normal_m) * tool.out.lateral_m, limit_N, 1e-6 * limit_N);
-  Vec3 before = tool.tick({0.02, 0.006, -0.005});
-  for (int i = 1; i <= 120; ++i) {
-    const Vec3 force = tool.tick({0.02, 0.006, -0.005 + 5e-5 * i});
-    ASSERT_EQ(tool.status, Status::ok);
-    EXPECT_LT((force - before).norm(), 0.06) << i;
-    before = force;
-  }
-  EXPECT_EQ(before, Vec3::Zero());
+  expect_lift_off_without_a_pop(tool, {0.02, 0.006, -0.005});
 }
 
 TEST(coupled, only_such_an_asset_asks_for_version_3_and_version_2_has_no_flag_for_it) {

@@ -9,33 +9,45 @@
 namespace palpate::test {
 namespace {
 
-TEST(golden, version_2_opens_and_replays_its_own_forces) {
-  const std::string file = read_whole_file(PALPATE_GOLDEN "/version_2.palp");
-  AssetBytes bytes(file.size());
-  std::memcpy(bytes.data(), file.data(), file.size());
-  Status status;
-  const Asset asset = Asset::open(bytes.data(), bytes.size(), &status);
-  ASSERT_EQ(status, Status::ok) << sentence(status);
-  EXPECT_GT(asset.curves.lean.pieces, 0);
-  EXPECT_EQ(asset.check_ticks, 64);
-  EXPECT_EQ(std::string(asset.meta, asset.meta_bytes), "{\"golden\": \"version 2\"}");
-  double force_N = 0;
-  for (int i = 0; i < asset.check_ticks; ++i)
-    force_N = std::max(force_N, Vec3::Map(asset.check[i].force_on_tool_N).norm());
-  EXPECT_GT(force_N, 0.1) << "the check path touches nothing";
-  EXPECT_LT(file.size(), 16384U);
+std::string golden_file(int version) {
+  return read_whole_file(PALPATE_GOLDEN "/version_" + std::to_string(version) + ".palp");
 }
 
-TEST(golden, the_generator_still_writes_version_2) {
+TEST(golden, every_version_opens_and_replays_its_own_forces) {
+  for (const int version : {2, 3}) {
+    const std::string file = golden_file(version);
+    AssetBytes bytes(file.size());
+    std::memcpy(bytes.data(), file.data(), file.size());
+    Status status;
+    const Asset asset = Asset::open(bytes.data(), bytes.size(), &status);
+    ASSERT_EQ(status, Status::ok) << version << ": " << sentence(status);
+    EXPECT_EQ(asset.version, static_cast<std::uint32_t>(version));
+    EXPECT_EQ(asset.curves.coupling_depth_m > 0, version == 3);
+    EXPECT_GT(asset.curves.lean.pieces, 0);
+    EXPECT_EQ(asset.check_ticks, 64);
+    EXPECT_EQ(std::string(asset.meta, asset.meta_bytes),
+              "{\"golden\": \"version " + std::to_string(version) + "\"}");
+    double force_N = 0;
+    for (int i = 0; i < asset.check_ticks; ++i)
+      force_N = std::max(force_N, Vec3::Map(asset.check[i].force_on_tool_N).norm());
+    EXPECT_GT(force_N, 0.1) << "the check path touches nothing";
+    EXPECT_LT(file.size(), 16384U);
+  }
+}
+
+TEST(golden, the_generator_still_writes_them) {
   // Not bit for bit: libm's sin differs between machines. Same layout, same size.
-  const AssetBytes now = golden_asset();
-  const std::string file = read_whole_file(PALPATE_GOLDEN "/version_2.palp");
-  ASSERT_EQ(now.size(), file.size());
-  runtime::Header a, b;
-  std::memcpy(&a, now.data(), sizeof a);
-  std::memcpy(&b, file.data(), sizeof b);
-  EXPECT_EQ(a.version, b.version);
-  for (int s = 0; s < runtime::kSections; ++s) EXPECT_EQ(a.offset[s], b.offset[s]) << s;
+  for (const int version : {2, 3}) {
+    const AssetBytes now = golden_asset(version);
+    const std::string file = golden_file(version);
+    ASSERT_EQ(now.size(), file.size());
+    runtime::Header a, b;
+    std::memcpy(&a, now.data(), sizeof a);
+    std::memcpy(&b, file.data(), sizeof b);
+    EXPECT_EQ(a.version, b.version);
+    EXPECT_EQ(a.flags, b.flags);
+    for (int s = 0; s < runtime::kSections; ++s) EXPECT_EQ(a.offset[s], b.offset[s]) << s;
+  }
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 
 // Models in closed form that the engine's tests export and touch.
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 
 #include "libfit/assets/asset_bytes.hpp"
 #include "libfit/core/curves.hpp"
@@ -209,5 +212,40 @@ struct Tool {
     return force;
   }
 };
+
+/// Central differences of the stored energy are the force at 50 seeded places within 2 mm of
+/// `middle_m`, where the tool of a plate in z = 0 sticks.
+inline void expect_force_is_energy_gradient(Tool& tool, const Vec3& middle_m, unsigned seed) {
+  tool.go(Vec3(middle_m[0], middle_m[1], 0.001), middle_m, 1e-4);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(-0.002, 0.002);
+  constexpr double kStep_m = 1e-7;
+  for (int round = 0; round < 50; ++round) {
+    const double dx = draw(random), dy = draw(random), dz = draw(random);
+    const Vec3 x = middle_m + Vec3(dx, dy, dz);
+    const Vec3 force = tool.tick(x);
+    ASSERT_EQ(tool.out.state, ContactState::stick);
+    for (int k = 0; k < 3; ++k) {
+      tool.tick(x + kStep_m * Vec3::Unit(k));
+      const double up_J = tool.out.stored_J;
+      tool.tick(x - kStep_m * Vec3::Unit(k));
+      EXPECT_NEAR((up_J - tool.out.stored_J) / (2 * kStep_m), force[k], 1e-6 * force.norm())
+          << "seed " << seed << ", round " << round << ", direction " << k;
+    }
+  }
+}
+
+/// Lifts a sliding tool off a plate of 400 N/m in steps of 50 um: no step of the force is larger
+/// than 0.06 N (an ordinary one is 0.02), and the last is zero.
+inline void expect_lift_off_without_a_pop(Tool& tool, const Vec3& from_m) {
+  Vec3 before = tool.tick(from_m);
+  for (int i = 1; i <= 120; ++i) {
+    const Vec3 force = tool.tick(from_m + Vec3(0, 0, 5e-5 * i));
+    ASSERT_EQ(tool.status, Status::ok);
+    EXPECT_LT((force - before).norm(), 0.06) << i;
+    before = force;
+  }
+  EXPECT_EQ(before, Vec3::Zero());
+}
 
 }  // namespace palpate::test

@@ -1,6 +1,7 @@
 #pragma once
 
-// The asset that stands for its version for ever: small, leaning, refined unevenly.
+// The assets that stand for their versions for ever: small, leaning, refined unevenly; that of
+// version 3 is coupled, too.
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -51,9 +52,11 @@ inline Model golden_model() {
   return model;
 }
 
-inline AssetBytes golden_asset() {
-  return with_fewer_check_ticks(
-      make_asset_bytes(golden_model(), {.meta_json = "{\"golden\": \"version 2\"}"}), 64);
+inline AssetBytes golden_asset(int version) {
+  Model model = golden_model();
+  model.curves.is_coupled = version == 3;
+  const std::string meta = "{\"golden\": \"version " + std::to_string(version) + "\"}";
+  return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = meta}), 64);
 }
 
 }  // namespace palpate::test
