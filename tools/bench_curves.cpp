@@ -28,12 +28,9 @@ struct Line {
 
 // Ticks of a press to full depth and a drag as long, on a plane with the curves of one point.
 double time_law_ns(const CurveSet& curves, Eigen::Index point) {
-  const fit::Bases bases(curves.basis, curves.lean_basis, curves.is_coupled);
+  const fit::Bases bases = fit::bases_of(curves);
   const runtime::Quadric plane = fit::quadric_of(Vec3::UnitZ(), Mat3::Zero());
-  const runtime::ControlPointers<double> controls{
-      {curves.control[0].row(point).data(), curves.control[1].row(point).data(),
-       curves.control[2].row(point).data()},
-      bases.leans() ? curves.lean.row(point).data() : nullptr};
+  const runtime::ControlPointers<double> controls = fit::controls_at(curves, point);
   const double depth = curves.basis[0].knots_m.back();
   Points way = Points::Zero(kTicks, 3);
   for (int i = 0; i < kTicks; ++i) {
@@ -52,7 +49,7 @@ double time_law_ns(const CurveSet& curves, Eigen::Index point) {
 }
 
 std::size_t bytes_of_node(const CurveSet& curves) {
-  Eigen::Index controls = curves.lean.cols();
+  Eigen::Index controls = curves.lean.cols() + curves.anisotropy.cols();
   for (const Controls& control : curves.control) controls += control.cols();
   return static_cast<std::size_t>(controls) * sizeof(float);
 }

@@ -27,15 +27,12 @@ std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& sam
 
 std::vector<ComparedRow> predicted_rows(const Samples& samples, std::int32_t point,
                                         const CurveSet& curves, Eigen::Index row) {
-  const fit::Bases bases(curves.basis, curves.lean_basis, curves.is_coupled);
+  const fit::Bases bases = fit::bases_of(curves);
   Mat3 gradient = Mat3::Zero();
   if (samples.point_normal_gradient.rows() != 0)
     for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = samples.point_normal_gradient(point, i);
   const runtime::Quadric quadric = fit::quadric_of(samples.point_normal.row(point), gradient);
-  const runtime::ControlPointers<double> controls{
-      {curves.control[0].row(row).data(), curves.control[1].row(row).data(),
-       curves.control[2].row(row).data()},
-      bases.leans() ? curves.lean.row(row).data() : nullptr};
+  const runtime::ControlPointers<double> controls = fit::controls_at(curves, row);
   std::vector<ComparedRow> compared;
   for (const auto& [experiment, rows] : usable_rows(samples, point)) {
     std::vector<double> deflection_m;

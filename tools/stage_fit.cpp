@@ -67,7 +67,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                "Use auto, separable, leaning, coupled or coupled-leaning.");
+                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
+                "anisotropic (anisotropic, anisotropic-leaning, ...).");
   FitOptions options;
   options.warm_start = warm_start;
   options.frees = sensor.frees;

@@ -8,7 +8,7 @@
 namespace palpate::tools {
 namespace {
 
-// One vertex's controls as an asset holds them: the three curves, then the lean.
+// One vertex's controls as an asset holds them: the three curves, the lean, the anisotropy.
 std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   std::vector<float> values;
   const auto append = [&](const Controls& control) {
@@ -17,6 +17,7 @@ std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   };
   for (const Controls& control : curves.control) append(control);
   append(curves.lean);
+  append(curves.anisotropy);
   return values;
 }
 
@@ -59,12 +60,14 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
                                                      const CurveSet& curves, Eigen::Index row) {
   SubstitutedAsset out(asset);
   const std::vector<float> values = row_of(curves, row);
-  out.bases_ = std::make_unique<fit::Bases>(curves.basis, curves.lean_basis, curves.is_coupled);
+  out.bases_ = std::unique_ptr<fit::Bases>(new fit::Bases(fit::bases_of(curves)));
   out.view_.curves = out.bases_->views;
   out.view_.controls_per_vertex = static_cast<int>(values.size());
   for (int k = 1; k <= kCurveKinds; ++k)
     out.view_.control_offset[k] =
         out.view_.control_offset[k - 1] + curves.basis[static_cast<std::size_t>(k - 1)].size();
+  out.view_.control_offset[runtime::kAnisotropy] =
+      out.view_.control_offset[runtime::kLean] + static_cast<int>(curves.lean.cols());
   for (int v = 0; v < asset.vertices; ++v)
     out.control_.insert(out.control_.end(), values.begin(), values.end());
   out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);

@@ -43,6 +43,7 @@ struct CountedSpot {
   runtime::Vec3<Counted> lean(int j) const noexcept {
     return runtime::widened<Counted>(spot->lean(j));
   }
+  Counted anisotropy(int i) const noexcept { return Counted(spot->anisotropy(i)); }
 };
 /// Areas below the interval are at hand as well.
 inline Counted area_before(const runtime::SplineView&, const CountedSpot&, int, int, int) noexcept {
@@ -63,7 +64,7 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
   is_slipping(asset.curves, foot);
   response(asset.curves, spot, foot.d, foot.lateral_N);
   energy_at(asset.curves, spot, kNormal, foot.d.normal_m);
-  energy_at(asset.curves, spot, kLateral, foot.d.lateral_m);
+  energy_at(asset.curves, spot, kLateral, read_at_m(asset.curves, foot.d));
   return Counted::operations;
 }
 

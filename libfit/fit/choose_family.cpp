@@ -27,13 +27,17 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
     control[kind] = controls_of(curves.increments[kind]);
   const std::vector<double> lean = lean_controls<double>(
       tangents_of(point.inward), curves.lean.data(), static_cast<int>(curves.lean.size()));
+  std::array<double, runtime::kTensorSize> anisotropy{};
+  if (curves.anisotropy.size() > 0)
+    anisotropy = anisotropy_of<double>(tangents_of(point.inward), curves.anisotropy.data());
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
-    replay<double>(bases.views,
-                   {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
-                   quadric, e.deflection.front().data(), static_cast<int>(force.size()),
-                   as_array(curves.sensor[k]), is_any(curves.sensor[k]), force.data());
+    replay<double>(
+        bases.views,
+        {{control[0].data(), control[1].data(), control[2].data()}, lean.data(), anisotropy.data()},
+        quadric, e.deflection.front().data(), static_cast<int>(force.size()),
+        as_array(curves.sensor[k]), is_any(curves.sensor[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
       errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));
@@ -47,7 +51,8 @@ FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, 
                             const FitOptions& options) {
   BodyBases bases = setting.bases;
   if (!leans(family)) bases.lean_plain.knots_m.clear();
-  const Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
+  bases.is_anisotropic = is_anisotropic(family);
+  const Bases plain(bases.plain, bases.lean_plain, bases.is_coupled, bases.is_anisotropic);
   std::vector<double> errors;
   const std::size_t stride = (body.points.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t p = 0; p < body.points.size(); p += std::max<std::size_t>(stride, 1)) {
@@ -67,17 +72,20 @@ FamilyReport choose_family(const BodyData& body,
   FamilyReport report;
   FamilyEvidence best;
   std::string tried;
-  for (const CurveFamilyName& row : kCurveFamilyNames) {
-    const FamilyEvidence found =
-        judge_family(body, setting(is_coupled(row.family)), row.family, options);
+  const auto attempt = [&](CurveFamily family) {
+    const FamilyEvidence found = judge_family(body, setting(is_coupled(family)), family, options);
     const bool is_better =
         found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
     if (report.evidence.empty() || is_better) best = found;
     report.evidence.push_back(found);
-    tried += (tried.empty() ? "" : "; ") + std::string(row.name) + " " +
+    tried += (tried.empty() ? "" : "; ") + std::string(name_of(family)) + " " +
              percent(found.median_error) + ", " + percent(found.p95_error);
-    if (best.p95_error <= options.tolerance) break;
-  }
+    return best.p95_error <= options.tolerance;
+  };
+  bool is_enough = false;
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (!is_enough && !is_anisotropic(row.family)) is_enough = attempt(row.family);
+  if (!is_enough) attempt(family_of(leans(best.family), is_coupled(best.family), true));
   report.family = best.family;
   report.reason = "held-out error, median and p95: " + tried;
   return report;

@@ -126,6 +126,7 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
     report.evidence.push_back(fit::judge_family(body, chosen, report.family, options));
   rows = chosen.rows;
   bases = chosen.bases;
+  bases.is_anisotropic = is_anisotropic(report.family);
   if (!leans(report.family)) {
     bases.lean_plain.knots_m.clear();
     bases.lean_si.knots_m.clear();
@@ -158,8 +159,8 @@ FitOptions as_before(FitOptions options) {
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows, const BodyBases& bases,
                                     const FitOptions& options, const Progress& progress) {
-  const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled);
-  const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled);
+  const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled, bases.is_anisotropic);
+  const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled, bases.is_anisotropic);
   const auto earlier = earlier_points(options.warm_start);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
@@ -199,6 +200,7 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
   out.curves.is_coupled = bases.is_coupled;
   out.curves.lean_basis = bases.lean_si;
   if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
+  if (bases.is_anisotropic) out.curves.anisotropy.resize(points, runtime::kTensorSize);
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
   out.max_residual_N = out.rms_residual_N;
   out.depth_range_m.setZero(points);
@@ -209,6 +211,7 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
       out.covariance[kind].row(p) = result.covariance[kind];
     }
     if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
+    if (result.anisotropy.size() > 0) out.curves.anisotropy.row(p) = result.anisotropy;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.rows_hash.push_back(result.rows_hash);

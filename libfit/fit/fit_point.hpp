@@ -15,7 +15,7 @@ namespace palpate::fit {
 struct BodyBases {
   std::array<CurveBasis, kCurveKinds> plain, si;
   CurveBasis lean_plain{2, {}}, lean_si{2, {}};
-  bool is_coupled = false;
+  bool is_coupled = false, is_anisotropic = false;
   std::array<BasisReport, kCurveKinds> report;
 };
 
@@ -23,7 +23,7 @@ struct BodyBases {
 /// failed.
 struct PointResult {
   std::array<Eigen::VectorXd, kCurveKinds> control;
-  Eigen::VectorXd lean_m;
+  Eigen::VectorXd lean_m, anisotropy;
   FitStatus status = FitStatus::failed;
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown

@@ -8,7 +8,8 @@ namespace palpate::fit {
 namespace {
 
 constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidestLean = 3;    // of the deepest row; what no body does
+constexpr double kWidestLean = 3;    // of the deepest row; what no body does; of an anisotropy's
+                                     // numbers, 95 % of what there can be
 constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
@@ -55,7 +56,7 @@ ceres::CostFunction* automatic(Functor* functor, Eigen::Index parameters, Eigen:
 
 Eigen::VectorXd pack(const PointCurves& curves,
                      const std::array<Eigen::VectorXd, kCurveKinds>& values,
-                     const Eigen::VectorXd& lean) {
+                     const Eigen::VectorXd& free) {
   Eigen::VectorXd packed(0);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!curves.is_identified[kind]) continue;
@@ -63,8 +64,8 @@ Eigen::VectorXd pack(const PointCurves& curves,
     packed.conservativeResize(old + values[kind].size());
     packed.tail(values[kind].size()) = values[kind];
   }
-  packed.conservativeResize(packed.size() + lean.size());
-  packed.tail(lean.size()) = lean;
+  packed.conservativeResize(packed.size() + free.size());
+  packed.tail(free.size()) = free;
   return packed;
 }
 
@@ -90,7 +91,9 @@ struct Parameters {
 };
 
 Parameters parameters_of(const PointData& point, const PointCurves& curves) {
-  Parameters out{pack(curves, curves.increments, curves.lean), {}};
+  Eigen::VectorXd free(curves.lean.size() + curves.anisotropy.size());
+  free << curves.lean, curves.anisotropy;
+  Parameters out{pack(curves, curves.increments, free), {}};
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     out.sensor.push_back(pack_sensor(curves.sensor[e], point.experiments[e].unknown));
   return out;
@@ -104,7 +107,8 @@ void store(const Parameters& parameters, const PointData& point, PointCurves& cu
     curves.increments[kind] = parameters.curves.segment(at, n).cwiseMax(curves.lower[kind]);
     at += n;
   }
-  curves.lean = parameters.curves.tail(curves.lean.size());
+  curves.lean = parameters.curves.segment(at, curves.lean.size());
+  curves.anisotropy = parameters.curves.tail(curves.anisotropy.size());
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     curves.sensor[e] = unpack_sensor(parameters.sensor[e], point.experiments[e].unknown);
 }
@@ -156,11 +160,11 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
         block));
     offset += curves.increments[kind].size();
   }
-  const auto lean = static_cast<std::size_t>(curves.lean.size());
-  if (lean > 0)
+  if (const Eigen::Index count = all - offset; count > 0)
     blocks.push_back(problem.AddResidualBlock(
-        automatic(new FaintZero{offset, std::vector<double>(lean, weight * curves.lean_strength)},
-                  all, curves.lean.size()),
+        automatic(new FaintZero{offset, std::vector<double>(static_cast<std::size_t>(count),
+                                                            weight * curves.lean_strength)},
+                  all, count),
         nullptr, block));
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const Sensor& unknown = point.experiments[e].unknown;
@@ -177,12 +181,13 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
 void add_bounds(const PointData& point, const PointCurves& curves, Parameters& parameters,
                 ceres::Problem& problem) {
   double* block = parameters.curves.data();
+  const Eigen::Index free = curves.lean.size() + curves.anisotropy.size();  // may be negative
   const Eigen::VectorXd lower =
-      pack(curves, curves.lower, Eigen::VectorXd::Constant(curves.lean.size(), -kWidestLean));
+      pack(curves, curves.lower, Eigen::VectorXd::Constant(free, -kWidestLean));
   if (lower.size() > 0) problem.AddParameterBlock(block, static_cast<int>(lower.size()));
   for (Eigen::Index j = 0; j < lower.size(); ++j)
     problem.SetParameterLowerBound(block, static_cast<int>(j), lower[j]);
-  for (Eigen::Index j = lower.size() - curves.lean.size(); j < lower.size(); ++j)
+  for (Eigen::Index j = lower.size() - free; j < lower.size(); ++j)
     problem.SetParameterUpperBound(block, static_cast<int>(j), kWidestLean);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     std::vector<double>& sensor = parameters.sensor[e];

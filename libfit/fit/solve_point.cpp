@@ -14,7 +14,7 @@ constexpr double kClearNoise = 1e-3;  // of the force: what a dozen steps leave 
 // Iterations that tell noise from a curve not yet found; a lean is found late (a real liver's p95
 // residual is 7.9 % of force with 12, 7.3 % with all).
 constexpr int kFirstLook = 12;
-constexpr double kUsualLean = 0.5;    // of the deepest row: standard deviation assumed beforehand
+constexpr double kUsualLean = 0.5;  // of the deepest row: standard deviation assumed beforehand
 
 // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
 double scale_of(const PointData& point, const Bases& bases, const PointCurves& curves) {
@@ -71,7 +71,8 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
   for (Faint& faint : curves.faint) faint.strength = kFaint;
-  const int first_look = curves.lean.size() > 0 ? kMostIterations : kFirstLook;
+  const int first_look =
+      curves.lean.size() + curves.anisotropy.size() > 0 ? kMostIterations : kFirstLook;
   refine(point, bases, options.loss, scale_of(point, bases, curves), curves, first_look);
 
   // What the best curves leave unexplained is the rows' scatter, and faint knowledge weighs by it.

@@ -175,8 +175,9 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
 
 PointCurves start_values(const PointData& point, const PointRows& rows,
                          const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         bool is_coupled, const FitOptions& options) {
+                         bool is_coupled, bool is_anisotropic, const FitOptions& options) {
   PointCurves out;
+  if (is_anisotropic) out.anisotropy.setZero(2);
   out.sensor.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;

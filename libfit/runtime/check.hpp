@@ -72,6 +72,17 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
+/// Of a vertex: finite, norm within kMaxAnisotropy (and float rounding), zero where not covered.
+inline bool is_good_anisotropy(const AssetView& view, int v) noexcept {
+  const float* s = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex +
+                   view.control_offset[kAnisotropy];
+  double squared = 0;
+  for (int i = 0; i < kTensorSize; ++i)
+    squared +=
+        (i < 3 ? 1 : 2) * (double(s[i]) * double(s[i]));  // off the diagonal each is there twice
+  return squared <= (view.covered[v] ? kMaxAnisotropy * kMaxAnisotropy : 0);
+}
+
 /// Finite, zero at zero, increasing (but for the lean); all zero where not covered.
 inline Status check_controls(const AssetView& view) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
@@ -86,6 +97,7 @@ inline Status check_controls(const AssetView& view) noexcept {
           return Status::controls_wrong;
       if (!view.covered[v] && b[size - 1] != 0) return Status::controls_wrong;
     }
+    if (view.curves.is_anisotropic && !is_good_anisotropy(view, v)) return Status::controls_wrong;
     const float* lean = control + view.control_offset[kLean];
     const int first = view.curves.lean.pieces > 0 ? 3 : 0;
     for (int j = 0; j < 3 * view.curves.lean.size(); ++j) {

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), versions 2 and 3. Little-endian or big-endian as the writer's
+// The bytes of an asset (.palp), versions 2 to 4. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is
 // allowed.
@@ -14,16 +14,25 @@ namespace palpate {
 namespace runtime {
 
 constexpr std::uint32_t kOldestVersion = 2;
-constexpr std::uint32_t kVersion = 3;
-constexpr std::uint32_t kCoupledVersion = 3;  ///< has kFlagCoupled; other assets are written as 2
+constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kCoupledVersion = 3;      ///< has kFlagCoupled
+constexpr std::uint32_t kAnisotropicVersion = 4;  ///< has kFlagAnisotropic
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint32_t kFlagGuard = 1;    ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagCoupled = 2;  ///< lateral curves times G(dz / last normal knot)
+constexpr std::uint32_t kFlagGuard = 1;        ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagCoupled = 2;      ///< lateral curves times G(dz / last normal knot)
+constexpr std::uint32_t kFlagAnisotropic = 4;  ///< controls end with S, lateral curves read by it
 
 /// The flags that a version has.
 inline std::uint32_t known_flags(std::uint32_t version) noexcept {
-  return version < kCoupledVersion ? kFlagGuard : kFlagGuard | kFlagCoupled;
+  return kFlagGuard | (version < kCoupledVersion ? 0 : kFlagCoupled) |
+         (version < kAnisotropicVersion ? 0 : kFlagAnisotropic);
+}
+/// The oldest version that has these flags: what an asset is written as.
+inline std::uint32_t version_with(std::uint32_t flags) noexcept {
+  std::uint32_t version = kOldestVersion;
+  while (version < kVersion && (flags & ~known_flags(version)) != 0) ++version;
+  return version;
 }
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
@@ -36,10 +45,12 @@ constexpr int kMaxTreeDepth = 48;
 constexpr int kMaxLeafTriangles = 8;
 
 enum Section : int {
-  kVertices,     ///< float V x 3 [m], relative to the origin
-  kNormals,      ///< float V x 3, inward unit u_l
-  kCovered,      ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
-  kControls,     ///< float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz)
+  kVertices,  ///< float V x 3 [m], relative to the origin
+  kNormals,   ///< float V x 3, inward unit u_l
+  kCovered,   ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
+  /// float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz; anisotropy S
+  /// [1] where the flag says so: xx, yy, zz, xy, xz, yz, Frobenius norm <= kMaxAnisotropy)
+  kControls,
   kTriangles,    ///< int32 F x 3, counter-clockwise from outside
   kNeighbours,   ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
   kMaxDepth,     ///< float F [m], depth up to which slides are well-conditioned; 0: air
@@ -92,7 +103,8 @@ inline int curve_size(const Header& h, int curve) noexcept {
   return h.pieces[curve] + h.degree[curve];
 }
 inline int controls_per_vertex(const Header& h) noexcept {
-  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3);
+  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3) +
+         ((h.flags & kFlagAnisotropic) != 0 ? 6 : 0);
 }
 
 inline std::uint64_t table_doubles(const Header& h, int curve) noexcept {

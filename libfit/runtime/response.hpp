@@ -4,7 +4,8 @@
 // What a contact point answers to a deflection: the forces of its curves and what they store
 // (docs/method.md, section 2), one template for the engine (scalar double) and the fitter (scalar
 // double or ceres::Jet). A Spot is a place where a contact point can stand: .point [m], .normal
-// (inward unit), .control(curve, j) [N], .lean(j) [m]. Forces are those of the tool ON the body.
+// (inward unit), .control(curve, j) [N], .lean(j) [m], .anisotropy(i) [1]. Forces are those of the
+// tool ON the body.
 
 #include "scalar.hpp"
 #include "spline.hpp"
@@ -14,7 +15,14 @@ namespace runtime {
 
 constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
 constexpr int kCurves = 3;
-constexpr int kLean = 3;  ///< where the lean l(dz) stands after them
+constexpr int kLean = 3;        ///< where the lean l(dz) stands after them
+constexpr int kAnisotropy = 4;  ///< where the anisotropy S stands after that
+
+/// S is a symmetric tensor: xx, yy, zz, xy, xz, yz.
+constexpr int kTensorSize = 6;
+/// Largest Frobenius norm of S. A blend of such tensors is one, and I + S keeps every direction's
+/// stiffness between a tenth and 1.9 times the mean.
+constexpr double kMaxAnisotropy = 0.9;
 
 constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
 
@@ -23,6 +31,7 @@ struct CurveViews {
   SplineView view[kCurves];
   SplineView lean;              ///< of l(dz); no pieces: the body does not lean
   double coupling_depth_m = 0;  ///< the depth at which G is 1; 0: G is 1 everywhere
+  bool is_anisotropic = false;  ///< f^r reads the length of dr by I + S
 };
 
 // e bounds the slope at 500 / D. A tool that lifts off while it slides keeps a lateral deflection
@@ -50,9 +59,24 @@ struct Deflection {
   T normal_m;       ///< dz, > 0 in contact
   T lateral_m;      ///< dr >= 0, from where the body leans to; exactly 0 below kLateralZero_m
   Vec3<T> lateral;  ///< u^r; zero vector where dr is 0
-  T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
+  T lean_rate;      ///< pull . dl/d(dz) [1]: what the lateral force takes from the normal one
   Gain<T> gain;     ///< G(dz) [1] of a coupled body, 0 where dz <= 0; else not read
+  /// Of an anisotropic body, else not read: rho = stretch dr is where f^r is read, f^r pull the
+  /// lateral force, pull_size the length of pull [1].
+  T stretch, pull_size;
+  Vec3<T> pull;
 };
+
+/// Where f^r and R of a deflection are read [m].
+template <class T>
+T read_at_m(const CurveViews& views, const Deflection<T>& d) noexcept {
+  return views.is_anisotropic ? d.stretch * d.lateral_m : d.lateral_m;
+}
+/// Size of the lateral force [N] whose curve says lateral_N.
+template <class T>
+T traction(const CurveViews& views, const Deflection<T>& d, const T& lateral_N) noexcept {
+  return views.is_anisotropic ? d.pull_size * lateral_N : lateral_N;
+}
 
 /// l and dl/d(dz) of a spot.
 template <class T>
@@ -72,17 +96,39 @@ Lean<T> lean_at(const SplineView& view, const Spot& spot, const T& depth_m) noex
   return out;
 }
 
+/// The symmetric tensor S of a spot times v.
+template <class T, class Spot>
+Vec3<T> anisotropy_times(const Spot& spot, const Vec3<T>& v) noexcept {
+  const T xy = spot.anisotropy(3), xz = spot.anisotropy(4), yz = spot.anisotropy(5);
+  return {spot.anisotropy(0) * v.x + xy * v.y + xz * v.z,
+          xy * v.x + spot.anisotropy(1) * v.y + yz * v.z,
+          xz * v.x + yz * v.y + spot.anisotropy(2) * v.z};
+}
+
+/// Length of the lateral direction by M = I + S and its gradient (docs/method.md, M3d): stretch =
+/// sqrt(u^r.M u^r), pull = P M u^r / stretch, P = I - u u^T.
+template <class T, class Spot>
+void stretch(const Spot& spot, Deflection<T>& d) noexcept {
+  using std::sqrt;
+  const Vec3<T> bent = d.lateral + anisotropy_times<T>(spot, d.lateral);
+  d.stretch = sqrt(dot(bent, d.lateral));
+  d.pull = (bent - spot.normal * dot(bent, spot.normal)) * (1.0 / d.stretch);
+  d.pull_size = sqrt(dot(d.pull, d.pull));
+}
+
 /// The deflection of a tool at x [m] whose contact point is the spot.
 template <class T, class Spot>
 Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
   const Vec3<T> delta = x - spot.point;
-  Deflection<T> out{dot(delta, spot.normal), T(0), {T(0), T(0), T(0)}, T(0), {T(0), T(0)}};
+  const Vec3<T> nothing{T(0), T(0), T(0)};
+  Deflection<T> out{
+      dot(delta, spot.normal), T(0), nothing, T(0), {T(0), T(0)}, T(1), T(1), nothing};
   if (views.coupling_depth_m > 0 && value_of(out.normal_m) > 0)
     out.gain = gain_at(views.coupling_depth_m, out.normal_m);
   Vec3<T> lateral = delta - spot.normal * out.normal_m;
   const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
-  Vec3<T> slope{T(0), T(0), T(0)};
+  Vec3<T> slope = nothing;
   if (leans) {
     const Lean<T> lean = lean_at(views.lean, spot, out.normal_m);
     lateral = lateral - (lean.value_m - spot.normal * dot(lean.value_m, spot.normal));
@@ -92,7 +138,8 @@ Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T
   if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
   out.lateral_m = sqrt(squared);
   out.lateral = lateral * (1.0 / out.lateral_m);
-  if (leans) out.lean_rate = dot(slope, out.lateral);
+  if (views.is_anisotropic) stretch(spot, out);
+  if (leans) out.lean_rate = dot(slope, views.is_anisotropic ? out.pull : out.lateral);
   return out;
 }
 
@@ -193,15 +240,16 @@ T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) no
   }
 }
 
-/// f^r(dr), times G(dz) where the body is coupled [N].
+/// f^r(rho), times G(dz) where the body is coupled [N].
 template <class T, class Spot>
 T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  const T force_N = curve_at(views, spot, kLateral, d.lateral_m);
+  const T force_N = curve_at(views, spot, kLateral, read_at_m(views, d));
   return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
 }
 
-/// Gradient of Z(dz) + G(dz) R(dr), force of the tool on the body [N] (docs/method.md, section 2):
-/// (f^z + G' R - f u^r . dl/d(dz)) u + f u^r with f = G f^r; zero where dz <= 0.
+/// Gradient of Z(dz) + G(dz) R(rho), force of the tool on the body [N] (docs/method.md, section 2):
+/// (f^z + G' R - f pull . dl/d(dz)) u + f pull with f = G f^r; pull is u^r where the body is not
+/// anisotropic. Zero where dz <= 0.
 /// lateral_N: f, where the caller knows it already.
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
@@ -209,8 +257,8 @@ Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>&
   if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
   T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
   if (views.coupling_depth_m > 0)
-    normal_N = normal_N + d.gain.slope * energy_at(views, spot, kLateral, d.lateral_m);
-  return spot.normal * normal_N + d.lateral * lateral_N;
+    normal_N = normal_N + d.gain.slope * energy_at(views, spot, kLateral, read_at_m(views, d));
+  return spot.normal * normal_N + (views.is_anisotropic ? d.pull : d.lateral) * lateral_N;
 }
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {

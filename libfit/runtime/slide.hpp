@@ -6,7 +6,7 @@
 // quadric.hpp, which also has replay_drag). Forces here are those of the tool ON the body.
 //
 // A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
-//   path.at(s)   -> Spot: .point [m], .normal (inward unit), .control(curve, j) [N], .lean(j) [m]
+//   path.at(s)   -> Spot of response.hpp
 //   path.end()   -> where the path leaves its triangle, may be infinite
 //   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go
 // A Surface holds the contact point:
@@ -35,12 +35,14 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
   return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
 }
 
-/// What a slip brings to zero: G f^r(dr) - L(dz) [N]; without lateral stiffness, dr itself (as N).
+/// What a slip brings to zero: the lateral force - L(dz) [N]; without lateral stiffness, dr itself
+/// (as N). Along a way that shortens dr without turning it, an anisotropic body's falls, too.
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {
   if (frictionless) return d.lateral_m;
-  return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
+  return traction(views, d, lateral_force(views, spot, d)) -
+         curve_at(views, spot, kLimit, d.normal_m);
 }
 
 template <class T, class Path>
@@ -55,7 +57,7 @@ template <class T, class Spot>
 struct Footing {
   Spot spot;
   Deflection<T> d;
-  T lateral_N;  ///< f^r(dr), G f^r where coupled
+  T lateral_N;  ///< f^r(rho), G f^r where coupled
 };
 template <class T, class Spot>
 Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
@@ -63,13 +65,14 @@ Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T
   return {spot, d, lateral_force(views, spot, d)};
 }
 
-/// Whether the contact point cannot hold: G f^r(dr) > L(dz).
+/// Whether the contact point cannot hold: the lateral force is above L(dz).
 template <class T, class Spot>
 bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
   if (!(value_of(foot.d.lateral_m) > 0)) return false;
   if (is_frictionless(views, foot.spot)) return true;
   const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
-  return value_of(foot.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
+  const double lateral_N = value_of(traction(views, foot.d, foot.lateral_N));
+  return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
 }
 
 /// Root of the excess on [0, end] and its slope there.
@@ -128,7 +131,7 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 /// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
-/// Lets the contact point slide until G f^r(dr) <= L(dz) for the tool at x [m].
+/// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m].
 /// foot: the footing of surface.standing() at x, on entry and on return.
 /// A slip is made of straight segments: a new one begins where the path crosses into another
 /// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at

@@ -102,6 +102,14 @@ inline void add_lean(CurveSet& curves, unsigned seed) {
     for (Eigen::Index j = 3; j < 9; ++j) curves.lean(i, j) = metres(random);
 }
 
+/// Gives curves an anisotropy that float32 holds exactly and an asset may hold.
+inline void add_anisotropy(CurveSet& curves, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> part(-0.29F, 0.29F);
+  curves.anisotropy = Controls::Zero(curves.points(), 6);
+  for (double& s : curves.anisotropy.reshaped()) s = part(random);
+}
+
 inline FittedCurves example_curves() {
   FittedCurves f;
   f.position = awkward_points(3, 10);
@@ -121,8 +129,8 @@ inline FittedCurves example_curves() {
   f.recordings.experiment = {4, 7}, f.recordings.point = {0, 2};
   f.recordings.contact_m = Eigen::Vector2d(1e-4, -3e-5);
   f.recordings.contact_deviation_m = Eigen::Vector2d(1e-5, 2e-5);
-  for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N,
-                       &f.recordings.drift_N, &f.recordings.drift_deviation_N})
+  for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N, &f.recordings.drift_N,
+                       &f.recordings.drift_deviation_N})
     *column = Eigen::Vector2d(0.01, 0);
   return f;
 }

@@ -81,7 +81,7 @@ TEST(coupled, only_such_an_asset_asks_for_version_3_and_version_2_has_no_flag_fo
   std::memcpy(&header, plate.bytes.data(), sizeof header);
   EXPECT_EQ(header.version, 3U);
   for (const auto& [version, flags] :
-       {std::pair{2U, header.flags}, std::pair{3U, header.flags | 4U}}) {
+       {std::pair{2U, header.flags}, std::pair{3U, header.flags | runtime::kFlagAnisotropic}}) {
     runtime::Header changed = header;
     changed.version = version, changed.flags = flags;
     std::memcpy(plate.bytes.data(), &changed, sizeof changed);

@@ -1,7 +1,7 @@
 #pragma once
 
 // The assets that stand for their versions for ever: small, leaning, refined unevenly; that of
-// version 3 is coupled, too.
+// version 3 is coupled, too, that of version 4 anisotropic as well.
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -54,7 +54,9 @@ inline Model golden_model() {
 
 inline AssetBytes golden_asset(int version) {
   Model model = golden_model();
-  model.curves.is_coupled = version == 3;
+  model.curves.is_coupled = version >= 3;
+  if (version >= 4)
+    make_anisotropic(model, 0.4, [](const Vec3& x) { return Vec3(-x[1], x[0], 0.01); });
   const std::string meta = "{\"golden\": \"version " + std::to_string(version) + "\"}";
   return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = meta}), 64);
 }
