@@ -85,7 +85,10 @@ FamilyReport choose_family(const BodyData& body,
   bool is_enough = false;
   for (const CurveFamilyName& row : kCurveFamilyNames)
     if (!is_enough && !is_anisotropic(row.family)) is_enough = attempt(row.family);
-  if (!is_enough) attempt(family_of(leans(best.family), is_coupled(best.family), true));
+  const CurveFamily isotropic = best.family;
+  if (!is_enough) is_enough = attempt(CurveFamily::anisotropic);
+  if (!is_enough && isotropic != CurveFamily::separable)
+    attempt(family_of(leans(isotropic), is_coupled(isotropic), true));
   report.family = best.family;
   report.reason = "held-out error, median and p95: " + tried;
   return report;

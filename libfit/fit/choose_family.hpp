@@ -20,7 +20,7 @@ FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, 
 
 /// Which family describes the body, by judge_family(). From separable on, a family is taken when
 /// those before it miss the tolerance, its p95 is lower by a tenth and its median no higher ("model
-/// only what a scene needs"); last the best of them with an anisotropy. setting: of a body that is coupled or not, asked for when it is tried.
+/// only what a scene needs"); last anisotropic, then the best of the others with an anisotropy. setting: of a body that is coupled or not, asked for when it is tried.
 FamilyReport choose_family(const BodyData& body,
                            const std::function<const FamilySetting&(bool is_coupled)>& setting,
                            const FitOptions& options);
