@@ -2,6 +2,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libfit/io/importers/importers.hpp"
@@ -17,6 +18,38 @@ using recordings::Drift;
 using recordings::Tip;
 
 constexpr double kMostMebibytes = 1 << 20;
+
+template <class Value>
+struct Named {
+  std::string_view name;
+  Value value;
+};
+constexpr std::array kKinds{Named{"press", ExperimentKind::press},
+                            Named{"drag", ExperimentKind::drag},
+                            Named{"path", ExperimentKind::path}};
+constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bias},
+                             Named{"line", Drift::line}};
+constexpr std::array kUses{Named{"approach", recordings::Use::approach},
+                           Named{"retract", recordings::Use::retract},
+                           Named{"mean", recordings::Use::mean}};
+constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
+                           Named{"cone", Tip::cone}};
+constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
+                                 Named{"blank", ' '}};
+constexpr std::array kNormals{Named{"inward", false}, Named{"outward", true}};
+
+// The value that a key's word names; stays as it is where the table has no such key.
+template <class Value, std::size_t N>
+void read_named(SceneTable& table, std::string_view key, const std::array<Named<Value>, N>& all,
+                Value& value) {
+  if (!table.has(key)) return;
+  std::vector<std::string_view> names;
+  for (const auto& row : all) names.push_back(row.name);
+  const std::string name = table.choice(key, "", names);
+  value = std::find_if(all.begin(), all.end(), [&](const auto& row) {
+            return row.name == name;
+          })->value;
+}
 
 void read_position(SceneTable& table, Entry& entry) {
   const toml::node* node = table.node("position");
@@ -40,26 +73,15 @@ void read_normal(SceneTable& table, BatchItem& item) {
   item.normal = normal.normalized();
 }
 
-char separator_named(const std::string& name) {
-  return name == "tab"         ? '\t'
-         : name == "blank"     ? ' '
-         : name == "comma"     ? ','
-         : name == "semicolon" ? ';'
-                               : 0;
-}
-
 void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   std::vector<std::string_view> formats{"auto"};
   for (const auto& row : importers::importers()) formats.push_back(row.name);
   read.format = table.choice("format", read.format, formats);
-  if (table.has("separator"))
-    read.separator =
-        separator_named(table.choice("separator", "", {"comma", "semicolon", "tab", "blank"}));
+  read_named(table, "separator", kSeparators, read.separator);
   if (table.has("decimal")) read.decimal = table.choice("decimal", "", {".", ","})[0];
   read.encoding = table.choice("encoding", read.encoding, {"utf-8", "latin-1"});
   read.comment = table.text("comment", read.comment);
-  read.is_normal_outward = table.choice("normals", read.is_normal_outward ? "outward" : "inward",
-                                        {"inward", "outward"}) == "outward";
+  read_named(table, "normals", kNormals, read.is_normal_outward);
   read.most_bytes =
       static_cast<std::uintmax_t>(table.number(
           "largest_file", static_cast<double>(read.most_bytes >> 20), 1, kMostMebibytes))
@@ -77,37 +99,18 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
 }
 
 void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
-  const auto kind = table.choice("kind",
-                                 s.kind == ExperimentKind::press  ? "press"
-                                 : s.kind == ExperimentKind::drag ? "drag"
-                                                                  : "path",
-                                 {"press", "drag", "path"});
-  s.kind = kind == "press"  ? ExperimentKind::press
-           : kind == "drag" ? ExperimentKind::drag
-                            : ExperimentKind::path;
+  read_named(table, "kind", kKinds, s.kind);
   std::vector<std::string_view> estimators;
   for (const auto& row : recordings::contact_estimators()) estimators.push_back(row.name);
   s.contact = table.choice("contact", s.contact, estimators);
   s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
-  const auto drift = table.choice("drift",
-                                  s.drift == Drift::none   ? "none"
-                                  : s.drift == Drift::bias ? "bias"
-                                                           : "line",
-                                  {"none", "bias", "line"});
-  s.drift = drift == "none" ? Drift::none : drift == "bias" ? Drift::bias : Drift::line;
+  read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
   s.force_delay_s = table.quantity("force_delay", Dimension::time, s.force_delay_s, -1e3, 1e3);
   s.compliance_m_N = table.number("compliance", s.compliance_m_N, 0, 1e3);
   if (table.has("force_limit"))
     s.force_limit_N = table.quantity("force_limit", Dimension::force, 0, 0, 1e9);
-  const auto use = table.choice("use",
-                                s.use == recordings::Use::approach  ? "approach"
-                                : s.use == recordings::Use::retract ? "retract"
-                                                                    : "mean",
-                                {"approach", "retract", "mean"});
-  s.use = use == "approach"  ? recordings::Use::approach
-          : use == "retract" ? recordings::Use::retract
-                             : recordings::Use::mean;
+  read_named(table, "use", kUses, s.use);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
   if (table.has("plausible")) {
@@ -119,12 +122,7 @@ void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
   }
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");
-    const auto shape = probe.choice("shape",
-                                    s.tip == Tip::sphere ? "sphere"
-                                    : s.tip == Tip::flat ? "flat"
-                                                         : "cone",
-                                    {"sphere", "flat", "cone"});
-    s.tip = shape == "sphere" ? Tip::sphere : shape == "flat" ? Tip::flat : Tip::cone;
+    read_named(probe, "shape", kTips, s.tip);
     s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 10);
     probe.finish();
   }

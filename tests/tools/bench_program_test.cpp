@@ -1,4 +1,4 @@
-// `palpate bench fem` writes the table it prints.
+// `palpate bench` as a user runs it: what it prints it writes, and it says what it lacks.
 
 #include <gtest/gtest.h>
 
@@ -34,6 +34,14 @@ TEST(bench_fem, an_unknown_part_is_named_with_those_there_are) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("there is no part called speed"), std::string::npos);
   EXPECT_NE(outcome.err.find("assembly"), std::string::npos);
+}
+
+TEST(bench_curves, wants_samples_and_says_how) {
+  const Folder folder;
+  const Outcome outcome = palpate(folder, "bench curves -o " + folder.path().string());
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("there are no samples to fit"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--samples samples.h5"), std::string::npos) << outcome.err;
 }
 
 }  // namespace
