@@ -5,25 +5,6 @@
 #include <cmath>
 
 namespace palpate::fem {
-namespace {
-
-// A face whose outward normal points this far along the probe's own is the far wall of a thin body.
-// Bulged surfaces ahead of a sunken sphere reach about 0.3.
-constexpr double kFarWallCosine = 0.5;
-
-Vec3 face_normal(const Points& nodes, const Points& u, const Faces& faces, int face,
-                 const FacePoint& point) {
-  Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
-  for (int a = 0; a < kFaceNodes; ++a) {
-    const Vec3 x = nodes.row(faces(face, a)) + u.row(faces(face, a));
-    by_r += point.shape_r[a] * x;
-    by_s += point.shape_s[a] * x;
-  }
-  return by_r.cross(by_s);
-}
-
-}  // namespace
-
 Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
                  const std::vector<double>& young_Pa, const Probe& probe,
                  const ContactSettings& settings)
@@ -39,8 +20,8 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
     for (int a = 0; a < kFaceNodes; ++a) is_open |= !is_held[faces(face, a)];
     is_open_.push_back(is_open);
     stiffness_.push_back(settings.stiffness * young_Pa[face] / probe.length_m);
-    for (const FacePoint& point : kFaceRule)
-      area_weight_.push_back(point.weight * face_normal(nodes, rest, faces, face, point).norm());
+    for (int q = 0; q < kFacePoints; ++q)
+      area_weight_.push_back(kFaceRule[q].weight * area_normal(rest, face, q).norm());
   }
   limit_Pa_.assign(area_weight_.size(), 0.0);
   share_.assign(area_weight_.size(), 1.0);
@@ -54,6 +35,17 @@ Vec3 Contact::place(const Points& u, int face, int q) const {
     x += kFaceRule[q].shape[a] * (nodes_.row(node) + u.row(node)).transpose();
   }
   return x;
+}
+
+Vec3 Contact::area_normal(const Points& u, int face, int q) const {
+  const FacePoint& point = kFaceRule[q];
+  Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) {
+    const Vec3 x = nodes_.row(faces_(face, a)) + u.row(faces_(face, a));
+    by_r += point.shape_r[a] * x;
+    by_s += point.shape_s[a] * x;
+  }
+  return by_r.cross(by_s);
 }
 
 SignedDistance Contact::distance(const Vec3& place, const ProbePose& pose) const {
@@ -173,40 +165,6 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   ++totals.points;
 }
 
-void Contact::hold_friction_limit(const ContactHistory& history) {
-  for (std::size_t point = 0; point < limit_Pa_.size(); ++point) {
-    limit_Pa_[point] = probe_.friction * history.pressure_Pa[point];
-    share_[point] = 1;
-    normal_[point] = history.normal[point];
-  }
-}
-
-double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
-                                    const ContactHistory& history) {
-  if (probe_.friction <= 0) return 0;
-  double change = 0, sum = 0;
-  for (int face = 0; face < faces_.rows(); ++face) {
-    const bool is_near = may_touch(u, pose, face);
-    for (int q = 0; q < kFacePoints; ++q) {
-      const int point = kFacePoints * face + q;
-      double limit = 0;
-      if (is_near && history.faces_probe[point]) {
-        const SignedDistance gap = distance(place(u, face, q), pose);
-        const double pressing = pressing_gap(gap.distance_m, point, history);
-        limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
-        if (limit > 0) {
-          share_[point] = share_in_contact(gap.distance_m, point, history);
-          normal_[point] = gap.gradient;
-        }
-      }
-      change += area_weight_[point] * std::abs(limit - limit_Pa_[point]);
-      sum += area_weight_[point] * limit;
-      limit_Pa_[point] = limit;
-    }
-  }
-  return sum > 0 ? change / sum : 0;
-}
-
 ContactTotals Contact::evaluate(const Points& u, const ProbePose& pose,
                                 const ContactHistory& history, bool with_curvature) {
   ContactTotals totals;
@@ -252,60 +210,9 @@ double Contact::energy(const Points& u, const ProbePose& pose,
   return energy;
 }
 
-ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
-                                 const ContactHistory& history) const {
-  ContactHistory next;
-  const std::size_t points = area_weight_.size();
-  next.stick_Pa.assign(points, Vec3::Zero());
-  next.relative.resize(points);
-  next.gap.resize(points);
-  next.normal.resize(points);
-  next.pressure_Pa.assign(points, 0.0);
-  next.faces_probe.assign(points, 0);
-  next.given_back.assign(points, 0.0);
-  for (int face = 0; face < faces_.rows(); ++face) {
-    for (int q = 0; q < kFacePoints; ++q) {
-      const int point = kFacePoints * face + q;
-      const Vec3 x = place(u, face, q);
-      const SignedDistance gap = distance(x, pose);
-      next.relative[point] = x - pose.tip;
-      next.gap[point] = gap.distance_m;
-      next.normal[point] = gap.gradient;
-      const Vec3 outward = face_normal(nodes_, u, faces_, face, kFaceRule[q]).normalized();
-      next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (history.gap.empty()) continue;
-      const double pressing = pressing_gap(gap.distance_m, point, history);
-      if (pressing >= 0) continue;
-      next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;
-      const double limit = probe_.friction * next.pressure_Pa[point];
-      if (limit <= 0) continue;
-      const double spring = tangential_ * stiffness_[face];
-      const Friction friction =
-          friction_law(next.relative[point], gap.gradient, limit,
-                       share_in_contact(gap.distance_m, point, history), spring, point, history);
-      next.stick_Pa[point] = friction.traction_Pa;
-    }
-  }
-  return next;
-}
-
-ContactHistory Contact::give_back(const ContactHistory& accepted) const {
-  ContactHistory out = accepted;
-  for (std::size_t point = 0; point < out.gap.size(); ++point) {
-    if (out.pressure_Pa[point] <= 0) continue;
-    out.given_back[point] += std::max(0.0, -out.gap[point]);
-    out.stick_Pa[point] *= 2;
-  }
-  return out;
-}
-
 void Contact::stiffen(double factor) {
   for (double& stiffness : stiffness_) stiffness *= factor;
   curvature_limit_m_ /= factor;
-}
-
-ContactHistory Contact::untouched(const ProbePose& pose) const {
-  return accepted(Points::Zero(nodes_.rows(), 3), pose, {});
 }
 
 std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,

@@ -137,6 +137,7 @@ class Contact {
   bool may_touch(const Points& u, const ProbePose& pose, int face) const;
   SignedDistance distance(const Vec3& place, const ProbePose& pose) const;
   Vec3 place(const Points& u, int face, int point) const;
+  Vec3 area_normal(const Points& u, int face, int q) const;  // outward, of the area per dr ds
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   double pressing_gap(double gap, int point, const ContactHistory& history) const;
   void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,

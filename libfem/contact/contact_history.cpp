@@ -1,0 +1,102 @@
+// What the interface remembers: friction limits held during a solution, states accepted after it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfem/contact/contact.hpp"
+
+namespace palpate::fem {
+namespace {
+
+// A face whose outward normal points this far along the probe's own is the far wall of a thin body.
+// Bulged surfaces ahead of a sunken sphere reach about 0.3.
+constexpr double kFarWallCosine = 0.5;
+
+}  // namespace
+
+ContactHistory Contact::untouched(const ProbePose& pose) const {
+  return accepted(Points::Zero(nodes_.rows(), 3), pose, {});
+}
+
+void Contact::hold_friction_limit(const ContactHistory& history) {
+  for (std::size_t point = 0; point < limit_Pa_.size(); ++point) {
+    limit_Pa_[point] = probe_.friction * history.pressure_Pa[point];
+    share_[point] = 1;
+    normal_[point] = history.normal[point];
+  }
+}
+
+double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
+                                    const ContactHistory& history) {
+  if (probe_.friction <= 0) return 0;
+  double change = 0, sum = 0;
+  for (int face = 0; face < faces_.rows(); ++face) {
+    const bool is_near = may_touch(u, pose, face);
+    for (int q = 0; q < kFacePoints; ++q) {
+      const int point = kFacePoints * face + q;
+      double limit = 0;
+      if (is_near && history.faces_probe[point]) {
+        const SignedDistance gap = distance(place(u, face, q), pose);
+        const double pressing = pressing_gap(gap.distance_m, point, history);
+        limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
+        if (limit > 0) {
+          share_[point] = share_in_contact(gap.distance_m, point, history);
+          normal_[point] = gap.gradient;
+        }
+      }
+      change += area_weight_[point] * std::abs(limit - limit_Pa_[point]);
+      sum += area_weight_[point] * limit;
+      limit_Pa_[point] = limit;
+    }
+  }
+  return sum > 0 ? change / sum : 0;
+}
+
+ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
+                                 const ContactHistory& history) const {
+  ContactHistory next;
+  const std::size_t points = area_weight_.size();
+  next.stick_Pa.assign(points, Vec3::Zero());
+  next.relative.resize(points);
+  next.gap.resize(points);
+  next.normal.resize(points);
+  next.pressure_Pa.assign(points, 0.0);
+  next.faces_probe.assign(points, 0);
+  next.given_back.assign(points, 0.0);
+  for (int face = 0; face < faces_.rows(); ++face) {
+    for (int q = 0; q < kFacePoints; ++q) {
+      const int point = kFacePoints * face + q;
+      const Vec3 x = place(u, face, q);
+      const SignedDistance gap = distance(x, pose);
+      next.relative[point] = x - pose.tip;
+      next.gap[point] = gap.distance_m;
+      next.normal[point] = gap.gradient;
+      const Vec3 outward = area_normal(u, face, q).normalized();
+      next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
+      if (history.gap.empty()) continue;
+      const double pressing = pressing_gap(gap.distance_m, point, history);
+      if (pressing >= 0) continue;
+      next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;
+      const double limit = probe_.friction * next.pressure_Pa[point];
+      if (limit <= 0) continue;
+      const double spring = tangential_ * stiffness_[face];
+      const Friction friction =
+          friction_law(next.relative[point], gap.gradient, limit,
+                       share_in_contact(gap.distance_m, point, history), spring, point, history);
+      next.stick_Pa[point] = friction.traction_Pa;
+    }
+  }
+  return next;
+}
+
+ContactHistory Contact::give_back(const ContactHistory& accepted) const {
+  ContactHistory out = accepted;
+  for (std::size_t point = 0; point < out.gap.size(); ++point) {
+    if (out.pressure_Pa[point] <= 0) continue;
+    out.given_back[point] += std::max(0.0, -out.gap[point]);
+    out.stick_Pa[point] *= 2;
+  }
+  return out;
+}
+
+}  // namespace palpate::fem
