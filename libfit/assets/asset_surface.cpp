@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/response.hpp"
+#include "libfit/runtime/deflection.hpp"
 
 namespace palpate {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/runtime/response.hpp"
+#include "libfit/runtime/deflection.hpp"
 
 namespace palpate::h5 {
 namespace {

@@ -23,6 +23,8 @@ constexpr std::uint32_t kFlagGuard = 1;        ///< refuse the energy-creating p
 constexpr std::uint32_t kFlagCoupled = 2;      ///< lateral curves times G(dz / last normal knot)
 constexpr std::uint32_t kFlagAnisotropic = 4;  ///< controls end with S, lateral curves read by it
 
+constexpr int kAnisotropyFloats = 6;  ///< of a vertex
+
 /// The flags that a version has.
 inline std::uint32_t known_flags(std::uint32_t version) noexcept {
   return kFlagGuard | (version < kCoupledVersion ? 0 : kFlagCoupled) |
@@ -104,7 +106,7 @@ inline int curve_size(const Header& h, int curve) noexcept {
 }
 inline int controls_per_vertex(const Header& h) noexcept {
   return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3) +
-         ((h.flags & kFlagAnisotropic) != 0 ? 6 : 0);
+         ((h.flags & kFlagAnisotropic) != 0 ? kAnisotropyFloats : 0);
 }
 
 inline std::uint64_t table_doubles(const Header& h, int curve) noexcept {

@@ -11,6 +11,8 @@
 namespace palpate {
 namespace runtime {
 
+static_assert(kAnisotropyFloats == kTensorSize, "an asset holds what the law reads");
+
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
