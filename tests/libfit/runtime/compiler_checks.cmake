@@ -1,6 +1,6 @@
 # Compiles the exported engine folder as a user would. CHECK, FOLDER (engine/ and probe.palp),
-# PROBE, TICKS; for bits_equal GOLDEN, an asset that never changes, and its GOLDEN_HASH of as many
-# ticks.
+# PROBE, TICKS; for bits_equal GOLDEN, a folder of assets that never change, and GOLDEN_HASHES, their
+# names and hashes of as many ticks: NAME=HASH,NAME=HASH.
 set(ENGINE ${FOLDER}/engine)
 set(STRICT -std=c++17 -ffp-contract=off -fno-exceptions -fno-rtti
     -Wall -Wextra -Wpedantic -Wshadow -Werror)
@@ -46,11 +46,17 @@ elseif(CHECK STREQUAL bits_equal)
       elseif(NOT first STREQUAL RUN_OUTPUT)
         message(FATAL_ERROR "${compiler} ${level} computes other bits than ${GXX} -O0")
       endif()
-      run(${FOLDER}/probe_${TICKS} ${GOLDEN} ${TICKS})
-      if(NOT RUN_OUTPUT MATCHES "^${GOLDEN_HASH} ")
-        message(FATAL_ERROR "${compiler} ${level}: the golden asset's forces had the hash "
-                            "${GOLDEN_HASH}, now ${RUN_OUTPUT}")
-      endif()
+      string(REPLACE "," ";" goldens "${GOLDEN_HASHES}")
+      foreach(golden ${goldens})
+        string(REGEX MATCH "(.*)=(.*)" _ "${golden}")
+        set(name ${CMAKE_MATCH_1})
+        set(hash ${CMAKE_MATCH_2})
+        run(${FOLDER}/probe_${TICKS} ${GOLDEN}/${name} ${TICKS})
+        if(NOT RUN_OUTPUT MATCHES "^${hash} ")
+          message(FATAL_ERROR "${compiler} ${level}: the forces of ${name} had the hash ${hash}, "
+                              "now ${RUN_OUTPUT}")
+        endif()
+      endforeach()
     endforeach()
   endforeach()
 elseif(CHECK STREQUAL example_builds)
