@@ -170,9 +170,9 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
     const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
     const double scatter = robust_deviation({size.data(), size.data() + m}) *
                            std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
-    for (Eigen::Index i = 0; i < m; ++i) weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
-    if (largest > 0)
-      faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
+    for (Eigen::Index i = 0; i < m; ++i)
+      weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
+    if (largest > 0) faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
   }
   return increments;
 }
