@@ -90,47 +90,64 @@ double plain_fit(const Samples& samples, int points, int steps) {
 
 volatile double kept;  // so that nothing is optimized away
 
+// The most memory that the process had since forget_peak(); since it began where that is refused.
 double peak_MB() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1024;
+  return 0;
+}
+void forget_peak() { std::ofstream("/proc/self/clear_refs") << 5; }
+
+// CPU of all threads so far: unlike the clock's, other work on the machine adds little to it.
+double cpu_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 struct Line {
   int curves = 0, rows = 0;  // rows of a point
   std::string what;
-  double seconds = 0, peak_MB = 0;
+  double seconds = 0, cpu_seconds = 0, peak_MB = 0;
 };
 
 template <class Act>
-double seconds_of(Act act) {
+void measure(const std::string& what, int points, int rows, std::vector<Line>& lines, Act act) {
+  forget_peak();
+  const double cpu = cpu_seconds();
   const auto begin = std::chrono::steady_clock::now();
   act();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  lines.push_back(
+      {kCurveKinds * points, rows, what, seconds.count(), cpu_seconds() - cpu, peak_MB()});
+  const Line& line = lines.back();
+  say("{:8} curves, {:4} rows a point, {:22} {:8.0f} curves/s, {:8.0f} per CPU second, {:6.0f} MB",
+      line.curves, rows, what, line.curves / line.seconds, line.curves / line.cpu_seconds,
+      line.peak_MB);
 }
 
-// is_whole: also the fit itself; without it only what the least squares alone take.
-void measure(int points, int steps, int jobs, bool is_whole, std::vector<Line>& lines) {
+void measure_all(int points, int steps, int jobs, std::vector<Line>& lines) {
   const Samples samples = bench_samples(points, steps);
-  const auto add = [&](const std::string& what, double seconds) {
-    lines.push_back({kCurveKinds * points, 3 * steps, what, seconds, peak_MB()});
-    say("{:8} curves, {:4} rows a point, {:26} {:10.0f} curves/s, {:7.0f} MB", lines.back().curves,
-        3 * steps, what, lines.back().curves / seconds, lines.back().peak_MB);
-  };
-  add("bounded least squares", seconds_of([&] { kept = plain_fit(samples, points, steps); }));
-  if (!is_whole) return;
+  measure("bounded least squares", points, 3 * steps, lines,
+          [&] { kept = plain_fit(samples, points, steps); });
   FittedCurves fitted;
-  add("fit", seconds_of([&] { fitted = fit_curves(samples, bench_options(jobs)); }));
+  measure("fit", points, 3 * steps, lines,
+          [&] { fitted = fit_curves(samples, bench_options(jobs)); });
   Samples changed = samples;
   for (Eigen::Index i = 0; i < 3 * steps; ++i) changed.force(i, 2) *= 1.1;
   FitOptions warm = bench_options(jobs);
   warm.warm_start = &fitted;
-  add("fit, one point changed", seconds_of([&] { fit_curves(changed, warm); }));
+  measure("fit, one point changed", points, 3 * steps, lines, [&] { fit_curves(changed, warm); });
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
-  static constexpr std::string_view kHeader[] = {
-      "curves", "rows_per_point", "what", "seconds", "curves_per_s", "peak_MB", "machine"};
+  static constexpr std::string_view kHeader[] = {"curves",  "rows_per_point", "what",
+                                                 "seconds", "cpu_seconds",    "curves_per_s",
+                                                 "peak_MB", "machine"};
   std::ifstream info("/proc/cpuinfo");
   std::string machine = "unknown processor";
   for (std::string line; std::getline(info, line);)
@@ -141,6 +158,7 @@ void write_table(const std::filesystem::path& path, const std::vector<Line>& lin
         .integer(line.rows)
         .text(line.what)
         .number(line.seconds)
+        .number(line.cpu_seconds)
         .number(line.curves / line.seconds)
         .number(line.peak_MB)
         .text(machine)
@@ -190,13 +208,14 @@ void write_picture(const std::filesystem::path& path, const std::vector<Line>& l
 
 void bench_fit(const BenchRequest& request) {
   std::vector<Line> lines;
+  for (const int steps : {4, 48, 192})
+    measure_all(request.is_quick ? 10 : 100, steps, request.jobs, lines);
   for (const int points : {10, 100, 1000, 3334}) {
     if (request.is_quick && points > 100) break;
-    measure(points, 12, request.jobs, true, lines);
+    measure_all(points, 12, request.jobs, lines);
   }
-  for (const int steps : {4, 48, 192})
-    measure(request.is_quick ? 10 : 100, steps, request.jobs, true, lines);
-  if (!request.is_quick) measure(33334, 12, request.jobs, false, lines);
+  if (!request.is_quick)
+    for (const int steps : {4, 12}) measure_all(33334, steps, request.jobs, lines);
   write_table(request.folder / "fit.csv", lines);
   write_picture(request.folder / "fit.svg", lines);
   say("wrote {} and fit.svg", (request.folder / "fit.csv").string());

@@ -3,17 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/fit/held_out.hpp"
+#include "libfit/fit/evenly.hpp"
+#include "libfit/fit/place_knots.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
 
-constexpr int kFewestGroups = 4;        // a point with fewer abscissae holds nothing out
-constexpr double kSameAbscissa = 1e-3;  // of the range: rows closer than that are one group
-constexpr double kSameDepth = 0.02;     // a drag over a curved surface wanders that much in depth
+constexpr int kFewestGroups = 4;         // a point with fewer abscissae holds nothing out
+constexpr double kSameAbscissa = 1e-3;   // of the range: rows closer than that are one group
+constexpr double kSameDepth = 0.02;      // a drag over a curved surface wanders that much in depth
 constexpr std::size_t kMostPoints = 64;  // enough for a 95th percentile
-constexpr int kGrid = 64;               // where curvature is looked at
+constexpr int kGrid = 64;                // where curvature is looked at
 constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
 
 CurveBasis even_basis(int degree, int pieces, double range) {
@@ -32,8 +33,8 @@ std::vector<double> bend_density(const std::vector<PointEvidence>& points,
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
   std::vector<double> density(kGrid, 0.0);
   for (const PointEvidence& point : points) {
-    const Eigen::VectorXd b = controls_of(
-        fit_increments(spline, point.rows, lower, faint_smoothness(reference), loss));
+    const Eigen::VectorXd b =
+        controls_of(fit_increments(spline, point.rows, lower, faint_smoothness(reference), loss));
     for (int i = 0; i < kGrid; ++i) {
       const double bend = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
                           runtime::curve_slope(spline, b.data(), i * h);
@@ -67,6 +68,78 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   return basis;
 }
 
+// Bases of one kind for any number of pieces.
+class Placement {
+ public:
+  Placement(const std::vector<PointEvidence>& points, const CurveBasis& normal, double range,
+            int most, const FitOptions& options)
+      : points_(points),
+        normal_(normal),
+        range_(range),
+        options_(options),
+        reference_(even_basis(options.degree, std::min(most, 8), range)),
+        density_(bend_density(points, reference_, options.loss)) {}
+
+  /// The better of two placements by rule or, where neither meets the tolerance and they pay,
+  /// knots identified from the rows.
+  Candidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
+    const CurveBasis even = even_basis(options_.degree, pieces, range_);
+    Candidate best = judge(points_, normal_, even, KnotPlacement::even, options_.loss);
+    evidence.push_back(best.evidence);
+    if (pieces == 1) return best;
+    const CurveBasis bent = curvature_basis(options_.degree, pieces, range_, density_);
+    Candidate other = judge(points_, normal_, bent, KnotPlacement::curvature, options_.loss);
+    evidence.push_back(other.evidence);
+    if (other.mean_square < best.mean_square) best = std::move(other);
+    if (meets(best, options_.tolerance)) return best;
+    auto identified =
+        identified_candidate(points_, normal_, {even, bent}, reference_, options_.loss);
+    if (!identified) return best;
+    evidence.push_back(identified->evidence);
+    return is_clearly_better(*identified, best) ? std::move(*identified) : best;
+  }
+
+ private:
+  const std::vector<PointEvidence>& points_;
+  const CurveBasis& normal_;
+  double range_;
+  const FitOptions& options_;
+  CurveBasis reference_;
+  std::vector<double> density_;
+};
+
+// The first candidate within the tolerance, or else as good as the best, where more pieces do not
+// lower what neighbouring rows are off together.
+std::size_t fewest(const std::vector<Candidate>& candidates, std::size_t best, double tolerance) {
+  if (meets(candidates.back(), tolerance)) best = candidates.size() - 1;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].evidence.heldout_error <= tolerance &&
+        is_as_good_locally(candidates[i], candidates[best], tolerance))
+      return i;
+  for (std::size_t i = 0; i < best; ++i)
+    if (is_as_good(candidates[i], candidates[best], tolerance)) return i;
+  return best;
+}
+
+std::string reason_for(const Candidate& chosen, bool is_wanted, double tolerance) {
+  const BasisEvidence& evidence = chosen.evidence;
+  const std::string held_out = "held-out error of " + percent(evidence.heldout_error);
+  std::string reason;
+  if (is_wanted)
+    reason = "pieces as asked, the best placement of their knots";
+  else if (meets(chosen, tolerance))
+    reason = "fewest pieces whose " + held_out + " meets the tolerance";
+  else if (evidence.heldout_error <= tolerance)
+    reason = held_out + " meets the tolerance; what neighbouring rows are off together, up to " +
+             percent(evidence.local_error) + ", more pieces hardly lower";
+  else
+    reason = held_out +
+             " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
+             "depends on more than this deflection";
+  if (evidence.placement == KnotPlacement::identified) reason += "; knots identified from the rows";
+  return reason;
+}
+
 // The basis of one kind from its rows at the points that can hold some out.
 BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
                    double range, const FitOptions& options) {
@@ -76,54 +149,22 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
   const int most = std::clamp(parameters - options.degree + 1, 1, options.most_pieces);
-  const auto density =
-      bend_density(points, even_basis(options.degree, std::min(most, 8), range), options.loss);
+  const Placement placement(points, normal, range, most, options);
 
-  const auto meets = [&](const Candidate& c) {
-    return c.evidence.heldout_error <= options.tolerance;
-  };
-  std::vector<Candidate> candidates;  // the better placement for each number of pieces
+  std::vector<Candidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
   for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
        pieces += pieces < 6 ? 1 : 2) {
-    Candidate candidate = judge(points, normal, even_basis(options.degree, pieces, range), false,
-                                options.loss);
-    report.evidence.push_back(candidate.evidence);
-    if (pieces > 1) {
-      Candidate other = judge(points, normal,
-                              curvature_basis(options.degree, pieces, range, density), true,
-                              options.loss);
-      report.evidence.push_back(other.evidence);
-      if (other.mean_square < candidate.mean_square) candidate = std::move(other);
-    }
-    candidates.push_back(std::move(candidate));
+    candidates.push_back(placement.best(pieces, report.evidence));
     if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
-    if (wanted > 0 || meets(candidates.back())) break;
+    if (wanted > 0 || meets(candidates.back(), options.tolerance)) break;
     if (candidates.size() > best + 4) break;  // four in a row that do not help
   }
 
-  std::size_t chosen = meets(candidates.back()) ? candidates.size() - 1 : best;
-  if (!meets(candidates.back()))
-    for (std::size_t i = best + 1; i-- > 0;)
-      if (is_as_good(candidates[i], candidates[best], options.tolerance)) chosen = i;
-  const BasisEvidence& evidence = candidates[chosen].evidence;
+  const std::size_t chosen = fewest(candidates, best, options.tolerance);
   report.basis = candidates[chosen].basis;
-  report.reason = wanted > 0 ? "pieces as asked, the better placement of two"
-                  : evidence.heldout_error <= options.tolerance
-                      ? "fewest pieces whose held-out error of " + percent(evidence.heldout_error) +
-                            " meets the tolerance"
-                      : "held-out error of " + percent(evidence.heldout_error) +
-                            " is above the tolerance, but more pieces hardly lower it: rows "
-                            "scatter, or the force "
-                            "depends on more than this deflection";
+  report.reason = reason_for(candidates[chosen], wanted > 0, options.tolerance);
   return report;
-}
-
-std::vector<std::size_t> evenly(const std::vector<std::size_t>& all) {
-  if (all.size() <= kMostPoints) return all;
-  std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < kMostPoints; ++i) some.push_back(all[i * all.size() / kMostPoints]);
-  return some;
 }
 
 std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, double range,
@@ -134,15 +175,15 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, 
                           kind == 2 ? kSameDepth : kSameAbscissa) >= kFewestGroups)
       able.push_back(p);
   std::vector<PointEvidence> out;
-  for (const std::size_t p : evenly(able)) {
+  for (const std::size_t p : evenly(able, kMostPoints)) {
     PointEvidence point{unit_weights(rows[p].curve[static_cast<std::size_t>(kind)]), 0, 0, {}};
     for (const CurveRow& row : point.rows) point.largest = std::max(point.largest, row.f);
     if (!(point.largest > 0)) continue;
     if (kind == static_cast<int>(CurveKind::limit)) {
       const SplineTables tables = tabulate(normal);
-      point.normal = fit_increments(view(tables), unit_weights(rows[p].curve[0]),
-                                    Eigen::VectorXd::Zero(normal.size() - 1),
-                                    faint_smoothness(normal), loss);
+      point.normal =
+          fit_increments(view(tables), unit_weights(rows[p].curve[0]),
+                         Eigen::VectorXd::Zero(normal.size() - 1), faint_smoothness(normal), loss);
       std::vector<double> ratios;
       for (const CurveRow& row : point.rows) {
         const double f = increment_weights(view(tables), row.x).dot(point.normal);

@@ -72,11 +72,17 @@ struct FitOptions {
   const FittedCurves* warm_start = nullptr;
 };
 
+/// How knots got where they are: equal pieces, equal shares of the curves' bend, or where curves
+/// with knots there are nearest to the rows.
+enum class KnotPlacement : std::int8_t { even = 0, curvature = 1, identified = 2 };
+
 /// One candidate of the search for a basis: mean error of rows the curve did not see.
 struct BasisEvidence {
   int pieces = 0;
-  bool is_placed_by_curvature = false;  ///< else equal pieces
+  KnotPlacement placement = KnotPlacement::even;
   double heldout_error = 0;             ///< 95th percentile over points of the relative rms error
+  /// Likewise of the largest error that three neighbouring abscissae have in common.
+  double local_error = 0;
 };
 
 /// Why a kind got its basis.

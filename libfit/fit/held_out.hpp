@@ -19,6 +19,12 @@ struct PointEvidence {
   Eigen::VectorXd normal;      ///< limit kind only: increments of f^z; else empty
 };
 
+/// A point's abscissae are held out a fifth at a time.
+inline constexpr int kFolds = 5;
+/// Whether a fold (0 to kFolds - 1) holds the row out. Only interpolation is judged: the deepest
+/// group is always seen, and of a limit curve the shallowest too.
+bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold);
+
 /// A basis and how well its curves predict rows they did not see.
 struct Candidate {
   BasisEvidence evidence;
@@ -27,13 +33,26 @@ struct Candidate {
   double mean_square = 0;
 };
 
-/// Holds out a fifth of each point's abscissae at a time. Only interpolation is judged: the deepest
-/// group is always seen, and of a limit curve the shallowest too. normal: basis of f^z.
+/// Judges `basis` by each fold in turn. normal: basis of f^z. of_fold: bases found without the
+/// rows of each fold, where knots were moved by rows; else empty.
 Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                const CurveBasis& basis, bool by_curvature, FitLoss loss);
+                const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
+                const std::vector<CurveBasis>& of_fold = {});
 
-/// Whether a candidate's held-out errors exceed the best one's by no more than the tolerance or,
-/// row by row, their scatter: what both leave is noise.
+/// Whether a candidate predicts held-out rows within the tolerance, and no three neighbouring
+/// abscissae are off together by more than one and a half of it.
+bool meets(const Candidate& candidate, double tolerance);
+
+/// Whether a candidate's local error exceeds the best one's, and the tolerance, by less than half:
+/// the rest is noise, of which more pieces leave as much.
+bool is_as_good_locally(const Candidate& candidate, const Candidate& best, double tolerance);
+
+/// Whether a candidate is as good locally and its held-out errors exceed the best one's by no more
+/// than the tolerance or, row by row, their scatter: what both leave is noise.
 bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance);
+
+/// Whether a candidate's held-out error is lower than another's by a tenth and, row by row, by more
+/// than twice its scatter.
+bool is_clearly_better(const Candidate& candidate, const Candidate& other);
 
 }  // namespace palpate::fit

@@ -140,16 +140,11 @@ double quantile(std::vector<double> values, double share) {
 
 double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
 
-namespace {
-
-// Reweighting needs loss'(s) / 2s, which for Huber is knee/s and for Cauchy 1 / (1 + z^2).
-double reweight(FitLoss loss, double size, double scale) {
+double robust_weight(FitLoss loss, double size, double scale) {
   if (loss == FitLoss::squared || !(scale > 0)) return 1;
   const double z = size / ((loss == FitLoss::huber ? kHuberKnee : kCauchyKnee) * scale);
   return loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
 }
-
-}  // namespace
 
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
                                const Eigen::VectorXd& lower, Faint& faint, FitLoss loss) {
@@ -175,9 +170,9 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
     const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
     const double scatter = robust_deviation({size.data(), size.data() + m}) *
                            std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
-    for (Eigen::Index i = 0; i < m; ++i) weight[i] = std::sqrt(reweight(loss, size[i], scatter));
-    if (largest > 0)
-      faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
+    for (Eigen::Index i = 0; i < m; ++i)
+      weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
+    if (largest > 0) faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
   }
   return increments;
 }

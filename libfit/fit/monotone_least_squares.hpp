@@ -78,6 +78,10 @@ T loss_factor(FitLoss loss, double scale, const T& size) {
   return T(1);
 }
 
+/// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero. scale: as
+/// above; 0 gives 1.
+double robust_weight(FitLoss loss, double size, double scale);
+
 /// Standard deviation of mostly Gaussian sizes with outliers, 1.4826 times their median.
 double robust_deviation(std::vector<double> sizes);
 /// Middle value (of an even number the lower one); 0 when empty.
