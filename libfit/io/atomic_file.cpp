@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "libfit/core/error.hpp"
 
@@ -92,7 +91,18 @@ std::string read_whole_file(const fs::path& path) {
   if (!fs::exists(status)) throw Error(path.string(), "no such file", "Check the name.");
   if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "Name a file in it.");
   std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string bytes;
+  // A file that grows, or a pipe that knows no size, is read on to its end.
+  const std::uintmax_t known = fs::is_regular_file(status) ? fs::file_size(path, ignored) : 0;
+  std::size_t part =
+      known == static_cast<std::uintmax_t>(-1) ? kBufferBytes : static_cast<std::size_t>(known) + 1;
+  while (file.good()) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + part);
+    file.read(bytes.data() + before, static_cast<std::streamsize>(part));
+    bytes.resize(before + static_cast<std::size_t>(file.gcount()));
+    part = kBufferBytes;
+  }
   if (!file.is_open() || file.bad())
     throw Error(path.string(), "cannot be read", "Check its permissions.");
   return bytes;

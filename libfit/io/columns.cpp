@@ -33,12 +33,12 @@ Reader open(const std::filesystem::path& path, const FileSchema& schema) {
 }
 
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes) {
+              const Attributes& attributes, const std::filesystem::path& earlier) {
   for (const std::string reserved : {"schema", "version", "family"})
     if (attributes.count(reserved) != 0)
       throw Error(path.string(), "attribute `" + reserved + "` is the file's own",
                   "Name it otherwise.");
-  return Writer(path, schema.name, schema.version, attributes);
+  return Writer(path, schema.name, schema.version, attributes, earlier);
 }
 
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,

@@ -22,7 +22,7 @@ Complain complain_about(const std::filesystem::path& path);
 /// A file of this schema, opened and checked.
 Reader open(const std::filesystem::path& path, const FileSchema& schema);
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes);
+              const Attributes& attributes, const std::filesystem::path& earlier = {});
 
 /// rows: expected, or kAny. wanted: those to read.
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
