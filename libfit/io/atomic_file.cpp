@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kBufferBytes = 1 << 20;  // one system call per MiB of a long table
+constexpr std::size_t kPartBytes = 1 << 16;    // stays in the processor's cache
 
 Error cannot_write(const fs::path& path, const std::string& reason) {
   return Error(path.string(), "cannot be written: " + reason,
@@ -92,16 +93,14 @@ std::string read_whole_file(const fs::path& path) {
   if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "Name a file in it.");
   std::ifstream file(path, std::ios::binary);
   std::string bytes;
-  // A file that grows, or a pipe that knows no size, is read on to its end.
-  const std::uintmax_t known = fs::is_regular_file(status) ? fs::file_size(path, ignored) : 0;
-  std::size_t part =
-      known == static_cast<std::uintmax_t>(-1) ? kBufferBytes : static_cast<std::size_t>(known) + 1;
+  if (fs::is_regular_file(status)) {
+    const std::uintmax_t known = fs::file_size(path, ignored);
+    if (!ignored) bytes.reserve(static_cast<std::size_t>(known));
+  }
+  std::string part(kPartBytes, '\0');
   while (file.good()) {
-    const std::size_t before = bytes.size();
-    bytes.resize(before + part);
-    file.read(bytes.data() + before, static_cast<std::streamsize>(part));
-    bytes.resize(before + static_cast<std::size_t>(file.gcount()));
-    part = kBufferBytes;
+    file.read(part.data(), static_cast<std::streamsize>(part.size()));
+    bytes.append(part.data(), static_cast<std::size_t>(file.gcount()));
   }
   if (!file.is_open() || file.bad())
     throw Error(path.string(), "cannot be read", "Check its permissions.");
