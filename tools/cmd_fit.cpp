@@ -1,7 +1,6 @@
 #include <optional>
 
 #include "libfit/io/curves_file.hpp"
-#include "libfit/io/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stage_fit.hpp"
@@ -36,9 +35,9 @@ class Fit final : public Command {
     const std::optional<FittedCurves> earlier =
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
     const FittedCurves curves =
-        fit_samples(read_samples(samples_), section_, ProbeSection{}.spec.friction, jobs_,
-                    earlier ? &*earlier : nullptr, sensor_choice(frees_, contact_deviation_));
-    write_curves(output_, curves);
+        fit_file(samples_, section_, ProbeSection{}.spec.friction, jobs_,
+                 earlier ? &*earlier : nullptr, sensor_choice(frees_, contact_deviation_));
+    write_curves(output_, curves, {}, warm_start_);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }

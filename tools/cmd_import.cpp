@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <filesystem>
 
 #include "libfem/mesh/read/read.hpp"
@@ -37,6 +39,9 @@ class Import final : public Command {
   }
 
   int run() override {
+    // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    ::mallopt(M_TOP_PAD, 1 << 26);
     Manifest manifest = read_manifest(manifest_);
     for (BatchItem& item : manifest.items) item.read.drop_invalid |= drop_invalid_;
     const auto surface = read_surface_of(manifest);

@@ -8,6 +8,9 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 
+// Present when the BLAS is OpenBLAS.
+extern "C" int blas_thread_shutdown_(void) __attribute__((weak));
+
 namespace palpate::tools {
 namespace {
 
@@ -83,6 +86,8 @@ int run_program(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace palpate;
+  // OpenBLAS starts a thread per core when it is loaded, and they spin; here each point has one.
+  if (blas_thread_shutdown_) blas_thread_shutdown_();
   tools::catch_interrupts();
   try {
     return tools::run_program(argc, argv);

@@ -90,8 +90,9 @@ Manifest read_manifest(const fs::path& path) {
     entry.item.place = table.where_table();
     read_keys(table, entry);
     complete(table, entry);
-    for (const std::string& file : files_of(table, entry.file, folder)) {
-      recordings::BatchItem item = entry.item;
+    const auto files = files_of(table, entry.file, folder);
+    for (const std::string& file : files) {
+      recordings::BatchItem item = files.size() == 1 ? std::move(entry.item) : entry.item;
       item.shown = file, item.file = folder / file;
       manifest.items.push_back(std::move(item));
     }

@@ -158,6 +158,10 @@ std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t
 void read_keys(SceneTable& table, Entry& entry) {
   entry.file = table.text("file", entry.file);
   entry.item.point = table.text("point", entry.item.point);
+  if (table.has_only({"file", "point", "position", "normal"})) {  // most of a long manifest
+    read_position(table, entry), read_normal(table, entry.item);
+    return;
+  }
   read_columns(table.table("columns", "columns"), entry.item.read.columns);
   read_units(table.table("units", "units"), entry.item.read.units);
   if (table.has("force_on"))

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/nearest_name.hpp"
@@ -33,6 +34,12 @@ SceneTable::SceneTable(const toml::table& table, std::string name, std::string f
 const toml::node* SceneTable::node(std::string_view key) {
   asked_.emplace(key);
   return table_->get(key);
+}
+
+bool SceneTable::has_only(std::initializer_list<std::string_view> keys) const {
+  for (const auto& [key, value] : *table_)
+    if (std::find(keys.begin(), keys.end(), key.str()) == keys.end()) return false;
+  return true;
 }
 
 bool SceneTable::has(std::string_view key) { return node(key) != nullptr; }

@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <initializer_list>
 #include <set>
 #include <string>
 #include <string_view>
@@ -22,6 +23,8 @@ class SceneTable {
   SceneTable(const toml::table& table, std::string name, std::string file);
 
   bool has(std::string_view key);
+  /// Whether every key of the table is one of these.
+  bool has_only(std::initializer_list<std::string_view> keys) const;
   std::string text(std::string_view key, std::string fallback);
   /// A text that must be one of `choices`.
   std::string choice(std::string_view key, std::string fallback,

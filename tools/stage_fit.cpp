@@ -5,6 +5,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/io/samples_file.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -59,10 +60,8 @@ void say_recordings(const FittedRecordings& recordings) {
   if (count > kListed) say("  and {} more experiments", count - kListed);
 }
 
-}  // namespace
-
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const FittedCurves* warm_start, const SensorChoice& sensor) {
+FitOptions options_of(const FitSection& section, double default_friction, int jobs,
+                      const FittedCurves* warm_start, const SensorChoice& sensor) {
   const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
@@ -80,12 +79,10 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   options.tolerance = section.tolerance;
   options.default_friction = default_friction;
   options.jobs = job_count(jobs);
-  FitReport report;
-  FittedCurves curves;
-  {
-    ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report);
-  }
+  return options;
+}
+
+void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
   say_recordings(curves.recordings);
@@ -93,7 +90,50 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
     throw Error(
         "fit", fmt::format("none of the {} test points has a usable row", report.failed),
         "See the list of experiments that are not good; press less deep or in smaller steps.");
+}
+
+// Points whose rows did not change keep their curves, their rows unread; nothing where the file or
+// the earlier curves do not allow it.
+std::optional<FittedCurves> refit_file(const std::filesystem::path& path, const FitOptions& options,
+                                       const Progress& progress, FitReport& report) {
+  if (options.warm_start == nullptr) return std::nullopt;
+  const auto indexed = read_samples_index(path);
+  if (!indexed) return std::nullopt;
+  const auto read_rows = [&](const std::vector<char>& is_wanted) {
+    return read_samples_of(path, *indexed, is_wanted);
+  };
+  return refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options, progress,
+                      &report);
+}
+
+}  // namespace
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
+                         int jobs) {
+  const FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
+  FitReport report;
+  FittedCurves curves;
+  {
+    ConsoleProgress progress("fit");
+    curves = fit_curves(samples, options, progress.progress(), &report);
+  }
+  say_fit(curves, report);
   return curves;
+}
+
+FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
+                      double default_friction, int jobs, const FittedCurves* warm_start,
+                      const SensorChoice& sensor) {
+  const FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
+  FitReport report;
+  std::optional<FittedCurves> curves;
+  {
+    ConsoleProgress progress("fit");
+    curves = refit_file(path, options, progress.progress(), report);
+    if (!curves) curves = fit_curves(read_samples(path), options, progress.progress(), &report);
+  }
+  say_fit(*curves, report);
+  return std::move(*curves);
 }
 
 SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation) {

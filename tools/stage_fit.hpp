@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "libfit/core/curves.hpp"
@@ -19,11 +20,14 @@ struct SensorChoice {
 SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation);
 
 /// Curves at the test points, with basis, residuals and worst points said on stderr.
-/// warm_start: curves of an earlier fit, see FitOptions.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const FittedCurves* warm_start = nullptr,
-                         const SensorChoice& sensor = {});
+                         int jobs);
+/// Likewise from a samples.h5. warm_start: curves of an earlier fit, see FitOptions; rows of points
+/// that keep theirs are read only where they must be.
+FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
+                      double default_friction, int jobs, const FittedCurves* warm_start = nullptr,
+                      const SensorChoice& sensor = {});
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.

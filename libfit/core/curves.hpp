@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
+#include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/surface.hpp"
 
@@ -121,6 +122,7 @@ struct FittedCurves {
   FittedRecordings recordings;
   /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
   std::vector<std::string> rows_hash;
+  FitScores scores;
 };
 
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.

@@ -53,12 +53,11 @@ bool is_finite(const Samples& s, Eigen::Index row) {
          !std::isinf(s.force_error[row]) && !(s.force_error[row] < 0);
 }
 
-struct RowCounts {
-  std::size_t good = 0, not_finite = 0;
+// Good rows of each point, finite or not. Fills experiments with SI numbers; weights come later.
+struct GoodRows {
+  std::size_t all = 0, not_finite = 0;
 };
-
-// Fills experiments with SI numbers; weights come later.
-std::vector<RowCounts> sort_rows(const Samples& s, BodyData& body) {
+std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(s.rows()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   const auto key = [&](Eigen::Index i) {
@@ -68,31 +67,32 @@ std::vector<RowCounts> sort_rows(const Samples& s, BodyData& body) {
   std::stable_sort(order.begin(), order.end(),
                    [&](Eigen::Index a, Eigen::Index b) { return key(a) < key(b); });
 
-  std::vector<RowCounts> counts(body.points.size());
+  std::vector<GoodRows> counts(body.points.size());
   std::int32_t experiment = -1, point = -1;
   bool is_cut = false;
   for (const Eigen::Index i : order) {
     const auto at = static_cast<std::size_t>(i);
     const auto p = static_cast<std::size_t>(s.point[at]);
     auto& experiments = body.points[p].experiments;
+    RowCounts& rows = body.points[p].rows;
     if (s.point[at] != point || s.experiment[at] != experiment) {
       point = s.point[at], experiment = s.experiment[at], is_cut = false;
       experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}, {}});
     }
     const bool is_good = s.status[at] == RowStatus::good;
     const bool is_number = is_finite(s, i);
-    counts[p].good += is_good;
+    counts[p].all += is_good;
     counts[p].not_finite += is_good && !is_number;
     if (is_cut) {
-      ++body.rows_cut;
+      ++rows.cut;
     } else if (!is_good || !is_number) {
-      ++(is_good ? body.rows_not_finite : body.rows_not_good);
+      ++(is_good ? rows.not_finite : rows.not_good);
       is_cut = s.kind[at] != ExperimentKind::press;
     } else {
       experiments.back().deflection.emplace_back(s.deflection.row(i));
       experiments.back().force.emplace_back(s.force.row(i));
       experiments.back().row.push_back(i);
-      ++body.rows_used;
+      ++rows.used;
     }
   }
   return counts;
@@ -108,8 +108,7 @@ double scatter_N(const PointData& point) {
       if (!(before + after > 0)) continue;
       const double t = before / (before + after);
       const Vec3 bent = e.force[i] - (1 - t) * e.force[i - 1] - t * e.force[i + 1];
-      sizes.push_back(std::abs(bent.dot(point.inward)) /
-                      std::sqrt(1 + t * t + (1 - t) * (1 - t)));
+      sizes.push_back(std::abs(bent.dot(point.inward)) / std::sqrt(1 + t * t + (1 - t) * (1 - t)));
     }
   }
   return robust_deviation(std::move(sizes));
@@ -131,12 +130,12 @@ std::vector<double> known_errors(const Samples& s, const PointData& point) {
 }
 
 // Empty when curves can be fitted; else what keeps them from it.
-std::string find_problem(const Samples& s, const PointData& point, const RowCounts& counts,
+std::string find_problem(const Samples& s, const PointData& point, const GoodRows& counts,
                          bool has_rows) {
   if (!has_rows) return "no row of any experiment at this point";
-  if (counts.good == 0) return "no good row";
-  if (static_cast<double>(counts.not_finite) > kNotFiniteShare * static_cast<double>(counts.good))
-    return std::to_string(counts.not_finite) + " of " + std::to_string(counts.good) +
+  if (counts.all == 0) return "no good row";
+  if (static_cast<double>(counts.not_finite) > kNotFiniteShare * static_cast<double>(counts.all))
+    return std::to_string(counts.not_finite) + " of " + std::to_string(counts.all) +
            " good rows are not finite numbers";
   std::vector<double> toward;  // force along the push, of the rows in contact
   double largest_N = 0;
@@ -191,7 +190,7 @@ void make_dimensionless(double length_m, PointData& point) {
 
 }  // namespace
 
-BodyData gather_experiments(const Samples& samples, double weight_floor) {
+BodyData gather_experiments(const Samples& samples, double weight_floor, double known_depth_m) {
   check(samples);
   BodyData body;
   body.points.resize(static_cast<std::size_t>(samples.points()));
@@ -205,7 +204,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor) {
   }
   const auto counts = sort_rows(samples, body);
 
-  double deepest_m = 0;
+  double deepest_m = known_depth_m;
   std::vector<double> errors_N;
   for (std::size_t p = 0; p < body.points.size(); ++p) {
     PointData& point = body.points[p];
@@ -214,21 +213,26 @@ BodyData gather_experiments(const Samples& samples, double weight_floor) {
     point.problem = find_problem(samples, point, counts[p], has_rows);
     if (!point.problem.empty()) continue;
     point.force_N = typical_force_N(point);
-    if (!(point.force_N > 0)) point.problem = "nearly every force is zero";
+    if (!(point.force_N > 0)) {
+      point.problem = "nearly every force is zero";
+      continue;
+    }
     for (const Experiment& e : point.experiments)
-      for (const Vec3& d : e.deflection) deepest_m = std::max(deepest_m, depth_of(point, d));
+      for (const Vec3& d : e.deflection)
+        point.depth_m = std::max(point.depth_m, depth_of(point, d));
+    deepest_m = std::max(deepest_m, point.depth_m);
     const auto errors = known_errors(samples, point);
     errors_N.insert(errors_N.end(), errors.begin(), errors.end());
   }
   if (deepest_m > 0) body.length_m = deepest_m;
-  const double body_error_N = median(errors_N);
+  body.error_N = median(errors_N);
   for (PointData& point : body.points) {
     if (!point.problem.empty()) {
-      for (const Experiment& e : point.experiments) body.rows_used -= e.row.size();
+      point.rows.used = 0;
       point.experiments.clear();
       continue;
     }
-    set_weights(samples, weight_floor, body_error_N, point);
+    set_weights(samples, weight_floor, body.error_N, point);
     make_dimensionless(body.length_m, point);
   }
   return body;

@@ -33,10 +33,15 @@ struct Experiment {
   bool is_replayed = false;
   std::vector<Vec3> deflection;
   std::vector<Vec3> force;
-  std::vector<double> weight;      ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
-  std::vector<Eigen::Index> row;   ///< in the samples
+  std::vector<double> weight;     ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
+  std::vector<Eigen::Index> row;  ///< in the samples
   /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
   Sensor unknown;
+};
+
+/// What became of a point's rows.
+struct RowCounts {
+  std::int32_t used = 0, not_good = 0, not_finite = 0, cut = 0;
 };
 
 struct PointData {
@@ -44,24 +49,27 @@ struct PointData {
   Mat3 normal_gradient = Mat3::Zero();  ///< du/dc times length_m
   double force_N = 1;                   ///< typical force, the unit of force
   double depth = 0;                     ///< deepest usable row, over length_m
+  double depth_m = 0;                   ///< the same [m]
+  RowCounts rows;
   std::vector<Experiment> experiments;
   bool has_errors = false;  ///< some row states its force error: weights are believed
-  std::string problem;  ///< why nothing can be fitted; empty when something can
+  std::string problem;      ///< why nothing can be fitted; empty when something can
 };
 
 struct BodyData {
   double length_m = 1;  ///< deepest usable row of the body, the unit of length
   std::vector<PointData> points;
-  std::size_t rows_used = 0, rows_not_good = 0, rows_not_finite = 0, rows_cut = 0;
+  double error_N = 0;  ///< median force error of the rows that state one; 0 where none does
 };
 
 /// Rows that can be fitted, by point and experiment.
 /// Only `good` and finite rows; a drag or path ends at its first row that is not. A row without
 /// force error gets the median of its point's, else of the body's, else the scatter of the
 /// point's own forces about smoothness.
+/// known_depth_m: deepest row of points whose rows are not among the samples.
 /// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
 /// unit vector or an experiment mixes points or kinds.
-BodyData gather_experiments(const Samples& samples, double weight_floor);
+BodyData gather_experiments(const Samples& samples, double weight_floor, double known_depth_m = 0);
 
 /// Depth and lateral deflection of a row about the rest normal.
 inline double depth_of(const PointData& point, const Vec3& deflection) {

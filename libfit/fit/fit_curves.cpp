@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <mutex>
 
 #include "libfit/core/error.hpp"
@@ -16,7 +15,7 @@
 #include "libfit/fit/choose_family.hpp"
 #include "libfit/fit/curve_band.hpp"
 #include "libfit/fit/fit_point.hpp"
-#include "libfit/fit/rows_hash.hpp"
+#include "libfit/fit/keep_points.hpp"
 #include "libfit/fit/sensors.hpp"
 #include "libfit/fit/words.hpp"
 
@@ -134,15 +133,6 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
   return report;
 }
 
-// Rows of an earlier fit by what they were fitted from.
-std::map<std::string, Eigen::Index> earlier_points(const FittedCurves* earlier) {
-  std::map<std::string, Eigen::Index> row;
-  if (earlier != nullptr && earlier->covariance[0].size() > 0)
-    for (std::size_t p = 0; p < earlier->rows_hash.size(); ++p)
-      row.emplace(earlier->rows_hash[p], static_cast<Eigen::Index>(p));
-  return row;
-}
-
 // Bases and family as the earlier fit had them.
 FitOptions as_before(FitOptions options) {
   const CurveSet& curves = options.warm_start->curves;
@@ -156,12 +146,32 @@ FitOptions as_before(FitOptions options) {
   return options;
 }
 
-std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
+// What is fitted: all rows, or those of the points that are not kept.
+struct Input {
+  const Samples& samples;
+  const RowIndex& index;           // of all rows
+  std::size_t rows = 0;            // of all points
+  std::vector<Eigen::Index> kept;  // P, row of the earlier fit, or -1
+  std::vector<std::string> hash;   // P
+  const fit::EarlierPoints& earlier;
+};
+
+// Where the rows of each curve end.
+Eigen::RowVector3d curve_ends_m(const fit::PointRows& rows, double length_m) {
+  Eigen::RowVector3d end = Eigen::RowVector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (rows.curve[kind].empty()) continue;
+    double& here = end[static_cast<Eigen::Index>(kind)] = 0;
+    for (const fit::CurveRow& row : rows.curve[kind]) here = std::max(here, row.x * length_m);
+  }
+  return end;
+}
+
+std::vector<PointResult> fit_points(const Input& input, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows, const BodyBases& bases,
                                     const FitOptions& options, const Progress& progress) {
   const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled, bases.is_anisotropic);
   const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled, bases.is_anisotropic);
-  const auto earlier = earlier_points(options.warm_start);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
@@ -170,23 +180,29 @@ std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData&
       results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
-    const std::string hash = fit::rows_hash(samples, static_cast<Eigen::Index>(p), body.points[p],
-                                            body.length_m, options);
-    const auto found = earlier.find(hash);
-    results[p] = found != earlier.end() ? fit::keep_point(samples, body.points[p], body.length_m,
-                                                          si, *options.warm_start, found->second)
-                                        : fit::fit_point(samples, body.points[p], rows[p],
-                                                         body.length_m, bases, plain, si, options);
-    results[p].rows_hash = hash;
+    const fit::PointData& point = body.points[p];
+    if (input.kept[p] >= 0) {
+      results[p] = input.earlier.keep(input.kept[p], input.index.first_experiment[p],
+                                      point.experiments.size());
+    } else {
+      results[p] =
+          fit::fit_point(input.samples, point, rows[p], body.length_m, bases, plain, si, options);
+      results[p].depth_m = point.depth_m;
+      results[p].curve_end_m = curve_ends_m(rows[p], body.length_m);
+      results[p].states_errors = point.has_errors;
+      results[p].rows = point.rows;
+    }
+    results[p].rows_hash = input.hash[p];
     const std::lock_guard lock(mutex);
-    progress.report(++done, results.size(), samples.point_name[p]);
+    progress.report(++done, results.size(), input.samples.point_name[p]);
   };
   parallel_for(options.jobs, results.size(), fit_one);
   return results;
 }
 
-FittedCurves collect(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
+FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBases& bases,
                      const std::vector<PointResult>& results) {
+  const Samples& samples = input.samples;
   const Eigen::Index points = samples.points();
   FittedCurves out;
   out.position = samples.point_position;
@@ -215,12 +231,13 @@ FittedCurves collect(const Samples& samples, const fit::BodyData& body, const Bo
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.rows_hash.push_back(result.rows_hash);
-    out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth * body.length_m;
+    out.depth_range_m[p] = result.depth_m;
     if (!result.is_scored) continue;
     out.rms_residual_N[p] = result.score.rms_N;
     out.max_residual_N[p] = result.score.max_N;
   }
   out.recordings = fit::collect_sensors(body, results);
+  out.scores = fit::collect_scores(input.index, results);
   return out;
 }
 
@@ -246,18 +263,15 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
 }
 
 // Relative bands where each curve's rows end: past that it is extrapolated.
-void report_bands(const FittedCurves& fitted, const std::vector<fit::PointRows>& rows,
-                  double length_m, FitReport& report) {
+void report_bands(const FittedCurves& fitted, FitReport& report) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const SplineTables tables = tabulate(fitted.curves.basis[kind]);
     const auto spline = fit::view(tables);
     std::vector<double> bands;
-    for (std::size_t p = 0; p < rows.size(); ++p) {
-      const auto at = static_cast<Eigen::Index>(p);
+    for (Eigen::Index at = 0; at < fitted.position.rows(); ++at) {
+      const double end = fitted.scores.curve_end_m(at, static_cast<Eigen::Index>(kind));
+      if (!fitted.covariance[kind].row(at).allFinite() || std::isnan(end)) continue;
       const Eigen::VectorXd covariance = fitted.covariance[kind].row(at);
-      if (!covariance.allFinite() || rows[p].curve[kind].empty()) continue;
-      double end = 0;
-      for (const fit::CurveRow& row : rows[p].curve[kind]) end = std::max(end, row.x * length_m);
       const double value =
           runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
       if (!(value > 0)) continue;
@@ -269,9 +283,8 @@ void report_bands(const FittedCurves& fitted, const std::vector<fit::PointRows>&
   }
 }
 
-FitReport make_report(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
-                      const FittedCurves& fitted, const std::vector<PointResult>& results,
-                      int count) {
+FitReport make_report(const Input& input, const BodyBases& bases, const FittedCurves& fitted,
+                      const std::vector<PointResult>& results, int count) {
   FitReport report;
   report.kind = bases.report;
   report.worst = worst_points(fitted, results, count);
@@ -282,11 +295,13 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
     report.poor += status == FitStatus::poor;
     report.failed += status == FitStatus::failed;
   }
-  report.rows = static_cast<std::size_t>(samples.rows());
-  report.rows_used = body.rows_used;
-  report.rows_not_good = body.rows_not_good;
-  report.rows_not_finite = body.rows_not_finite;
-  report.rows_cut = body.rows_cut;
+  report.rows = input.rows;
+  for (const PointResult& result : results) {
+    report.rows_used += static_cast<std::size_t>(result.rows.used);
+    report.rows_not_good += static_cast<std::size_t>(result.rows.not_good);
+    report.rows_not_finite += static_cast<std::size_t>(result.rows.not_finite);
+    report.rows_cut += static_cast<std::size_t>(result.rows.cut);
+  }
   std::vector<double> errors;
   for (const PointResult& result : results)
     errors.insert(errors.end(), result.score.relative_errors.begin(),
@@ -297,31 +312,64 @@ FitReport make_report(const Samples& samples, const fit::BodyData& body, const B
   return report;
 }
 
-}  // namespace
-
-FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
-                        FitReport* report) {
+FittedCurves fit_body(const Input& input, const fit::BodyData& body, const FitOptions& options,
+                      const Progress& progress, FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
-  check(wanted);
-  const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
-  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
-  fit::free_sensors(samples, options, body);
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
-  const auto results = fit_points(samples, body, rows, bases, options, progress);
-  FittedCurves fitted = collect(samples, body, bases, results);
+  const auto results = fit_points(input, body, rows, bases, options, progress);
+  FittedCurves fitted = collect(input, body, bases, results);
   if (report != nullptr) {
-    *report = make_report(samples, body, bases, fitted, results, options.worst_points);
+    *report = make_report(input, bases, fitted, results, options.worst_points);
     report->family = family;
-    report_bands(fitted, rows, body.length_m, *report);
+    report_bands(fitted, *report);
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
   return fitted;
+}
+
+}  // namespace
+
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
+                        FitReport* report) {
+  check(wanted);
+  const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
+  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
+  fit::free_sensors(samples, options, body);
+  const RowIndex index = index_rows(samples);
+  const fit::EarlierPoints earlier(options.warm_start);
+  std::vector<std::string> hashes = fit::point_hashes(samples, index, options);
+  fit::add_borrowed(body, hashes);
+  const Input input{
+      samples, index,  static_cast<std::size_t>(samples.rows()), earlier.rows_of(hashes),
+      hashes,  earlier};
+  return fit_body(input, body, options, progress, report);
+}
+
+std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& index,
+                                         std::size_t rows, const ReadRows& read_rows,
+                                         const FitOptions& wanted, const Progress& progress,
+                                         FitReport* report) {
+  check(wanted);
+  if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
+    return std::nullopt;
+  const FitOptions options = as_before(wanted);
+  const fit::EarlierPoints earlier(options.warm_start);
+  const std::vector<std::string> hashes = fit::point_hashes(points, index, options);
+  const auto kept = earlier.rows_of(hashes);
+  std::vector<char> is_wanted;
+  for (const Eigen::Index row : kept) is_wanted.push_back(row < 0);
+  if (2 * std::count(is_wanted.begin(), is_wanted.end(), 1) > points.points()) return std::nullopt;
+  const Samples samples = read_rows(is_wanted);
+  const fit::BodyData body =
+      fit::gather_experiments(samples, options.weight_floor, earlier.depth_m(kept));
+  if (!earlier.are_errors_alike(kept, body)) return std::nullopt;
+  return fit_body({samples, index, rows, kept, hashes, earlier}, body, options, progress, report);
 }
 
 }  // namespace palpate

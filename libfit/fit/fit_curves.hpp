@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/progress.hpp"
+#include "libfit/core/row_index.hpp"
 #include "libfit/core/samples.hpp"
 
 namespace palpate {
@@ -150,5 +152,16 @@ struct FitReport {
 /// out of range and on samples whose arrays do not belong together.
 FittedCurves fit_curves(const Samples& samples, const FitOptions& options = {},
                         const Progress& progress = {}, FitReport* report = nullptr);
+
+/// Samples with all test points and the rows of those wanted (P).
+using ReadRows = std::function<Samples(const std::vector<char>& is_wanted)>;
+
+/// What fit_curves brings from a warm start, by reading the rows of changed points alone. points:
+/// the test points, without rows; index: of all `rows` rows. Nothing where all rows are needed:
+/// sensors are freed, only some points state force errors, most points have changed.
+std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& index,
+                                         std::size_t rows, const ReadRows& read_rows,
+                                         const FitOptions& options, const Progress& progress = {},
+                                         FitReport* report = nullptr);
 
 }  // namespace palpate

@@ -92,24 +92,4 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   return result;
 }
 
-PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
-                       const Bases& si, const FittedCurves& earlier, Eigen::Index row) {
-  PointResult result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    result.control[kind] = earlier.curves.control[kind].row(row);
-    result.covariance[kind] = earlier.covariance[kind].row(row);
-  }
-  if (earlier.curves.lean.size() > 0) result.lean_m = earlier.curves.lean.row(row);
-  if (earlier.curves.anisotropy.size() > 0) result.anisotropy = earlier.curves.anisotropy.row(row);
-  result.status = earlier.status[static_cast<std::size_t>(row)];
-  result.message = earlier.message[static_cast<std::size_t>(row)];
-  result.is_kept = true;
-  restore_sensors(earlier.recordings, row, point.experiments.size(), result);
-  result.is_scored = result.status != FitStatus::failed;
-  if (result.is_scored)
-    result.score = score_point(samples, point, length_m, si, result.control, result.lean_m,
-                               result.anisotropy, result.sensor);
-  return result;
-}
-
 }  // namespace palpate::fit

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,12 @@ struct PointResult {
   bool is_scored = false;
   std::string rows_hash;
   bool is_kept = false;  ///< of an earlier fit
+  double depth_m = 0;    ///< deepest row fitted
+  /// Where the rows of each curve end; NaN without any.
+  Eigen::RowVector3d curve_end_m =
+      Eigen::RowVector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  bool states_errors = false;  ///< some row has a force error of its own
+  RowCounts rows;
 };
 
 /// A result without curves.
@@ -46,9 +53,5 @@ PointCurves identify(const PointData& point, const PointRows& rows, const BodyBa
 PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
                       double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
                       const FitOptions& options);
-
-/// A point's curves of an earlier fit on the same bases, scored again.
-PointResult keep_point(const Samples& samples, const PointData& point, double length_m,
-                       const Bases& si, const FittedCurves& earlier, Eigen::Index row);
 
 }  // namespace palpate::fit

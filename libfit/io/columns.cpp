@@ -33,23 +33,23 @@ Reader open(const std::filesystem::path& path, const FileSchema& schema) {
 }
 
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes) {
+              const Attributes& attributes, const std::filesystem::path& earlier) {
   for (const std::string reserved : {"schema", "version", "family"})
     if (attributes.count(reserved) != 0)
       throw Error(path.string(), "attribute `" + reserved + "` is the file's own",
                   "Name it otherwise.");
-  return Writer(path, schema.name, schema.version, attributes);
+  return Writer(path, schema.name, schema.version, attributes, earlier);
 }
 
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan) {
-  const auto values = reader.numbers(name, unit, {rows, 3}, may_be_nan);
+                   std::size_t rows, bool may_be_nan, const Rows& wanted) {
+  const auto values = reader.numbers(name, unit, {rows, 3}, may_be_nan, wanted);
   return Eigen::Map<const Points>(values.data(), static_cast<Eigen::Index>(values.size() / 3), 3);
 }
 
 Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan) {
-  const auto values = reader.numbers(name, unit, {rows, 0}, may_be_nan);
+                            std::size_t rows, bool may_be_nan, const Rows& wanted) {
+  const auto values = reader.numbers(name, unit, {rows, 0}, may_be_nan, wanted);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

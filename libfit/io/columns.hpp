@@ -22,13 +22,13 @@ Complain complain_about(const std::filesystem::path& path);
 /// A file of this schema, opened and checked.
 Reader open(const std::filesystem::path& path, const FileSchema& schema);
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes);
+              const Attributes& attributes, const std::filesystem::path& earlier = {});
 
-/// rows: expected, or kAny.
+/// rows: expected, or kAny. wanted: those to read.
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan = false);
+                   std::size_t rows, bool may_be_nan = false, const Rows& wanted = {});
 Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan = false);
+                            std::size_t rows, bool may_be_nan = false, const Rows& wanted = {});
 Triangles read_triangles(const Reader& reader, const std::string& name, std::size_t rows);
 std::vector<char> read_flags(const Reader& reader, const std::string& name, std::size_t rows);
 

@@ -10,6 +10,8 @@ using namespace h5;
 
 namespace {
 
+constexpr std::string_view kMillionth = "1e-6";
+
 // Residuals and ranges: not negative; NaN where there is none.
 void check_measure(const h5::Complain& complain, const std::string& name,
                    const Eigen::VectorXd& values, Eigen::Index rows) {
@@ -59,6 +61,49 @@ constexpr SensorColumn kSensorColumns[] = {
     {"experiments/drift_deviation", "N", &FittedRecordings::drift_deviation_N},
 };
 
+// Scores belong to the points and to one another.
+void check_scores(const h5::Complain& complain, const FitScores& s, Eigen::Index points) {
+  const auto size = [](const auto& column) { return static_cast<Eigen::Index>(column.size()); };
+  check_measure(complain, "points/relative_residual", s.relative_residual, points);
+  check_rows(complain, "points/worst_experiment", size(s.worst_experiment), points);
+  check_rows(complain, "points/worst_row", size(s.worst_row), points);
+  check_rows(complain, "points/row_counts", s.rows.rows(), points);
+  check_rows(complain, "points/curve_end", s.curve_end_m.rows(), points);
+  check_rows(complain, "points/states_errors", size(s.states_errors), points);
+  if ((s.rows.array() < 0).any()) throw complain("points/row_counts", "is negative");
+  Eigen::Index scored_rows = 0;
+  for (Eigen::Index p = 0; p < points; ++p)
+    if (!std::isnan(s.relative_residual[p])) scored_rows += s.rows(p, 0);
+  check_rows(complain, "rows/relative_error", size(s.relative_error), scored_rows);
+}
+
+FitScores read_scores(const h5::Reader& reader, std::size_t points) {
+  FitScores s;
+  if (!reader.has("points/row_counts")) return s;
+  s.relative_residual = read_vector(reader, "points/relative_residual", h5::kNoUnit, points, true);
+  s.worst_experiment = reader.integers("points/worst_experiment", h5::kNoUnit, {points, 0});
+  s.worst_row = reader.integers("points/worst_row", h5::kNoUnit, {points, 0});
+  const auto rows = reader.integers("points/row_counts", h5::kNoUnit, {points, 4});
+  s.rows = Eigen::Map<const decltype(s.rows)>(rows.data(), static_cast<Eigen::Index>(points), 4);
+  s.curve_end_m = read_points(reader, "points/curve_end", "m", points, true);
+  s.states_errors = reader.bytes("points/states_errors", h5::kNoUnit, {points, 0});
+  s.relative_error = reader.integers("rows/relative_error", kMillionth, {h5::kAny, 0});
+  return s;
+}
+
+void write_scores(h5::Writer& writer, const FitScores& s) {
+  if (s.empty()) return;
+  const h5::Shape column{s.worst_row.size(), 0};
+  write_vector(writer, "points/relative_residual", h5::kNoUnit, s.relative_residual);
+  writer.integers("points/worst_experiment", h5::kNoUnit, s.worst_experiment.data(), column);
+  writer.integers("points/worst_row", h5::kNoUnit, s.worst_row.data(), column);
+  writer.integers("points/row_counts", h5::kNoUnit, s.rows.data(), {column.rows, 4});
+  write_points(writer, "points/curve_end", "m", s.curve_end_m);
+  writer.bytes("points/states_errors", h5::kNoUnit, s.states_errors.data(), column);
+  writer.integers("rows/relative_error", kMillionth, s.relative_error.data(),
+                  {s.relative_error.size(), 0});
+}
+
 void check_recordings(const h5::Complain& complain, const FittedCurves& f) {
   const auto rows = static_cast<Eigen::Index>(f.recordings.experiment.size());
   check_rows(complain, "experiments/point", static_cast<Eigen::Index>(f.recordings.point.size()),
@@ -89,6 +134,7 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_recordings(complain, f);
+  if (!f.scores.empty()) check_scores(complain, f.scores, points);
 }
 
 FittedRecordings read_recordings(const h5::Reader& reader) {
@@ -150,20 +196,20 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!reader.has(covariance_name(kind))) continue;
     const std::size_t columns = covariance_columns(f.curves.basis[kind]);
-    const auto values =
-        reader.numbers(covariance_name(kind), "N^2", {points, columns}, true);
+    const auto values = reader.numbers(covariance_name(kind), "N^2", {points, columns}, true);
     f.covariance[kind] = Eigen::Map<const Controls>(values.data(), f.position.rows(),
                                                     static_cast<Eigen::Index>(columns));
   }
   f.recordings = read_recordings(reader);
+  f.scores = read_scores(reader, points);
   check(f, complain_about(reader));
   return f;
 }
 
 void write_curves(const std::filesystem::path& path, const FittedCurves& f,
-                  const Attributes& attributes) {
+                  const Attributes& attributes, const std::filesystem::path& earlier) {
   check(f, h5::complain_about(path));
-  h5::Writer writer = h5::create(path, kCurvesSchema, attributes);
+  h5::Writer writer = h5::create(path, kCurvesSchema, attributes, earlier);
   write_points(writer, "points/position", "m", f.position);
   write_points(writer, "points/normal", h5::kNoUnit, f.normal);
   writer.strings("points/name", f.name);
@@ -177,11 +223,12 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const Controls& values = f.covariance[kind];
     if (values.size() == 0) continue;
-    writer.numbers(covariance_name(kind), "N^2", values.data(),
-                   {static_cast<std::size_t>(values.rows()),
-                    static_cast<std::size_t>(values.cols())});
+    writer.numbers(
+        covariance_name(kind), "N^2", values.data(),
+        {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
   }
   write_recordings(writer, f.recordings);
+  write_scores(writer, f.scores);
   writer.commit();
 }
 

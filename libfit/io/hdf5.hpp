@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,12 @@ struct Shape {
 /// "12", "12 x 3".
 std::string to_string(const Shape& shape);
 
+/// Rows of a data set, one after another; none at all means every row.
+struct RowRange {
+  std::size_t first = 0, count = 0;
+};
+using Rows = std::optional<std::vector<RowRange>>;
+
 /// Wildcard in the shape a reader expects.
 inline constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
 
@@ -41,12 +48,13 @@ inline constexpr std::string_view kAnyUnit = "*";
 
 /// Makes one HDF5 file in memory and stores it whole or not at all (AtomicFile).
 /// Same content, same bytes: no dates, no host names, arrays row-major, chunks compressed
-/// (deflate) and guarded by checksums, HDF5 1.10 format.
+/// (deflate) and guarded by checksums, HDF5 1.10 format. Chunks that the file to be replaced, or
+/// `earlier` where one is named, has already are copied from it packed: the bytes are the same.
 /// Throws Error naming the file, and the data set where one is concerned.
 class Writer {
  public:
   Writer(const std::filesystem::path& path, std::string_view schema, int version,
-         const Attributes& attributes);
+         const Attributes& attributes, const std::filesystem::path& earlier = {});
 
   /// Data sets by path, "rows/force"; groups are made as needed. data: shape.count() values.
   void numbers(const std::string& name, std::string_view unit, const double* data, Shape shape);
@@ -62,12 +70,17 @@ class Writer {
   void attribute(const std::string& object, const std::string& name,
                  const std::vector<std::string>& values);
 
+  /// Hash of a data set's chunks as they are stored; 0 for one without values.
+  std::uint64_t stored_hash(const std::string& name) const;
+
   /// Stores the file. Call it once, last.
   void commit();
 
  private:
-  void put(const std::string& name, std::string_view unit, std::int64_t file_type,
-           std::int64_t memory_type, const void* data, Shape shape);
+  void put(const std::string& name, std::string_view unit, std::int64_t type, const void* data,
+           Shape shape);
+  void put_chunks(const Handle& set, const std::string& name, const char* data, Shape shape,
+                  std::size_t value_bytes);
   Handle group_of(const std::string& name);
   Handle open(const std::string& object);
   void put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
@@ -76,7 +89,9 @@ class Writer {
 
   std::filesystem::path path_;
   AtomicFile stored_;
+  Handle earlier_;
   Handle file_;
+  std::map<std::string, std::uint64_t> stored_hash_;
 };
 
 /// Reads one HDF5 file, trusting nothing in it: kind, version, unit, type, shape, storage and
@@ -95,13 +110,17 @@ class Reader {
   bool has(const std::string& name) const;
   /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).
   /// The unit attribute must be there and equal `unit` (but for kAnyUnit). may_be_nan: NaN (never
-  /// inf) is let through.
+  /// inf) is let through. rows: those to read, in order, of a data set of that shape.
   std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
-                              bool may_be_nan = false) const;
-  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,
-                                     Shape shape) const;
-  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape) const;
+                              bool may_be_nan = false, const Rows& rows = {}) const;
+  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit, Shape shape,
+                                     const Rows& rows = {}) const;
+  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape,
+                                 const Rows& rows = {}) const;
   std::vector<std::string> strings(const std::string& name, std::size_t rows) const;
+  /// As Writer::stored_hash, from the bytes as they are; 0 where chunks are missing or packed
+  /// otherwise.
+  std::uint64_t stored_hash(const std::string& name) const;
   /// Shape of a data set of one or two dimensions.
   Shape shape_of(const std::string& name) const;
 
@@ -128,8 +147,13 @@ class Reader {
   Shape checked_shape(const Handle& set, const std::string& name, Shape expected) const;
   void check_storage(const Handle& set, const std::string& name, std::size_t count) const;
   void check_unit(const Handle& set, const std::string& name, std::string_view unit) const;
-  std::vector<std::int64_t> wide_integers(const std::string& name, std::string_view unit,
-                                          Shape shape) const;
+  template <class T>
+  std::vector<T> integers_as(const std::string& name, std::string_view unit, Shape shape,
+                             const Rows& rows) const;
+  /// Values of the rows asked for, as `memory_type` of T.
+  template <class T>
+  std::vector<T> values(const Handle& set, const std::string& name, std::int64_t memory_type,
+                        Shape shape, const Rows& rows) const;
   Error attribute_error(const std::string& object, const std::string& name,
                         const std::string& what) const;
 

@@ -1,8 +1,11 @@
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "libfit/core/fast_hash.hpp"
 #include "libfit/io/hdf5.hpp"
+#include "libfit/io/hdf5_chunks.hpp"
 #include "libfit/io/hdf5_strings.hpp"
 
 namespace palpate::h5 {
@@ -10,8 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostCompression = 1100;  // deflate packs at most 1032:1: more is a lie
-constexpr hsize_t kMostRows = hsize_t{1} << 40;     // keep products of claimed extents below 2^64
+constexpr std::size_t kMostCompression = 1100;   // deflate packs at most 1032:1: more is a lie
+constexpr hsize_t kMostRows = hsize_t{1} << 40;  // keep products of claimed extents below 2^64
 constexpr hsize_t kMostColumns = hsize_t{1} << 16;
 
 // "N m" may be written with a middle dot or a star by others; "1" as nothing.
@@ -127,8 +130,7 @@ Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape ex
   const bool fits = (dimensions == 2) == (expected.columns != 0) &&
                     (expected.rows == kAny || expected.rows == found.rows) &&
                     (expected.columns == kAny || expected.columns == found.columns);
-  if (!fits)
-    throw error(name, "has shape " + to_string(found) + ", not " + to_string(expected));
+  if (!fits) throw error(name, "has shape " + to_string(found) + ", not " + to_string(expected));
   return found;
 }
 
@@ -157,8 +159,34 @@ void Reader::check_unit(const Handle& set, const std::string& name, std::string_
     throw error(name, "is in `" + found + "`, not in " + std::string(unit));
 }
 
+template <class T>
+std::vector<T> Reader::values(const Handle& set, const std::string& name, std::int64_t memory_type,
+                              Shape shape, const Rows& rows) const {
+  const std::size_t columns = std::max<std::size_t>(shape.columns, 1);
+  const std::vector<RowRange> ranges = rows ? *rows : std::vector<RowRange>{{0, shape.rows}};
+  std::size_t count = 0;
+  for (const RowRange& range : ranges) {
+    if (range.count > shape.rows || range.first > shape.rows - range.count)
+      throw error(name, "has " + std::to_string(shape.rows) + " rows, not those asked for");
+    count += range.count;
+  }
+  std::vector<T> out(count * columns);
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  T* at = out.data();
+  for (const RowRange& range : ranges) {
+    if (range.count == 0) continue;
+    const hsize_t first[2] = {range.first, 0}, size[2] = {range.count, columns};
+    const Handle memory(H5Screate_simple(shape.columns == 0 ? 1 : 2, size, nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, first, nullptr, size, nullptr) < 0 ||
+        H5Dread(set.id(), memory_type, memory.id(), space.id(), H5P_DEFAULT, at) < 0)
+      throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+    at += range.count * columns;
+  }
+  return out;
+}
+
 std::vector<double> Reader::numbers(const std::string& name, std::string_view unit, Shape expected,
-                                    bool may_be_nan) const {
+                                    bool may_be_nan, const Rows& rows) const {
   const Handle set = open_data_set(name);
   check_unit(set, name, unit);
   const Shape shape = checked_shape(set, name, expected);
@@ -166,19 +194,17 @@ std::vector<double> Reader::numbers(const std::string& name, std::string_view un
   if (H5Tget_class(type.id()) != H5T_FLOAT)
     throw error(name, "holds " + type_of(name) + ", not floating-point numbers");
   check_storage(set, name, shape.count());
-  std::vector<double> values(shape.count());
-  if (!values.empty() && H5Dread(set.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                 values.data()) < 0)
-    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+  std::vector<double> out = values<double>(set, name, H5T_NATIVE_DOUBLE, shape, rows);
   const std::size_t columns = shape.columns == 0 ? 1 : shape.columns;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (!std::isfinite(values[i]) && !(may_be_nan && std::isnan(values[i])))
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (!std::isfinite(out[i]) && !(may_be_nan && std::isnan(out[i])))
       throw error(name, "row " + std::to_string(i / columns) + " is not a finite number");
-  return values;
+  return out;
 }
 
-std::vector<std::int64_t> Reader::wide_integers(const std::string& name, std::string_view unit,
-                                                Shape expected) const {
+template <class T>
+std::vector<T> Reader::integers_as(const std::string& name, std::string_view unit, Shape expected,
+                                   const Rows& rows) const {
   const Handle set = open_data_set(name);
   check_unit(set, name, unit);
   const Shape shape = checked_shape(set, name, expected);
@@ -186,41 +212,43 @@ std::vector<std::int64_t> Reader::wide_integers(const std::string& name, std::st
   if (H5Tget_class(type.id()) != H5T_INTEGER)
     throw error(name, "holds " + type_of(name) + ", not integers");
   check_storage(set, name, shape.count());
-  std::vector<std::int64_t> values(shape.count());
-  if (!values.empty() && H5Dread(set.id(), H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                 values.data()) < 0)
-    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
-  return values;
-}
-
-namespace {
-
-template <class T>
-bool narrow(const std::vector<std::int64_t>& wide, std::vector<T>& out) {
-  out.reserve(wide.size());
-  for (const std::int64_t value : wide) {
-    out.push_back(static_cast<T>(value));
-    if (out.back() != value) return false;
+  const hid_t own = sizeof(T) == 1 ? H5T_NATIVE_INT8 : H5T_NATIVE_INT32;
+  if (H5Tequal(type.id(), own) > 0) return values<T>(set, name, own, shape, rows);
+  std::vector<T> out;
+  for (const std::int64_t wide : values<std::int64_t>(set, name, H5T_NATIVE_INT64, shape, rows)) {
+    out.push_back(static_cast<T>(wide));
+    if (out.back() != wide)
+      throw error(name, "row " + std::to_string(out.size() - 1) + " is beyond " +
+                            std::to_string(8 * sizeof(T)) + " bits");
   }
-  return true;
+  return out;
 }
-
-}  // namespace
 
 std::vector<std::int32_t> Reader::integers(const std::string& name, std::string_view unit,
-                                           Shape shape) const {
-  std::vector<std::int32_t> values;
-  if (!narrow(wide_integers(name, unit, shape), values))
-    throw error(name, "row " + std::to_string(values.size() - 1) + " is beyond 32 bits");
-  return values;
+                                           Shape shape, const Rows& rows) const {
+  return integers_as<std::int32_t>(name, unit, shape, rows);
 }
 
-std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit,
-                                       Shape shape) const {
-  std::vector<std::int8_t> values;
-  if (!narrow(wide_integers(name, unit, shape), values))
-    throw error(name, "row " + std::to_string(values.size() - 1) + " is beyond 8 bits");
-  return values;
+std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit, Shape shape,
+                                       const Rows& rows) const {
+  return integers_as<std::int8_t>(name, unit, shape, rows);
+}
+
+std::uint64_t Reader::stored_hash(const std::string& name) const {
+  const Handle set = open_data_set(name);
+  const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
+  const Shape shape = checked_shape(set, name, {kAny, kAny});
+  hsize_t chunk[2] = {0, 0};
+  if (H5Pget_layout(creation.id()) != H5D_CHUNKED || H5Pget_chunk(creation.id(), 2, chunk) < 0 ||
+      chunk[0] == 0)
+    return 0;
+  std::uint64_t hash = 0;
+  std::string stored;
+  for (std::size_t row = 0; row < shape.rows; row += chunk[0]) {
+    if (!read_chunk(set.id(), row, file_bytes_, stored)) return 0;
+    hash = mix_word(hash, fast_hash(stored));
+  }
+  return hash;
 }
 
 std::vector<std::string> Reader::strings(const std::string& name, std::size_t rows) const {

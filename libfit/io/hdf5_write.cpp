@@ -1,17 +1,23 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 
+#include "libfit/core/fast_hash.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/hdf5.hpp"
+#include "libfit/io/hdf5_chunks.hpp"
 
 namespace palpate::h5 {
+
+static_assert(std::endian::native == std::endian::little,
+              "values are stored as they lie in memory");
+
 namespace {
 
-constexpr std::size_t kImageGrowth = 1 << 20;   // bytes the memory image grows by
-constexpr std::size_t kChunkBytes = 1 << 18;    // compresses well, and one chunk for small columns
-constexpr unsigned kDeflateLevel = 4;  // 6 gave 1 % less on control values for twice the time
+constexpr std::size_t kImageGrowth = 1 << 20;  // bytes the memory image grows by
+constexpr std::size_t kChunkBytes = 1 << 16;   // small: what is packed anew for one changed row
 
 // Made in memory, stored when closed. H5Fget_file_image would do without a path, but in 1.10 it
 // spoils the superblock's checksum.
@@ -38,15 +44,19 @@ Handle space_of(Shape shape) {
   return Handle(H5Screate_simple(shape.columns == 0 ? 1 : 2, dims, nullptr), H5Sclose);
 }
 
-// Chunks of whole rows, compressed and with a checksum. HDF5 has no chunks without rows.
+// Rows of a chunk: whole rows, at least one. HDF5 has no chunks without rows.
+std::size_t chunk_rows_of(Shape shape, std::size_t value_bytes) {
+  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
+  return std::clamp<std::size_t>(kChunkBytes / row_bytes, 1, std::max<std::size_t>(shape.rows, 1));
+}
+
+// Compressed and with a checksum.
 Handle storage_of(Shape shape, std::size_t value_bytes) {
   Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.id(), false);
   H5Pset_fill_time(creation.id(), H5D_FILL_TIME_NEVER);
   if (shape.count() == 0) return creation;
-  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
-  const hsize_t chunk[2] = {std::clamp<std::size_t>(kChunkBytes / row_bytes, 1, shape.rows),
-                            shape.columns};
+  const hsize_t chunk[2] = {chunk_rows_of(shape, value_bytes), shape.columns};
   H5Pset_chunk(creation.id(), shape.columns == 0 ? 1 : 2, chunk);
   H5Pset_shuffle(creation.id());
   H5Pset_deflate(creation.id(), kDeflateLevel);
@@ -77,9 +87,10 @@ PackedStrings pack(const std::vector<std::string>& values, const std::string& wh
 }  // namespace
 
 Writer::Writer(const std::filesystem::path& path, std::string_view schema, int version,
-               const Attributes& attributes)
+               const Attributes& attributes, const std::filesystem::path& earlier)
     : path_(path), stored_(path) {
   silence();
+  earlier_ = open_earlier(earlier.empty() ? path : earlier);
   file_ = new_file(stored_.partial_path());
   check(file_.id(), "", "cannot be written");
   attribute("", "schema", schema);
@@ -117,53 +128,88 @@ Handle Writer::open(const std::string& object) {
   return handle;
 }
 
-void Writer::put(const std::string& name, std::string_view unit, std::int64_t file_type,
-                 std::int64_t memory_type, const void* data, Shape shape) {
+void Writer::put(const std::string& name, std::string_view unit, std::int64_t type,
+                 const void* data, Shape shape) {
   const Handle group = group_of(name);
   const std::string leaf = name.substr(name.rfind('/') + 1);
   const Handle space = space_of(shape);
-  const Handle storage = storage_of(shape, H5Tget_size(file_type));
-  const Handle set(H5Dcreate2(group.id(), leaf.c_str(), file_type, space.id(), H5P_DEFAULT,
-                              storage.id(), H5P_DEFAULT),
+  const std::size_t value_bytes = H5Tget_size(type);
+  const Handle storage = storage_of(shape, value_bytes);
+  const Handle set(H5Dcreate2(group.id(), leaf.c_str(), type, space.id(), H5P_DEFAULT, storage.id(),
+                              H5P_DEFAULT),
                    H5Dclose);
   check(set.id(), name, "data set cannot be made");
-  if (shape.count() > 0)
-    check(H5Dwrite(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), name,
-          "data set cannot be written");
+  if (shape.count() > 0) put_chunks(set, name, static_cast<const char*>(data), shape, value_bytes);
   attribute(name, "unit", unit);
+}
+
+// Chunks that an earlier file has are taken from there: packing them is what costs time. Each is
+// handed over packed, in order, so that the bytes do not depend on what was taken.
+void Writer::put_chunks(const Handle& set, const std::string& name, const char* data, Shape shape,
+                        std::size_t value_bytes) {
+  const std::size_t chunk_rows = chunk_rows_of(shape, value_bytes);
+  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
+  const EarlierChunks earlier(earlier_, name, value_bytes, chunk_rows);
+  std::vector<ChunkHash> hashes;
+  std::string padded, bytes;
+  for (std::size_t row = 0; row < shape.rows; row += chunk_rows) {
+    std::string_view values(data + row * row_bytes,
+                            std::min(chunk_rows, shape.rows - row) * row_bytes);
+    if (values.size() < chunk_rows * row_bytes) {
+      padded.assign(values);
+      padded.resize(chunk_rows * row_bytes, '\0');
+      values = padded;
+    }
+    ChunkHash hash{values_hash(values, value_bytes), 0};
+    if (!earlier.find(hash.values, bytes, hash.stored)) {
+      bytes = packed_chunk(values, value_bytes, kDeflateLevel);
+      hash.stored = fast_hash(bytes);
+    }
+    const hsize_t offset[2] = {row, 0};
+    check(H5Dwrite_chunk(set.id(), H5P_DEFAULT, 0, offset, bytes.size(), bytes.data()), name,
+          "data set cannot be written");
+    hashes.push_back(hash);
+    stored_hash_[name] = mix_word(stored_hash_[name], hash.stored);
+  }
+  const Handle space = space_of({hashes.size(), 2});
+  put_attribute(set.id(), kChunkHash, H5T_STD_U64LE, space.id(), hashes.data());
+}
+
+std::uint64_t Writer::stored_hash(const std::string& name) const {
+  const auto found = stored_hash_.find(name);
+  return found == stored_hash_.end() ? 0 : found->second;
 }
 
 void Writer::numbers(const std::string& name, std::string_view unit, const double* data,
                      Shape shape) {
-  put(name, unit, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, data, shape);
+  put(name, unit, H5T_IEEE_F64LE, data, shape);
 }
 
 void Writer::integers(const std::string& name, std::string_view unit, const std::int32_t* data,
                       Shape shape) {
-  put(name, unit, H5T_STD_I32LE, H5T_NATIVE_INT32, data, shape);
+  put(name, unit, H5T_STD_I32LE, data, shape);
 }
 
 void Writer::bytes(const std::string& name, std::string_view unit, const std::int8_t* data,
                    Shape shape) {
-  put(name, unit, H5T_STD_I8LE, H5T_NATIVE_INT8, data, shape);
+  put(name, unit, H5T_STD_I8LE, data, shape);
 }
 
 void Writer::strings(const std::string& name, const std::vector<std::string>& values) {
   const PackedStrings packed = pack(values, path_.string() + ":" + name);
   const Handle type = text_type(packed.longest);
-  put(name, kNoUnit, type.id(), type.id(), packed.bytes.data(), {values.size(), 0});
+  put(name, kNoUnit, type.id(), packed.bytes.data(), {values.size(), 0});
 }
 
 void Writer::put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
                            std::int64_t space, const void* data) {
-  const Handle attribute(
-      H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
   check(attribute.id(), name, "attribute cannot be made");
   check(H5Awrite(attribute.id(), type, data), name, "attribute cannot be written");
 }
 
-void Writer::attribute(const std::string& object, const std::string& name,
-                       std::string_view value) {
+void Writer::attribute(const std::string& object, const std::string& name, std::string_view value) {
   const PackedStrings packed = pack({std::string(value)}, path_.string() + ":" + name);
   const Handle type = text_type(packed.longest);
   const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
@@ -184,6 +230,7 @@ void Writer::attribute(const std::string& object, const std::string& name,
 }
 
 void Writer::commit() {
+  earlier_.reset();
   const bool is_stored = H5Fclose(file_.release()) >= 0;
   if (!is_stored)
     throw Error(path_.string(), "cannot be written (HDF5: " + take_reason() + ")",

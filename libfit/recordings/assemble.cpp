@@ -50,6 +50,14 @@ std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem
   return points;
 }
 
+void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& samples) {
+  std::size_t rows = 0;
+  for (const auto& of_point : experiments)
+    for (const Pooled& pooled : of_point) rows += pooled.status.size();
+  samples.point.reserve(rows), samples.experiment.reserve(rows), samples.kind.reserve(rows);
+  samples.step.reserve(rows), samples.status.reserve(rows);
+}
+
 void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
                  ExperimentKind kind, Samples& samples, std::vector<const Pooled*>& parts) {
   for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
@@ -145,6 +153,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points)
     experiments.push_back(pool(candidates, members, items, options.pools_repeats));
+  reserve_rows(experiments, samples);
   std::vector<const Pooled*> parts;
   std::int32_t number = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {

@@ -64,13 +64,13 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
   const ContentHash settings = settings_of(item, body_from_rig);
   const std::string look = look_of(item, settings);
   if (!look.empty())
-    if (const ItemResult* kept = journal.find_look(look)) return *kept;
+    if (auto kept = journal.find_look(look)) return std::move(*kept);
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.most_bytes);
     result.hash = content_hash(bytes);
     key = ContentHash(settings).add(result.hash).hex();
-    if (const ItemResult* kept = journal.find(key)) {
-      result = *kept;
+    if (auto kept = journal.find(key)) {
+      result = std::move(*kept);
       if (!look.empty()) journal.add(key, look, result);  // not read next time
       return result;
     }

@@ -8,14 +8,13 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/fast_hash.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/content_hash.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 3\n";  // raise with every change of an entry
-constexpr std::size_t kHashDigits = 16;
+constexpr std::string_view kMagic = "palpate-journal 4\n";    // raise with every change of an entry
 constexpr std::uint64_t kMostCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // Values one after another, native order: a journal does not travel between machines.
@@ -57,6 +56,7 @@ class Reader {
     return value;
   }
   std::string_view view() { return take(count(1)); }
+  std::string_view rest() const { return rest_; }
   std::string text() { return std::string(view()); }
   template <class Matrix>
   void numbers(Matrix& values) {
@@ -133,7 +133,8 @@ std::string entry_of(const std::string& key, const std::string& look, const Item
   for (const Conditioned& recording : result.recordings) write(w, recording);
   Writer framed;
   framed.text(w.bytes);
-  return framed.bytes + content_hash(w.bytes);
+  framed.plain(fast_hash(w.bytes));
+  return framed.bytes;
 }
 
 ItemResult read_result(Reader& in) {
@@ -150,6 +151,14 @@ ItemResult read_result(Reader& in) {
   return result;
 }
 
+// Nothing of no bytes, or of bytes that are no result.
+std::optional<ItemResult> parsed(std::string_view bytes) {
+  if (bytes.empty()) return std::nullopt;
+  Reader in(bytes);
+  ItemResult result = read_result(in);
+  return in.is_bad ? std::nullopt : std::optional(std::move(result));
+}
+
 Error cannot_keep(const std::filesystem::path& path) {
   return Error(path.string(), std::string("cannot be written: ") + std::strerror(errno),
                "Choose a folder that exists, can be written and has space.");
@@ -160,22 +169,21 @@ Error cannot_keep(const std::filesystem::path& path) {
 Journal::Journal(const std::filesystem::path& path) : path_(path) {
   if (path.empty()) return;
   if (std::error_code ignored; std::filesystem::exists(path, ignored)) {
-    const std::string bytes = read_whole_file(path);
-    if (bytes.starts_with(kMagic)) {
+    before_ = read_whole_file(path);
+    if (before_.starts_with(kMagic)) {
       bytes_ = kMagic.size();
       while (true) {
-        Reader in(std::string_view(bytes).substr(bytes_));
+        Reader in(std::string_view(before_).substr(bytes_));
         const std::string_view body = in.view();
-        const std::string_view hash = in.take(kHashDigits);
-        if (in.is_bad || body.empty() || content_hash(body) != hash) break;
-        const std::size_t length = sizeof(std::uint64_t) + body.size() + kHashDigits;
+        const auto hash = in.plain<std::uint64_t>();
+        if (in.is_bad || body.empty() || fast_hash(body) != hash) break;
+        const std::size_t length = 2 * sizeof(std::uint64_t) + body.size();
         bytes_ += length;
         Reader entry(body);
         const std::string key = entry.text(), look = entry.text();
-        Kept kept{read_result(entry), bytes_ - length, length, false};
         if (entry.is_bad) continue;
         if (!look.empty()) key_of_look_[look] = key;
-        kept_[key] = std::move(kept);
+        kept_[key] = {bytes_ - length, length, entry.rest(), false};
       }
     }
   }
@@ -192,29 +200,37 @@ Journal::~Journal() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-const ItemResult* Journal::use(const std::string& key) {
+std::string_view Journal::use(const std::string& key) {
   const auto found = kept_.find(key);
-  if (found == kept_.end()) return nullptr;
+  if (found == kept_.end()) return {};
   found->second.is_used = true;
-  return found->second.result.is_done ? &found->second.result : nullptr;
+  return found->second.result;
 }
 
-const ItemResult* Journal::find(const std::string& key) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return use(key);
+std::optional<ItemResult> Journal::find(const std::string& key) {
+  std::string_view bytes;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    bytes = use(key);
+  }
+  return parsed(bytes);
 }
 
-const ItemResult* Journal::find_look(const std::string& look) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = key_of_look_.find(look);
-  return found == key_of_look_.end() ? nullptr : use(found->second);
+std::optional<ItemResult> Journal::find_look(const std::string& look) {
+  std::string_view bytes;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = key_of_look_.find(look);
+    if (found != key_of_look_.end()) bytes = use(found->second);
+  }
+  return parsed(bytes);
 }
 
 void Journal::add(const std::string& key, const std::string& look, const ItemResult& result) {
   if (path_.empty()) return;
   const std::string entry = entry_of(key, look, result);
   const std::lock_guard<std::mutex> lock(mutex_);
-  kept_[key] = {{}, bytes_, entry.size(), true};
+  kept_[key] = {bytes_, entry.size(), {}, true};
   std::string_view rest = entry;
   while (descriptor_ >= 0 && !rest.empty()) {
     const ssize_t written = ::write(descriptor_, rest.data(), rest.size());

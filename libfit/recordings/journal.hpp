@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
 #include "libfit/recordings/batch.hpp"
@@ -21,11 +23,11 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// The result kept under a key, nullptr when there is none; from any thread.
-  const ItemResult* find(const std::string& key);
+  /// The result kept under a key, if there is one; from any thread.
+  std::optional<ItemResult> find(const std::string& key);
   /// Likewise under what a file looks like from outside (`look`, not empty), so that it need not be
   /// read to be known again.
-  const ItemResult* find_look(const std::string& look);
+  std::optional<ItemResult> find_look(const std::string& look);
   /// Appends; from any thread. look: empty where it says too little.
   void add(const std::string& key, const std::string& look, const ItemResult& result);
   /// Writes the journal anew with what was found or added alone, where more than half of it is
@@ -34,13 +36,15 @@ class Journal {
 
  private:
   struct Kept {
-    ItemResult result;                  ///< not done where it was added by this batch
     std::size_t offset = 0, bytes = 0;  ///< in the file
+    std::string_view result;            ///< in `before_`; empty where this batch added it
     bool is_used = false;
   };
-  const ItemResult* use(const std::string& key);
+  /// The bytes of a result that is asked for, empty without one.
+  std::string_view use(const std::string& key);
 
   std::filesystem::path path_;
+  std::string before_;  ///< the file as it was
   std::unordered_map<std::string, Kept> kept_;
   std::unordered_map<std::string, std::string> key_of_look_;
   std::mutex mutex_;

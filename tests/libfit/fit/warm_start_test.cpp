@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
@@ -69,6 +72,116 @@ TEST(WarmStart, another_option_or_another_place_asks_for_a_refit) {
   fit_curves(samples, options, {}, &report);
   EXPECT_EQ(report.kept, 3U);
   options.loss = FitLoss::squared;
+  fit_curves(samples, options, {}, &report);
+  EXPECT_EQ(report.kept, 0U);
+}
+
+// Refits as from a file: rows of the points wanted are handed out, and counted.
+std::optional<FittedCurves> refit(const Samples& samples, const FittedCurves& earlier,
+                                  FitReport& report, std::size_t& points_read) {
+  Samples points = samples;
+  points.point.clear(), points.experiment.clear(), points.kind.clear(), points.step.clear();
+  points.status.clear();
+  points.deflection.resize(0, 3), points.force.resize(0, 3), points.torque.resize(0, 3);
+  points.force_error.resize(0);
+  points_read = 0;
+  const auto read_rows = [&](const std::vector<char>& is_wanted) {
+    Samples part = points;
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (!is_wanted[static_cast<std::size_t>(samples.point[at])]) continue;
+      rows.push_back(i);
+      part.point.push_back(samples.point[at]), part.experiment.push_back(samples.experiment[at]);
+      part.kind.push_back(samples.kind[at]), part.step.push_back(samples.step[at]);
+      part.status.push_back(samples.status[at]);
+    }
+    part.deflection = samples.deflection(rows, Eigen::all);
+    part.force = samples.force(rows, Eigen::all), part.torque = samples.torque(rows, Eigen::all);
+    part.force_error = samples.force_error(rows);
+    points_read = static_cast<std::size_t>(std::count(is_wanted.begin(), is_wanted.end(), 1));
+    return part;
+  };
+  FitOptions options;
+  options.warm_start = &earlier;
+  return refit_curves(points, index_rows(samples), static_cast<std::size_t>(samples.rows()),
+                      read_rows, options, {}, &report);
+}
+
+void expect_the_same(const FittedCurves& a, const FittedCurves& b) {
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    EXPECT_EQ(a.curves.control[kind], b.curves.control[kind]) << kCurveNames[kind];
+    EXPECT_EQ(a.covariance[kind], b.covariance[kind]) << kCurveNames[kind];
+  }
+  EXPECT_EQ(a.rms_residual_N, b.rms_residual_N);
+  EXPECT_EQ(a.max_residual_N, b.max_residual_N);
+  EXPECT_EQ(a.depth_range_m, b.depth_range_m);
+  EXPECT_EQ(a.rows_hash, b.rows_hash);
+  EXPECT_EQ(a.scores.rows, b.scores.rows);
+  EXPECT_EQ(a.scores.worst_row, b.scores.worst_row);
+  EXPECT_EQ(a.scores.worst_experiment, b.scores.worst_experiment);
+  EXPECT_EQ(a.scores.relative_error, b.scores.relative_error);
+}
+
+void expect_the_same(const FitReport& a, const FitReport& b) {
+  EXPECT_NEAR(a.median_relative_error, b.median_relative_error, 1e-6);
+  EXPECT_NEAR(a.p95_relative_error, b.p95_relative_error, 1e-6);
+  EXPECT_NEAR(a.max_relative_error, b.max_relative_error, 1e-6);
+  EXPECT_EQ(a.rows, b.rows);
+  EXPECT_EQ(a.rows_used, b.rows_used);
+  EXPECT_EQ(a.widest_band, b.widest_band);
+  ASSERT_EQ(a.worst.size(), b.worst.size());
+  for (std::size_t i = 0; i < a.worst.size(); ++i) {
+    EXPECT_EQ(a.worst[i].name, b.worst[i].name);
+    EXPECT_EQ(a.worst[i].relative_residual, b.worst[i].relative_residual);
+    EXPECT_EQ(a.worst[i].reason, b.worst[i].reason);
+  }
+}
+
+TEST(WarmStart, reads_the_rows_of_the_changed_point_alone_and_reports_on_all) {
+  Samples samples = some_points(8);
+  const FittedCurves first = fit_curves(samples);
+  scale_rows_of(samples, 3, 1.2);
+  FitReport report, whole_report;
+  std::size_t points_read = 0;
+  const auto warm = refit(samples, first, report, points_read);
+  ASSERT_TRUE(warm);
+  EXPECT_EQ(points_read, 1U);
+  EXPECT_EQ(report.kept, 7U);
+  expect_the_same(*warm, fit_curves(samples, {}, {}, &whole_report));
+  expect_the_same(report, whole_report);
+}
+
+TEST(WarmStart, points_added_and_removed_leave_the_others_unread) {
+  const Samples eight = some_points(8), nine = some_points(9);
+  FitReport report, whole_report;
+  std::size_t points_read = 9;
+  const auto fewer = refit(eight, fit_curves(nine), report, points_read);
+  ASSERT_TRUE(fewer);
+  EXPECT_EQ(points_read, 0U);
+  const FittedCurves eight_whole = fit_curves(eight, {}, {}, &whole_report);
+  expect_the_same(*fewer, eight_whole);
+  expect_the_same(report, whole_report);
+  const auto more = refit(nine, eight_whole, report, points_read);
+  ASSERT_TRUE(more);
+  EXPECT_EQ(points_read, 1U);
+  expect_the_same(*more, fit_curves(nine, {}, {}, &whole_report));
+  expect_the_same(report, whole_report);
+}
+
+TEST(WarmStart, reads_all_where_weights_depend_on_other_points_or_scores_are_not_known) {
+  Samples samples = some_points(4);
+  FitReport report;
+  std::size_t points_read = 0;
+  FittedCurves first = fit_curves(samples);
+  scale_rows_of(samples, 1, 1.2);
+  for (Eigen::Index i = 0; i < samples.rows(); ++i)
+    if (samples.point[static_cast<std::size_t>(i)] == 1) samples.force_error[i] = 1e-3;
+  EXPECT_FALSE(refit(samples, first, report, points_read));
+  first.scores = {};  // of a file of before
+  EXPECT_FALSE(refit(samples, first, report, points_read));
+  FitOptions options;
+  options.warm_start = &first;
   fit_curves(samples, options, {}, &report);
   EXPECT_EQ(report.kept, 0U);
 }

@@ -132,6 +132,14 @@ inline FittedCurves example_curves() {
   for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N, &f.recordings.drift_N,
                        &f.recordings.drift_deviation_N})
     *column = Eigen::Vector2d(0.01, 0);
+  f.scores.relative_residual = Eigen::Vector3d(0.01, std::numeric_limits<double>::quiet_NaN(), 0.1);
+  f.scores.worst_experiment = {0, 0, 2}, f.scores.worst_row = {7, 0, 1};
+  f.scores.rows.resize(3, 4);
+  f.scores.rows << 2, 1, 0, 0, 0, 3, 1, 0, 1, 0, 0, 5;
+  f.scores.curve_end_m = awkward_points(3, 13).cwiseMin(1).cwiseMax(0);
+  f.scores.curve_end_m(0, 2) = std::numeric_limits<double>::quiet_NaN();
+  f.scores.states_errors = {1, 0, 1};
+  f.scores.relative_error = {100, 2000000000, 7};
   return f;
 }
 

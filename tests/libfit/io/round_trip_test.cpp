@@ -147,6 +147,13 @@ TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   EXPECT_EQ(a.recordings.point, b.recordings.point);
   EXPECT_TRUE(same_bits(a.recordings.contact_m, b.recordings.contact_m));
   EXPECT_TRUE(same_bits(a.recordings.drift_deviation_N, b.recordings.drift_deviation_N));
+  EXPECT_TRUE(same_bits(a.scores.relative_residual, b.scores.relative_residual));
+  EXPECT_TRUE(same_bits(a.scores.rows, b.scores.rows));
+  EXPECT_TRUE(same_bits(a.scores.curve_end_m, b.scores.curve_end_m));
+  EXPECT_EQ(a.scores.worst_experiment, b.scores.worst_experiment);
+  EXPECT_EQ(a.scores.worst_row, b.scores.worst_row);
+  EXPECT_EQ(a.scores.states_errors, b.scores.states_errors);
+  EXPECT_EQ(a.scores.relative_error, b.scores.relative_error);
 }
 
 TEST_F(RoundTrip, curves_without_errors_and_with_impossible_ones) {
@@ -237,10 +244,10 @@ TEST_F(RoundTrip, describe_lists_schema_shapes_and_units) {
   const FileDescription d = describe(at("s.h5"));
   EXPECT_EQ(d.version, 1);
   EXPECT_EQ(d.attributes, kAttributes);
-  ASSERT_EQ(d.data_sets.size(), 13u);
-  EXPECT_EQ(d.data_sets[0].name, "points/name");
-  EXPECT_EQ(d.data_sets[0].type, "text");
-  const auto& force = d.data_sets[6];
+  ASSERT_EQ(d.data_sets.size(), 17u);
+  EXPECT_EQ(d.data_sets[2].name, "points/name");
+  EXPECT_EQ(d.data_sets[2].type, "text");
+  const auto& force = d.data_sets[10];
   EXPECT_EQ(force.name, "rows/force");
   EXPECT_EQ(force.type, "float64");
   EXPECT_EQ(h5::to_string(force.shape), "6 x 3");
