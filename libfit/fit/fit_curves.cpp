@@ -18,6 +18,7 @@
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/rows_hash.hpp"
 #include "libfit/fit/sensors.hpp"
+#include "libfit/fit/smooth_curves.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate {
@@ -65,6 +66,8 @@ void check(const FitOptions& o) {
   require(o.sensor_deviation > 0 && std::isfinite(o.sensor_deviation),
           "fit option sensor_deviation", "is not above 0",
           "Give a share of the force such as 0.05.");
+  require(!o.smoothing || (*o.smoothing >= 0 && *o.smoothing <= fit::kStrongestSmoothing),
+          "fit option smoothing", "is not 0 to 1e12", "Give 0 for none, or a number such as 100.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
@@ -308,11 +311,13 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
-  const auto results = fit_points(samples, body, rows, bases, options, progress);
+  auto results = fit_points(samples, body, rows, bases, options, progress);
   FittedCurves fitted = collect(samples, body, bases, results);
+  const auto smoothing = fit::smooth_curves(samples, body, rows, bases, options, fitted, results);
   if (report != nullptr) {
     *report = make_report(samples, body, bases, fitted, results, options.worst_points);
     report->family = family;
+    report->smoothing = smoothing;
     report_bands(fitted, rows, body.length_m, *report);
     report->is_stopped = progress.stopped();
     report->seconds =

@@ -10,6 +10,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/progress.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/smoothing_report.hpp"
 
 namespace palpate {
 
@@ -65,6 +66,12 @@ struct FitOptions {
   /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
   double contact_deviation_m = 0;
   double sensor_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
+  /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
+  /// that rows held out support, which is 0 where neighbours tell nothing new.
+  std::optional<double> smoothing = 0;
+  /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
+  /// one sheet (point_graph).
+  Triangles triangles{};
   int jobs = 0;                    ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;           ///< length of FitReport::worst
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and
@@ -116,6 +123,7 @@ struct WorstPoint {
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
   FamilyReport family;
+  std::array<SmoothingReport, kCurveKinds> smoothing;
   std::vector<WorstPoint> worst;
   std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
@@ -137,7 +145,8 @@ struct FitReport {
 /// Response curves at every test point, identified from its experiments (docs/method.md, 3 to 5).
 /// Rows are predicted by replaying their experiment through the response model, friction limit
 /// included; weighted force differences are minimised over the increments of the control values,
-/// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
+/// bounded below by zero, so every curve is monotone and zero at zero. Points are independent but
+/// for FitOptions::smoothing, which starts from all of them and leaves each its status.
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
 /// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit
 /// would on the earlier bases, in the time that the changed points take. Throws Error on options

@@ -94,8 +94,11 @@ PointResult keep_point(const Samples& samples, const PointData& point, double le
                        const Bases& si, const FittedCurves& earlier, Eigen::Index row) {
   PointResult result;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    result.control[kind] = earlier.curves.control[kind].row(row);
-    result.covariance[kind] = earlier.covariance[kind].row(row);
+    const bool is_smoothed = earlier.own.control[kind].rows() > 0;
+    result.control[kind] =
+        (is_smoothed ? earlier.own.control : earlier.curves.control)[kind].row(row);
+    result.covariance[kind] =
+        (is_smoothed ? earlier.own.covariance : earlier.covariance)[kind].row(row);
   }
   if (earlier.curves.lean.size() > 0) result.lean_m = earlier.curves.lean.row(row);
   result.status = earlier.status[static_cast<std::size_t>(row)];

@@ -26,8 +26,8 @@ bool is_float32(double value) {
 }
 
 /// leading: columns that are zero. rises: along each row.
-void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
-                    Eigen::Index leading = 1, bool rises = true) {
+void check_values(const Complain& complain, const std::string& name, const Controls& controls,
+                  Eigen::Index leading = 1, bool rises = true) {
   for (Eigen::Index i = 0; i < controls.rows(); ++i) {
     const std::string row = "row " + std::to_string(i);
     if (!controls.row(i).head(leading).isZero(0))

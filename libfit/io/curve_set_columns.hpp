@@ -17,4 +17,14 @@ void write_curve_set(Writer& writer, const CurveSet& curves);
 /// (but for the lean), is finite and held exactly by float32.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
+/// The same of one kind's control values under `name`, of P = points rows and basis.size() columns.
+void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
+                    const CurveBasis& basis, Eigen::Index points);
+
+/// columns: of a table that has one row per point.
+Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
+                    std::size_t points, std::size_t columns, bool may_be_nan = false);
+void write_table(Writer& writer, const std::string& name, std::string_view unit,
+                 const Controls& values);
+
 }  // namespace palpate::h5
