@@ -1,16 +1,35 @@
 #include "tools/stage_fit.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/refine/match_triangles.hpp"
+#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/refine.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
 namespace {
 
 constexpr std::size_t kListed = 15;  // points named before "and N more"
+
+void say_smoothing(const FitReport& report) {
+  for (std::size_t k = 0; k < kCurveKinds; ++k) {
+    const SmoothingReport& kind = report.smoothing[k];
+    if (kind.strength == 0) {
+      if (!kind.evidence.empty())
+        say("  {:<8} not smoothed over neighbours: {}", kCurveNames[k], kind.reason);
+      continue;
+    }
+    say("  {:<8} smoothed over {} neighbours of {} points, strength {:.3g}: {}; moved by {:.2g} of "
+        "their standard errors (median), {:.2g} at point {}",
+        kCurveNames[k], kind.neighbours, kind.points, kind.strength, kind.reason, kind.median_move,
+        kind.largest_move, kind.largest_point);
+  }
+}
 
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
@@ -26,6 +45,7 @@ void say_report(const FitReport& report) {
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
       100 * report.median_relative_error, 100 * report.p95_relative_error,
       100 * report.max_relative_error);
+  say_smoothing(report);
   for (std::size_t k = 0; k < kCurveKinds; ++k)
     if (report.widest_point[k] >= 0)
       say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
@@ -62,7 +82,8 @@ void say_recordings(const FittedRecordings& recordings) {
 }  // namespace
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const FittedCurves* warm_start, const SensorChoice& sensor) {
+                         int jobs, const FittedCurves* warm_start, const SensorChoice& sensor,
+                         const Triangles& triangles) {
   const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
@@ -77,6 +98,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
+  options.triangles = triangles;
   options.default_friction = default_friction;
   options.jobs = job_count(jobs);
   FitReport report;
@@ -115,6 +138,31 @@ SensorChoice sensor_choice(const std::string& frees, const std::string& contact_
                 "Give a length with its unit, such as \"0.1 mm\".");
   choice.contact_deviation_m = *length;
   return choice;
+}
+
+std::optional<double> smoothing_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text == "none") return 0;
+  double strength = -1;
+  const char* const end = text.data() + text.size();
+  const auto found = std::from_chars(text.data(), end, strength);
+  if (found.ec != std::errc{} || found.ptr != end || !(strength >= 0) ||
+      !(strength <= kStrongestSmoothing))
+    throw Error("--smoothing", "\"" + text + "\" is no strength of smoothing",
+                "Use auto, none or a number from 0 to 1e12.");
+  return strength;
+}
+
+Triangles neighbour_triangles(const Samples& samples, const Body& body) {
+  const double size_m = extent_m(body.surface.vertices).norm();
+  const Triangles own = match_triangles(samples.point_position, body.test_points, size_m);
+  if (own.rows() > 0) return own;
+  const RefineOptions options;
+  const auto seeds = place_on_surface(samples.point_position, samples.point_normal, body.surface,
+                                      vertex_normals(body.surface), options.largest_angle_rad,
+                                      options.largest_stray_diagonals * size_m);
+  return triangulate_over(body.surface, nearest_source(body.surface, seeds).source,
+                          samples.point_position, samples.point_normal, options.largest_angle_rad);
 }
 
 std::size_t list_bad_points(const FittedCurves& curves) {

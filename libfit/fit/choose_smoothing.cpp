@@ -1,6 +1,7 @@
 #include "libfit/fit/choose_smoothing.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/fit/words.hpp"
@@ -55,8 +56,8 @@ PointFold fit_fold(const SmoothingData& data, const runtime::SplineView& spline,
   }
   Faint faint = faint_smoothness(data.basis);
   const Eigen::Index n = data.estimate.cols();
-  out.increments = fit_increments(spline, seen, Eigen::VectorXd::Zero(n), faint, loss)
-                       .cwiseQuotient(unit);
+  out.increments =
+      fit_increments(spline, seen, Eigen::VectorXd::Zero(n), faint, loss).cwiseQuotient(unit);
   const Eigen::MatrixXd prior = faint.strength * faint.matrix * unit.asDiagonal();
   out.information = prior.transpose() * prior;
   for (const CurveRow& row : seen) {
@@ -67,8 +68,8 @@ PointFold fit_fold(const SmoothingData& data, const runtime::SplineView& spline,
 }
 
 // Variance of a row of unit weight that makes the curve's covariance of its information.
-double row_variance(const SmoothingData& data, const runtime::SplineView& spline,
-                    std::size_t point, FitLoss loss) {
+double row_variance(const SmoothingData& data, const runtime::SplineView& spline, std::size_t point,
+                    FitLoss loss) {
   const PointFold all = fit_fold(data, spline, point, -1, loss);
   return (data.covariance[point] * all.information).trace() /
          static_cast<double>(data.estimate.cols());
@@ -89,8 +90,8 @@ std::vector<Fold> make_folds(const SmoothingData& data, FitLoss loss) {
     for (std::size_t p = 0; p < data.rows.size(); ++p) {
       PointFold found = fit_fold(data, spline, p, fold, loss);
       estimate.row(static_cast<Eigen::Index>(p)) = found.increments;
-      covariance.push_back(
-          variance[p] * found.information.llt().solve(Eigen::MatrixXd::Identity(n, n)));
+      covariance.push_back(variance[p] *
+                           found.information.llt().solve(Eigen::MatrixXd::Identity(n, n)));
       for (Unseen& row : found.unseen) {
         row.weight /= std::sqrt(variance[p]);
         out.rows.push_back(std::move(row));
@@ -108,6 +109,9 @@ class PointMeans {
   PointMeans(const std::vector<Fold>& folds, std::size_t points) : count_(points, 0) {
     for (const Fold& fold : folds)
       for (const Unseen& row : fold.rows) ++count_[row.point];
+  }
+  std::size_t points() const {
+    return count_.size() - static_cast<std::size_t>(std::count(count_.begin(), count_.end(), 0.0));
   }
   template <class Value>
   std::vector<double> of(const std::vector<Fold>& folds, const Value& value) const {
@@ -182,28 +186,26 @@ double typical_error(const SmoothingData& data) {
 }  // namespace
 
 void choose_smoothing(const SmoothingData& data, FitLoss loss, SmoothingReport& report) {
-  const double error = typical_error(data);
   if (data.estimate.rows() < kFewestPoints || data.edges.empty()) {
     report.reason = "too few neighbours to judge";
     return;
   }
-  if (error < kExact) {
-    report.reason = "curves are known to " + percent(error) + " of force by their own rows";
+  if (typical_error(data) < kExact) {
+    report.reason = "curves are known to " + percent(kExact) + " of force by their own rows";
     return;
   }
   const std::vector<Fold> folds = make_folds(data, loss);
   const PointMeans means(folds, data.rows.size());
-  const auto losses = try_strengths(folds, means, loss, report.evidence);
-  if (losses.front().size() < static_cast<std::size_t>(kFewestPoints)) {
-    report.evidence.clear();
+  if (means.points() < static_cast<std::size_t>(kFewestPoints)) {
     report.reason = "too few points have rows to hold out";
     return;
   }
-  const double own = mean(means.of(folds, [&](std::size_t f, const Unseen& row) {
-                       const auto& precision = folds[f].quadratic.precision[row.point];
-                       return row.weight * row.weight *
-                              row.force.dot(precision.llt().solve(row.force));
-                     })).value;
+  const auto losses = try_strengths(folds, means, loss, report.evidence);
+  const double own =
+      mean(means.of(folds, [&](std::size_t f, const Unseen& row) {
+        const auto& precision = folds[f].quadratic.precision[row.point];
+        return row.weight * row.weight * row.force.dot(precision.llt().solve(row.force));
+      })).value;
   std::size_t best = 0, chosen = 0;
   for (std::size_t i = 1; i < losses.size(); ++i)
     if (report.evidence[i].heldout_loss < report.evidence[best].heldout_loss) best = i;

@@ -14,7 +14,7 @@ struct SmoothingData {
   std::vector<Eigen::MatrixXd> covariance;  ///< P of n x n
   std::vector<PointEdge> edges;             ///< between rows
   std::vector<std::vector<CurveRow>> rows;  ///< P, weights of mean square 1
-  Controls unit;  ///< P x n, force of one increment over that of the rows
+  Controls unit;                            ///< P x n, force of one increment over that of the rows
 };
 
 /// The least strength, 0 included, whose error of held-out rows is within a standard error of the

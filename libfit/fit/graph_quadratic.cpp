@@ -43,8 +43,7 @@ Controls times(const GraphQuadratic& q, double strength, const Controls& u) {
 // Sum of the edges' weights at each point.
 Eigen::VectorXd degrees(const GraphQuadratic& q) {
   Eigen::VectorXd degree = Eigen::VectorXd::Zero(q.centre.rows());
-  for (const PointEdge& e : q.edges)
-    degree[e.first] += e.weight, degree[e.second] += e.weight;
+  for (const PointEdge& e : q.edges) degree[e.first] += e.weight, degree[e.second] += e.weight;
   return degree;
 }
 
@@ -126,8 +125,8 @@ void sweep_to_minimum(const GraphQuadratic& q, double strength, double most, Con
       Eigen::VectorXd right = M * q.centre.row(p).transpose();
       for (const auto& [other, weight] : beside[static_cast<std::size_t>(p)])
         right += strength * weight * u.row(other).transpose();
-      const Eigen::LLT<Eigen::MatrixXd> factor(
-          M + strength * degree[p] * Eigen::MatrixXd::Identity(n, n));
+      const Eigen::LLT<Eigen::MatrixXd> factor(M + strength * degree[p] *
+                                                       Eigen::MatrixXd::Identity(n, n));
       const Eigen::MatrixXd root = factor.matrixU();
       u.row(p) = bounded_least_squares(root, factor.matrixL().solve(right), zero).transpose();
     }

@@ -11,12 +11,12 @@
 namespace palpate::fit {
 namespace {
 
-constexpr double kLeastCosine = 0.5;    // of the normals of neighbours
-constexpr double kMostClimb = 0.2;      // out of the common tangent plane, per distance
+constexpr double kLeastCosine = 0.5;     // of the normals of neighbours
+constexpr double kMostClimb = 0.2;       // out of the common tangent plane, per distance
 constexpr std::size_t kCandidates = 16;  // nearest points looked at: Delaunay degrees are about 6
-constexpr double kLongest = 4;          // median distances: farther ones are another cluster
-constexpr double kShortest = 0.1;       // median distances: nearer ones weigh as this
-constexpr double kOnBall = 1 + 1e-9;    // corners of a square count as within: no diagonals
+constexpr double kLongest = 4;           // median distances: farther ones are another cluster
+constexpr double kShortest = 0.1;        // median distances: nearer ones weigh as this
+constexpr double kOnBall = 1 + 1e-9;     // corners of a square count as within: no diagonals
 
 using Pair = std::pair<std::int32_t, std::int32_t>;
 

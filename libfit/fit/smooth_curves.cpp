@@ -113,8 +113,7 @@ void replace_curves(const SmoothingData& data, const Members& members,
     fitted.curves.control[kind].row(p) = stored_controls(u.cwiseProduct(typical), 1, kind == 1);
     fitted.covariance[kind].row(p) =
         pack_symmetric(typical.asDiagonal() * covariance[i] * typical.asDiagonal());
-    moves.push_back(
-        std::sqrt(way.dot(field.precision[i] * way) / static_cast<double>(way.size())));
+    moves.push_back(std::sqrt(way.dot(field.precision[i] * way) / static_cast<double>(way.size())));
     if (report.largest_point < 0 || moves.back() > report.largest_move)
       report.largest_move = moves.back(), report.largest_point = p;
   }
@@ -173,8 +172,8 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, c
                                                        const FitOptions& options,
                                                        FittedCurves& fitted,
                                                        std::vector<PointResult>& results) {
-  if (options.triangles.rows() > 0 && (options.triangles.minCoeff() < 0 ||
-                                       options.triangles.maxCoeff() >= fitted.position.rows()))
+  if (options.triangles.rows() > 0 &&
+      (options.triangles.minCoeff() < 0 || options.triangles.maxCoeff() >= fitted.position.rows()))
     throw Error("fit option triangles", "names a point that is not there",
                 "Give the triangles of these test points, or none.");
   std::array<SmoothingReport, kCurveKinds> reports;

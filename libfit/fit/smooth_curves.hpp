@@ -5,8 +5,6 @@
 
 namespace palpate::fit {
 
-inline constexpr double kStrongestSmoothing = 1e12;
-
 /// Lets neighbouring points share what they know of a curve (docs/method.md, section 16): controls
 /// and covariance of `fitted` become those of a Gaussian Markov random field about the points' own
 /// estimates, `own` keeps these, residuals and scores are taken again. fitted and results: of the

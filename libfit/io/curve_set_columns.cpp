@@ -111,21 +111,26 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
     write_curves_of(writer, std::string(kLeanGroup), "m", curves.lean_basis, curves.lean);
 }
 
+void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
+                    const CurveBasis& basis, Eigen::Index points) {
+  check_rows(complain, name, controls.rows(), points);
+  check_columns(complain, name, controls, basis.size());
+  check_values(complain, name, controls);
+}
+
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const std::string name = group_of(kind) + "/controls";
     check_basis(complain, group_of(kind), curves.basis[k]);
-    check_rows(complain, name, curves.control[k].rows(), points);
-    check_columns(complain, name, curves.control[k], curves.basis[k].size());
-    check_controls(complain, name, curves.control[k]);
+    check_controls(complain, name, curves.control[k], curves.basis[k], points);
   }
   if (!leans(curves.family())) return;
   const std::string group(kLeanGroup), name = group + "/controls";
   check_basis(complain, group, curves.lean_basis);
   check_rows(complain, name, curves.lean.rows(), points);
   check_columns(complain, name, curves.lean, 3 * curves.lean_basis.size());
-  check_controls(complain, name, curves.lean, 3, false);
+  check_values(complain, name, curves.lean, 3, false);
 }
 
 }  // namespace palpate::h5

@@ -21,10 +21,4 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
 void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
                     const CurveBasis& basis, Eigen::Index points);
 
-/// columns: of a table that has one row per point.
-Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
-                    std::size_t points, std::size_t columns, bool may_be_nan = false);
-void write_table(Writer& writer, const std::string& name, std::string_view unit,
-                 const Controls& values);
-
 }  // namespace palpate::h5

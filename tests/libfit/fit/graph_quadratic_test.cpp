@@ -10,15 +10,16 @@ namespace palpate::test {
 namespace {
 
 using fit::bounded_minimum;
-using fit::GraphQuadratic;
 using fit::gradient;
+using fit::GraphQuadratic;
 
 Eigen::MatrixXd random_covariance(Eigen::Index n, std::mt19937& random, double deviation) {
   std::normal_distribution<double> normal(0, 1);
   Eigen::MatrixXd root(n, n);
   for (Eigen::Index i = 0; i < root.size(); ++i) root(i) = normal(random);
   return deviation * deviation *
-         (root * root.transpose() / static_cast<double>(n) + 0.01 * Eigen::MatrixXd::Identity(n, n));
+         (root * root.transpose() / static_cast<double>(n) +
+          0.01 * Eigen::MatrixXd::Identity(n, n));
 }
 
 // Estimates of which many are at or below the bound, on a ring with chords.

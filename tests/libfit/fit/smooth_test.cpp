@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "libfit/core/error.hpp"
 #include "libfit/fit/curve_band.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
@@ -82,8 +83,7 @@ void expect_admissible(const FittedCurves& fitted) {
   for (const Controls& control : fitted.curves.control)
     for (Eigen::Index p = 0; p < control.rows(); ++p) {
       EXPECT_EQ(control(p, 0), 0);
-      for (Eigen::Index j = 1; j < control.cols(); ++j)
-        EXPECT_GE(control(p, j), control(p, j - 1));
+      for (Eigen::Index j = 1; j < control.cols(); ++j) EXPECT_GE(control(p, j), control(p, j - 1));
     }
 }
 
@@ -110,12 +110,13 @@ TEST(smoothing, of_noisy_presses_over_a_smooth_body_lowers_the_error_and_keeps_c
         fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report);
     const Errors after = errors_of(fitted, body.k);
     expect_admissible(fitted);
-    std::printf("  seed %u: strength %g, gain %.2f +- %.2f, moved %.2f (most %.2f), rmse %.2f %% "
-                "-> %.2f %%, coverage %.1f %% -> %.1f %%\n",
-                seed, report.smoothing[0].strength, report.smoothing[0].gain,
-                report.smoothing[0].gain_error, report.smoothing[0].median_move,
-                report.smoothing[0].largest_move, 100 * before.rmse, 100 * after.rmse,
-                100 * before.coverage, 100 * after.coverage);
+    std::printf(
+        "  seed %u: strength %g, gain %.2f +- %.2f, moved %.2f (most %.2f), rmse %.2f %% "
+        "-> %.2f %%, coverage %.1f %% -> %.1f %%\n",
+        seed, report.smoothing[0].strength, report.smoothing[0].gain,
+        report.smoothing[0].gain_error, report.smoothing[0].median_move,
+        report.smoothing[0].largest_move, 100 * before.rmse, 100 * after.rmse,
+        100 * before.coverage, 100 * after.coverage);
     EXPECT_GT(report.smoothing[0].strength, 0) << "seed " << seed;
     own += before.rmse / trials, smooth += after.rmse / trials;
     coverage += after.coverage / trials;
@@ -124,6 +125,47 @@ TEST(smoothing, of_noisy_presses_over_a_smooth_body_lowers_the_error_and_keeps_c
   EXPECT_LT(smooth, 0.7 * own);
   EXPECT_GT(coverage, 0.85);
   EXPECT_LT(coverage, 0.95);
+}
+
+TEST(smoothing, of_drags_lowers_the_error_of_all_three_curves) {
+  const unsigned seed = 71;
+  Body body;
+  std::vector<Curve> truth[kCurveKinds];
+  for (int i = 0; i < 5; ++i)
+    for (int j = 0; j < 5; ++j) {
+      const Vec3 at(kSpacing * i, kSpacing * j, 0);
+      const double k = 300 * (1 + 4 * at[0] + 3 * at[1]);
+      body.add(at, -Vec3::UnitZ(), k);
+      const Curve lateral = [k](double r) { return 0.8 * k * r; };
+      const Curve limit = [k](double d) { return 0.3 * normal_of(k)(d); };
+      for (const double depth_m : {0.004, 0.006, 0.008, 0.01})
+        body.rig.flat_drag(static_cast<int>(body.k.size()) - 1, normal_of(k), lateral, limit,
+                           depth_m, 0.012, 16, 300 * depth_m);
+      truth[0].push_back(normal_of(k)), truth[1].push_back(lateral), truth[2].push_back(limit);
+    }
+  add_noise(body.rig.samples, 0.15, seed);
+  FitReport report;
+  const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
+  const FittedCurves fitted =
+      fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report);
+  expect_admissible(fitted);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    double before = 0, after = 0;
+    for (std::size_t p = 0; p < 25; ++p) {
+      const auto at = static_cast<Eigen::Index>(p);
+      const auto name = static_cast<CurveKind>(kind);
+      const double range = kind == 1 ? 0.004 : kDepth;
+      before += std::pow(full_scale_rmse(fitted_curve(own, at, name), truth[kind][p], range), 2);
+      after += std::pow(full_scale_rmse(fitted_curve(fitted, at, name), truth[kind][p], range), 2);
+    }
+    std::printf("  seed %u: %-8s strength %g, rmse to %.2f of before; %s\n", seed,
+                kCurveNames[kind].data(), report.smoothing[kind].strength,
+                std::sqrt(after / before), report.smoothing[kind].reason.c_str());
+    EXPECT_LT(after, before) << kCurveNames[kind] << " seed " << seed;
+  }
+  for (Eigen::Index p = 0; p < 25; ++p)  // the lateral curve rises strictly: slips have a root
+    for (Eigen::Index j = 1; j < fitted.curves.control[1].cols(); ++j)
+      EXPECT_GT(fitted.curves.control[1](p, j), fitted.curves.control[1](p, j - 1));
 }
 
 TEST(smoothing, an_abrupt_stiff_lump_is_not_smeared_beyond_its_noise) {
@@ -146,14 +188,15 @@ TEST(smoothing, an_abrupt_stiff_lump_is_not_smeared_beyond_its_noise) {
       const double before = fitted_curve(own, at, CurveKind::normal)(kDepth);
       const double after = fitted_curve(fitted, at, CurveKind::normal)(kDepth);
       const double sign = body.k[p] > 500 ? -1 : 1;  // smearing lowers the lump, lifts the rest
-      const double move = sign * (after - before) /
-                          fit::curve_deviation(fit::view(tables), own.covariance[0].row(at),
-                                               kDepth);
+      const double move =
+          sign * (after - before) /
+          fit::curve_deviation(fit::view(tables), own.covariance[0].row(at), kDepth);
       mean += move, most = std::max(most, move), ++count;
     }
-    std::printf("  seed %u: strength %g, gain %.2f, towards the other side by %.2f deviations "
-                "(mean), %.2f (most)\n",
-                seed, report.smoothing[0].strength, report.smoothing[0].gain, mean / count, most);
+    std::printf(
+        "  seed %u: strength %g, gain %.2f, towards the other side by %.2f deviations "
+        "(mean), %.2f (most)\n",
+        seed, report.smoothing[0].strength, report.smoothing[0].gain, mean / count, most);
     EXPECT_LT(mean / count, 0.5) << "seed " << seed;
     EXPECT_LT(most, 3) << "seed " << seed;
     const Errors before = errors_of(own, body.k), after = errors_of(fitted, body.k);
@@ -167,7 +210,8 @@ TEST(smoothing, where_points_have_nothing_in_common_is_none) {
   for (const unsigned seed : {51U, 52U, 53U}) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(100, 900);
-    Body body = flat_body(8, [&](const Vec3&) { return any(random); }, 0.05, seed);
+    Body body = flat_body(
+        8, [&](const Vec3&) { return any(random); }, 0.05, seed);
     FitReport report;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
     const FittedCurves fitted =
@@ -180,9 +224,9 @@ TEST(smoothing, where_points_have_nothing_in_common_is_none) {
 
 TEST(smoothing, without_noise_is_none_and_changes_no_bit) {
   for (const bool is_even : {true, false}) {
-    Body body = flat_body(6, is_even ? Stiffness([](const Vec3&) { return 300.0; })
-                                     : Stiffness(smooth_stiffness),
-                          0, 0);
+    Body body = flat_body(
+        6, is_even ? Stiffness([](const Vec3&) { return 300.0; }) : Stiffness(smooth_stiffness), 0,
+        0);
     FitReport report;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
     const FittedCurves fitted =
@@ -198,8 +242,8 @@ TEST(smoothing, keeps_two_sheets_close_to_each_other_apart) {
   for (const double side : {0.0, 1.0})
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j < 6; ++j)
-        body.add(Vec3(kSpacing * i, kSpacing * j, -0.002 * side),
-                 (2 * side - 1) * Vec3::UnitZ(), 300 * (1 + side));
+        body.add(Vec3(kSpacing * i, kSpacing * j, -0.002 * side), (2 * side - 1) * Vec3::UnitZ(),
+                 300 * (1 + side));
   add_noise(body.rig.samples, 0.1, 9);
   const auto smooth_front = [&](double factor) {
     Samples samples = body.rig.samples;
@@ -257,6 +301,20 @@ TEST(smoothing, of_one_or_two_points_is_possible_on_request_and_none_by_itself) 
       EXPECT_LT((c.row(0) - c.row(1)).cwiseAbs().maxCoeff(), 0.01 * c.maxCoeff());
     }
   }
+}
+
+TEST(smoothing, refuses_triangles_of_other_points) {
+  const Body body = flat_body(3, smooth_stiffness, 0.1, 3);
+  FitOptions options = with_smoothing(10);
+  options.triangles.resize(1, 3);
+  options.triangles << 0, 1, 9;
+  EXPECT_THROW(fit_curves(body.rig.samples, options), Error);
+  options.triangles << 0, 1, 4;
+  const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
+  const FittedCurves fitted = fit_curves(body.rig.samples, options);
+  for (Eigen::Index p = 0; p < 9; ++p)  // corners of the triangle alone have neighbours
+    EXPECT_EQ(fitted.curves.control[0].row(p) == own.curves.control[0].row(p),
+              p != 0 && p != 1 && p != 4);
 }
 
 TEST(smoothing, does_not_depend_on_the_number_of_threads) {
