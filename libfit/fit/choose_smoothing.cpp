@@ -171,7 +171,8 @@ std::vector<std::vector<double>> try_strengths(const std::vector<Fold>& folds,
   return losses;
 }
 
-// Median standard error of the curves at their ends, over the force there.
+// Median standard error of the curves at their ends, over the force there, but for what they have
+// in common.
 double typical_error(const SmoothingData& data) {
   std::vector<double> errors;
   for (Eigen::Index p = 0; p < data.estimate.rows(); ++p) {
@@ -180,7 +181,8 @@ double typical_error(const SmoothingData& data) {
     const double variance = unit.dot(data.covariance[static_cast<std::size_t>(p)] * unit);
     if (force > 0) errors.push_back(std::sqrt(std::max(variance, 0.0)) / force);
   }
-  return median(std::move(errors));
+  const double own_share = make_quadratic(data.estimate, data.covariance, data.edges).own_share;
+  return std::sqrt(own_share) * median(std::move(errors));
 }
 
 }  // namespace
@@ -191,7 +193,7 @@ void choose_smoothing(const SmoothingData& data, FitLoss loss, SmoothingReport& 
     return;
   }
   if (typical_error(data) < kExact) {
-    report.reason = "curves are known to " + percent(kExact) + " of force by their own rows";
+    report.reason = "neighbours scatter by less than " + percent(kExact) + " of force";
     return;
   }
   const std::vector<Fold> folds = make_folds(data, loss);

@@ -10,7 +10,9 @@ namespace palpate::fit {
 namespace {
 
 constexpr double kLeastVariance = 1e-8;
-constexpr double kKnee = 3;        // standard deviations beyond which neighbours differ for sure
+constexpr double kKnee = 3;  // standard deviations beyond which neighbours differ for sure
+constexpr std::size_t kFewestEdges = 8;  // to judge what neighbours have in common
+constexpr double kLeastShare = 1e-4;
 constexpr int kMostRounds = 30;    // of active sets: 2 to 5 are usual
 constexpr int kMostSweeps = 5000;  // of Gauss-Seidel
 
@@ -22,10 +24,25 @@ double deviate(double chi_square, double n) {
   return (std::cbrt(chi_square / n) - (1 - v)) / std::sqrt(v);
 }
 
-double agreement(const Eigen::VectorXd& difference, const Eigen::MatrixXd& covariance) {
-  const double chi_square = difference.dot(covariance.llt().solve(difference));
-  const double z = deviate(chi_square, static_cast<double>(difference.size()));
+double median_chi_square(double n) { return n * std::pow(1 - 2 / (9 * n), 3); }
+
+double agreement(double chi_square, double n) {
+  const double z = deviate(chi_square, n);
   return z > kKnee ? std::pow(kKnee / z, 4) : 1;
+}
+
+// Chi-square distances of the edges' ends.
+std::vector<double> distances(const Controls& estimate,
+                              const std::vector<Eigen::MatrixXd>& covariance,
+                              const std::vector<PointEdge>& edges) {
+  std::vector<double> out;
+  for (const PointEdge& e : edges) {
+    const Eigen::VectorXd difference = estimate.row(e.first) - estimate.row(e.second);
+    const Eigen::MatrixXd both = covariance[static_cast<std::size_t>(e.first)] +
+                                 covariance[static_cast<std::size_t>(e.second)];
+    out.push_back(difference.dot(both.llt().solve(difference)));
+  }
+  return out;
 }
 
 Controls times(const GraphQuadratic& q, double strength, const Controls& u) {
@@ -140,14 +157,17 @@ GraphQuadratic make_quadratic(const Controls& estimate,
                               const std::vector<Eigen::MatrixXd>& covariance,
                               std::vector<PointEdge> edges) {
   const Eigen::Index n = estimate.cols();
-  const Eigen::MatrixXd least = kLeastVariance * Eigen::MatrixXd::Identity(n, n);
+  const auto size = static_cast<double>(n);
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
+  std::vector<Eigen::MatrixXd> known;
+  for (const Eigen::MatrixXd& c : covariance) known.push_back(c + kLeastVariance * unit);
   GraphQuadratic q{estimate, {}, std::move(edges)};
-  for (const Eigen::MatrixXd& c : covariance)
-    q.precision.push_back((c + least).llt().solve(Eigen::MatrixXd::Identity(n, n)));
-  for (PointEdge& e : q.edges)
-    e.weight *= agreement((estimate.row(e.first) - estimate.row(e.second)).transpose(),
-                          covariance[static_cast<std::size_t>(e.first)] +
-                              covariance[static_cast<std::size_t>(e.second)] + least);
+  const std::vector<double> chi_square = distances(estimate, known, q.edges);
+  if (q.edges.size() >= kFewestEdges)
+    q.own_share = std::clamp(median(chi_square) / median_chi_square(size), kLeastShare, 1.0);
+  for (const Eigen::MatrixXd& c : known) q.precision.push_back(c.llt().solve(unit) / q.own_share);
+  for (std::size_t e = 0; e < q.edges.size(); ++e)
+    q.edges[e].weight *= agreement(chi_square[e] / q.own_share, size);
   return q;
 }
 

@@ -5,11 +5,13 @@
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_smoothing.hpp"
 #include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr double kTolerance = 1e-12;
+constexpr double kMostlyOwn = 0.9;
 constexpr double kLeastSlope = 0.1;  // of the typical slope: where curves are flat, in a toe
 constexpr double kSameAbscissa = 1e-3, kSameDepth = 0.02;  // of the range, as in choose_basis.cpp
 
@@ -111,13 +113,18 @@ void replace_curves(const SmoothingData& data, const Members& members,
     const auto at = static_cast<Eigen::Index>(i), p = members.point[i];
     const Eigen::VectorXd u = smooth.row(at), way = u - field.centre.row(at).transpose();
     fitted.curves.control[kind].row(p) = stored_controls(u.cwiseProduct(typical), 1, kind == 1);
+    const Eigen::MatrixXd left = covariance[i] + (1 - field.own_share) * data.covariance[i];
     fitted.covariance[kind].row(p) =
-        pack_symmetric(typical.asDiagonal() * covariance[i] * typical.asDiagonal());
-    moves.push_back(std::sqrt(way.dot(field.precision[i] * way) / static_cast<double>(way.size())));
+        pack_symmetric(typical.asDiagonal() * left * typical.asDiagonal());
+    moves.push_back(std::sqrt(field.own_share * way.dot(field.precision[i] * way) /
+                              static_cast<double>(way.size())));
     if (report.largest_point < 0 || moves.back() > report.largest_move)
       report.largest_move = moves.back(), report.largest_point = p;
   }
   report.median_move = median(std::move(moves));
+  if (field.own_share < kMostlyOwn)
+    report.reason += ", but " + percent(1 - field.own_share) +
+                     " of their variance is common to neighbours and stays";
 }
 
 SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& rows,

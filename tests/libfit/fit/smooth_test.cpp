@@ -127,7 +127,7 @@ TEST(smoothing, of_noisy_presses_over_a_smooth_body_lowers_the_error_and_keeps_c
   EXPECT_LT(coverage, 0.95);
 }
 
-TEST(smoothing, of_drags_lowers_the_error_of_all_three_curves) {
+TEST(smoothing, of_drags_lowers_the_normal_curves_error_and_harms_no_other) {
   const unsigned seed = 71;
   Body body;
   std::vector<Curve> truth[kCurveKinds];
@@ -161,7 +161,7 @@ TEST(smoothing, of_drags_lowers_the_error_of_all_three_curves) {
     std::printf("  seed %u: %-8s strength %g, rmse to %.2f of before; %s\n", seed,
                 kCurveNames[kind].data(), report.smoothing[kind].strength,
                 std::sqrt(after / before), report.smoothing[kind].reason.c_str());
-    EXPECT_LT(after, before) << kCurveNames[kind] << " seed " << seed;
+    EXPECT_LE(after, (kind == 0 ? 0.8 : 1.0) * before) << kCurveNames[kind] << " seed " << seed;
   }
   for (Eigen::Index p = 0; p < 25; ++p)  // the lateral curve rises strictly: slips have a root
     for (Eigen::Index j = 1; j < fitted.curves.control[1].cols(); ++j)
@@ -235,6 +235,27 @@ TEST(smoothing, without_noise_is_none_and_changes_no_bit) {
     expect_same_curves(own, fitted);
     EXPECT_EQ(fitted.own.control[0].size(), 0);
   }
+}
+
+TEST(smoothing, does_not_narrow_bands_for_an_error_that_neighbours_have_in_common) {
+  Body body = flat_body(
+      6, [](const Vec3&) { return 300.0; }, 0, 0);
+  Samples& samples = body.rig.samples;
+  std::mt19937 random(21);
+  std::normal_distribution<double> normal(0, 1);
+  double wave[20];
+  for (double& w : wave) w = 0.3 * normal(random);
+  for (Eigen::Index i = 0; i < samples.rows(); ++i)  // of every recording alike, and little more
+    samples.force(i, 2) += wave[i % 20] + 0.02 * normal(random);
+  FitOptions options = with_smoothing(0);
+  options.pieces = {2, 1, 1};
+  FitReport own, smooth;
+  fit_curves(samples, options, {}, &own);
+  options.smoothing = 1e5;
+  fit_curves(samples, options, {}, &smooth);
+  std::printf("  band %.2f %% -> %.2f %%; %s\n", 100 * own.median_band[0],
+              100 * smooth.median_band[0], smooth.smoothing[0].reason.c_str());
+  EXPECT_GT(smooth.median_band[0], 0.9 * own.median_band[0]);
 }
 
 TEST(smoothing, keeps_two_sheets_close_to_each_other_apart) {
