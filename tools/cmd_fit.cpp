@@ -1,5 +1,6 @@
 #include <optional>
 
+#include "libfit/io/body_file.hpp"
 #include "libfit/io/curves_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -27,6 +28,11 @@ class Fit final : public Command {
                      "Found out about each recording, too: contact, bias, drift (commas between)");
     arguments.option("--contact-deviation", contact_deviation_,
                      "How far off a contact point may be where the samples do not say: \"0.1 mm\"");
+    arguments.option("--smoothing", smoothing_,
+                     "Over neighbouring points: auto (by held-out rows), none, or a strength");
+    arguments.option(
+        "--body", body_,
+        "body.h5 whose surface says which points are neighbours; else their places do");
     arguments.option("--jobs", jobs_, "Threads; 0: all cores");
   }
 
@@ -34,16 +40,19 @@ class Fit final : public Command {
     say("fit {}", samples_);
     const std::optional<FittedCurves> earlier =
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
-    const FittedCurves curves =
-        fit_file(samples_, section_, ProbeSection{}.spec.friction, jobs_,
-                 earlier ? &*earlier : nullptr, sensor_choice(frees_, contact_deviation_));
+    section_.smoothing = smoothing_choice(smoothing_);
+    const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
+    const FittedCurves curves = fit_file(
+        samples_, section_, ProbeSection{}.spec.friction, jobs_, earlier ? &*earlier : nullptr,
+        sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
     write_curves(output_, curves, {}, warm_start_);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }
 
  private:
-  std::string samples_, output_, warm_start_, frees_, contact_deviation_;
+  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_;
+  std::string smoothing_ = "auto";
   FitSection section_;
   int jobs_ = 0;
 };

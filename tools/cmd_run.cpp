@@ -110,8 +110,10 @@ class Run final : public Command {
     const fs::path output = file("curves.h5");
     const std::string inputs = curves_inputs(scene_, file("samples.h5"));
     if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
-    const FittedCurves curves = fit_samples(read_samples(file("samples.h5")), scene_.fit,
-                                            scene_.probe.spec.friction, jobs_);
+    const Samples samples = read_samples(file("samples.h5"));
+    const Body body = read_body(placed_body());
+    const FittedCurves curves =
+        fit_samples(samples, scene_.fit, scene_.probe.spec.friction, jobs_, &body);
     write_curves(output, curves, {{kInputsAttribute, inputs}});
   }
 

@@ -10,6 +10,7 @@
 
 #include "libfem/solve/elements.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/fit/smoothing_report.hpp"
 #include "tools/scene_material.hpp"
 #include "tools/scene_table.hpp"
 
@@ -175,6 +176,11 @@ FitSection read_fit(SceneTable table) {
   fit.degree = static_cast<int>(table.integer("degree", fit.degree, 1, 4));
   fit.pieces = static_cast<int>(table.integer("pieces", fit.pieces, 0, 256));
   fit.tolerance = table.number("tolerance", fit.tolerance, 1e-6, 1);
+  const toml::node* smoothing = table.node("smoothing");
+  if (smoothing != nullptr && smoothing->is_number())
+    fit.smoothing = table.number("smoothing", 0, 0, kStrongestSmoothing);
+  else if (table.choice("smoothing", "auto", {"auto", "none"}) == "none")
+    fit.smoothing = 0;
   table.finish();
   return fit;
 }
@@ -268,8 +274,8 @@ std::string canonical_experiments(const Scene& scene) {
 }
 
 std::string canonical_fit(const Scene& scene) {
-  return fmt::format("{} {} {} {}\n", scene.fit.family, scene.fit.degree, scene.fit.pieces,
-                     scene.fit.tolerance);
+  return fmt::format("{} {} {} {} smoothing {}\n", scene.fit.family, scene.fit.degree,
+                     scene.fit.pieces, scene.fit.tolerance, scene.fit.smoothing.value_or(kNone));
 }
 
 std::string canonical_export(const Scene& scene) {

@@ -54,6 +54,7 @@ struct FitSection {
   int degree = 3;
   int pieces = 0;  ///< 0: by evidence
   double tolerance = 0.02;
+  std::optional<double> smoothing{};  ///< over neighbouring points; none: "auto", 0: "none"
 };
 
 struct ExportSection {

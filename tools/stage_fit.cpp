@@ -1,17 +1,36 @@
 #include "tools/stage_fit.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/samples_file.hpp"
+#include "libfit/refine/match_triangles.hpp"
+#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/refine.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
 namespace {
 
 constexpr std::size_t kListed = 15;  // points named before "and N more"
+
+void say_smoothing(const FitReport& report) {
+  for (std::size_t k = 0; k < kCurveKinds; ++k) {
+    const SmoothingReport& kind = report.smoothing[k];
+    if (kind.strength == 0) {
+      if (!kind.evidence.empty())
+        say("  {:<8} not smoothed over neighbours: {}", kCurveNames[k], kind.reason);
+      continue;
+    }
+    say("  {:<8} smoothed over {} neighbours of {} points, strength {:.3g}: {}; moved by {:.2g} of "
+        "their standard errors (median), {:.2g} at point {}",
+        kCurveNames[k], kind.neighbours, kind.points, kind.strength, kind.reason, kind.median_move,
+        kind.largest_move, kind.largest_point);
+  }
+}
 
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
@@ -27,6 +46,7 @@ void say_report(const FitReport& report) {
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
       100 * report.median_relative_error, 100 * report.p95_relative_error,
       100 * report.max_relative_error);
+  say_smoothing(report);
   for (std::size_t k = 0; k < kCurveKinds; ++k)
     if (report.widest_point[k] >= 0)
       say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
@@ -77,6 +97,7 @@ FitOptions options_of(const FitSection& section, double default_friction, int jo
   options.degree = section.degree;
   options.pieces = {section.pieces, section.pieces, section.pieces};
   options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
   options.default_friction = default_friction;
   options.jobs = job_count(jobs);
   return options;
@@ -94,11 +115,13 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
 
 // Points whose rows did not change keep their curves, their rows unread; nothing where the file or
 // the earlier curves do not allow it.
-std::optional<FittedCurves> refit_file(const std::filesystem::path& path, const FitOptions& options,
-                                       const Progress& progress, FitReport& report) {
+std::optional<FittedCurves> refit_file(const std::filesystem::path& path, FitOptions options,
+                                       const Body* body, const Progress& progress,
+                                       FitReport& report) {
   if (options.warm_start == nullptr) return std::nullopt;
   const auto indexed = read_samples_index(path);
   if (!indexed) return std::nullopt;
+  if (body != nullptr) options.triangles = neighbour_triangles(indexed->points, *body);
   const auto read_rows = [&](const std::vector<char>& is_wanted) {
     return read_samples_of(path, *indexed, is_wanted);
   };
@@ -109,8 +132,9 @@ std::optional<FittedCurves> refit_file(const std::filesystem::path& path, const 
 }  // namespace
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs) {
-  const FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
+                         int jobs, const Body* body) {
+  FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
   FitReport report;
   FittedCurves curves;
   {
@@ -123,14 +147,18 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
 
 FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
                       double default_friction, int jobs, const FittedCurves* warm_start,
-                      const SensorChoice& sensor) {
-  const FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
+                      const SensorChoice& sensor, const Body* body) {
+  FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
   FitReport report;
   std::optional<FittedCurves> curves;
   {
     ConsoleProgress progress("fit");
-    curves = refit_file(path, options, progress.progress(), report);
-    if (!curves) curves = fit_curves(read_samples(path), options, progress.progress(), &report);
+    curves = refit_file(path, options, body, progress.progress(), report);
+    if (!curves) {
+      const Samples samples = read_samples(path);
+      if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+      curves = fit_curves(samples, options, progress.progress(), &report);
+    }
   }
   say_fit(*curves, report);
   return std::move(*curves);
@@ -156,6 +184,31 @@ SensorChoice sensor_choice(const std::string& frees, const std::string& contact_
                 "Give a length with its unit, such as \"0.1 mm\".");
   choice.contact_deviation_m = *length;
   return choice;
+}
+
+std::optional<double> smoothing_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text == "none") return 0;
+  double strength = -1;
+  const char* const end = text.data() + text.size();
+  const auto found = std::from_chars(text.data(), end, strength);
+  if (found.ec != std::errc{} || found.ptr != end || !(strength >= 0) ||
+      !(strength <= kStrongestSmoothing))
+    throw Error("--smoothing", "\"" + text + "\" is no strength of smoothing",
+                "Use auto, none or a number from 0 to 1e12.");
+  return strength;
+}
+
+Triangles neighbour_triangles(const Samples& samples, const Body& body) {
+  const double size_m = extent_m(body.surface.vertices).norm();
+  const Triangles own = match_triangles(samples.point_position, body.test_points, size_m);
+  if (own.rows() > 0) return own;
+  const RefineOptions options;
+  const auto seeds = place_on_surface(samples.point_position, samples.point_normal, body.surface,
+                                      vertex_normals(body.surface), options.largest_angle_rad,
+                                      options.largest_stray_diagonals * size_m);
+  return triangulate_over(body.surface, nearest_source(body.surface, seeds).source,
+                          samples.point_position, samples.point_normal, options.largest_angle_rad);
 }
 
 std::size_t list_bad_points(const FittedCurves& curves) {

@@ -17,6 +17,7 @@
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/keep_points.hpp"
 #include "libfit/fit/sensors.hpp"
+#include "libfit/fit/smooth_curves.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate {
@@ -64,6 +65,8 @@ void check(const FitOptions& o) {
   require(o.sensor_deviation > 0 && std::isfinite(o.sensor_deviation),
           "fit option sensor_deviation", "is not above 0",
           "Give a share of the force such as 0.05.");
+  require(!o.smoothing || (*o.smoothing >= 0 && *o.smoothing <= kStrongestSmoothing),
+          "fit option smoothing", "is not 0 to 1e12", "Give 0 for none, or a number such as 100.");
   require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
@@ -133,7 +136,12 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
   return report;
 }
 
-// Bases and family as the earlier fit had them.
+bool is_smoothed(const FittedCurves& curves) {
+  return std::any_of(curves.smoothing.begin(), curves.smoothing.end(),
+                     [](double strength) { return strength > 0; });
+}
+
+// Bases and family as the earlier fit had them, and no smoothing where it found that none pays.
 FitOptions as_before(FitOptions options) {
   const CurveSet& curves = options.warm_start->curves;
   options.degree = curves.basis[0].degree;
@@ -143,6 +151,9 @@ FitOptions as_before(FitOptions options) {
     options.knots_m[kind] = curves.basis[kind].knots_m;
   }
   options.family = curves.family();
+  const FittedCurves& earlier = *options.warm_start;
+  if (!options.smoothing && !earlier.smoothing_reason[0].empty() && !is_smoothed(earlier))
+    options.smoothing = 0;
   return options;
 }
 
@@ -237,7 +248,6 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
     out.max_residual_N[p] = result.score.max_N;
   }
   out.recordings = fit::collect_sensors(body, results);
-  out.scores = fit::collect_scores(input.index, results);
   return out;
 }
 
@@ -320,11 +330,15 @@ FittedCurves fit_body(const Input& input, const fit::BodyData& body, const FitOp
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
-  const auto results = fit_points(input, body, rows, bases, options, progress);
+  auto results = fit_points(input, body, rows, bases, options, progress);
   FittedCurves fitted = collect(input, body, bases, results);
+  const auto smoothing =
+      fit::smooth_curves(input.samples, body, rows, bases, options, fitted, results);
+  fitted.scores = fit::collect_scores(input.index, results);
   if (report != nullptr) {
     *report = make_report(input, bases, fitted, results, options.worst_points);
     report->family = family;
+    report->smoothing = smoothing;
     report_bands(fitted, *report);
     report->is_stopped = progress.stopped();
     report->seconds =
@@ -359,6 +373,7 @@ std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& 
   if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
     return std::nullopt;
   const FitOptions options = as_before(wanted);
+  if (is_smoothed(*options.warm_start) || options.smoothing != 0.0) return std::nullopt;
   const fit::EarlierPoints earlier(options.warm_start);
   const std::vector<std::string> hashes = fit::point_hashes(points, index, options);
   const auto kept = earlier.rows_of(hashes);

@@ -12,6 +12,7 @@
 #include "libfit/core/progress.hpp"
 #include "libfit/core/row_index.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/smoothing_report.hpp"
 
 namespace palpate {
 
@@ -67,8 +68,14 @@ struct FitOptions {
   /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
   double contact_deviation_m = 0;
   double sensor_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
-  int jobs = 0;                    ///< threads, 0: all. Results do not depend on it.
-  int worst_points = 10;           ///< length of FitReport::worst
+  /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
+  /// that rows held out support, which is 0 where neighbours tell nothing new.
+  std::optional<double> smoothing = 0;
+  /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
+  /// one sheet (point_graph).
+  Triangles triangles{};
+  int jobs = 0;           ///< threads, 0: all. Results do not depend on it.
+  int worst_points = 10;  ///< length of FitReport::worst
   /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and
   /// points fitted from the same rows with the same options keep their curves.
   const FittedCurves* warm_start = nullptr;
@@ -82,7 +89,7 @@ enum class KnotPlacement : std::int8_t { even = 0, curvature = 1, identified = 2
 struct BasisEvidence {
   int pieces = 0;
   KnotPlacement placement = KnotPlacement::even;
-  double heldout_error = 0;             ///< 95th percentile over points of the relative rms error
+  double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
   /// Likewise of the largest error that three neighbouring abscissae have in common.
   double local_error = 0;
 };
@@ -124,6 +131,7 @@ struct WorstPoint {
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
   FamilyReport family;
+  std::array<SmoothingReport, kCurveKinds> smoothing;
   std::vector<WorstPoint> worst;
   std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
@@ -145,7 +153,8 @@ struct FitReport {
 /// Response curves at every test point, identified from its experiments (docs/method.md, 3 to 5).
 /// Rows are predicted by replaying their experiment through the response model, friction limit
 /// included; weighted force differences are minimised over the increments of the control values,
-/// bounded below by zero, so every curve is monotone and zero at zero. Points are independent.
+/// bounded below by zero, so every curve is monotone and zero at zero. Points are independent but
+/// for FitOptions::smoothing, which starts from all of them and leaves each its status.
 /// A point with too little data gets the curves its message names and `underdetermined`; one with
 /// none gets zero curves and `failed`; others are not affected. A warm start brings what the fit
 /// would on the earlier bases, in the time that the changed points take. Throws Error on options
@@ -158,7 +167,8 @@ using ReadRows = std::function<Samples(const std::vector<char>& is_wanted)>;
 
 /// What fit_curves brings from a warm start, by reading the rows of changed points alone. points:
 /// the test points, without rows; index: of all `rows` rows. Nothing where all rows are needed:
-/// sensors are freed, only some points state force errors, most points have changed.
+/// sensors are freed, only some points state force errors, curves are smoothed, most points have
+/// changed.
 std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& index,
                                          std::size_t rows, const ReadRows& read_rows,
                                          const FitOptions& options, const Progress& progress = {},

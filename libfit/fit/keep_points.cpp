@@ -104,8 +104,11 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
   const FitScores& scores = earlier_->scores;
   PointResult result;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    result.control[kind] = earlier_->curves.control[kind].row(row);
-    result.covariance[kind] = earlier_->covariance[kind].row(row);
+    const bool is_smoothed = earlier_->own.control[kind].rows() > 0;
+    result.control[kind] =
+        (is_smoothed ? earlier_->own.control : earlier_->curves.control)[kind].row(row);
+    result.covariance[kind] =
+        (is_smoothed ? earlier_->own.covariance : earlier_->covariance)[kind].row(row);
   }
   if (earlier_->curves.lean.size() > 0) result.lean_m = earlier_->curves.lean.row(row);
   if (earlier_->curves.anisotropy.size() > 0)

@@ -26,7 +26,7 @@ class EarlierPoints {
   explicit EarlierPoints(const FittedCurves* earlier);
   /// The row of each point's hash, or -1.
   std::vector<Eigen::Index> rows_of(const std::vector<std::string>& hashes) const;
-  /// That point's result as the earlier fit left it. first_experiment: id of the point's first row
+  /// That point's result as the earlier fit left it, before it was smoothed; scores are those after. first_experiment: id of the point's first row
   /// now. experiments: of the point, where its sensors are asked for.
   PointResult keep(Eigen::Index row, std::int32_t first_experiment, std::size_t experiments) const;
   /// Deepest row of the points kept [m].

@@ -30,8 +30,8 @@ bool is_float32(double value) {
 }
 
 /// leading: columns that are zero. rises: along each row.
-void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
-                    Eigen::Index leading = 1, bool rises = true) {
+void check_values(const Complain& complain, const std::string& name, const Controls& controls,
+                  Eigen::Index leading = 1, bool rises = true) {
   for (Eigen::Index i = 0; i < controls.rows(); ++i) {
     const std::string row = "row " + std::to_string(i);
     if (!controls.row(i).head(leading).isZero(0))
@@ -83,7 +83,7 @@ void check_anisotropy(const Complain& complain, const Controls& anisotropy, Eige
   check_rows(complain, kAnisotropyName, anisotropy.rows(), points);
   if (anisotropy.cols() != static_cast<Eigen::Index>(kTensorSize))
     throw complain(kAnisotropyName, "has not 6 columns");
-  check_controls(complain, kAnisotropyName, anisotropy, 0, false);
+  check_values(complain, kAnisotropyName, anisotropy, 0, false);
   const Eigen::ArrayXd norm = (anisotropy.leftCols(3).rowwise().squaredNorm() +
                                2 * anisotropy.rightCols(3).rowwise().squaredNorm())
                                   .cwiseSqrt();
@@ -135,14 +135,19 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
                    {static_cast<std::size_t>(curves.anisotropy.rows()), kTensorSize});
 }
 
+void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
+                    const CurveBasis& basis, Eigen::Index points) {
+  check_rows(complain, name, controls.rows(), points);
+  check_columns(complain, name, controls, basis.size());
+  check_values(complain, name, controls);
+}
+
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const std::string name = group_of(kind) + "/controls";
     check_basis(complain, group_of(kind), curves.basis[k]);
-    check_rows(complain, name, curves.control[k].rows(), points);
-    check_columns(complain, name, curves.control[k], curves.basis[k].size());
-    check_controls(complain, name, curves.control[k]);
+    check_controls(complain, name, curves.control[k], curves.basis[k], points);
   }
   if (is_anisotropic(curves.family())) check_anisotropy(complain, curves.anisotropy, points);
   if (!leans(curves.family())) return;
@@ -150,7 +155,7 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
   check_basis(complain, group, curves.lean_basis);
   check_rows(complain, name, curves.lean.rows(), points);
   check_columns(complain, name, curves.lean, 3 * curves.lean_basis.size());
-  check_controls(complain, name, curves.lean, 3, false);
+  check_values(complain, name, curves.lean, 3, false);
 }
 
 }  // namespace palpate::h5

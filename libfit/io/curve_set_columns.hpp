@@ -19,4 +19,8 @@ void write_curve_set(Writer& writer, const CurveSet& curves);
 /// within the engine's bound.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
+/// The same of one kind's control values under `name`, of P = points rows and basis.size() columns.
+void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
+                    const CurveBasis& basis, Eigen::Index points);
+
 }  // namespace palpate::h5

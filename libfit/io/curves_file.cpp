@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "libfit/io/curve_set_columns.hpp"
+#include "libfit/io/smoothing_columns.hpp"
 
 namespace palpate {
 
@@ -133,6 +134,7 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   check_curve_set(complain, f.curves, points);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
+  check_smoothing(complain, f);
   check_recordings(complain, f);
   if (!f.scores.empty()) check_scores(complain, f.scores, points);
 }
@@ -200,6 +202,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
     f.covariance[kind] = Eigen::Map<const Controls>(values.data(), f.position.rows(),
                                                     static_cast<Eigen::Index>(columns));
   }
+  read_smoothing(reader, f);
   f.recordings = read_recordings(reader);
   f.scores = read_scores(reader, points);
   check(f, complain_about(reader));
@@ -227,6 +230,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
         covariance_name(kind), "N^2", values.data(),
         {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
   }
+  write_smoothing(writer, f);
   write_recordings(writer, f.recordings);
   write_scores(writer, f.scores);
   writer.commit();

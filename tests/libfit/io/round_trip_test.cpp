@@ -156,9 +156,29 @@ TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   EXPECT_EQ(a.scores.relative_error, b.scores.relative_error);
 }
 
+TEST_F(RoundTrip, what_smoothing_did_and_the_curves_before_it_come_back) {
+  FittedCurves a = example_curves();
+  write_curves(at("c.h5"), a);
+  const FittedCurves b = read_curves(at("c.h5"));
+  EXPECT_EQ(b.smoothing, a.smoothing);
+  EXPECT_EQ(b.smoothing_reason, a.smoothing_reason);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    EXPECT_TRUE(same_bits(a.own.control[kind], b.own.control[kind]));
+    EXPECT_TRUE(same_bits(a.own.covariance[kind], b.own.covariance[kind]));
+  }
+  a.smoothing[0] = 3;
+  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
+            "d.h5:curves/normal/own_controls: does not go with the strength of smoothing");
+  a = example_curves();
+  a.own.control[1](2, 1) = -1;
+  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
+            "d.h5:curves/lateral/own_controls: row 2 falls");
+}
+
 TEST_F(RoundTrip, curves_without_errors_and_with_impossible_ones) {
   FittedCurves a = example_curves();
   a.recordings = {};
+  a.smoothing = {}, a.smoothing_reason = {}, a.own = {};
   for (auto& covariance : a.covariance) covariance.resize(0, 0);
   write_curves(at("old.h5"), a);
   const FittedCurves b = read_curves(at("old.h5"));
