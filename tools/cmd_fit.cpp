@@ -14,7 +14,7 @@ class Fit final : public Command {
   explicit Fit(Arguments& arguments) {
     arguments.positional("samples", samples_, "samples.h5");
     arguments.option("-o,--output", output_, "curves.h5 to write", true);
-    arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4");
+    arguments.option("--degree", section_.degree, "Degree of the curves, 1 to 4; 0: by held-out rows");
     arguments.option("--pieces", section_.pieces,
                      "Pieces of every curve; 0: as few as the data support");
     arguments.option(

@@ -173,7 +173,7 @@ FitSection read_fit(SceneTable table) {
   for (const CurveFamilyName& row : kCurveFamilyNames) families.push_back(row.name);
   FitSection fit;
   fit.family = table.choice("family", fit.family, families);
-  fit.degree = static_cast<int>(table.integer("degree", fit.degree, 1, 4));
+  fit.degree = static_cast<int>(table.integer("degree", fit.degree, 0, 4));
   fit.pieces = static_cast<int>(table.integer("pieces", fit.pieces, 0, 256));
   fit.tolerance = table.number("tolerance", fit.tolerance, 1e-6, 1);
   const toml::node* smoothing = table.node("smoothing");

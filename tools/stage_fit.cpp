@@ -35,6 +35,8 @@ void say_smoothing(const FitReport& report) {
 void say_report(const FitReport& report) {
   say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
       report.family.reason);
+  if (!report.degree_reason.empty())
+    say("  degree   {}: {}", report.kind[0].basis.degree, report.degree_reason);
   for (int kind = 0; kind < kCurveKinds; ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;

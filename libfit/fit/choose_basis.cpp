@@ -163,6 +163,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
 
   const std::size_t chosen = fewest(candidates, best, options.tolerance);
   report.basis = candidates[chosen].basis;
+  report.heldout_error = candidates[chosen].evidence.heldout_error;
   report.reason = reason_for(candidates[chosen], wanted > 0, options.tolerance);
   return report;
 }

@@ -10,11 +10,13 @@
 #include <limits>
 #include <mutex>
 
-#include "libfit/core/error.hpp"
+#include "libfit/fit/check_options.hpp"
 #include "libfit/fit/choose_basis.hpp"
+#include "libfit/fit/choose_degree.hpp"
 #include "libfit/fit/choose_family.hpp"
 #include "libfit/fit/curve_band.hpp"
 #include "libfit/fit/fit_point.hpp"
+#include "libfit/fit/fit_report.hpp"
 #include "libfit/fit/keep_points.hpp"
 #include "libfit/fit/sensors.hpp"
 #include "libfit/fit/smooth_curves.hpp"
@@ -36,38 +38,6 @@ void parallel_for(int wanted, std::size_t count, const Act& act) {
                                   static_cast<std::size_t>(jobs));
   tbb::task_arena arena(jobs);
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, act); });
-}
-
-void require(bool holds, const char* option, const char* fact, const char* remedy) {
-  if (!holds) throw Error(option, fact, remedy);
-}
-
-void check(const FitOptions& o) {
-  require(o.degree >= 1 && o.degree <= 4, "fit option degree", "is not 1 to 4",
-          "Choose a degree of 1, 2, 3 or 4.");
-  for (const int pieces : o.pieces)
-    require(pieces >= 0 && pieces <= 256, "fit option pieces", "is not 0 to 256",
-            "Give a number of pieces, or 0 to have it chosen.");
-  require(o.most_pieces >= 1 && o.most_pieces <= 256, "fit option most_pieces", "is not 1 to 256",
-          "Allow at least one piece.");
-  require(o.tolerance >= 0 && o.tolerance < 1, "fit option tolerance", "is not in [0, 1)",
-          "Give a relative error such as 0.02.");
-  require(o.poor_above > 0, "fit option poor_above", "is not above 0",
-          "Give a relative error such as 0.07.");
-  require(o.weight_floor > 0 && o.weight_floor < 1, "fit option weight_floor", "is not in (0, 1)",
-          "Give a fraction of the typical force such as 0.001.");
-  require(o.default_friction > 0 && std::isfinite(o.default_friction),
-          "fit option default_friction", "is not above 0", "Give a friction such as 0.3.");
-  require(o.default_lateral_ratio > 0 && std::isfinite(o.default_lateral_ratio),
-          "fit option default_lateral_ratio", "is not above 0", "Give a ratio such as 0.67.");
-  require(o.contact_deviation_m >= 0 && std::isfinite(o.contact_deviation_m),
-          "fit option contact_deviation", "is negative", "Give a length such as 0.1 mm, or 0.");
-  require(o.sensor_deviation > 0 && std::isfinite(o.sensor_deviation),
-          "fit option sensor_deviation", "is not above 0",
-          "Give a share of the force such as 0.05.");
-  require(!o.smoothing || (*o.smoothing >= 0 && *o.smoothing <= kStrongestSmoothing),
-          "fit option smoothing", "is not 0 to 1e12", "Give 0 for none, or a number such as 100.");
-  require(o.jobs >= 0, "fit option jobs", "is negative", "Give a number of threads, or 0 for all.");
 }
 
 BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& rows,
@@ -134,27 +104,6 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
     bases.lean_si.knots_m.clear();
   }
   return report;
-}
-
-bool is_smoothed(const FittedCurves& curves) {
-  return std::any_of(curves.smoothing.begin(), curves.smoothing.end(),
-                     [](double strength) { return strength > 0; });
-}
-
-// Bases and family as the earlier fit had them, and no smoothing where it found that none pays.
-FitOptions as_before(FitOptions options) {
-  const CurveSet& curves = options.warm_start->curves;
-  options.degree = curves.basis[0].degree;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    require(curves.basis[kind].degree == options.degree, "warm start",
-            "has curves of several degrees", "Fit without a warm start.");
-    options.knots_m[kind] = curves.basis[kind].knots_m;
-  }
-  options.family = curves.family();
-  const FittedCurves& earlier = *options.warm_start;
-  if (!options.smoothing && !earlier.smoothing_reason[0].empty() && !is_smoothed(earlier))
-    options.smoothing = 0;
-  return options;
 }
 
 // What is fitted: all rows, or those of the points that are not kept.
@@ -251,82 +200,14 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
   return out;
 }
 
-std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
-                                     const std::vector<PointResult>& results, int count) {
-  std::vector<WorstPoint> worst;
-  for (std::size_t p = 0; p < results.size(); ++p) {
-    if (!results[p].is_scored) continue;
-    const fit::PointScore& score = results[p].score;
-    const auto at = static_cast<Eigen::Index>(p);
-    std::string reason = "worst at row " + std::to_string(score.worst_row) + " of experiment " +
-                         std::to_string(score.worst_experiment);
-    if (!results[p].message.empty()) fit::add_sentence(reason, results[p].message);
-    worst.push_back({at, fitted.name[p], fitted.position.row(at), score.relative, score.rms_N,
-                     score.max_N, reason});
-  }
-  std::stable_sort(worst.begin(), worst.end(), [](const WorstPoint& a, const WorstPoint& b) {
-    return a.relative_residual > b.relative_residual;
-  });
-  if (worst.size() > static_cast<std::size_t>(std::max(count, 0)))
-    worst.resize(static_cast<std::size_t>(std::max(count, 0)));
-  return worst;
-}
-
-// Relative bands where each curve's rows end: past that it is extrapolated.
-void report_bands(const FittedCurves& fitted, FitReport& report) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
-    const auto spline = fit::view(tables);
-    std::vector<double> bands;
-    for (Eigen::Index at = 0; at < fitted.position.rows(); ++at) {
-      const double end = fitted.scores.curve_end_m(at, static_cast<Eigen::Index>(kind));
-      if (!fitted.covariance[kind].row(at).allFinite() || std::isnan(end)) continue;
-      const Eigen::VectorXd covariance = fitted.covariance[kind].row(at);
-      const double value =
-          runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
-      if (!(value > 0)) continue;
-      bands.push_back(fit::kBand90 * fit::curve_deviation(spline, covariance, end) / value);
-      if (bands.back() > report.widest_band[kind] || report.widest_point[kind] < 0)
-        report.widest_band[kind] = bands.back(), report.widest_point[kind] = at;
-    }
-    report.median_band[kind] = fit::median(std::move(bands));
-  }
-}
-
-FitReport make_report(const Input& input, const BodyBases& bases, const FittedCurves& fitted,
-                      const std::vector<PointResult>& results, int count) {
-  FitReport report;
-  report.kind = bases.report;
-  report.worst = worst_points(fitted, results, count);
-  for (const PointResult& result : results) report.kept += result.is_kept;
-  for (const FitStatus status : fitted.status) {
-    report.good += status == FitStatus::good;
-    report.underdetermined += status == FitStatus::underdetermined;
-    report.poor += status == FitStatus::poor;
-    report.failed += status == FitStatus::failed;
-  }
-  report.rows = input.rows;
-  for (const PointResult& result : results) {
-    report.rows_used += static_cast<std::size_t>(result.rows.used);
-    report.rows_not_good += static_cast<std::size_t>(result.rows.not_good);
-    report.rows_not_finite += static_cast<std::size_t>(result.rows.not_finite);
-    report.rows_cut += static_cast<std::size_t>(result.rows.cut);
-  }
-  std::vector<double> errors;
-  for (const PointResult& result : results)
-    errors.insert(errors.end(), result.score.relative_errors.begin(),
-                  result.score.relative_errors.end());
-  report.median_relative_error = fit::median(errors);
-  report.p95_relative_error = fit::quantile(errors, 0.95);
-  report.max_relative_error = fit::quantile(errors, 1);
-  return report;
-}
-
-FittedCurves fit_body(const Input& input, const fit::BodyData& body, const FitOptions& options,
+FittedCurves fit_body(const Input& input, const fit::BodyData& body, FitOptions options,
                       const Progress& progress, FitReport* report) {
   const auto begin = std::chrono::steady_clock::now();
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
+  fit::ChosenDegree degree{options.degree, ""};
+  if (options.degree == 0) degree = fit::choose_degree(body, rows, options);
+  options.degree = degree.degree;
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
@@ -336,10 +217,10 @@ FittedCurves fit_body(const Input& input, const fit::BodyData& body, const FitOp
       fit::smooth_curves(input.samples, body, rows, bases, options, fitted, results);
   fitted.scores = fit::collect_scores(input.index, results);
   if (report != nullptr) {
-    *report = make_report(input, bases, fitted, results, options.worst_points);
+    *report = fit::make_report(input.rows, bases, fitted, results, options.worst_points);
+    report->degree_reason = degree.reason;
     report->family = family;
     report->smoothing = smoothing;
-    report_bands(fitted, *report);
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -351,8 +232,8 @@ FittedCurves fit_body(const Input& input, const fit::BodyData& body, const FitOp
 
 FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
                         FitReport* report) {
-  check(wanted);
-  const FitOptions options = wanted.warm_start != nullptr ? as_before(wanted) : wanted;
+  fit::check_options(wanted);
+  const FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
   fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
   fit::free_sensors(samples, options, body);
   const RowIndex index = index_rows(samples);
@@ -369,11 +250,11 @@ std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& 
                                          std::size_t rows, const ReadRows& read_rows,
                                          const FitOptions& wanted, const Progress& progress,
                                          FitReport* report) {
-  check(wanted);
+  fit::check_options(wanted);
   if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
     return std::nullopt;
-  const FitOptions options = as_before(wanted);
-  if (is_smoothed(*options.warm_start) || options.smoothing != 0.0) return std::nullopt;
+  const FitOptions options = fit::as_before(wanted);
+  if (fit::is_smoothed(*options.warm_start) || options.smoothing != 0.0) return std::nullopt;
   const fit::EarlierPoints earlier(options.warm_start);
   const std::vector<std::string> hashes = fit::point_hashes(points, index, options);
   const auto kept = earlier.rows_of(hashes);

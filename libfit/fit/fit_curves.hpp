@@ -45,7 +45,7 @@ inline constexpr std::array<SensorPartName, 3> kSensorPartNames{{
 struct FitOptions {
   std::optional<CurveFamily> family{};  ///< none: by held-out error
   bool judges_family = false;           ///< a family that was asked for gets its evidence, too
-  int degree = 3;                       ///< of every curve, 1 to 4
+  int degree = 3;                       ///< of every curve, 1 to 4; 0: by held-out error
   /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
   std::array<int, kCurveKinds> pieces{0, 0, 0};
   /// Knots of each kind [m], taken as they are; empty: placed from the samples.
@@ -99,6 +99,7 @@ struct BasisReport {
   CurveBasis basis;
   std::vector<BasisEvidence> evidence;  ///< in the order tried; empty when the user chose
   int points = 0;                       ///< that had rows to hold out
+  double heldout_error = 0;             ///< of the basis; 0 where none could be held out
   std::string reason;                   ///< a sentence
 };
 
@@ -130,6 +131,7 @@ struct WorstPoint {
 /// How the fit went. All but `seconds` is independent of the number of threads.
 struct FitReport {
   std::array<BasisReport, kCurveKinds> kind;
+  std::string degree_reason;  ///< of a degree that was chosen, a sentence
   FamilyReport family;
   std::array<SmoothingReport, kCurveKinds> smoothing;
   std::vector<WorstPoint> worst;

@@ -305,5 +305,28 @@ TEST(basis, of_a_line_with_single_outliers_has_one_piece) {
   }
 }
 
+// Curves that a basis of one degree holds exactly get that degree, and no more of it than they need.
+TEST(degree, is_that_of_the_fewest_control_values) {
+  for (const int power : {1, 2, 3}) {
+    const Curve normal = [power](double d) { return 3 * std::pow(d / 0.01, power); };
+    Recorder rig;
+    for (int p = 0; p < 3; ++p) rig.press(rig.add_point(Vec3(0.1 * p, 0, 1)), normal, 0.01, 40);
+    add_noise(rig.samples, 0.002, 7);
+    FitReport report;
+    const FittedCurves fitted = fit_curves(rig.samples, {.degree = 0}, {}, &report);
+    EXPECT_EQ(fitted.curves.basis[0].degree, power) << report.degree_reason;
+    EXPECT_EQ(fitted.curves.basis[0].pieces(), 1) << report.degree_reason;
+    EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), normal, 0.01), 0.002);
+  }
+}
+
+TEST(degree, one_is_not_taken_where_it_would_bend_at_knots) {
+  const Curve normal = [](double d) { return 400 * std::max(0.2 * d, d - 0.004); };  // a kink
+  Recorder rig;
+  rig.press(rig.add_point(Vec3(0, 0, 1)), normal, 0.01, 60);
+  const FittedCurves fitted = fit_curves(rig.samples, {.degree = 0});
+  EXPECT_GT(fitted.curves.basis[0].degree, 1);
+}
+
 }  // namespace
 }  // namespace palpate::test

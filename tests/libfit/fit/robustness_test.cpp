@@ -333,7 +333,7 @@ std::string fact_of(const std::function<void()>& act) {
 TEST(fit, refuses_options_and_samples_that_make_no_sense) {
   const Recorder rig = sound_body(1, 1);
   EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.degree = 5}); }),
-            "fit option degree: is not 1 to 4");
+            "fit option degree: is not 0 to 4");
   EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.tolerance = -1}); }),
             "fit option tolerance: is not in [0, 1)");
   EXPECT_EQ(fact_of([&] { fit_curves(rig.samples, {.jobs = -1}); }),
