@@ -192,7 +192,7 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, c
     if (options.smoothing == 0.0) {
       const bool is_known = earlier != nullptr && !earlier->smoothing_reason[kind].empty();
       reports[kind].reason = is_known ? earlier->smoothing_reason[kind] : "as asked";
-      fitted.smoothing_reason[kind] = reports[kind].reason;
+      if (is_known) fitted.smoothing_reason[kind] = reports[kind].reason;
       continue;
     }
     reports[kind] = smooth_kind(body, rows, bases, options, kind, fitted);
