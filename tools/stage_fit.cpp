@@ -105,6 +105,13 @@ FitOptions options_of(const FitSection& section, double default_friction, int jo
   return options;
 }
 
+// What the samples themselves decide: who is whose neighbour, and that simulated rows are not
+// smoothed by default: what their curves leave is the family's, not noise that neighbours average.
+void add_samples(const Samples& samples, const Body* body, FitOptions& options) {
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
+}
+
 void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
@@ -136,7 +143,7 @@ std::optional<FittedCurves> refit_file(const std::filesystem::path& path, FitOpt
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
                          int jobs, const Body* body) {
   FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+  add_samples(samples, body, options);
   FitReport report;
   FittedCurves curves;
   {
@@ -158,7 +165,7 @@ FittedCurves fit_file(const std::filesystem::path& path, const FitSection& secti
     curves = refit_file(path, options, body, progress.progress(), report);
     if (!curves) {
       const Samples samples = read_samples(path);
-      if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+      add_samples(samples, body, options);
       curves = fit_curves(samples, options, progress.progress(), &report);
     }
   }

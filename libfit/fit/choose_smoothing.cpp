@@ -223,6 +223,9 @@ void choose_smoothing(const SmoothingData& data, FitLoss loss, SmoothingReport& 
     report.reason = "rows not seen are predicted no better with neighbours";
   } else if (report.gain < kLeastGain) {
     report.reason = "only " + percent(report.gain) + " of the curves' own error would be gained";
+  } else if (report.gain - 2 * report.gain_error > 1) {
+    report.reason = "rows not seen gain " + percent(report.gain) +
+                    " of the curves' own error: they are off by more than noise";
   } else {
     report.strength = report.evidence[chosen].strength;
     report.reason = percent(report.gain) + " +- " + percent(report.gain_error) +

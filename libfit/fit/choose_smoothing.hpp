@@ -20,7 +20,9 @@ struct SmoothingData {
 /// The least strength, 0 included, whose error of held-out rows is within a standard error of the
 /// least error: five folds over abscissae, each held out at all points at once, so that no
 /// neighbour has seen what is predicted, and what neighbours get wrong alike is no gain. 0, too,
-/// where less than a tenth of the curves' own error would be gained. Fills strength, evidence, gain
+/// where less than a tenth of the curves' own error would be gained or, by two standard errors, more
+/// than all of it: then rows are off by what no curve of the family says, and neighbours make up
+/// for it in rows not seen alone. Fills strength, evidence, gain
 /// and reason of the report.
 /// Source: Hastie, Tibshirani and Friedman, The Elements of Statistical Learning (2009), 7.10.
 void choose_smoothing(const SmoothingData& data, FitLoss loss, SmoothingReport& report);
