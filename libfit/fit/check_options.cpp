@@ -57,8 +57,8 @@ FitOptions as_before(FitOptions options) {
   }
   options.family = curves.family();
   const FittedCurves& earlier = *options.warm_start;
-  if (!options.smoothing && !earlier.smoothing_reason[0].empty() && !is_smoothed(earlier))
-    options.smoothing = 0;
+  if (!options.smoothing && !earlier.smoothing_reason[0].empty())
+    options.strengths = earlier.smoothing;
   return options;
 }
 

@@ -114,6 +114,7 @@ struct Input {
   std::vector<Eigen::Index> kept;  // P, row of the earlier fit, or -1
   std::vector<std::string> hash;   // P
   const fit::EarlierPoints& earlier;
+  ReadRows read_rows{};  // of points kept
 };
 
 // Where the rows of each curve end.
@@ -213,8 +214,8 @@ FittedCurves fit_body(const Input& input, const fit::BodyData& body, FitOptions 
   const FamilyReport family = settle_family(body, options, rows, bases);
   auto results = fit_points(input, body, rows, bases, options, progress);
   FittedCurves fitted = collect(input, body, bases, results);
-  const auto smoothing =
-      fit::smooth_curves(input.samples, body, rows, bases, options, fitted, results);
+  const auto smoothing = fit::smooth_curves(input.samples, body, rows, bases, options, fitted,
+                                            results, input.read_rows);
   fitted.scores = fit::collect_scores(input.index, results);
   if (report != nullptr) {
     *report = fit::make_report(input.rows, bases, fitted, results, options.worst_points);
@@ -254,7 +255,9 @@ std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& 
   if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
     return std::nullopt;
   const FitOptions options = fit::as_before(wanted);
-  if (fit::is_smoothed(*options.warm_start) || options.smoothing != 0.0) return std::nullopt;
+  const bool is_settled =
+      options.strengths || (options.smoothing == 0.0 && !fit::is_smoothed(*options.warm_start));
+  if (!is_settled) return std::nullopt;
   const fit::EarlierPoints earlier(options.warm_start);
   const std::vector<std::string> hashes = fit::point_hashes(points, index, options);
   const auto kept = earlier.rows_of(hashes);
@@ -265,7 +268,8 @@ std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& 
   const fit::BodyData body =
       fit::gather_experiments(samples, options.weight_floor, earlier.depth_m(kept));
   if (!earlier.are_errors_alike(kept, body)) return std::nullopt;
-  return fit_body({samples, index, rows, kept, hashes, earlier}, body, options, progress, report);
+  return fit_body({samples, index, rows, kept, hashes, earlier, read_rows}, body, options, progress,
+                  report);
 }
 
 }  // namespace palpate

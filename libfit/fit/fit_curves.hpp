@@ -71,13 +71,16 @@ struct FitOptions {
   /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
   /// that rows held out support, which is 0 where neighbours tell nothing new.
   std::optional<double> smoothing = 0;
+  /// Strengths by kind in place of `smoothing`; a warm start has those of the earlier fit.
+  std::optional<std::array<double, kCurveKinds>> strengths{};
   /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
   /// one sheet (point_graph).
   Triangles triangles{};
   int jobs = 0;           ///< threads, 0: all. Results do not depend on it.
   int worst_points = 10;  ///< length of FitReport::worst
-  /// Curves of an earlier fit, which must outlive the call: its bases and family are kept, and
-  /// points fitted from the same rows with the same options keep their curves.
+  /// Curves of an earlier fit, which must outlive the call: its bases, family and strengths of
+  /// smoothing are kept, and points fitted from the same rows with the same options keep their
+  /// curves.
   const FittedCurves* warm_start = nullptr;
 };
 
@@ -169,8 +172,8 @@ using ReadRows = std::function<Samples(const std::vector<char>& is_wanted)>;
 
 /// What fit_curves brings from a warm start, by reading the rows of changed points alone. points:
 /// the test points, without rows; index: of all `rows` rows. Nothing where all rows are needed:
-/// sensors are freed, only some points state force errors, curves are smoothed, most points have
-/// changed.
+/// sensors are freed, only some points state force errors, smoothing is chosen anew, most points
+/// have changed.
 std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& index,
                                          std::size_t rows, const ReadRows& read_rows,
                                          const FitOptions& options, const Progress& progress = {},

@@ -33,7 +33,8 @@ struct PointResult {
   PointScore score;
   bool is_scored = false;
   std::string rows_hash;
-  bool is_kept = false;  ///< of an earlier fit
+  bool is_kept = false;  ///< of an earlier fit, there in row earlier_row
+  Eigen::Index earlier_row = -1;
   double depth_m = 0;    ///< deepest row fitted
   /// Where the rows of each curve end; NaN without any.
   Eigen::RowVector3d curve_end_m =

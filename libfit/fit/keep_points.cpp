@@ -116,6 +116,7 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
   result.status = earlier_->status[at];
   result.message = earlier_->message[at];
   result.is_kept = true;
+  result.earlier_row = row;
   restore_sensors(earlier_->recordings, row, experiments, result);
   result.depth_m = earlier_->depth_range_m[row];
   result.curve_end_m = scores.curve_end_m.row(row);

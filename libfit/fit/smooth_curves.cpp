@@ -1,5 +1,6 @@
 #include "libfit/fit/smooth_curves.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/core/error.hpp"
@@ -67,10 +68,12 @@ Eigen::MatrixXd unpack_symmetric(const Eigen::VectorXd& packed, Eigen::Index n) 
   return matrix;
 }
 
-// Without dimension, as choose_smoothing wants it; `typical` [N] is what it was divided by.
+// Without dimension, as choose_smoothing wants it, rows only where the strength is to be chosen;
+// `typical` [N] is what it was divided by.
 SmoothingData gather(const FittedCurves& fitted, const BodyData& body,
                      const std::vector<PointRows>& rows, const BodyBases& bases,
-                     const Members& members, std::size_t kind, Eigen::VectorXd& typical) {
+                     const Members& members, std::size_t kind, bool is_chosen,
+                     Eigen::VectorXd& typical) {
   const auto count = static_cast<Eigen::Index>(members.point.size());
   const Eigen::Index n = bases.si[kind].size() - 1;
   SmoothingData data{bases.plain[kind], Controls(count, n), {}, {}, {}, Controls(count, n)};
@@ -86,6 +89,7 @@ SmoothingData gather(const FittedCurves& fitted, const BodyData& body,
     data.covariance.push_back(inverse.asDiagonal() *
                               unpack_symmetric(fitted.covariance[kind].row(p), n) *
                               inverse.asDiagonal());
+    if (!is_chosen) continue;
     data.unit.row(i) = typical / body.points[static_cast<std::size_t>(p)].force_N;
     data.rows.push_back(unit_weights(rows[static_cast<std::size_t>(p)].curve[kind]));
     group_by_abscissa(data.rows.back(), data.basis.knots_m.back(),
@@ -138,14 +142,18 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
     return report;
   }
   Eigen::VectorXd typical;
-  SmoothingData data = gather(fitted, body, rows, bases, members, kind, typical);
+  SmoothingData data = gather(fitted, body, rows, bases, members, kind,
+                              !options.strengths && !options.smoothing, typical);
   if (!(typical.minCoeff() > 0)) {
     report.reason = "most curves are zero";
     return report;
   }
   data.edges = edges_among(members, fitted, options.triangles);
   report.neighbours = static_cast<Eigen::Index>(data.edges.size());
-  if (options.smoothing) {
+  if (options.strengths) {
+    report.strength = data.edges.empty() ? 0 : (*options.strengths)[kind];
+    report.reason = options.warm_start->smoothing_reason[kind];
+  } else if (options.smoothing) {
     report.strength = data.edges.empty() ? 0 : *options.smoothing;
     report.reason = "as asked";
   } else {
@@ -155,30 +163,54 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
   return report;
 }
 
-void score_again(const Samples& samples, const BodyData& body, const BodyBases& bases,
-                 FittedCurves& fitted, std::vector<PointResult>& results) {
+// Whether a kept point has the curves that its stored score is of.
+bool has_earlier_curves(const FittedCurves& fitted, const FitOptions& options, Eigen::Index p,
+                        const PointResult& result) {
+  bool is_same = result.is_kept;
+  for (std::size_t kind = 0; kind < kCurveKinds && is_same; ++kind)
+    is_same = fitted.curves.control[kind].row(p) ==
+              options.warm_start->curves.control[kind].row(result.earlier_row);
+  return is_same;
+}
+
+void score_points(const Samples& samples, const BodyData& body, const BodyBases& bases,
+                  const std::vector<char>& is_wanted, FittedCurves& fitted,
+                  std::vector<PointResult>& results) {
   const Bases si(bases.si, bases.lean_si, bases.is_coupled, bases.is_anisotropic);
   for (std::size_t p = 0; p < results.size(); ++p) {
+    if (!is_wanted[p]) continue;
     PointResult& result = results[p];
-    if (!result.is_scored) continue;
-    const auto at = static_cast<Eigen::Index>(p);
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-      result.control[kind] = fitted.curves.control[kind].row(at);
     result.score = score_point(samples, body.points[p], body.length_m, si, result.control,
                                result.lean_m, result.anisotropy, result.sensor);
-    fitted.rms_residual_N[at] = result.score.rms_N;
-    fitted.max_residual_N[at] = result.score.max_N;
+    fitted.rms_residual_N[static_cast<Eigen::Index>(p)] = result.score.rms_N;
+    fitted.max_residual_N[static_cast<Eigen::Index>(p)] = result.score.max_N;
   }
+}
+
+void score_again(const Samples& samples, const BodyData& body, const BodyBases& bases,
+                 const FitOptions& options, const ReadRows& read_rows, FittedCurves& fitted,
+                 std::vector<PointResult>& results) {
+  std::vector<char> is_here(results.size(), 0), is_elsewhere(results.size(), 0);
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+      results[p].control[kind] = fitted.curves.control[kind].row(at);
+    if (!results[p].is_scored || has_earlier_curves(fitted, options, at, results[p])) continue;
+    (body.points[p].experiments.empty() ? is_elsewhere : is_here)[p] = 1;
+  }
+  score_points(samples, body, bases, is_here, fitted, results);
+  if (std::find(is_elsewhere.begin(), is_elsewhere.end(), 1) == is_elsewhere.end()) return;
+  const Samples more = read_rows(is_elsewhere);
+  score_points(more, gather_experiments(more, options.weight_floor, body.length_m), bases,
+               is_elsewhere, fitted, results);
 }
 
 }  // namespace
 
-std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, const BodyData& body,
-                                                       const std::vector<PointRows>& rows,
-                                                       const BodyBases& bases,
-                                                       const FitOptions& options,
-                                                       FittedCurves& fitted,
-                                                       std::vector<PointResult>& results) {
+std::array<SmoothingReport, kCurveKinds> smooth_curves(
+    const Samples& samples, const BodyData& body, const std::vector<PointRows>& rows,
+    const BodyBases& bases, const FitOptions& options, FittedCurves& fitted,
+    std::vector<PointResult>& results, const ReadRows& read_rows) {
   if (options.triangles.rows() > 0 &&
       (options.triangles.minCoeff() < 0 || options.triangles.maxCoeff() >= fitted.position.rows()))
     throw Error("fit option triangles", "names a point that is not there",
@@ -189,10 +221,11 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, c
   for (const double strength : earlier != nullptr ? earlier->smoothing : fitted.smoothing)
     is_changed = is_changed || strength > 0;  // kept scores are of smoothed curves
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    if (options.smoothing == 0.0) {
-      const bool is_known = earlier != nullptr && !earlier->smoothing_reason[kind].empty();
-      reports[kind].reason = is_known ? earlier->smoothing_reason[kind] : "as asked";
-      if (is_known) fitted.smoothing_reason[kind] = reports[kind].reason;
+    const double asked =
+        options.strengths ? (*options.strengths)[kind] : options.smoothing.value_or(1);
+    if (asked == 0) {
+      reports[kind].reason = options.strengths ? earlier->smoothing_reason[kind] : "as asked";
+      if (options.strengths) fitted.smoothing_reason[kind] = reports[kind].reason;
       continue;
     }
     reports[kind] = smooth_kind(body, rows, bases, options, kind, fitted);
@@ -200,7 +233,7 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, c
     fitted.smoothing_reason[kind] = reports[kind].reason;
     is_changed = is_changed || reports[kind].strength > 0;
   }
-  if (is_changed) score_again(samples, body, bases, fitted, results);
+  if (is_changed) score_again(samples, body, bases, options, read_rows, fitted, results);
   return reports;
 }
 

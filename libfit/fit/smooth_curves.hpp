@@ -10,12 +10,11 @@ namespace palpate::fit {
 /// estimates, `own` keeps these, residuals and scores are taken again. fitted and results: of the
 /// points by themselves, results in point order. Per kind, points take part that were fitted and
 /// have a band; others, and points without neighbours, stay as they are, and every status stays.
-/// Where the strength is 0 nothing is touched.
-std::array<SmoothingReport, kCurveKinds> smooth_curves(const Samples& samples, const BodyData& body,
-                                                       const std::vector<PointRows>& rows,
-                                                       const BodyBases& bases,
-                                                       const FitOptions& options,
-                                                       FittedCurves& fitted,
-                                                       std::vector<PointResult>& results);
+/// Where the strength is 0 nothing is touched. read_rows: samples with the rows of kept points that
+/// `samples` lacks; their scores are taken again only where their curves moved.
+std::array<SmoothingReport, kCurveKinds> smooth_curves(
+    const Samples& samples, const BodyData& body, const std::vector<PointRows>& rows,
+    const BodyBases& bases, const FitOptions& options, FittedCurves& fitted,
+    std::vector<PointResult>& results, const ReadRows& read_rows = {});
 
 }  // namespace palpate::fit
