@@ -52,7 +52,7 @@ FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, 
   BodyBases bases = setting.bases;
   if (!leans(family)) bases.lean_plain.knots_m.clear();
   bases.is_anisotropic = is_anisotropic(family);
-  const Bases plain(bases.plain, bases.lean_plain, bases.is_coupled, bases.is_anisotropic);
+  const Bases plain = plain_bases(bases);
   std::vector<double> errors;
   const std::size_t stride = (body.points.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t p = 0; p < body.points.size(); p += std::max<std::size_t>(stride, 1)) {

@@ -10,11 +10,11 @@
 #include <limits>
 #include <mutex>
 
-#include "libfit/fit/check_options.hpp"
 #include "libfit/fit/choose_basis.hpp"
 #include "libfit/fit/choose_degree.hpp"
 #include "libfit/fit/choose_family.hpp"
 #include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/fit_options.hpp"
 #include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/fit_report.hpp"
 #include "libfit/fit/keep_points.hpp"
@@ -131,8 +131,7 @@ Eigen::RowVector3d curve_ends_m(const fit::PointRows& rows, double length_m) {
 std::vector<PointResult> fit_points(const Input& input, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows, const BodyBases& bases,
                                     const FitOptions& options, const Progress& progress) {
-  const fit::Bases plain(bases.plain, bases.lean_plain, bases.is_coupled, bases.is_anisotropic);
-  const fit::Bases si(bases.si, bases.lean_si, bases.is_coupled, bases.is_anisotropic);
+  const fit::Bases plain = fit::plain_bases(bases), si = fit::si_bases(bases);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
@@ -255,8 +254,8 @@ std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& 
   if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
     return std::nullopt;
   const FitOptions options = fit::as_before(wanted);
-  const bool is_settled =
-      options.strengths || (options.smoothing == 0.0 && !fit::is_smoothed(*options.warm_start));
+  const bool is_settled = fit::kept_strengths(options) ||
+                          (options.smoothing == 0.0 && !fit::is_smoothed(*options.warm_start));
   if (!is_settled) return std::nullopt;
   const fit::EarlierPoints earlier(options.warm_start);
   const std::vector<std::string> hashes = fit::point_hashes(points, index, options);

@@ -71,8 +71,6 @@ struct FitOptions {
   /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
   /// that rows held out support, which is 0 where neighbours tell nothing new.
   std::optional<double> smoothing = 0;
-  /// Strengths by kind in place of `smoothing`; a warm start has those of the earlier fit.
-  std::optional<std::array<double, kCurveKinds>> strengths{};
   /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
   /// one sheet (point_graph).
   Triangles triangles{};

@@ -20,6 +20,14 @@ struct BodyBases {
   std::array<BasisReport, kCurveKinds> report;
 };
 
+/// The bases with their tables, over the body's length and in metres.
+inline Bases plain_bases(const BodyBases& b) {
+  return Bases(b.plain, b.lean_plain, b.is_coupled, b.is_anisotropic);
+}
+inline Bases si_bases(const BodyBases& b) {
+  return Bases(b.si, b.lean_si, b.is_coupled, b.is_anisotropic);
+}
+
 /// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it
 /// failed.
 struct PointResult {
@@ -35,7 +43,7 @@ struct PointResult {
   std::string rows_hash;
   bool is_kept = false;  ///< of an earlier fit, there in row earlier_row
   Eigen::Index earlier_row = -1;
-  double depth_m = 0;    ///< deepest row fitted
+  double depth_m = 0;  ///< deepest row fitted
   /// Where the rows of each curve end; NaN without any.
   Eigen::RowVector3d curve_end_m =
       Eigen::RowVector3d::Constant(std::numeric_limits<double>::quiet_NaN());

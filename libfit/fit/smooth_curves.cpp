@@ -6,6 +6,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/fit/choose_smoothing.hpp"
 #include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/fit_options.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
@@ -141,17 +142,18 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
     report.reason = "no two points have a band of their own";
     return report;
   }
+  const auto kept = kept_strengths(options);
   Eigen::VectorXd typical;
-  SmoothingData data = gather(fitted, body, rows, bases, members, kind,
-                              !options.strengths && !options.smoothing, typical);
+  SmoothingData data =
+      gather(fitted, body, rows, bases, members, kind, !kept && !options.smoothing, typical);
   if (!(typical.minCoeff() > 0)) {
     report.reason = "most curves are zero";
     return report;
   }
   data.edges = edges_among(members, fitted, options.triangles);
   report.neighbours = static_cast<Eigen::Index>(data.edges.size());
-  if (options.strengths) {
-    report.strength = data.edges.empty() ? 0 : (*options.strengths)[kind];
+  if (kept) {
+    report.strength = data.edges.empty() ? 0 : (*kept)[kind];
     report.reason = options.warm_start->smoothing_reason[kind];
   } else if (options.smoothing) {
     report.strength = data.edges.empty() ? 0 : *options.smoothing;
@@ -176,7 +178,7 @@ bool has_earlier_curves(const FittedCurves& fitted, const FitOptions& options, E
 void score_points(const Samples& samples, const BodyData& body, const BodyBases& bases,
                   const std::vector<char>& is_wanted, FittedCurves& fitted,
                   std::vector<PointResult>& results) {
-  const Bases si(bases.si, bases.lean_si, bases.is_coupled, bases.is_anisotropic);
+  const Bases si = si_bases(bases);
   for (std::size_t p = 0; p < results.size(); ++p) {
     if (!is_wanted[p]) continue;
     PointResult& result = results[p];
@@ -217,15 +219,17 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(
                 "Give the triangles of these test points, or none.");
   std::array<SmoothingReport, kCurveKinds> reports;
   const FittedCurves* earlier = options.warm_start;
+  const auto kept = kept_strengths(options);
   bool is_changed = false;
   for (const double strength : earlier != nullptr ? earlier->smoothing : fitted.smoothing)
     is_changed = is_changed || strength > 0;  // kept scores are of smoothed curves
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    const double asked =
-        options.strengths ? (*options.strengths)[kind] : options.smoothing.value_or(1);
-    if (asked == 0) {
-      reports[kind].reason = options.strengths ? earlier->smoothing_reason[kind] : "as asked";
-      if (options.strengths) fitted.smoothing_reason[kind] = reports[kind].reason;
+    if (options.smoothing == 0.0) {
+      reports[kind].reason = "as asked";
+      continue;
+    }
+    if (kept && (*kept)[kind] == 0) {
+      reports[kind].reason = fitted.smoothing_reason[kind] = earlier->smoothing_reason[kind];
       continue;
     }
     reports[kind] = smooth_kind(body, rows, bases, options, kind, fitted);

@@ -1,4 +1,4 @@
-#include "libfit/fit/check_options.hpp"
+#include "libfit/fit/fit_options.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,10 +56,14 @@ FitOptions as_before(FitOptions options) {
     options.knots_m[kind] = curves.basis[kind].knots_m;
   }
   options.family = curves.family();
-  const FittedCurves& earlier = *options.warm_start;
-  if (!options.smoothing && !earlier.smoothing_reason[0].empty())
-    options.strengths = earlier.smoothing;
   return options;
+}
+
+std::optional<std::array<double, kCurveKinds>> kept_strengths(const FitOptions& options) {
+  const FittedCurves* earlier = options.warm_start;
+  if (earlier == nullptr || options.smoothing || earlier->smoothing_reason[0].empty())
+    return std::nullopt;
+  return earlier->smoothing;
 }
 
 }  // namespace palpate::fit
