@@ -64,7 +64,7 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
   is_slipping(asset.curves, foot);
   response(asset.curves, spot, foot.d, foot.lateral_N);
   energy_at(asset.curves, spot, kNormal, foot.d.normal_m);
-  energy_at(asset.curves, spot, kLateral, read_at_m(asset.curves, foot.d));
+  energy_at(asset.curves, spot, kLateral, metric_length_m(asset.curves, foot.d));
   return Counted::operations;
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cinttypes>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <string>
 #include <string_view>
 
 namespace palpate {
@@ -31,6 +34,13 @@ inline std::uint64_t fast_hash(std::string_view bytes, std::uint64_t seed = 0) {
   hash = mix_word(hash, rest);
   for (const std::uint64_t part : lane) hash = mix_word(hash, part);
   return mix_word(hash, 0);
+}
+
+/// 16 hex digits.
+inline std::string hex16(std::uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, hash);
+  return text;
 }
 
 }  // namespace palpate

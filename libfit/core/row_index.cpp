@@ -1,8 +1,6 @@
 #include "libfit/core/row_index.hpp"
 
 #include <bit>
-#include <cinttypes>
-#include <cstdio>
 
 #include "libfit/core/fast_hash.hpp"
 
@@ -32,11 +30,7 @@ RowIndex index_rows(const Samples& s) {
     for (int k = 0; k < 3; ++k) h = mix_word(h, std::bit_cast<std::uint64_t>(s.force(at, k)));
     h = mix_word(h, std::bit_cast<std::uint64_t>(s.force_error[at]));
   }
-  for (const std::uint64_t h : state) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016" PRIx64, h);
-    out.hash.emplace_back(text);
-  }
+  for (const std::uint64_t h : state) out.hash.push_back(hex16(h));
   return out;
 }
 

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cinttypes>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <unordered_map>
 
@@ -18,12 +16,6 @@ constexpr double kErrorUnit = 1e-6;
 
 std::uint64_t mix_number(std::uint64_t hash, double value) {
   return mix_word(hash, std::bit_cast<std::uint64_t>(value));
-}
-
-std::string hex16(std::uint64_t hash) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016" PRIx64, hash);
-  return text;
 }
 
 std::int32_t in_millionths(double error) {

@@ -67,14 +67,14 @@ struct Deflection {
   Vec3<T> pull;
 };
 
-/// Where f^r and R of a deflection are read [m].
+/// rho, the length of the lateral deflection by the body's metric [m]: where f^r and R are read.
 template <class T>
-T read_at_m(const CurveViews& views, const Deflection<T>& d) noexcept {
+T metric_length_m(const CurveViews& views, const Deflection<T>& d) noexcept {
   return views.is_anisotropic ? d.stretch * d.lateral_m : d.lateral_m;
 }
-/// Size of the lateral force [N] whose curve says lateral_N.
+/// Size of the lateral force [N] where G f^r(rho) is lateral_N.
 template <class T>
-T traction(const CurveViews& views, const Deflection<T>& d, const T& lateral_N) noexcept {
+T lateral_size(const CurveViews& views, const Deflection<T>& d, const T& lateral_N) noexcept {
   return views.is_anisotropic ? d.pull_size * lateral_N : lateral_N;
 }
 
@@ -108,7 +108,7 @@ Vec3<T> anisotropy_times(const Spot& spot, const Vec3<T>& v) noexcept {
 /// Length of the lateral direction by M = I + S and its gradient (docs/method.md, M3d): stretch =
 /// sqrt(u^r.M u^r), pull = P M u^r / stretch, P = I - u u^T.
 template <class T, class Spot>
-void stretch(const Spot& spot, Deflection<T>& d) noexcept {
+void fill_metric(const Spot& spot, Deflection<T>& d) noexcept {
   using std::sqrt;
   const Vec3<T> bent = d.lateral + anisotropy_times<T>(spot, d.lateral);
   d.stretch = sqrt(dot(bent, d.lateral));
@@ -138,7 +138,7 @@ Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T
   if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
   out.lateral_m = sqrt(squared);
   out.lateral = lateral * (1.0 / out.lateral_m);
-  if (views.is_anisotropic) stretch(spot, out);
+  if (views.is_anisotropic) fill_metric(spot, out);
   if (leans) out.lean_rate = dot(slope, views.is_anisotropic ? out.pull : out.lateral);
   return out;
 }

@@ -110,7 +110,7 @@ T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) no
 /// f^r(rho), times G(dz) where the body is coupled [N].
 template <class T, class Spot>
 T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  const T force_N = curve_at(views, spot, kLateral, read_at_m(views, d));
+  const T force_N = curve_at(views, spot, kLateral, metric_length_m(views, d));
   return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
 }
 
@@ -124,7 +124,8 @@ Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>&
   if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
   T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
   if (views.coupling_depth_m > 0)
-    normal_N = normal_N + d.gain.slope * energy_at(views, spot, kLateral, read_at_m(views, d));
+    normal_N =
+        normal_N + d.gain.slope * energy_at(views, spot, kLateral, metric_length_m(views, d));
   return spot.normal * normal_N + (views.is_anisotropic ? d.pull : d.lateral) * lateral_N;
 }
 template <class T, class Spot>

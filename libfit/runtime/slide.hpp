@@ -41,7 +41,7 @@ template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {
   if (frictionless) return d.lateral_m;
-  return traction(views, d, lateral_force(views, spot, d)) -
+  return lateral_size(views, d, lateral_force(views, spot, d)) -
          curve_at(views, spot, kLimit, d.normal_m);
 }
 
@@ -71,7 +71,7 @@ bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept
   if (!(value_of(foot.d.lateral_m) > 0)) return false;
   if (is_frictionless(views, foot.spot)) return true;
   const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
-  const double lateral_N = value_of(traction(views, foot.d, foot.lateral_N));
+  const double lateral_N = value_of(lateral_size(views, foot.d, foot.lateral_N));
   return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
 }
 
