@@ -64,7 +64,7 @@ bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const 
   double squared_spread = 0;
   for (const Vec3& corner : x)
     squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
-  return probe_.least_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
+  return probe_.min_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
 }
 
 Contact::Law Contact::pressure_law(double gap, double stiffness) const {
@@ -230,8 +230,8 @@ std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,
   return near;
 }
 
-double Contact::least_gap(const Points& u, const ProbePose& pose,
-                          const ContactHistory& history) const {
+double Contact::min_gap(const Points& u, const ProbePose& pose,
+                        const ContactHistory& history) const {
   double least = 1e300;
   for (int face = 0; face < faces_.rows(); ++face) {
     if (!is_open_[face]) continue;

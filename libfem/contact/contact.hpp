@@ -121,7 +121,7 @@ class Contact {
   std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;
 
   /// Least signed distance of the surface points that face the probe [m].
-  double least_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
+  double min_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
 
  private:
   struct Law {

@@ -26,7 +26,7 @@ inline InstructionSet best_instruction_set() {
 
 /// A law at one quadrature point of eight elements: see its evaluate() and volumetric().
 /// constants: [constant]. H: displacement gradient, 9, row major. volumetric: null where the law
-/// does not split its bulk term off; its dilation must be above least_dilation, which is -inf for
+/// does not split its bulk term off; its dilation must be above min_dilation, which is -inf for
 /// laws that tolerate inversion and -1 for the others.
 struct LawKernels {
   void (*energy)(const Pack* constants, const Pack* H, Pack& J, Pack& W);
@@ -34,7 +34,7 @@ struct LawKernels {
   void (*tangent)(const Pack* constants, const Pack* H, double bend, Pack& J, Pack& W, Pack* P,
                   Pack* A);
   void (*volumetric)(const Pack* constants, const Pack& dilation, Pack& U, Pack& U1, Pack& U2);
-  double least_dilation;
+  double min_dilation;
 };
 
 /// The kernels of one law, one copy per instruction set: the compiler does not widen vectors by
@@ -71,7 +71,7 @@ namespace kernel {
     if constexpr (requires { requires Law::kSplitsVolume; })                                       \
       out.volumetric = volumetric_##set<Law>;                                                      \
     if constexpr (requires { requires Law::kToleratesInversion; })                                 \
-      out.least_dilation = -__builtin_inf();                                                       \
+      out.min_dilation = -__builtin_inf();                                                         \
     return out;                                                                                    \
   }
 

@@ -48,9 +48,14 @@ struct HolzapfelGasserOgden
   }
   static LawConstants constants(std::span<const double> values) {
     const double size = length(values);
-    return {bulk_modulus_Pa(values[0], values[7], values[8]), values[0],
-            values[1] / (2 * values[2]), values[2], values[6],
-            values[3] / size, values[4] / size, values[5] / size};
+    return {bulk_modulus_Pa(values[0], values[7], values[8]),
+            values[0],
+            values[1] / (2 * values[2]),
+            values[2],
+            values[6],
+            values[3] / size,
+            values[4] / size,
+            values[5] / size};
   }
   static SmallStrain small_strain(const LawConstants& c) { return of_shear_and_bulk(c[1], c[0]); }
 

@@ -38,8 +38,8 @@ struct IsochoricLaw {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
-                                      S* P, S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
+                                      S* A) {
     SoundState<S> state(H);
     J = state.J;
     const ShapeState<S> shape(state.H, state.J_sound);
@@ -150,8 +150,8 @@ struct IsochoricLaw {
       for (int i = 0; i < 9; i += 4) C[i] += 1.0;
       for (int i = 0; i < 3; ++i)
         for (int k = i; k < 3; ++k)
-          B[3 * i + k] = B[3 * k + i] = F[3 * i] * F[3 * k] + F[3 * i + 1] * F[3 * k + 1] +
-                                        F[3 * i + 2] * F[3 * k + 2];
+          B[3 * i + k] = B[3 * k + i] =
+              F[3 * i] * F[3 * k] + F[3 * i + 1] * F[3 * k + 1] + F[3 * i + 2] * F[3 * k + 2];
     }
     bent *= bend;
     cgg += bent;

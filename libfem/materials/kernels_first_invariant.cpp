@@ -1,5 +1,5 @@
-#include "libfem/materials/law_kernels.hpp"
 #include "libfem/materials/fung.hpp"
+#include "libfem/materials/law_kernels.hpp"
 #include "libfem/materials/neo_hookean_isochoric.hpp"
 #include "libfem/materials/yeoh.hpp"
 

@@ -1,5 +1,5 @@
-#include "libfem/materials/law_kernels.hpp"
 #include "libfem/materials/holzapfel_gasser_ogden.hpp"
+#include "libfem/materials/law_kernels.hpp"
 #include "libfem/materials/mooney_rivlin.hpp"
 #include "libfem/materials/veronda_westmann.hpp"
 

@@ -39,8 +39,8 @@ template <class S>
 PALPATE_INLINE void metric_change_of(const S* H, S* out) {
   for (int i = 0; i < 3; ++i)
     for (int j = i; j < 3; ++j)
-      out[3 * i + j] = out[3 * j + i] = H[3 * i + j] + H[3 * j + i] + H[i] * H[j] +
-                                        H[3 + i] * H[3 + j] + H[6 + i] * H[6 + j];
+      out[3 * i + j] = out[3 * j + i] =
+          H[3 * i + j] + H[3 * j + i] + H[i] * H[j] + H[3 + i] * H[3 + j] + H[6 + i] * H[6 + j];
 }
 
 /// out = A B.
@@ -58,7 +58,7 @@ template <class S>
 struct SoundState {
   S J, dilation, J_sound;  ///< dilation = J_sound - 1
   S H[9], F[9];
-  S g[9];                  ///< F^-T
+  S g[9];  ///< F^-T
 
   PALPATE_INLINE explicit SoundState(const S* H_given) {
     const S zero = H_given[0] * 0.0;
@@ -82,7 +82,7 @@ struct SoundState {
 /// shape_change: det(1 + d) - 1, of second order in d; log_det: log det(1 + d).
 template <class S>
 struct ShapeState {
-  S e[9];      ///< C - 1
+  S e[9];  ///< C - 1
   S scale, d[9], d_squared;
   S shape_change, det, log_det;
 
@@ -92,8 +92,8 @@ struct ShapeState {
     scale = third + 1.0;
     const S inverse = (third * 0.0 + 1.0) / scale;
     for (int i = 0; i < 9; ++i) d[i] = (i % 4 == 0 ? e[i] - third : e[i]) * inverse;
-    d_squared = d[0] * d[0] + d[4] * d[4] + d[8] * d[8] +
-                2.0 * (d[1] * d[1] + d[2] * d[2] + d[5] * d[5]);
+    d_squared =
+        d[0] * d[0] + d[4] * d[4] + d[8] * d[8] + 2.0 * (d[1] * d[1] + d[2] * d[2] + d[5] * d[5]);
     const S determinant = d[0] * (d[4] * d[8] - d[5] * d[7]) + d[1] * (d[5] * d[6] - d[3] * d[8]) +
                           d[2] * (d[3] * d[7] - d[4] * d[6]);
     shape_change = determinant - d_squared * 0.5;

@@ -66,7 +66,8 @@ std::vector<double> complete_values(const LawRow& law, std::vector<double> value
   std::size_t begin = 0;
   for (const ParameterRow& row : law.parameters) {
     for (std::size_t i = begin; i < begin + row.count; ++i)
-      if (i >= values.size()) values.push_back(row.fallback);
+      if (i >= values.size())
+        values.push_back(row.fallback);
       else if (!std::isfinite(values[i]) && !(std::isnan(values[i]) && std::isnan(row.fallback)))
         throw Error(where, std::string(row.name) + " is not a finite number",
                     "Give " + std::string(row.summary) + ".");
@@ -98,7 +99,7 @@ Material make_material(const MaterialParameters& parameters, const std::string& 
   if (const Refusal refusal = law.refusal(values); refusal.is_refused())
     throw Error(where, std::string(refusal.key) + " " + refusal.text,
                 "Correct the material; law " + std::string(law.name) + " takes " +
-                parameter_names(law) + ".");
+                    parameter_names(law) + ".");
   return {&law, law.constants(values)};
 }
 

@@ -39,8 +39,8 @@ struct CompressibleNeoHookean {
   /// of J: 1 is the exact tangent; 0 is positive definite where U'' J^2 > -mu (with (ln J)^2, for
   /// ln J < 1 + mu/lambda).
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
-                                      S* P, S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
+                                      S* A) {
     const S mu = constants[0];
     SoundState<S> state(H);
     J = state.J;

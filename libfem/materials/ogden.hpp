@@ -86,8 +86,8 @@ struct Ogden {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
-                                      S* P, S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
+                                      S* A) {
     const SoundState<S> state(H);
     J = state.J;
     Stretches<S> at;
@@ -227,8 +227,7 @@ struct Ogden {
       for (int i = 0; i < 9; ++i) row[i] = stiff_part * 0.0;
       for (int b = 0; b < 3; ++b) {
         S entry = response.stiffness[3 * a + b] + stiff_part;
-        if (a == b)
-          entry -= response.beta[a] > 0.0 ? response.beta[a] * bend : response.beta[a];
+        if (a == b) entry -= response.beta[a] > 0.0 ? response.beta[a] * bend : response.beta[a];
         entry *= inverse[a] * inverse[b];
         for (int i = 0; i < 9; ++i) row[i] += entry * (n[i / 3 * 3 + b] * N[i % 3 * 3 + b]);
       }

@@ -11,8 +11,8 @@ namespace palpate::fem {
 
 inline constexpr int kLanes = 8;
 /// The alignment is spelled out: left to itself it depends on the instruction set of the function.
-typedef double Pack __attribute__((vector_size(kLanes * sizeof(double)),
-                                   aligned(kLanes * sizeof(double))));
+typedef double Pack
+    __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
 
 #define PALPATE_INLINE inline __attribute__((always_inline))
 

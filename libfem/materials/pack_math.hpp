@@ -12,8 +12,8 @@ namespace palpate::fem {
 // on the bits, so that a lane of a Pack and a double give the same bits on every instruction set
 // and with every C library, and eight lanes cost as much as one.
 
-typedef std::uint64_t PackBits __attribute__((vector_size(kLanes * sizeof(double)),
-                                              aligned(kLanes * sizeof(double))));
+typedef std::uint64_t PackBits
+    __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
 
 PALPATE_INLINE void bits_of(const double& x, std::uint64_t& out) {
   out = std::bit_cast<std::uint64_t>(x);

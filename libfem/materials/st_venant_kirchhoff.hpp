@@ -39,8 +39,8 @@ struct StVenantKirchhoff {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
-                                      S* P, S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
+                                      S* A) {
     const S mu = constants[0], lambda = constants[1];
     const SoundState<S> state(H);
     const S* F = state.F;

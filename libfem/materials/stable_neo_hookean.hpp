@@ -42,8 +42,8 @@ struct StableNeoHookean {
 
   /// As NeoHookean::evaluate, but finite at every J.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W,
-                                      S* P, S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
+                                      S* A) {
     const S m = constants[0], l = constants[1];
     const GradientInvariants<S> in(H);
     const S dilation = in.trace + in.minors + in.determinant;

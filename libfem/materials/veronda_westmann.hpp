@@ -18,7 +18,7 @@ struct VerondaWestmann : IsochoricLaw<VerondaWestmann, QuadraticVolume, Uses::fi
   static constexpr std::string_view kName = "veronda-westmann";
   static constexpr std::string_view kSummary =
       "W = C1 (exp(C2 x1) - 1) - C1 C2/2 x2 + K/2 (J - 1)^2; skin and other stiffening tissue";
-  static constexpr double kLeastC2 = 0.36;
+  static constexpr double kMinC2 = 0.36;
   static constexpr std::array<ParameterRow, 4> kParameters{
       {{"c1", "Pa", "factor of the exponential; c1 times c2 is the shear modulus"},
        {"c2", "", "exponent, at least 0.36"},
@@ -29,8 +29,8 @@ struct VerondaWestmann : IsochoricLaw<VerondaWestmann, QuadraticVolume, Uses::fi
   static Refusal refusal(std::span<const double> values) {
     if (const Refusal refusal = must_be_positive("c1", values[0], "Pa"); refusal.is_refused())
       return refusal;
-    if (!(values[1] >= kLeastC2))
-      return {"c2", "must be at least " + short_number(kLeastC2) + ", not " +
+    if (!(values[1] >= kMinC2))
+      return {"c2", "must be at least " + short_number(kMinC2) + ", not " +
                         short_number(values[1]) +
                         ": the material would be unstable at some strain"};
     return refuse_compressibility(values[2], values[3]);

@@ -11,9 +11,8 @@ namespace palpate::fem {
 /// into the body) it presses with one end and its reference point is that end's pole; lying (own x
 /// into the body) with its side, at the middle of it.
 struct CapsuleShape {
-  static constexpr ProbeParameter kParameters[] = {
-      {"radius", "of the ends and the side", "5 mm"},
-      {"length", "from end to end", "40 mm"}};
+  static constexpr ProbeParameter kParameters[] = {{"radius", "of the ends and the side", "5 mm"},
+                                                   {"length", "from end to end", "40 mm"}};
 
   static double radius_m(const ProbeGeometry& probe) { return probe.number[0]; }
   static double half_segment_m(const ProbeGeometry& probe) {

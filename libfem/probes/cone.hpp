@@ -15,13 +15,13 @@ struct ConeShape {
   static constexpr ProbeParameter kParameters[] = {
       {"half_angle", "between the axis and the flank", "30 deg", Dimension::angle},
       {"tip_radius", "of the rounded tip", "0.5 mm"}};
-  static constexpr double kLeast_rad = 0.017453292519943295, kMost_rad = 1.5533430342749532;
+  static constexpr double kMin_rad = 0.017453292519943295, kMax_rad = 1.5533430342749532;
 
   static double half_angle_rad(const ProbeGeometry& probe) { return probe.number[0]; }
   static double tip_radius_m(const ProbeGeometry& probe) { return probe.number[1]; }
 
   static std::string complete(ProbeGeometry& probe) {
-    if (half_angle_rad(probe) < kLeast_rad - 1e-12 || half_angle_rad(probe) > kMost_rad + 1e-12)
+    if (half_angle_rad(probe) < kMin_rad - 1e-12 || half_angle_rad(probe) > kMax_rad + 1e-12)
       return "half_angle must be from 1 to 89 degrees";
     return {};
   }

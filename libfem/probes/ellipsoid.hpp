@@ -20,7 +20,7 @@ struct EllipsoidShape {
   static constexpr ProbeParameter kParameters[] = {
       {"semi_axes", "along the heading, across it and along the press",
        "[\"5 mm\", \"3 mm\", \"8 mm\"]", Dimension::length, 3}};
-  static constexpr double kMostSlender = 50;
+  static constexpr double kMaxSlender = 50;
 
   static Vec3 semi_axes_m(const ProbeGeometry& probe) {
     return {probe.number[0], probe.number[1], probe.number[2]};
@@ -28,7 +28,7 @@ struct EllipsoidShape {
 
   static std::string complete(ProbeGeometry& probe) {
     const Vec3 e = semi_axes_m(probe), inward = probe.turn.row(2);
-    if (e.maxCoeff() > kMostSlender * e.minCoeff())
+    if (e.maxCoeff() > kMaxSlender * e.minCoeff())
       return "semi_axes may differ by a factor of 50 at most";
     probe.touch = e.cwiseAbs2().cwiseProduct(inward) / e.cwiseProduct(inward).norm();
     return {};
@@ -40,7 +40,7 @@ struct EllipsoidShape {
     e.minCoeff(&least);
     const Vec3 square = e.cwiseAbs2(), above = (square.array() - square[least]).matrix();
     const Vec3 scaled = e.cwiseProduct(x.cwiseAbs());
-    // w = t + e_least^2 >= 0; the sum is 1 to 3 at the start, so few steps follow.
+    // w = t + e_min^2 >= 0; the sum is 1 to 3 at the start, so few steps follow.
     double w = std::max(0.0, (scaled - above).maxCoeff());
     const auto sum_at = [&](double at, double& slope) {
       double sum = 0;

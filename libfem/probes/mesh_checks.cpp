@@ -65,8 +65,9 @@ void check_edges(const Triangles& triangles, const std::string& where) {
                     " more than two triangles" + at,
                 "Remove walls inside it, or unite its parts into one solid.");
   if (unlike)
-    throw Error(where, "triangles of the probe's mesh disagree about its outside at " +
-                           counted(unlike, "edge", "edges") + at,
+    throw Error(where,
+                "triangles of the probe's mesh disagree about its outside at " +
+                    counted(unlike, "edge", "edges") + at,
                 "Make its normals consistent and export it again.");
 }
 
@@ -90,8 +91,9 @@ void check_fans(const Triangles& triangles, const std::string& where) {
       side = side_of[{vertex, triangles(f, (k + 2) % 3)}];  // across the side that ends here
     } while (side != start && fan <= use[vertex]);
     if (fan != use[vertex])
-      throw Error(where, "the probe's mesh is not manifold: several sheets meet at vertex " +
-                             std::to_string(vertex + 1),
+      throw Error(where,
+                  "the probe's mesh is not manifold: several sheets meet at vertex " +
+                      std::to_string(vertex + 1),
                   "Separate or unite the parts that touch in one point.");
   }
 }
@@ -100,8 +102,9 @@ void check_fans(const Triangles& triangles, const std::string& where) {
 
 std::vector<EdgePair> edge_pairs(const Triangles& triangles) {
   std::vector<EdgePair> pairs;
-  for_each_edge(sorted_sides(triangles),
-                [&](auto begin, auto) { pairs.push_back({{begin->side, (begin + 1)->side}}); });
+  for_each_edge(sorted_sides(triangles), [&](auto begin, auto) {
+    pairs.push_back({{begin->side, (begin + 1)->side}});
+  });
   return pairs;
 }
 

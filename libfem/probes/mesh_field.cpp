@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
                  kCoarsest = 1.0 / 8;  // of the extent
-constexpr int kPadding = 5;  // grid nodes around the mesh's box
+constexpr int kPadding = 5;            // grid nodes around the mesh's box
 
 /// Values and derivatives of the four cubic B-splines that reach a place t in [0, 1) of its cell.
 struct SplineWeights {
@@ -92,8 +92,10 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
   });
   int zeros = 0, zero = 0, whole = 0;
   for (int k = 0; k < 3; ++k)
-    if (weights[k] == 0) ++zeros, zero = k;
-    else whole = k;
+    if (weights[k] == 0)
+      ++zeros, zero = k;
+    else
+      whole = k;
   const Vec3 normal = zeros == 0   ? Vec3(face_normal_.row(triangle))
                       : zeros == 1 ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
                                    : Vec3(vertex_normal_.row(surface_.triangles(triangle, whole)));

@@ -56,9 +56,9 @@ class MeshField {
   Surface surface_;
   double extent_ = 0, spacing_ = 0;
   BoxTree tree_;
-  Points face_normal_, vertex_normal_;   // unit; vertices: weighted by angle
-  Points edge_normal_;                   // 3 #F: row 3 f + k, across the edge (k, k+1), not unit
-  Vec3 origin_ = Vec3::Zero();           // of the grid
+  Points face_normal_, vertex_normal_;  // unit; vertices: weighted by angle
+  Points edge_normal_;                  // 3 #F: row 3 f + k, across the edge (k, k+1), not unit
+  Vec3 origin_ = Vec3::Zero();          // of the grid
   std::array<int, 3> count_{};
   std::vector<double> coefficient_;
 };

@@ -77,8 +77,9 @@ void check_values(const ProbeParameter& parameter, const std::vector<double>& va
                   const std::string& where) {
   const std::string key(parameter.key);
   if (values.size() != static_cast<std::size_t>(parameter.count))
-    throw Error(where, key + " must hold " + std::to_string(parameter.count) + " numbers, not " +
-                           std::to_string(values.size()),
+    throw Error(where,
+                key + " must hold " + std::to_string(parameter.count) + " numbers, not " +
+                    std::to_string(values.size()),
                 "Write " + example_of(parameter) + ".");
   for (const double value : values)
     if (!(std::isfinite(value) && value > 0))
@@ -96,7 +97,8 @@ void read_numbers(const ShapeRow& row, const ProbeSpec& spec, const std::string&
   std::size_t next = 0;
   for (const ProbeParameter& parameter : row.parameters) {
     const auto found = spec.values.find(parameter.key);
-    if (found != spec.values.end()) check_values(parameter, found->second, where);
+    if (found != spec.values.end())
+      check_values(parameter, found->second, where);
     else if (parameter.is_required)
       throw Error(where,
                   "shape \"" + std::string(row.name) + "\" needs " + std::string(parameter.key) +

@@ -132,7 +132,7 @@ struct Probe {
     return shape->signed_distance(geometry, axis, offset);
   }
   /// A lower bound of the signed distance that costs little.
-  double least_distance_m(const Vec3& axis, const Vec3& offset) const {
+  double min_distance_m(const Vec3& axis, const Vec3& offset) const {
     if (ball.radius_m < std::numeric_limits<double>::infinity())
       return (offset - ball.along_axis_m * axis).norm() - ball.radius_m;
     return distance(axis, offset).distance_m;

@@ -146,9 +146,9 @@ void fill_report(const Parts& parts, const Header& header, int touching, ExportR
   report.faded_vertices = surface.faded_vertices;
   report.folded_triangles = surface.folded_triangles;
   report.air_triangles = surface.air_triangles;
-  report.least_max_depth_m = surface.diagonal_m;
+  report.min_max_depth_m = surface.diagonal_m;
   for (float depth : surface.max_depth_m)
-    if (depth > 0) report.least_max_depth_m = std::min(report.least_max_depth_m, double(depth));
+    if (depth > 0) report.min_max_depth_m = std::min(report.min_max_depth_m, double(depth));
   if (surface.folded_triangles > 0)
     report.remarks.push_back(
         std::to_string(surface.folded_triangles) +

@@ -14,8 +14,7 @@ namespace {
 
 constexpr double kDepthShare =
     0.8;  // of 1/|du/dc|: beyond it slides are ill-conditioned (METHOD 4)
-constexpr double kLeastFacing =
-    0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
+constexpr double kMinFacing = 0.02;  // cosine of a corner's normal to its triangle's; engine: 0.01
 
 std::string at(const char* what, Eigen::Index i) { return what + (' ' + std::to_string(i)); }
 
@@ -168,11 +167,11 @@ double depth_bound_m(const AssetSurface& surface, std::size_t t) {
   const Vec3 mean = (u[0] + u[1] + u[2]).normalized();
   double least = 1;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!(-u[k].dot(area) > kLeastFacing * area.norm())) return 0;
+    if (!(-u[k].dot(area) > kMinFacing * area.norm())) return 0;
     gradient += u[k] * area.cross(x[(k + 2) % 3] - x[(k + 1) % 3]).transpose() / area.squaredNorm();
     least = std::min(least, u[k].dot(mean));
   }
-  if (!(least > kLeastFacing)) return 0;
+  if (!(least > kMinFacing)) return 0;
   const Mat3 square = gradient.transpose() * gradient;
   const double norm = std::sqrt(std::max(
       0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));

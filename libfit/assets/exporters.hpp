@@ -26,7 +26,7 @@ struct ExportReport {
   std::uint64_t bytes = 0;
   int vertices = 0, triangles = 0;
   int faded_vertices = 0, folded_triangles = 0, air_triangles = 0;
-  double least_max_depth_m = 0;  ///< over the triangles that can be touched
+  double min_max_depth_m = 0;  ///< over the triangles that can be touched
   std::vector<std::string> remarks;
 };
 

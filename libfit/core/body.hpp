@@ -20,13 +20,13 @@ struct TestPoints {
 
 /// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume.
 struct Body {
-  Surface surface;                ///< fine, mended, outward; closed unless made --surface-only
+  Surface surface;                 ///< fine, mended, outward; closed unless made --surface-only
   std::vector<char> is_reachable;  ///< per surface vertex: a tool can touch it
   TestPoints test_points;
-  TetMesh volume;                 ///< base mesh, coarse; empty when made --surface-only
-  std::vector<char> is_held;      ///< per volume node: held fixed
+  TetMesh volume;                   ///< base mesh, coarse; empty when made --surface-only
+  std::vector<char> is_held;        ///< per volume node: held fixed
   std::vector<std::string> mended;  ///< what was changed in the input, a sentence each
-  std::string scene;              ///< the scene file it was made from, verbatim
+  std::string scene;                ///< the scene file it was made from, verbatim
 };
 
 }  // namespace palpate

@@ -64,8 +64,8 @@ SplineTables tabulate(const CurveBasis& basis) {
   tables.integrals.assign(static_cast<std::size_t>((pieces + 1) * size), 0.0);
   for (int i = 0; i < pieces; ++i) {
     const auto local = local_polynomials(basis, i);
-    const double h = basis.knots_m[static_cast<std::size_t>(i) + 1] -
-                     basis.knots_m[static_cast<std::size_t>(i)];
+    const double h =
+        basis.knots_m[static_cast<std::size_t>(i) + 1] - basis.knots_m[static_cast<std::size_t>(i)];
     for (int j = 0; j < size; ++j)
       tables.integrals[static_cast<std::size_t>((i + 1) * size + j)] =
           tables.integrals[static_cast<std::size_t>(i * size + j)];
@@ -78,8 +78,8 @@ SplineTables tabulate(const CurveBasis& basis) {
             c * power * h / (m + 1);
         value += c * power;
         if (m + 1 < order)
-          slope += (m + 1) * power *
-                   local[static_cast<std::size_t>(k)][static_cast<std::size_t>(m) + 1];
+          slope +=
+              (m + 1) * power * local[static_cast<std::size_t>(k)][static_cast<std::size_t>(m) + 1];
         power *= h;
       }
       if (i + 1 == pieces) {

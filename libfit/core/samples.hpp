@@ -16,11 +16,11 @@ enum class ExperimentKind : std::int8_t { press = 0, drag = 1, path = 2 };
 /// Whether a row can be believed. Recorded, never dropped: only `good` rows are fitted.
 enum class RowStatus : std::int8_t {
   good = 0,
-  not_converged = 1,   ///< the equations were not solved to tolerance
-  inverted = 2,        ///< an element turned inside out and the step could not be cut further
-  rejected = 3,        ///< solved, but failed a sanity check (force sign, slope, penetration, area)
-  no_contact = 4,      ///< the probe touches nothing although the deflection is into the body
-  not_reached = 5,     ///< an earlier step of the experiment failed
+  not_converged = 1,  ///< the equations were not solved to tolerance
+  inverted = 2,       ///< an element turned inside out and the step could not be cut further
+  rejected = 3,       ///< solved, but failed a sanity check (force sign, slope, penetration, area)
+  no_contact = 4,     ///< the probe touches nothing although the deflection is into the body
+  not_reached = 5,    ///< an earlier step of the experiment failed
 };
 
 /// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
@@ -66,9 +66,9 @@ inline constexpr std::array<RowStatusName, 6> kRowStatusNames{{
 /// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
 /// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
 struct Samples {
-  Points point_position;                 ///< P x 3 [m]
-  Points point_normal;                   ///< P x 3, inward unit
-  std::vector<std::string> point_name;   ///< P
+  Points point_position;                ///< P x 3 [m]
+  Points point_normal;                  ///< P x 3, inward unit
+  std::vector<std::string> point_name;  ///< P
   /// P x 9 or 0 x 9 [1/m]: row-major du/dc of the inward unit normal field u along the surface at
   /// each point (symmetric; its null space contains the normal). On a sphere of radius R, -1/R on
   /// tangents. Lets the fit replay drags on the curved surface; absent means flat.
@@ -85,7 +85,7 @@ struct Samples {
   std::vector<RowStatus> status;         ///< N
   std::vector<RowDoubt> doubt;           ///< N, or none at all where nothing checked
 
-  MeasuredRecordings recordings;         ///< where measured rows came from; empty when simulated
+  MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
 
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }

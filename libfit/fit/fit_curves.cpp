@@ -10,16 +10,16 @@
 #include <limits>
 #include <mutex>
 
-#include "libfit/fit/choose_basis.hpp"
-#include "libfit/fit/choose_degree.hpp"
-#include "libfit/fit/choose_family.hpp"
-#include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/basis/choose_basis.hpp"
+#include "libfit/fit/basis/choose_degree.hpp"
 #include "libfit/fit/fit_options.hpp"
-#include "libfit/fit/fit_point.hpp"
 #include "libfit/fit/fit_report.hpp"
-#include "libfit/fit/keep_points.hpp"
-#include "libfit/fit/sensors.hpp"
-#include "libfit/fit/smooth_curves.hpp"
+#include "libfit/fit/neighbours/smooth_curves.hpp"
+#include "libfit/fit/point/choose_family.hpp"
+#include "libfit/fit/point/fit_point.hpp"
+#include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/warm_start.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate {

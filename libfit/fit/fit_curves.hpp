@@ -12,7 +12,7 @@
 #include "libfit/core/progress.hpp"
 #include "libfit/core/row_index.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/fit/smoothing_report.hpp"
+#include "libfit/fit/neighbours/smoothing_report.hpp"
 
 namespace palpate {
 
@@ -50,7 +50,7 @@ struct FitOptions {
   std::array<int, kCurveKinds> pieces{0, 0, 0};
   /// Knots of each kind [m], taken as they are; empty: placed from the samples.
   std::array<std::vector<double>, kCurveKinds> knots_m{};
-  int most_pieces = 12;  ///< the search for `pieces` stops here
+  int max_pieces = 12;  ///< the search for `pieces` stops here
   /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
   double tolerance = 0.02;
   /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).

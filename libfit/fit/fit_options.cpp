@@ -20,7 +20,7 @@ void check_options(const FitOptions& o) {
   for (const int pieces : o.pieces)
     require(pieces >= 0 && pieces <= 256, "fit option pieces", "is not 0 to 256",
             "Give a number of pieces, or 0 to have it chosen.");
-  require(o.most_pieces >= 1 && o.most_pieces <= 256, "fit option most_pieces", "is not 1 to 256",
+  require(o.max_pieces >= 1 && o.max_pieces <= 256, "fit option max_pieces", "is not 1 to 256",
           "Allow at least one piece.");
   require(o.tolerance >= 0 && o.tolerance < 1, "fit option tolerance", "is not in [0, 1)",
           "Give a relative error such as 0.02.");

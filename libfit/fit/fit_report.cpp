@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/fit/words.hpp"
 
 namespace palpate::fit {

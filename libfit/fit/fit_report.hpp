@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/fit/fit_point.hpp"
+#include "libfit/fit/point/fit_point.hpp"
 
 namespace palpate::fit {
 

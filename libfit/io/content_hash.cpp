@@ -36,8 +36,6 @@ ContentHash& ContentHash::add_file(const std::filesystem::path& path) {
 
 std::string ContentHash::hex() const { return hex16(state_); }
 
-std::string content_hash(std::string_view bytes) {
-  return hex16(fnv1a(kFnvOffset, bytes));
-}
+std::string content_hash(std::string_view bytes) { return hex16(fnv1a(kFnvOffset, bytes)); }
 
 }  // namespace palpate

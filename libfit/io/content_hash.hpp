@@ -26,6 +26,9 @@ class ContentHash {
   void mix(std::string_view bytes);
 };
 
+/// The attribute under which a file carries the hash of what it was made from.
+inline constexpr const char* kInputsAttribute = "inputs_hash";
+
 /// Plain FNV-1a 64 of the bytes, 16 hex digits.
 std::string content_hash(std::string_view bytes);
 

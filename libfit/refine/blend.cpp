@@ -29,8 +29,8 @@ std::vector<Facet> facets_of(const FittedCurves& curves, const Triangles& triang
       facets[f].outward[k] = -curves.normal.row(point);
     }
     for (int k = 0; k < 3; ++k)
-      facets[f].longest_m = std::max(
-          facets[f].longest_m, (facets[f].corner[(k + 1) % 3] - facets[f].corner[k]).norm());
+      facets[f].longest_m = std::max(facets[f].longest_m,
+                                     (facets[f].corner[(k + 1) % 3] - facets[f].corner[k]).norm());
   }
   return facets;
 }
@@ -66,10 +66,10 @@ std::vector<double> ranges_of(const Triangles& triangles, const std::vector<Face
   return ranges;
 }
 
-bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, double least_cosine) {
+bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, double min_cosine) {
   Vec3 normal = Vec3::Zero();
   for (int k = 0; k < 3; ++k) normal += weight[k] * facet.outward[k];
-  return normal.dot(outward) > least_cosine * normal.norm();
+  return normal.dot(outward) > min_cosine * normal.norm();
 }
 
 struct Projection {
@@ -81,7 +81,7 @@ struct Projection {
 Projection project(const Vec3& position, const Vec3& outward,
                    const std::vector<std::int32_t>& candidates, const std::vector<Facet>& facets,
                    const RefineOptions& options) {
-  const double least_cosine = std::cos(options.largest_angle_rad);
+  const double min_cosine = std::cos(options.largest_angle_rad);
   Projection best;
   for (const std::int32_t t : candidates) {
     const Facet& facet = facets[static_cast<std::size_t>(t)];
@@ -89,7 +89,7 @@ Projection project(const Vec3& position, const Vec3& outward,
         nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
     if (point.distance_m < best.point.distance_m &&
         point.distance_m <= options.largest_distance_edges * facet.longest_m &&
-        faces_alike(facet, point.weight, outward, least_cosine))
+        faces_alike(facet, point.weight, outward, min_cosine))
       best = {t, point};
   }
   return best;
@@ -135,8 +135,7 @@ Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Point
     const auto point = static_cast<std::size_t>(nearest.source[i]);
     if (nearest.distance_m[i] > ranges[point]) continue;
     const Vec3 position = fine.vertices.row(v);
-    const Projection hit =
-        project(position, outward_normal.row(v), around[point], facets, options);
+    const Projection hit = project(position, outward_normal.row(v), around[point], facets, options);
     if (hit.triangle < 0) continue;
     const auto corners = triangles.row(hit.triangle);
     const auto usable = [&](int k) { return is_usable[static_cast<std::size_t>(corners[k])] != 0; };

@@ -15,10 +15,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kSamePlace = 1e-6;    // of the triangle's longest edge
-constexpr double kLeastFacing = 0.26;  // cosine of 75 degrees, as refinement has it
-constexpr double kOnEdge = 0.02;       // weight below which an inner edge is split
-constexpr double kOnBorder = 0.15;     // a sliver along the border could not be flipped away
+constexpr double kSamePlace = 1e-6;  // of the triangle's longest edge
+constexpr double kMinFacing = 0.26;  // cosine of 75 degrees, as refinement has it
+constexpr double kOnEdge = 0.02;     // weight below which an inner edge is split
+constexpr double kOnBorder = 0.15;   // a sliver along the border could not be flipped away
 constexpr double kFlipMargin_rad = 1e-9;
 
 using Corners = std::array<std::int32_t, 3>;
@@ -99,7 +99,7 @@ class Mesh {
     const Vec3 normal = (at(c[1]) - at(c[0])).cross(at(c[2]) - at(c[0]));
     Vec3 inward = Vec3::Zero();
     for (const std::int32_t corner : c) inward += points_.normal.row(corner).transpose();
-    return -inward.dot(normal) > kLeastFacing * inward.norm() * normal.norm();
+    return -inward.dot(normal) > kMinFacing * inward.norm() * normal.norm();
   }
 
   TestPoints& points_;
@@ -142,7 +142,7 @@ std::optional<Place> find_place(const Mesh& mesh, const TestPoints& points,
     Vec3 normal = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
       normal += hit.weight[k] * points.normal.row(c[static_cast<std::size_t>(k)]).transpose();
-    if (normal.dot(added.normal) > kLeastFacing * normal.norm()) best = Place{t, hit};
+    if (normal.dot(added.normal) > kMinFacing * normal.norm()) best = Place{t, hit};
   }
   return best;
 }

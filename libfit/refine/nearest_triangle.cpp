@@ -43,8 +43,7 @@ double squared_distance(const Vec3& p, const Vec3& low, const Vec3& high) {
 TrianglePoint nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a;
   const Vec3 normal = ab.cross(ac);
-  const double longest =
-      std::max({ab.squaredNorm(), ac.squaredNorm(), (c - b).squaredNorm()});
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (c - b).squaredNorm()});
   const double squared_area = normal.squaredNorm();
   if (squared_area > kFlatSquared * longest * longest) {
     const Vec3 ap = p - a;
@@ -99,10 +98,10 @@ void TriangleTree::build(std::int32_t node, std::int32_t begin, std::int32_t end
   build(left + 1, middle, end);
 }
 
-std::optional<TriangleTree::Hit> TriangleTree::nearest(const Vec3& query, double most_m,
+std::optional<TriangleTree::Hit> TriangleTree::nearest(const Vec3& query, double max_m,
                                                        const Accept& accept) const {
   std::optional<Hit> best;
-  double bound_m = most_m;
+  double bound_m = max_m;
   const auto is_beyond = [&](const Node& node) {
     return squared_distance(query, node.low, node.high) > bound_m * bound_m * (1 + 1e-12);
   };
@@ -130,8 +129,8 @@ std::optional<TriangleTree::Hit> TriangleTree::nearest(const Vec3& query, double
     }
     const Node& a = nodes_[static_cast<std::size_t>(node.left)];
     const Node& b = nodes_[static_cast<std::size_t>(node.left) + 1];
-    const bool is_left_nearer = squared_distance(query, a.low, a.high) <=
-                                squared_distance(query, b.low, b.high);
+    const bool is_left_nearer =
+        squared_distance(query, a.low, a.high) <= squared_distance(query, b.low, b.high);
     stack.push_back(node.left + (is_left_nearer ? 1 : 0));
     stack.push_back(node.left + (is_left_nearer ? 0 : 1));
   }

@@ -30,9 +30,9 @@ class TriangleTree {
 
   explicit TriangleTree(const Surface& surface);
 
-  /// Nearest among the triangles whose nearest point `accept` takes, no farther than most_m; the
+  /// Nearest among the triangles whose nearest point `accept` takes, no farther than max_m; the
   /// lowest index among equals. Nothing when there is none.
-  std::optional<Hit> nearest(const Vec3& query, double most_m, const Accept& accept) const;
+  std::optional<Hit> nearest(const Vec3& query, double max_m, const Accept& accept) const;
 
  private:
   struct Node {

@@ -20,12 +20,12 @@ Corners canonical(Corners corners) {
 }
 
 bool faces_along(const Corners& c, const Points& position, const Points& inward,
-                 double least_cosine) {
+                 double min_cosine) {
   const Vec3 origin = position.row(c[0]);
-  const Vec3 normal = (position.row(c[1]).transpose() - origin)
-                          .cross(position.row(c[2]).transpose() - origin);
+  const Vec3 normal =
+      (position.row(c[1]).transpose() - origin).cross(position.row(c[2]).transpose() - origin);
   return std::all_of(c.begin(), c.end(), [&](std::int32_t point) {
-    return -inward.row(point).dot(normal) > least_cosine * normal.norm();
+    return -inward.row(point).dot(normal) > min_cosine * normal.norm();
   });
 }
 
@@ -33,9 +33,9 @@ bool faces_along(const Corners& c, const Points& position, const Points& inward,
 
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
                                             const Surface& surface, const Points& outward_normal,
-                                            double largest_angle_rad, double most_m) {
+                                            double largest_angle_rad, double max_m) {
   const TriangleTree tree(surface);
-  const double least_cosine = std::cos(largest_angle_rad);
+  const double min_cosine = std::cos(largest_angle_rad);
   std::vector<EdgePathSeeds> seeds(static_cast<std::size_t>(position.rows()));
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
     const Vec3 outward = -inward.row(i);
@@ -43,9 +43,9 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
       Vec3 normal = Vec3::Zero();
       for (int k = 0; k < 3; ++k)
         normal += point.weight[k] * outward_normal.row(surface.triangles(triangle, k)).transpose();
-      return normal.dot(outward) > least_cosine * normal.norm();
+      return normal.dot(outward) > min_cosine * normal.norm();
     };
-    const auto hit = tree.nearest(position.row(i), most_m, faces_alike);
+    const auto hit = tree.nearest(position.row(i), max_m, faces_alike);
     if (!hit) continue;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t vertex = surface.triangles(hit->triangle, k);
@@ -57,9 +57,8 @@ std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points
 }
 
 Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
-                           const Points& position, const Points& inward,
-                           double largest_angle_rad) {
-  const double least_cosine = std::cos(largest_angle_rad);
+                           const Points& position, const Points& inward, double largest_angle_rad) {
+  const double min_cosine = std::cos(largest_angle_rad);
   std::set<Corners> found;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     Corners corners;
@@ -68,7 +67,7 @@ Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_
     const bool joins_three = corners[0] >= 0 && corners[1] >= 0 && corners[2] >= 0 &&
                              corners[0] != corners[1] && corners[1] != corners[2] &&
                              corners[2] != corners[0];
-    if (joins_three && faces_along(corners, position, inward, least_cosine))
+    if (joins_three && faces_along(corners, position, inward, min_cosine))
       found.insert(canonical(corners));
   }
   Triangles triangles(static_cast<Eigen::Index>(found.size()), 3);

@@ -8,10 +8,10 @@ namespace palpate {
 
 /// Where each test point sits on the surface: the corners of the nearest triangle whose
 /// interpolated normal is within `largest_angle_rad` of the point's. position, inward: P x 3.
-/// outward_normal: #V x 3 of the surface. No seed for a point farther than most_m from the surface.
+/// outward_normal: #V x 3 of the surface. No seed for a point farther than max_m from the surface.
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
                                             const Surface& surface, const Points& outward_normal,
-                                            double largest_angle_rad, double most_m);
+                                            double largest_angle_rad, double max_m);
 
 /// Test-point triangles dual to the cells of nearest test points: a fine triangle whose vertices
 /// belong to three points joins them. cell: #V, the nearest point along the surface. Same

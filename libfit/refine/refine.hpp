@@ -25,11 +25,11 @@ struct RefineOptions {
 
 /// What refinement did, for the report.
 struct RefineReport {
-  Triangles triangles;                     ///< test-point triangulation used, rows index the curves
-  bool is_own_triangulation = false;       ///< made here; false: the body's
-  std::vector<std::int32_t> left_out;      ///< test points not used: fit failed, or off the surface
-  std::vector<std::int32_t> uncovered;     ///< reachable vertices that no test point answers for
-  double largest_projection_m = 0;         ///< from a covered vertex to its triangle
+  Triangles triangles;                  ///< test-point triangulation used, rows index the curves
+  bool is_own_triangulation = false;    ///< made here; false: the body's
+  std::vector<std::int32_t> left_out;   ///< test points not used: fit failed, or off the surface
+  std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
+  double largest_projection_m = 0;      ///< from a covered vertex to its triangle
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;
@@ -44,9 +44,9 @@ struct RefineReport {
 /// answers for, are not covered and have zero curves. The result does not depend on the order of
 /// fine triangles beyond rounding, nor on threads. Throws Error when there is no test point or
 /// sizes and indices do not fit.
-Model refine(const FittedCurves& curves, const Surface& fine,
-             const std::vector<char>& is_reachable, const Triangles& test_triangles,
-             const RefineOptions& options = {}, RefineReport* report = nullptr);
+Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
+             const Triangles& test_triangles, const RefineOptions& options = {},
+             RefineReport* report = nullptr);
 
 /// The same over a body: on its own triangulation when the curves' points are its test points
 /// (match_triangles), else on one made for the points.

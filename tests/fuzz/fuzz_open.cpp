@@ -52,7 +52,7 @@ void open_and_touch(unsigned char* bytes, std::size_t size) {
 // Past the envelope: an input with possible counts gets the size that they ask for, and a header
 // that says so, so that no mutation is wasted on what the envelope alone refuses.
 void open_made_good(const unsigned char* data, std::size_t size) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 16;
+  constexpr std::uint64_t kMax = std::uint64_t{1} << 16;
   Header header;
   if (size < sizeof header) return;
   std::memcpy(&header, data, sizeof header);
@@ -61,7 +61,7 @@ void open_made_good(const unsigned char* data, std::size_t size) {
   header.endian_mark = kEndianMark;
   header.version = kVersion;
   header.file_bytes = lay_out(header, header.offset);
-  if (header.file_bytes > kMost) return;
+  if (header.file_bytes > kMax) return;
   std::vector<unsigned char> fitted(data, data + size);
   fitted.resize(header.file_bytes);
   std::memcpy(fitted.data(), &header, sizeof header);

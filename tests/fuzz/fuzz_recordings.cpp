@@ -6,9 +6,9 @@
 #include <string>
 
 #include "libfit/core/error.hpp"
-#include "libfit/io/importers/importers.hpp"
-#include "libfit/recordings/condition.hpp"
-#include "libfit/recordings/contact.hpp"
+#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/formats/importers.hpp"
 #include "tests/fuzz/promises.hpp"
 
 namespace {
@@ -35,7 +35,7 @@ importers::ReadSettings read_settings(unsigned char format, unsigned char choice
     read.units = {"s", "mm", "N", "Nmm"};
   read.is_force_on_tool = choice & 8, read.drop_invalid = choice & 16;
   read.cantilever = importers::Cantilever{0.2, 1e-7, 0, 0};
-  read.most_bytes = 1 << 20;
+  read.max_bytes = 1 << 20;
   return read;
 }
 

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "tests/libfit/runtime/models.hpp"
-#include "tools/bench_bodies.hpp"
-#include "tools/finger_proxy.hpp"
-#include "tools/realtime.hpp"
-#include "tools/tick_flops.hpp"
-#include "tools/tick_work.hpp"
+#include "tools/bench/bodies.hpp"
+#include "tools/bench/finger_proxy.hpp"
+#include "tools/bench/tick_flops.hpp"
+#include "tools/bench/tick_work.hpp"
+#include "tools/realtime/play.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "tests/libfit/runtime/models.hpp"
-#include "tools/bench_bodies.hpp"
-#include "tools/bench_clicks.hpp"
-#include "tools/tick_work.hpp"
+#include "tools/bench/bodies.hpp"
+#include "tools/bench/clicks.hpp"
+#include "tools/bench/tick_work.hpp"
 
 namespace palpate::tools {
 namespace {

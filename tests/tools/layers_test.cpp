@@ -31,8 +31,8 @@ const std::map<std::string, std::set<std::string>> kAllowed{
      {"libfit/core", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
-      "libfit/recordings",
-      "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact", "libfem/solve"}},
+      "libfit/recordings", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact",
+      "libfem/solve"}},
     {"data", {"libfit/core", "libfem/mesh"}},
 };
 

@@ -1,4 +1,4 @@
-#include "tools/scene_material.hpp"
+#include "tools/scene/material.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
-#include "tools/scene.hpp"
+#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -88,20 +88,20 @@ TEST(SceneMaterial, inclusions_have_laws_of_their_own) {
 
 TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
   expect_beginning(error_of("law = 'moony-rivlin'\nc10 = 1"),
-            "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
-            "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
+                   "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
+                   "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
   EXPECT_EQ(error_of("law = 'mooney-rivlin'\nc1O = '1 kPa'\nc01 = '1 kPa'"),
             "s.toml:6:1: [material] has no key \"c1O\"\n"
             "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson.");
   expect_beginning(error_of("law = 'mooney-rivlin'\nyoung = '1 kPa'"),
-            "s.toml:6:1: [material] has no key \"young\"");
+                   "s.toml:6:1: [material] has no key \"young\"");
 }
 
 TEST(SceneMaterial, missing_keys_are_named_with_their_form) {
   EXPECT_EQ(error_of("poisson = 0.4"),
             "s.toml:4:1: [material] has no young, which law neo-hookean needs\n"
-            "  Add young = \"...\" with a unit (" + known_units(Dimension::pressure) +
-                "): Young's modulus at small strain.");
+            "  Add young = \"...\" with a unit (" +
+                known_units(Dimension::pressure) + "): Young's modulus at small strain.");
   EXPECT_EQ(error_of("law = 'fung'\nshear = '1 kPa'"),
             "s.toml:4:1: [material] has no b, which law fung needs\n"
             "  Add b = a plain number: exponent, positive: how fast it stiffens.");
@@ -113,7 +113,7 @@ TEST(SceneMaterial, missing_keys_are_named_with_their_form) {
 
 TEST(SceneMaterial, wrong_units_and_forms_are_refused_at_their_place) {
   expect_beginning(error_of("law = 'yeoh'\nc10 = '5 mm'"),
-            "s.toml:6:7: c10 of [material] is \"5 mm\", which is not a pressur");
+                   "s.toml:6:7: c10 of [material] is \"5 mm\", which is not a pressur");
   EXPECT_EQ(error_of("law = 'fung'\nshear = 1\nb = '1 kPa'"),
             "s.toml:7:5: b of [material] is a text, not a number\n"
             "  Give a plain number from -1000000 to 1000000.");
@@ -130,10 +130,11 @@ TEST(SceneMaterial, what_a_law_refuses_is_refused_at_its_key) {
   EXPECT_EQ(error_of("young = '-5 kPa'"),
             "s.toml:5:9: young of [material] must be positive, not -5000 Pa\n"
             "  young is the Young's modulus at small strain.");
-  expect_beginning(error_of("young = '5 kPa'\npoisson = 0.5"),
-            "s.toml:6:11: poisson of [material] must lie above -1 and below 0.5, not 0.5\n  p");
+  expect_beginning(
+      error_of("young = '5 kPa'\npoisson = 0.5"),
+      "s.toml:6:11: poisson of [material] must lie above -1 and below 0.5, not 0.5\n  p");
   expect_beginning(error_of("law = 'ogden'\nmu1 = 1\nalpha1 = 2\nmu3 = 2"),
-            "s.toml:4:1: alpha3 of [material] is missing beside mu3\n  alp");
+                   "s.toml:4:1: alpha3 of [material] is missing beside mu3\n  alp");
   EXPECT_EQ(error_of("law = 'yeoh'\nc10 = 1\nbulk = 1\npoisson = 0.4"),
             "s.toml:7:8: bulk of [material] is given beside poisson\n  Keep one of the two.");
 }

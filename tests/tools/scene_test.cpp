@@ -1,4 +1,4 @@
-#include "tools/scene.hpp"
+#include "tools/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -133,17 +133,17 @@ TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
   EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = 30\nbudget = 40\n")
                 .find("has no key \"budget\""),
             std::string::npos);
-  EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n")
-                .find("budget"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n").find("budget"),
+      std::string::npos);
 }
 
 TEST(scene, which_points_are_chosen_does_not_change_what_one_of_them_comes_from) {
   const Scene few = parse_scene(kSmallest + "[experiments]\ntest_points = 10\n", "a.toml");
   const Scene automatic =
       parse_scene(kSmallest + "[experiments]\ntest_points = \"auto\"\n", "a.toml");
-  const Scene spent = parse_scene(
-      kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 50\n", "a.toml");
+  const Scene spent =
+      parse_scene(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 50\n", "a.toml");
   EXPECT_EQ(canonical_point(few), canonical_point(automatic));
   EXPECT_NE(canonical_experiments(automatic), canonical_experiments(spent));
   EXPECT_EQ(canonical_body(automatic), canonical_body(spent));

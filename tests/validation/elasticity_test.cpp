@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "libfem/mesh/grade/structured_block.hpp"
+#include "libfem/mesh/structured_block.hpp"
 #include "record.hpp"
 #include "static_problem.hpp"
 
@@ -156,13 +156,15 @@ TEST(Elasticity, manufactured_problem_is_the_reference_one) {
   struct Sample {
     Vec3 X, u, B;
   };
-  for (const Sample& s :
-       {Sample{{0.2, 0.3, 0.7}, {0.03717038133987637, 0.06991029877349451, -0.0378},
-               {0.3025068590518593, 0.42570873408013105, -0.0698477372728042}},
-        Sample{{0.5, 0.5, 0.5}, {0.0625, 0.04375, -0.043301270189221926},
-               {0.4373823389001764, 0.4061976506383955, 0.0013817660096068184}},
-        Sample{{0.91, 0.13, 0.42}, {0.11730390359164106, 0.00675761983571993, -0.03602949271722426},
-               {0.7215800652390104, 0.16582793906321822, 0.07132002856750091}}}) {
+  for (const Sample& s : {Sample{{0.2, 0.3, 0.7},
+                                 {0.03717038133987637, 0.06991029877349451, -0.0378},
+                                 {0.3025068590518593, 0.42570873408013105, -0.0698477372728042}},
+                          Sample{{0.5, 0.5, 0.5},
+                                 {0.0625, 0.04375, -0.043301270189221926},
+                                 {0.4373823389001764, 0.4061976506383955, 0.0013817660096068184}},
+                          Sample{{0.91, 0.13, 0.42},
+                                 {0.11730390359164106, 0.00675761983571993, -0.03602949271722426},
+                                 {0.7215800652390104, 0.16582793906321822, 0.07132002856750091}}}) {
     EXPECT_LE((manufactured(s.X) - s.u).norm(), 1e-14);
     EXPECT_LE((manufactured_body_force(material, s.X) - s.B).norm(), 1e-9);
   }
@@ -285,12 +287,12 @@ TEST(Elasticity, thick_sphere_swells_under_the_pressure_of_the_closed_form) {
 
 /// Cook's membrane in plane strain, one layer of cells: units mm, N, MPa.
 StaticProblem cook(const Material& material, double shear_MPa, int n, ElementKind kind) {
-  StaticProblem problem(
-      quadratic(structured_block(Vec3(1, 1, 1.0 / n), {n, n, 1}),
-                [](const Vec3& p) {
-                  return Vec3(48 * p.x(), 44 * p.x() + p.y() * (44 - 28 * p.x()), 48 * p.z());
-                }),
-      material, kind);
+  StaticProblem problem(quadratic(structured_block(Vec3(1, 1, 1.0 / n), {n, n, 1}),
+                                  [](const Vec3& p) {
+                                    return Vec3(48 * p.x(), 44 * p.x() + p.y() * (44 - 28 * p.x()),
+                                                48 * p.z());
+                                  }),
+                        material, kind);
   for (int axis = 0; axis < 3; ++axis) problem.prescribe(in_plane(0, 0), axis);
   problem.prescribe(anywhere, 2);
   problem.add_traction(in_plane(0, 48), shear_MPa * Vec3::UnitY());

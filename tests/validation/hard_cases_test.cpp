@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "libfem/mesh/grade/tet_quality.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/solve/block.hpp"
 #include "tests/validation/record.hpp"
@@ -122,7 +122,7 @@ TEST(HardCases, poisson_0_4999) {
 void make_slivers(TetMesh& mesh, const Vec3& size_m, int stride, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> draw(-1, 1);
-  const auto least_volume = [&](Eigen::Index node) {  // of the tets at a node, of the body
+  const auto min_volume = [&](Eigen::Index node) {  // of the tets at a node, of the body
     double least = 1;
     for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
       if ((mesh.tets.row(t).array() == static_cast<int>(node)).any())
@@ -139,7 +139,7 @@ void make_slivers(TetMesh& mesh, const Vec3& size_m, int stride, unsigned seed) 
     for (int i = 0; i < 40; ++i) {
       const double middle = (low + high) / 2;
       mesh.nodes.row(n) = x + middle * way;
-      (least_volume(n) > 2e-6 ? low : high) = middle;
+      (min_volume(n) > 2e-6 ? low : high) = middle;
     }
     mesh.nodes.row(n) = x + low * way;
   }

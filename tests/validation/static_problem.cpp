@@ -91,7 +91,7 @@ class Newton {
       const double scale = force.cwiseAbs().maxCoeff() + to * problem_.load.cwiseAbs().maxCoeff();
       const Eigen::VectorXd residual = free_.restricted(to * problem_.load - force);
       if (residual.cwiseAbs().maxCoeff() <= 1e-10 * scale) {
-        out.u = u, out.least_J = body_.least_J();
+        out.u = u, out.min_J = body_.min_J();
         out.reaction = force - to * problem_.load;
         return true;
       }
@@ -114,8 +114,8 @@ class Newton {
       body_.add_stiffness(u, bend, force, K_);
       Eigen::VectorXd pulled;
       K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
-      const Points right = share * problem_.load - force -
-                           Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
+      const Points right =
+          share * problem_.load - force - Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
       const Eigen::SparseMatrix<double> K = free_.lower(K_);
       if (!is_analysed_) solver_.analyzePattern(K), is_analysed_ = true;
       solver_.factorize(K);
@@ -261,8 +261,10 @@ StaticOutcome solve(const StaticProblem& problem, int steps) {
   while (share < 1 && step > 1e-3 / steps) {
     const double next = share + step > 1 - 1e-9 ? 1 : share + step;
     ++out.steps;
-    if (newton.step(share, next, out)) share = next;
-    else step /= 2;
+    if (newton.step(share, next, out))
+      share = next;
+    else
+      step /= 2;
   }
   out.is_solved = share == 1;
   out.cpu_s = palpate::validation::cpu_seconds() - start;
@@ -272,13 +274,13 @@ StaticOutcome solve(const StaticProblem& problem, int steps) {
 double l2_error(const StaticProblem& problem, const Points& u,
                 const std::function<Vec3(const Vec3&)>& exact) {
   double sum = 0;
-  visit_points(problem, [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X,
-                            double volume) {
-    Vec3 error = -exact(X);
-    for (std::size_t a = 0; a < cell.size(); ++a)
-      error += shape[static_cast<Eigen::Index>(a)] * u.row(cell[a]).transpose();
-    sum += volume * error.squaredNorm();
-  });
+  visit_points(problem,
+               [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+                 Vec3 error = -exact(X);
+                 for (std::size_t a = 0; a < cell.size(); ++a)
+                   error += shape[static_cast<Eigen::Index>(a)] * u.row(cell[a]).transpose();
+                 sum += volume * error.squaredNorm();
+               });
   return std::sqrt(sum);
 }
 

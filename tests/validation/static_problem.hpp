@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "libfem/solve/elastic_body.hpp"
+#include "libfem/elements/elastic_body.hpp"
 #include "libfit/core/tet_mesh.hpp"
 
 namespace palpate::fem {
@@ -37,7 +37,7 @@ struct StaticProblem {
 struct StaticOutcome {
   bool is_solved = false;
   Points u, reaction;
-  double least_J = 1;
+  double min_J = 1;
   int steps = 0, newton = 0;
   double cpu_s = 0;
 };

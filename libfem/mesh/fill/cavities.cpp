@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "libfem/mesh/points/surface_tree.hpp"
+#include "libfem/mesh/surface/surface_tree.hpp"
 
 namespace palpate {
 namespace {

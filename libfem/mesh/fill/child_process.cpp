@@ -173,8 +173,7 @@ std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& 
   if (child == 0) be_child(mesher, thrown_int, file.descriptor, time_limit_s);
 
   const auto status = wait_for(child, time_limit_s);
-  if (!status)
-    return "took longer than " + in_seconds(time_limit_s);
+  if (!status) return "took longer than " + in_seconds(time_limit_s);
   if (WIFSIGNALED(*status)) return described_signal(WTERMSIG(*status));
   const int code = WEXITSTATUS(*status);
   if (code != kExitMesh && code != kExitReason)

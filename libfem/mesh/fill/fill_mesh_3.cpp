@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "libfem/mesh/fill/meshers.hpp"
-#include "libfem/mesh/grade/tet_quality.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {
 namespace {
@@ -48,8 +48,7 @@ TetMesh to_tet_mesh(const Complex& complex) {
        ++cell, ++t)
     for (int k = 0; k < 4; ++k) {
       const auto vertex = cell->vertex(k);
-      const auto [at, is_new] =
-          index.emplace(vertex, static_cast<std::int32_t>(nodes.size()));
+      const auto [at, is_new] = index.emplace(vertex, static_cast<std::int32_t>(nodes.size()));
       const auto& p = vertex->point();
       if (is_new) nodes.emplace_back(p.x(), p.y(), p.z());
       mesh.tets(t, k) = at->second;

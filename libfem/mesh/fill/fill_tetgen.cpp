@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libfem/mesh/fill/meshers.hpp"
-#include "libfem/mesh/grade/tet_quality.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {
 namespace {
@@ -42,8 +42,8 @@ void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
 /// with all means.
 std::array<char, 128> switches_of(const TetGenSettings& settings) {
   std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "pQYq%.3f/%.1fa%.15fO9/7",
-                settings.radius_edge_ratio, settings.min_dihedral_deg, settings.max_volume_m3);
+  std::snprintf(text.data(), text.size(), "pQYq%.3f/%.1fa%.15fO9/7", settings.radius_edge_ratio,
+                settings.min_dihedral_deg, settings.max_volume_m3);
   return text;
 }
 
@@ -85,13 +85,20 @@ TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
 
 std::string tetgen_failure(int code) {
   switch (code) {
-    case 1: return "ran out of memory";
-    case 2: return "met an error of its own";
-    case 3: return "found that the surface crosses itself";
-    case 4: return "found a feature too small for its tolerance";
-    case 5: return "found two facets too close to each other";
-    case 10: return "refused the input";
-    default: return "failed with code " + std::to_string(code);
+    case 1:
+      return "ran out of memory";
+    case 2:
+      return "met an error of its own";
+    case 3:
+      return "found that the surface crosses itself";
+    case 4:
+      return "found a feature too small for its tolerance";
+    case 5:
+      return "found two facets too close to each other";
+    case 10:
+      return "refused the input";
+    default:
+      return "failed with code " + std::to_string(code);
   }
 }
 

@@ -9,8 +9,8 @@
 #include "libfem/mesh/fill/child_process.hpp"
 #include "libfem/mesh/fill/meshers.hpp"
 #include "libfem/mesh/fill/smooth_interior.hpp"
-#include "libfem/mesh/grade/tet_quality.hpp"
-#include "libfem/mesh/points/surface_checks.hpp"
+#include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {

@@ -37,10 +37,10 @@ struct FillReport {
   Mesher mesher = Mesher::automatic;  ///< the one that made the mesh: tetgen or mesh_3
   int nodes = 0, tets = 0;
   double min_dihedral_deg = 0;
-  double worst_mean_ratio = 0;       ///< 1 for a regular tet, 0 for a flat one
-  int slivers = 0;                   ///< tets with a dihedral angle below 5 degrees
-  double volume_ratio = 0;           ///< of the tets over the surface's
-  std::vector<std::string> notes;    ///< what failed on the way, a sentence each
+  double worst_mean_ratio = 0;     ///< 1 for a regular tet, 0 for a flat one
+  int slivers = 0;                 ///< tets with a dihedral angle below 5 degrees
+  double volume_ratio = 0;         ///< of the tets over the surface's
+  std::vector<std::string> notes;  ///< what failed on the way, a sentence each
 };
 
 /// Fills a closed surface with tetrahedra, coarse inside, every one positive.

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libfem/mesh/grade/tet_quality.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {
 namespace {
@@ -15,8 +15,8 @@ namespace {
 constexpr double kGoodEnoughDeg = 22;  // a node whose tets all pass is left alone
 constexpr int kSweeps = 4;             // a fifth changed nothing on the liver
 
-constexpr double kLeastGainDeg = 0.02; // less is not worth an evaluation
-constexpr int kMostRounds = 12;        // of a node's search, so that it ends
+constexpr double kMinGainDeg = 0.02;  // less is not worth an evaluation
+constexpr int kMaxRounds = 12;        // of a node's search, so that it ends
 
 using TetsAround = std::vector<std::vector<Eigen::Index>>;
 
@@ -39,8 +39,8 @@ std::vector<char> boundary_nodes(const TetMesh& mesh) {
   std::sort(faces.begin(), faces.end());
   std::vector<char> is_boundary(static_cast<std::size_t>(mesh.nodes.rows()), 0);
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    const bool is_shared = (f > 0 && faces[f] == faces[f - 1]) ||
-                           (f + 1 < faces.size() && faces[f] == faces[f + 1]);
+    const bool is_shared =
+        (f > 0 && faces[f] == faces[f - 1]) || (f + 1 < faces.size() && faces[f] == faces[f + 1]);
     if (is_shared) continue;
     for (const auto v : faces[f]) is_boundary[static_cast<std::size_t>(v)] = 1;
   }
@@ -86,8 +86,8 @@ void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Inde
   Vec3 at = mesh.nodes.row(node);
   const auto accepts = [&](const Vec3& candidate) {
     mesh.nodes.row(node) = candidate;
-    const double worst = worst_around(mesh, around, best + kLeastGainDeg);
-    if (worst > best + kLeastGainDeg) {
+    const double worst = worst_around(mesh, around, best + kMinGainDeg);
+    if (worst > best + kMinGainDeg) {
       best = worst;
       at = candidate;
       return true;
@@ -97,7 +97,7 @@ void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Inde
   };
   accepts(centre);
   double step = 0.2 * edge;
-  for (int round = 0; round < kMostRounds && step > 0.01 * edge; ++round) {
+  for (int round = 0; round < kMaxRounds && step > 0.01 * edge; ++round) {
     bool has_moved = false;
     for (int direction = 0; direction < 27; ++direction) {
       const Vec3 offset(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);

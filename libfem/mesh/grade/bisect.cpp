@@ -5,8 +5,8 @@
 #include <tuple>
 #include <utility>
 
-#include "libfem/mesh/grade/boundary.hpp"
-#include "libfem/mesh/grade/edge_map.hpp"
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/edge_map.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
 
 namespace palpate::fem {

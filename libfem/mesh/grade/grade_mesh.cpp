@@ -7,9 +7,9 @@
 #include <limits>
 #include <string>
 
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/edge_map.hpp"
 #include "libfem/mesh/grade/bisect.hpp"
-#include "libfem/mesh/grade/boundary.hpp"
-#include "libfem/mesh/grade/edge_map.hpp"
 #include "libfem/mesh/grade/place_nodes.hpp"
 #include "libfit/core/error.hpp"
 

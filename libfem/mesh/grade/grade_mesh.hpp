@@ -15,7 +15,7 @@ namespace palpate::fem {
 struct Segment {
   Vec3 from = Vec3::Zero();
   Vec3 to = Vec3::Zero();
-  double h_m = 0.004;      ///< tets are no larger around the piece
+  double h_m = 0.004;  ///< tets are no larger around the piece
   double reach_m =
       0.008;  ///< distance kept that fine; 0: size is proportional to distance from h_m on
 };

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/edge_map.hpp"
 #include "libfem/mesh/grade/bisect.hpp"
-#include "libfem/mesh/grade/boundary.hpp"
-#include "libfem/mesh/grade/edge_map.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
 
 namespace palpate::fem {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/boundary.hpp"
 
 namespace palpate::fem {
 

@@ -222,15 +222,15 @@ Vec3 Cursor::position_3d(NumberType type) {
   return point;
 }
 
-std::size_t Cursor::count(NumberType type, std::size_t least_bytes, std::string_view things) {
-  return checked_count(integer(type), least_bytes, things);
+std::size_t Cursor::count(NumberType type, std::size_t min_bytes, std::string_view things) {
+  return checked_count(integer(type), min_bytes, things);
 }
 
-std::size_t Cursor::checked_count(std::int64_t number, std::size_t least_bytes,
+std::size_t Cursor::checked_count(std::int64_t number, std::size_t min_bytes,
                                   std::string_view things) {
   if (number < 0 || number > std::numeric_limits<std::int32_t>::max())
     fail("the number of " + std::string(things) + " is not between 0 and 2^31 - 1");
-  if (static_cast<std::size_t>(number) > remaining() / std::max<std::size_t>(least_bytes, 1))
+  if (static_cast<std::size_t>(number) > remaining() / std::max<std::size_t>(min_bytes, 1))
     fail("announces " + std::to_string(number) + " " + std::string(things) +
              ", more than the rest of the file can hold",
          "The file is cut short or damaged; copy or export it again.");

@@ -68,10 +68,10 @@ class Cursor {
   std::int64_t integer(NumberType type = NumberType::int64);
   /// Three numbers that can be a position: finite and of plausible magnitude.
   Vec3 position_3d(NumberType type = NumberType::float64);
-  /// A count of things that each take at least `least_bytes` of what is left of the file.
-  std::size_t count(NumberType type, std::size_t least_bytes, std::string_view things);
-  /// Throws unless what is left of the file can hold `number` things of `least_bytes` each.
-  std::size_t checked_count(std::int64_t number, std::size_t least_bytes, std::string_view things);
+  /// A count of things that each take at least `min_bytes` of what is left of the file.
+  std::size_t count(NumberType type, std::size_t min_bytes, std::string_view things);
+  /// Throws unless what is left of the file can hold `number` things of `min_bytes` each.
+  std::size_t checked_count(std::int64_t number, std::size_t min_bytes, std::string_view things);
   void skip_bytes(std::size_t number);
 
   /// "file:line" or "file: byte n", of what was taken last.

@@ -89,7 +89,7 @@ Header read_header(Cursor& file) {
 }
 
 // Fewest bytes an element can take; a number as text takes a digit and a blank.
-std::size_t least_bytes(const Element& element, Encoding encoding) {
+std::size_t min_bytes(const Element& element, Encoding encoding) {
   std::size_t sum = 0;
   for (const Property& p : element.properties)
     sum += encoding == Encoding::text ? 2 : size_of(p.count_type.value_or(p.type));
@@ -165,7 +165,7 @@ RawSurface read_ply(Cursor& file) {
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;  // takes no bytes, however many there are
     const std::size_t number =
-        file.checked_count(element.number, least_bytes(element, header.encoding), element.name);
+        file.checked_count(element.number, min_bytes(element, header.encoding), element.name);
     if (element.name == "vertex") {
       read_vertices(file, element, number, surface);
     } else if (element.name == "face") {

@@ -66,8 +66,8 @@ Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> f
   const std::string bytes = mesh_read::load_file(path);
   Cursor file(bytes, path.string());
   Mesh mesh = format.read(file);
-  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
-  if (mesh.points.size() > kMost)
+  constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
+  if (mesh.points.size() > kMax)
     throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
   return mesh;
 }

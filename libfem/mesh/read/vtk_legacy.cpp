@@ -53,7 +53,7 @@ class LegacyFile {
     const std::int64_t number = file_.integer();
     const NumberType type = read_type(file_);
     file_.line();
-    const std::size_t checked = file_.checked_count(number, 3 * least_bytes(type), "points");
+    const std::size_t checked = file_.checked_count(number, 3 * min_bytes(type), "points");
     std::vector<Vec3> points(checked);
     file_.encoding = data_;
     for (Vec3& point : points) point = file_.position_3d(type);
@@ -78,13 +78,13 @@ class LegacyFile {
   }
 
  private:
-  std::size_t least_bytes(NumberType type) const {
+  std::size_t min_bytes(NumberType type) const {
     return data_ == Encoding::text ? 1 : size_of(type);
   }
 
   std::vector<std::int64_t> integers(std::int64_t number, NumberType type,
                                      std::string_view things) {
-    std::vector<std::int64_t> values(file_.checked_count(number, least_bytes(type), things));
+    std::vector<std::int64_t> values(file_.checked_count(number, min_bytes(type), things));
     file_.encoding = data_;
     for (std::int64_t& value : values) value = file_.integer(type);
     file_.encoding = Encoding::text;

@@ -12,7 +12,7 @@ namespace {
 
 // zlib cannot shrink further than this (its manual, "maximum compression factor"), so a header that
 // promises more is damaged: checked before memory is taken.
-constexpr std::size_t kMostInflation = 1032;
+constexpr std::size_t kMaxInflation = 1032;
 
 std::int64_t count_attribute(const XmlTag& tag, std::string_view name, const Cursor& file) {
   const std::string_view text = attribute(tag, name);
@@ -171,7 +171,7 @@ std::string VtkXmlFile::inflate(std::string_view block, std::size_t position) co
   for (std::size_t b = 0; b < packed.size(); ++b) {
     const bool is_partial = b + 1 == packed.size() && last > 0;
     const auto size = static_cast<std::size_t>(is_partial ? last : whole);
-    if (packed[b] > in.remaining() || size / kMostInflation > packed[b]) damaged();
+    if (packed[b] > in.remaining() || size / kMaxInflation > packed[b]) damaged();
     const std::size_t before = out.size();
     out.resize(before + size);
     uLongf written = static_cast<uLongf>(size);

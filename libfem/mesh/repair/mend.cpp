@@ -23,7 +23,7 @@ constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
 // Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
 constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
-constexpr std::size_t kMostCrossings = 200;
+constexpr std::size_t kMaxCrossings = 200;
 constexpr const char* kWrapHint =
     "Repair it in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than "
     "that.";
@@ -122,7 +122,7 @@ Surface without_crossings(const Surface& surface, const Soup& soup, const std::s
   if (pairs.empty()) return surface;
   const std::string names = name_pairs(surface, pairs, soup);
   std::optional<Surface> mended;
-  if (pairs.size() <= kMostCrossings) mended = repair::without_self_intersections(surface);
+  if (pairs.size() <= kMaxCrossings) mended = repair::without_self_intersections(surface);
   if (!mended)
     throw Error(where,
                 "the surface crosses itself in " + counted(pairs.size(), "pair", "pairs") +

@@ -5,7 +5,7 @@
 namespace palpate::repair {
 namespace {
 
-constexpr int kMostPasses = 8;  // a triangle can be hit on each side, and its halves again
+constexpr int kMaxPasses = 8;  // a triangle can be hit on each side, and its halves again
 
 struct OnEdge {
   double along;
@@ -67,7 +67,7 @@ void split_face(Soup& soup, const Side& side, const std::vector<OnEdge>& on_edge
 
 void split_t_junctions(Soup& soup, double weld_m, Changes& changes) {
   std::size_t split = 0;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     std::vector<Side> border;
     for_each_edge(sorted_sides(soup.faces), [&](auto begin, auto end) {
       if (end - begin == 1) border.push_back(*begin);

@@ -213,8 +213,8 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
                   make_probe(sphere_spec(kRadius_m, 0), "test"), settings);
   const ContactHistory history = contact.untouched(pose_at(0, 0));
-  const ContactTotals totals = contact.evaluate(Points::Zero(sheet.nodes.rows(), 3),
-                                                pose_at(0, kDepth_m), history);
+  const ContactTotals totals =
+      contact.evaluate(Points::Zero(sheet.nodes.rows(), 3), pose_at(0, kDepth_m), history);
   const double k = settings.stiffness * kYoung_Pa / kRadius_m;
   const double expected = M_PI * k * (kRadius_m - kDepth_m) * kDepth_m * kDepth_m;
   EXPECT_NEAR(-totals.force_N.z() / expected, 1, 0.01);

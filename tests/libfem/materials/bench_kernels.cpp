@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "libfem/elements/element_kernels.hpp"
 #include "libfem/materials/fung.hpp"
 #include "libfem/materials/holzapfel_gasser_ogden.hpp"
 #include "libfem/materials/mooney_rivlin.hpp"
@@ -12,7 +13,6 @@
 #include "libfem/materials/stable_neo_hookean.hpp"
 #include "libfem/materials/veronda_westmann.hpp"
 #include "libfem/materials/yeoh.hpp"
-#include "libfem/solve/element_kernels.hpp"
 #include "tests/libfem/materials/examples.hpp"
 
 // Time per ten-node element (four points) of every law:
@@ -76,7 +76,8 @@ void eight_lanes(benchmark::State& state, const Material& material, InstructionS
     for (int point = 0; point < kPoints; ++point) {
       if (tangent)
         law.tangent(constants.data(), H.data() + 9 * point, 1.0, o[0], o[1], o + 2, o + 11);
-      else law.stress(constants.data(), H.data() + 9 * point, o[0], o[1], o + 2);
+      else
+        law.stress(constants.data(), H.data() + 9 * point, o[0], o[1], o + 2);
       benchmark::ClobberMemory();
     }
   }
@@ -93,14 +94,20 @@ void cells(benchmark::State& state, const Material& material, InstructionSet set
     for (int i = 0; i < 3 * kNodes; ++i) displacement.at(i, lane) = 0.05 * uniform(random);
     for (int q = 0; q < kPoints; ++q) weight.at(q, lane) = 0.04;
   }
-  const CellBatch batch{gradient.data(), weight.data(), constants.data(), mode.data(),
-                        material.law->constants_used, 0.0};
+  const CellBatch batch{gradient.data(),
+                        weight.data(),
+                        constants.data(),
+                        mode.data(),
+                        material.law->constants_used,
+                        0.0};
   const auto result = std::make_unique<CellResult>();
   const CellKernels kernels = cell_kernels(ElementKind::tet10, set);
   const LawKernels& law = material.law->kernels->with(set);
   for (auto _ : state) {
-    if (stiffness) kernels.stiffness(batch, law, displacement.data(), 1.0, *result);
-    else kernels.force(batch, law, displacement.data(), *result);
+    if (stiffness)
+      kernels.stiffness(batch, law, displacement.data(), 1.0, *result);
+    else
+      kernels.force(batch, law, displacement.data(), *result);
     benchmark::ClobberMemory();
   }
   count_elements(state, kLanes);

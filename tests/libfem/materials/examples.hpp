@@ -16,17 +16,17 @@ inline constexpr unsigned kSeed = 20240607;
 inline constexpr double kLeftOut = std::numeric_limits<double>::quiet_NaN();
 
 /// is_kinked_at_rest: the tangent jumps at E = 0. is_bounded: the energy stays finite as the volume
-/// goes. most_J_at_bend_0: up to where the law says that its tangent without the bent part is
-/// semidefinite; 0 where it does not. least_stretch, most_stretch: of uniaxial tests, within which
+/// goes. max_J_at_bend_0: up to where the law says that its tangent without the bent part is
+/// semidefinite; 0 where it does not. min_stretch, max_stretch: of uniaxial tests, within which
 /// a pull or push grows with the stretch.
 struct Example {
   std::string name;
   MaterialParameters parameters;
   bool is_kinked_at_rest = false;
   bool is_bounded = false;
-  double most_J_at_bend_0 = 1e9;
-  double least_stretch = 0.3;
-  double most_stretch = 3;
+  double max_J_at_bend_0 = 1e9;
+  double min_stretch = 0.3;
+  double max_stretch = 3;
 };
 
 inline const std::vector<Example>& all() {

@@ -120,16 +120,16 @@ TEST_P(LawKernelSuite, volumetric_kernels_give_the_bits_of_the_point) {
 }
 
 TEST_P(LawKernelSuite, without_the_bent_part_the_tangent_is_semidefinite_where_the_law_says_so) {
-  if (GetParam().most_J_at_bend_0 == 0) GTEST_SKIP() << "the law does not say so";
+  if (GetParam().max_J_at_bend_0 == 0) GTEST_SKIP() << "the law does not say so";
   std::vector<Mat3> all = states();
   std::mt19937 random(kSeed + 20);
   while (all.size() < 200) {
     const Mat3 F = Mat3::Identity() + random_matrix(random, 1.2);
     if (F.determinant() > 0.02) all.push_back(F);
   }
-  std::erase_if(all, [](const Mat3& F) { return F.determinant() > GetParam().most_J_at_bend_0; });
+  std::erase_if(all, [](const Mat3& F) { return F.determinant() > GetParam().max_J_at_bend_0; });
   EightStates eight(material);
-  const auto least_of = [&](double bend) {
+  const auto min_of = [&](double bend) {
     eight.tangent(best_instruction_set(), bend);
     const Mat9 A = eight.A(0);
     return Eigen::SelfAdjointEigenSolver<Mat9>(A).eigenvalues()[0] / A.norm();
@@ -137,8 +137,8 @@ TEST_P(LawKernelSuite, without_the_bent_part_the_tangent_is_semidefinite_where_t
   int indefinite_when_exact = 0;
   for (const Mat3& F : all) {
     eight.set(0, F);
-    EXPECT_GE(least_of(0.0), -1e-11) << "seed " << kSeed << " F\n" << F;
-    indefinite_when_exact += least_of(1.0) < -1e-11;
+    EXPECT_GE(min_of(0.0), -1e-11) << "seed " << kSeed << " F\n" << F;
+    indefinite_when_exact += min_of(1.0) < -1e-11;
   }
   EXPECT_GT(indefinite_when_exact, 0);  // otherwise nothing was tested
 }

@@ -22,9 +22,9 @@ Vec9 as_vector(const Mat3& M) {
 
 TEST(LawExamples, every_law_has_one) {
   for (const LawRow& law : material_laws())
-    EXPECT_TRUE(std::any_of(all().begin(), all().end(),
-                            [&](const Example& e) { return e.parameters.law == law.name; }))
-        << law.name;
+    EXPECT_TRUE(std::any_of(all().begin(), all().end(), [&](const Example& e) {
+      return e.parameters.law == law.name;
+    })) << law.name;
 }
 
 class LawSuite : public testing::TestWithParam<Example> {
@@ -92,10 +92,10 @@ TEST_P(LawSuite, stress_is_the_derivative_of_energy) {
       const double exact = law.stress(constants, F).cwiseProduct(D).sum();
       double least = std::numeric_limits<double>::infinity();
       for (const double h : {1e-3, 1e-4, 1e-5, 1e-6})
-        least = std::min(least, std::abs((law.energy(constants, F + h * D) -
-                                          law.energy(constants, F - h * D)) /
-                                             (2 * h) -
-                                         exact));
+        least = std::min(
+            least, std::abs((law.energy(constants, F + h * D) - law.energy(constants, F - h * D)) /
+                                (2 * h) -
+                            exact));
       EXPECT_LE(least, 1e-7 * (std::abs(exact) + young_Pa)) << "seed " << kSeed << " F\n" << F;
     }
 }
@@ -139,8 +139,8 @@ TEST_P(LawSuite, small_strains_follow_hooke) {
     const Mat3 F = Mat3::Identity() + H;
     H = F - Mat3::Identity();  // what the law sees
     const Mat3 strain = (H + H.transpose()) / 2;
-    const Mat3 sigma = 2 * hooke.mu_Pa * strain +
-                       hooke.lambda_Pa * strain.trace() * Mat3::Identity();
+    const Mat3 sigma =
+        2 * hooke.mu_Pa * strain + hooke.lambda_Pa * strain.trace() * Mat3::Identity();
     const double W = sigma.cwiseProduct(strain).sum() / 2;
     const double share = 100 * size;  // the remainder is of the next order
     EXPECT_LE((law.stress(constants, F) - sigma).norm(), share * sigma.norm()) << size;
@@ -160,8 +160,11 @@ TEST_P(LawSuite, tangent_at_rest_is_hookes) {
 }
 
 TEST_P(LawSuite, where_the_volume_is_gone_energy_is_infinite_or_goes_on_and_nothing_is_nan) {
-  std::vector<Mat3> gone{Mat3::Zero(), -Mat3::Identity(), Vec3(0, 1, 1).asDiagonal(),
-                         Vec3(-1, 1, 1).asDiagonal(), Vec3(-1e-9, 1, 1).asDiagonal(),
+  std::vector<Mat3> gone{Mat3::Zero(),
+                         -Mat3::Identity(),
+                         Vec3(0, 1, 1).asDiagonal(),
+                         Vec3(-1, 1, 1).asDiagonal(),
+                         Vec3(-1e-9, 1, 1).asDiagonal(),
                          Vec3(-1e6, 1e6, 1e6).asDiagonal()};
   std::mt19937 random(kSeed + 6);
   while (gone.size() < 20) {
@@ -241,8 +244,7 @@ TEST_P(LawSuite, a_pull_grows_with_the_stretch_between_free_sides) {
   };
   double before = -std::numeric_limits<double>::infinity();
   for (int i = 0; i <= 40; ++i) {
-    const double along = example.least_stretch +
-                         i * (example.most_stretch - example.least_stretch) / 40;
+    const double along = example.min_stretch + i * (example.max_stretch - example.min_stretch) / 40;
     double low = 0.2, high = 4;
     const auto side = [&](double across) {
       const Mat3 P = law.stress(constants, F_of(along, across));

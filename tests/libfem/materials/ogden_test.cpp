@@ -45,7 +45,8 @@ TEST(Ogden, its_terms_may_come_in_any_order) {
   const Material b = make_material({"ogden", {-0.01, -2, 0.63, 1.3, 0.0012, 5}}, "test");
   for (const Mat3& F : states())
     EXPECT_LE((a.law->tangent(a.constants, F) - b.law->tangent(b.constants, F)).norm(), 1e-13 * 50)
-        << "F\n" << F;
+        << "F\n"
+        << F;
 }
 
 }  // namespace

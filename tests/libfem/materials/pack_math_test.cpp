@@ -100,8 +100,8 @@ TEST(Spectral, vectors_and_values_rebuild_the_matrix_whatever_repeats) {
     for (const double apart : {1.0, 1e-5, 1e-8, 1e-12, 0.0})
       for (int round = 0; round < 200; ++round) {
         const Mat3 Q = random_rotation(random);
-        const Mat3 M = size * Q * Vec3(1 + apart, 1 - apart, round % 2 ? -2 : 1).asDiagonal() *
-                       Q.transpose();
+        const Mat3 M =
+            size * Q * Vec3(1 + apart, 1 - apart, round % 2 ? -2 : 1).asDiagonal() * Q.transpose();
         const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> symmetric = (M + M.transpose()) / 2;
         Eigen::Matrix<double, 3, 3, Eigen::RowMajor> V;
         Vec3 values;

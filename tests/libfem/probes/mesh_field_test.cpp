@@ -53,8 +53,8 @@ TEST(MeshField, smoothing_leaves_flat_and_round_parts_in_place_and_rounds_edges)
   EXPECT_NEAR(box.smooth(Vec3(0.001, 0.002, 0.0095)).distance_m, -0.0005, 1e-12);
   EXPECT_LE((box.smooth(Vec3(0.001, 0.002, 0.0099)).gradient - Vec3::UnitZ()).norm(), 1e-12);
   const SignedDistance edge = box.smooth(Vec3(0.004, 0.001, 0.01));
-  EXPECT_GT(edge.distance_m, 0);         // the smoothed edge lies inside the sharp one
-  EXPECT_LT(edge.distance_m, 0.0002);    // by less than half a spacing
+  EXPECT_GT(edge.distance_m, 0);       // the smoothed edge lies inside the sharp one
+  EXPECT_LT(edge.distance_m, 0.0002);  // by less than half a spacing
   EXPECT_LT(edge.hessian.norm(), 2 / 0.0004);
   EXPECT_GT(edge.hessian.norm(), 0.2 / 0.0004);
 

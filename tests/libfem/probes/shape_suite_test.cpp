@@ -170,16 +170,15 @@ TEST_P(ShapeSuite, the_cheap_bound_is_below_the_distance_and_its_ball_holds_the_
   std::mt19937 random(kSeed);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 on = given.surface(random), off = on + 3 * probe.half_width_m * random_unit(random);
-    EXPECT_LE(probe.least_distance_m(Vec3::UnitZ(), on), 1e-15);
-    EXPECT_LE(probe.least_distance_m(Vec3::UnitZ(), off), at(off).distance_m + 1e-15);
+    EXPECT_LE(probe.min_distance_m(Vec3::UnitZ(), on), 1e-15);
+    EXPECT_LE(probe.min_distance_m(Vec3::UnitZ(), off), at(off).distance_m + 1e-15);
   }
 }
 
 TEST_P(ShapeSuite, awkward_places_give_finite_numbers) {
   for (const double height : {0.0, 1e-12, 0.3, 1.0, 2.0, 5.0})
     for (const double away : {0.0, 1e-300, 1e-12, 1.0}) {
-      const SignedDistance here =
-          at(Vec3(away * given.thin_m, 0, -height * probe.half_width_m));
+      const SignedDistance here = at(Vec3(away * given.thin_m, 0, -height * probe.half_width_m));
       EXPECT_TRUE(std::isfinite(here.distance_m) && here.gradient.allFinite() &&
                   here.hessian.allFinite())
           << "height " << height << " away " << away;

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/mesh/grade/structured_block.hpp"
-#include "libfem/solve/simulator.hpp"
+#include "libfem/mesh/structured_block.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
 
 namespace palpate::fem {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "block.hpp"
-#include "libfem/solve/equilibrium.hpp"
+#include "libfem/solve/equilibrium/equilibrium.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -62,8 +62,7 @@ TEST(PressAndDrag, press_force_exceeds_hertz_by_no_more_than_the_bottom_explains
   for (int i = 0; i < 3; ++i) {
     const PointRow& row = with_friction().rows[i];
     const double d = row.deflection.norm();
-    const double hertz =
-        4.0 / 3 * kYoung_Pa / (1 - kPoisson * kPoisson) * std::sqrt(0.008 * d) * d;
+    const double hertz = 4.0 / 3 * kYoung_Pa / (1 - kPoisson * kPoisson) * std::sqrt(0.008 * d) * d;
     EXPECT_GT(row.force.dot(kInward), 0.95 * hertz) << d;
     EXPECT_LT(row.force.dot(kInward), 3 * hertz) << d;
   }

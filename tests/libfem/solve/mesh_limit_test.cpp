@@ -1,4 +1,4 @@
-#include "libfem/solve/mesh_limit.hpp"
+#include "libfem/solve/experiments/richardson.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libfem/solve/schur_factor.hpp"
+#include "libfem/solve/factor/schur_factor.hpp"
 
 #include <gtest/gtest.h>
 

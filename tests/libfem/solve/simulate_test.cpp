@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "block.hpp"
-#include "libfem/solve/simulate.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -89,9 +89,9 @@ TEST(Simulate, a_stopped_run_keeps_finished_points_and_resumes_to_the_same_bits)
   expect_same(stopped, saved);
 
   int simulated = 0;
-  const Samples resumed = simulate(simulator(), three_points(), short_experiments(),
-                                   {.jobs = 1, .already_done = saved},
-                                   [&](const std::function<Samples()>&) { ++simulated; });
+  const Samples resumed =
+      simulate(simulator(), three_points(), short_experiments(), {.jobs = 1, .already_done = saved},
+               [&](const std::function<Samples()>&) { ++simulated; });
   EXPECT_EQ(simulated, 2);
   expect_same(resumed, uninterrupted());
 }
@@ -107,7 +107,7 @@ TEST(Simulate, a_point_stopped_half_way_leaves_no_rows) {
 }
 
 TEST(Simulate, a_path_repeats_the_press_it_describes) {
-  ProbePath path;
+  ToolPath path;
   path.deflections.resize(2, 3);
   path.deflections << 0, 0, -0.002, 0, 0, -0.004;
   const Samples samples =

@@ -1,4 +1,4 @@
-#include "libfem/solve/tracks.hpp"
+#include "libfem/solve/equilibrium/path_follower.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ TEST(JudgeStep, a_press_that_pushes_harder_is_believed) {
 TEST(JudgeStep, each_doubt_has_its_own_name) {
   const BodyState before = pressed(0.1);
   BodyState inverted = pressed(0.2), overlaps = inverted, pulls = inverted, no_area = inverted;
-  inverted.least_J = 0;
+  inverted.min_J = 0;
   overlaps.contact.greatest_penetration_m = 1.01 * kDeepest_m;
   pulls.contact.force_N *= -1;
   no_area.contact.area_m2 = 0;
@@ -59,7 +59,7 @@ TEST(JudgeStep, a_drag_may_ease_and_may_leave_the_body) {
 
 TEST(JudgeStep, a_number_that_is_none_is_not_believed) {
   BodyState state = pressed(0.2);
-  state.least_J = std::nan("");
+  state.min_J = std::nan("");
   EXPECT_EQ(judged(pressed(0.1), state), RowDoubt::inverted);
   state = pressed(0.2);
   state.contact.force_N.setConstant(std::nan(""));

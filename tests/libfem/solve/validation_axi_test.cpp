@@ -18,11 +18,12 @@ struct Case {
 };
 
 // Axisymmetric Q2/P-1 solutions of the same equations (case AXI), good to 0.3 %.
-constexpr Case kCases[] = {
-    {0.45, {0.056213, 0.162001, 0.300782, 0.465666, 0.652051, 0.855974, 1.074112, 1.303358,
-            1.540461, 1.782624}},
-    {0.49, {0.058636, 0.168528, 0.312130, 0.482380, 0.674115, 0.883201, 1.106157, 1.339524,
-            1.579860, 1.824296}}};
+constexpr Case kCases[] = {{0.45,
+                            {0.056213, 0.162001, 0.300782, 0.465666, 0.652051, 0.855974, 1.074112,
+                             1.303358, 1.540461, 1.782624}},
+                           {0.49,
+                            {0.058636, 0.168528, 0.312130, 0.482380, 0.674115, 0.883201, 1.106157,
+                             1.339524, 1.579860, 1.824296}}};
 
 class ValidationAxi : public testing::TestWithParam<Case> {};
 
@@ -57,8 +58,8 @@ TEST_P(ValidationAxi,
       validation::record_curve(ratio, "press", static_cast<double>(k + 1), force, row.force_error,
                                reference);
       validation::record_case("AXI/nu" + std::to_string(GetParam().poisson).substr(0, 4) + "/" +
-                                    std::to_string(k + 1) + "mm",
-                                reference, force, "N", error, cost_s);
+                                  std::to_string(k + 1) + "mm",
+                              reference, force, "N", error, cost_s);
     }
   }
 }

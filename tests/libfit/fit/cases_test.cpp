@@ -3,7 +3,7 @@
 #include <Eigen/QR>
 #include <filesystem>
 
-#include "libfit/recordings/contact.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 #include "tests/libfit/fit/case_files.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 

@@ -39,7 +39,8 @@ void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth, 
   runtime::replay_drag<double>(
       bases.views,
       {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()},
-       truth.lean_m.data(), truth.anisotropy.data()},
+       truth.lean_m.data(),
+       truth.anisotropy.data()},
       fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
       static_cast<int>(rows.size()), force.data());
   std::vector<Vec3> recorded;
@@ -164,8 +165,7 @@ TEST(drag, recovers_an_anisotropic_body_and_says_that_it_is_one) {
     Truth truth = random_truth(seed);
     const Vec3 inward(0.2, -1, 0.3);
     const double numbers[2] = {0.5 - 0.2 * (seed % 3), 0.6};
-    const auto s =
-        fit::anisotropy_of<double>(fit::tangents_of(inward.normalized()), numbers);
+    const auto s = fit::anisotropy_of<double>(fit::tangents_of(inward.normalized()), numbers);
     truth.anisotropy.assign(s.begin(), s.end());
     if (seed % 2 == 0) make_lean(truth, inward);
     Recorder rig;

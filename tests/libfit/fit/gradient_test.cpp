@@ -10,21 +10,22 @@ namespace {
 // Largest entry of a drag's Jacobian that Ceres' GradientChecker contradicts, over the Jacobian's
 // largest: entry by entry relative errors mean nothing where the truth is 0. Units of order 1.
 double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
-                           const std::array<Eigen::VectorXd, kCurveKinds>& increments,
-                           FitLoss loss, const Eigen::VectorXd& lean = Eigen::VectorXd(),
-                           const Eigen::VectorXd& anisotropy = Eigen::VectorXd()) {
+                      const std::array<Eigen::VectorXd, kCurveKinds>& increments, FitLoss loss,
+                      const Eigen::VectorXd& lean = Eigen::VectorXd(),
+                      const Eigen::VectorXd& anisotropy = Eigen::VectorXd()) {
   const CurveBasis lean_basis{2,
                               lean.size() > 0 ? std::vector<double>{0, 1} : std::vector<double>{}};
-  const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
-                          CurveBasis{3, {0, 1}}}, lean_basis, false, anisotropy.size() > 0);
+  const fit::Bases bases(
+      {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}}, CurveBasis{3, {0, 1}}}, lean_basis,
+      false, anisotropy.size() > 0);
   fit::Experiment e;
   e.deflection = rows;
   e.force.assign(rows.size(), Vec3(0.1, -0.05, 0.6));
   e.weight.assign(rows.size(), 2.0);
   e.row.resize(rows.size());
-  auto* functor = new fit::ReplayResidual{&bases, fit::quadric_of(Vec3::UnitZ(), gradient), &e,
-                                          {true, true, true}, increments, loss, 0.1,
-                                          fit::tangents_of(Vec3::UnitZ())};
+  auto* functor = new fit::ReplayResidual{
+      &bases, fit::quadric_of(Vec3::UnitZ(), gradient), &e, {true, true, true}, increments, loss,
+      0.1,    fit::tangents_of(Vec3::UnitZ())};
   ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
   Eigen::VectorXd x(increments[0].size() + increments[1].size() + increments[2].size() +
                     lean.size() + anisotropy.size());
@@ -72,10 +73,10 @@ TEST(gradient, of_a_drag_on_an_anisotropic_body_is_its_derivative) {
   for (unsigned seed = 1; seed <= 6; ++seed)
     for (const double depth : {0.2, 0.5, 0.9})
       for (const Eigen::VectorXd& l : {Eigen::VectorXd(), lean})
-        EXPECT_LT(gradient_error(drag_rows(u, t, depth, 0.8, 9), Mat3::Zero(),
-                                 random_increments(seed), FitLoss::squared, l,
-                                 Eigen::Vector2d(0.4, -0.7)),
-                  1e-7)
+        EXPECT_LT(
+            gradient_error(drag_rows(u, t, depth, 0.8, 9), Mat3::Zero(), random_increments(seed),
+                           FitLoss::squared, l, Eigen::Vector2d(0.4, -0.7)),
+            1e-7)
             << "seed " << seed << ", depth " << depth;
 }
 
@@ -86,17 +87,17 @@ TEST(gradient, of_a_replayed_drag_is_its_derivative_stuck_slipping_and_curved) {
     sphere(0, 0) = sphere(1, 1) = seed % 2 == 0 ? -0.2 : 0;
     for (const FitLoss loss : {FitLoss::squared, FitLoss::huber, FitLoss::cauchy})
       for (const double depth : {0.2, 0.5, 0.9})
-        EXPECT_LT(gradient_error(drag_rows(u, t, depth, 0.8, 9), sphere, random_increments(seed),
-                                 loss),
-                  1e-7)
+        EXPECT_LT(
+            gradient_error(drag_rows(u, t, depth, 0.8, 9), sphere, random_increments(seed), loss),
+            1e-7)
             << "seed " << seed << " depth " << depth;
   }
 }
 
 TEST(gradient, holds_on_both_sides_of_the_transition_from_stick_to_slip) {
   const auto increments = random_increments(3);
-  const fit::Bases bases({CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
-                          CurveBasis{3, {0, 1}}});
+  const fit::Bases bases(
+      {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}}, CurveBasis{3, {0, 1}}});
   const Eigen::VectorXd lateral = fit::controls_of(increments[1]);
   const Eigen::VectorXd limit = fit::controls_of(increments[2]);
   const double depth = 0.6;

@@ -1,4 +1,4 @@
-#include "libfit/fit/graph_quadratic.hpp"
+#include "libfit/fit/neighbours/graph_quadratic.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "libfit/fit/curve_rows.hpp"
-#include "libfit/fit/place_knots.hpp"
+#include "libfit/fit/basis/place_knots.hpp"
+#include "libfit/fit/rows/curve_rows.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 // Knots identified from rows: docs/method.md, section 3.
@@ -206,7 +206,7 @@ TEST(knots, stay_apart_from_any_start_and_with_any_rows) {
     for (const CurveBasis& start : {even(3, 5), CurveBasis{3, {0, 1e-7, 2e-7, 3e-7, 0.5, 1}},
                                     CurveBasis{3, {0, 0.5, 0.5000001, 0.5000002, 0.999999, 1}}}) {
       const auto found = fit::place_knots(body, start, even(3, 8), FitLoss::huber);
-      const double least = fit::least_spacing(body, 1, 5);
+      const double least = fit::min_spacing(body, 1, 5);
       ASSERT_EQ(found.basis.pieces(), 5);
       EXPECT_GT(least, 0);
       for (std::size_t i = 1; i <= 5; ++i)
@@ -305,7 +305,8 @@ TEST(basis, of_a_line_with_single_outliers_has_one_piece) {
   }
 }
 
-// Curves that a basis of one degree holds exactly get that degree, and no more of it than they need.
+// Curves that a basis of one degree holds exactly get that degree, and no more of it than they
+// need.
 TEST(degree, is_that_of_the_fewest_control_values) {
   for (const int power : {1, 2, 3}) {
     const Curve normal = [power](double d) { return 3 * std::pow(d / 0.01, power); };

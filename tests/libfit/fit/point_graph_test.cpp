@@ -1,4 +1,4 @@
-#include "libfit/fit/point_graph.hpp"
+#include "libfit/fit/neighbours/point_graph.hpp"
 
 #include <gtest/gtest.h>
 

@@ -37,19 +37,22 @@ TEST(press, recovers_curves_of_the_model_class_from_noiseless_rows) {
       const Eigen::VectorXd found = fitted.curves.control[0].row(p);
       const auto at = static_cast<std::size_t>(p);
       EXPECT_LT((found - truth[at]).cwiseAbs().maxCoeff(), 1e-6 * truth[at].maxCoeff())
-          << "degree " << degree << " seed " << p + 1 << "\n" << found << "\n\n" << truth[at];
+          << "degree " << degree << " seed " << p + 1 << "\n"
+          << found << "\n\n"
+          << truth[at];
     }
   }
 }
 
 TEST(press, linear_rows_get_one_piece_and_their_slope) {
   Recorder rig;
-  rig.press(rig.add_point(Vec3::UnitZ()), [](double d) { return 400 * d; }, 0.01, 20);
+  rig.press(
+      rig.add_point(Vec3::UnitZ()), [](double d) { return 400 * d; }, 0.01, 20);
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
   EXPECT_EQ(fitted.curves.basis[0].pieces(), 1) << report.kind[0].reason;
-  EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal),
-                          [](double d) { return 400 * d; }, 0.02),
+  EXPECT_LT(relative_rmse(
+                fitted_curve(fitted, 0, CurveKind::normal), [](double d) { return 400 * d; }, 0.02),
             1e-6);
 }
 
@@ -58,7 +61,8 @@ TEST(press, fitted_curves_rise_from_zero_whatever_the_rows) {
     std::mt19937 random(seed);
     std::normal_distribution<double> draw(0.5, 1);
     Recorder rig;
-    rig.press(rig.add_point(Vec3::UnitX()), [&](double) { return draw(random); }, 0.01, 25);
+    rig.press(
+        rig.add_point(Vec3::UnitX()), [&](double) { return draw(random); }, 0.01, 25);
     const FittedCurves fitted = fit_curves(rig.samples, {.pieces = {6, 2, 4}});
     for (const auto& control : fitted.curves.control) {
       EXPECT_EQ(control(0, 0), 0.0);
@@ -88,7 +92,8 @@ TEST(press, hertz_curve_meets_the_tolerance_with_the_pieces_chosen) {
 
 TEST(press, order_of_rows_does_not_matter) {
   Recorder rig;
-  rig.press(rig.add_point(Vec3::UnitZ()), [](double d) { return 50 * d + 4e4 * d * d; }, 0.01, 30);
+  rig.press(
+      rig.add_point(Vec3::UnitZ()), [](double d) { return 50 * d + 4e4 * d * d; }, 0.01, 30);
   add_noise(rig.samples, 0.01, 3);
   const FittedCurves forward = fit_curves(rig.samples);
   Samples shuffled = rig.samples;

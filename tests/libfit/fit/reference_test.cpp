@@ -44,17 +44,15 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"T3_toe_linear", "N3_outlier", 1.3e-3},
                     Case{"T5_hertz", "N3_outlier", 1.1e-3}, Case{"T6_soft", "N3_outlier", 1.3e-3},
                     Case{"T8_paper_eq6", "N3_outlier", 1.1e-3}),
-    [](const auto& named) {
-      return std::string(named.param.truth) + "_" + named.param.noise;
-    });
+    [](const auto& named) { return std::string(named.param.truth) + "_" + named.param.noise; });
 
 TEST_P(ReferenceCurve, is_recovered_within_one_and_a_half_oracle_errors) {
   if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
   const Recording recording = read_recording(GetParam().truth, GetParam().noise);
   FitReport report;
   const FittedCurves fitted = fit_curves(recording.samples, {.tolerance = 0}, {}, &report);
-  const double error = full_scale_rmse(fitted_curve(fitted, 0, CurveKind::normal),
-                                       recording.truth, recording.range_m);
+  const double error = full_scale_rmse(fitted_curve(fitted, 0, CurveKind::normal), recording.truth,
+                                       recording.range_m);
   RecordProperty("relative_rmse", std::to_string(error));
   EXPECT_LT(error, 1.5 * GetParam().oracle)
       << fitted.curves.basis[0].pieces() << " pieces: " << report.kind[0].reason;

@@ -121,7 +121,8 @@ TEST(fit, better_rows_count_more) {
   Recorder rig;
   const int p = rig.add_point(Vec3::UnitX());
   rig.press(p, kNormal, 0.01, 20);
-  rig.press(p, [](double d) { return 1.2 * kNormal(d); }, 0.01, 20);
+  rig.press(
+      p, [](double d) { return 1.2 * kNormal(d); }, 0.01, 20);
   rig.samples.force_error.head(20).setConstant(0.01);
   rig.samples.force_error.tail(20).setConstant(1.0);
   const FittedCurves fitted = fit_curves(rig.samples, {.loss = FitLoss::squared});
@@ -184,8 +185,8 @@ TEST(bad_point, whose_drags_never_slip_gets_a_limit_above_what_held) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
                rig.press(p, kNormal, 0.01, 12);
                for (const double depth_m : {0.005, 0.01})
-                 rig.flat_drag(p, kNormal, kLateral, [](double) { return 1e9; }, depth_m, 0.012, 12,
-                               0);
+                 rig.flat_drag(
+                     p, kNormal, kLateral, [](double) { return 1e9; }, depth_m, 0.012, 12, 0);
              }),
              FitStatus::underdetermined, "no row slips: the limit is ");
 }
@@ -194,8 +195,8 @@ TEST(bad_point, whose_drags_slip_in_every_row_gets_the_softest_line_that_does) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
                rig.press(p, kNormal, 0.01, 12);
                for (const double depth_m : {0.005, 0.01})
-                 rig.flat_drag(p, kNormal, [](double) { return 1e9; }, kLimit, depth_m, 0.012, 12,
-                               0);
+                 rig.flat_drag(
+                     p, kNormal, [](double) { return 1e9; }, kLimit, depth_m, 0.012, 12, 0);
              }),
              FitStatus::underdetermined, "no row sticks: the lateral curve is the softest line");
 }
@@ -216,14 +217,16 @@ TEST(bad_point, with_many_nans_fails_and_with_few_is_fitted_without_them) {
 
 TEST(bad_point, recorded_with_the_wrong_sign_fails_by_name) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(p, [](double d) { return -kNormal(d); }, 0.01, 12);
+               rig.press(
+                   p, [](double d) { return -kNormal(d); }, 0.01, 12);
              }),
              FitStatus::failed, "forces point out of the body");
 }
 
 TEST(bad_point, whose_forces_fall_with_depth_is_marked) {
   const BadPoint bad = fit_with_bad_point([](Recorder& rig, int p) {
-    rig.press(p, [](double d) { return 5 * (1.05 - d / 0.01); }, 0.01, 12);
+    rig.press(
+        p, [](double d) { return 5 * (1.05 - d / 0.01); }, 0.01, 12);
   });
   EXPECT_NE(bad.status, FitStatus::good);
   EXPECT_NE(bad.message.find("residual is"), std::string::npos) << bad.message;
@@ -246,7 +249,8 @@ TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
   Recorder rig;
   const int p = rig.add_point(Vec3::UnitY());
   for (const double factor : {0.9, 1.0, 1.1})
-    rig.press(p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
+    rig.press(
+        p, [factor](double d) { return factor * kNormal(d); }, 0.01, 10);
   const FittedCurves fitted = fit_curves(rig.samples);
   EXPECT_LT(relative_rmse(fitted_curve(fitted, 0, CurveKind::normal), kNormal, 0.01), 0.01);
   EXPECT_GT(fitted.covariance[0](0, 0), 0);
@@ -254,12 +258,14 @@ TEST(bad_point, with_contradicting_forces_at_one_depth_gets_their_middle) {
 
 TEST(bad_point, that_never_touches_fails_by_name) {
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(p, [](double) { return 0.01; }, 0.01, 12);
+               rig.press(
+                   p, [](double) { return 0.01; }, 0.01, 12);
                rig.samples.force_error.tail(12).setConstant(0.02);
              }),
              FitStatus::failed, "no contact: the largest force is within four force errors");
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) {
-               rig.press(p, [](double) { return 0.0; }, 0.01, 12);
+               rig.press(
+                   p, [](double) { return 0.0; }, 0.01, 12);
              }),
              FitStatus::failed, "every force is zero");
   expect_bad(fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, -0.01, 12); }),

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "libfit/core/error.hpp"
-#include "libfit/fit/curve_band.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 // Smoothing over neighbouring test points: docs/method.md, section 16.

@@ -10,8 +10,8 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/fit/monotone_least_squares.hpp"
-#include "libfit/fit/replay.hpp"
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
 
 namespace palpate::test {
 

@@ -9,8 +9,8 @@
 #include <csignal>
 
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/csv.hpp"
-#include "libfit/io/curves_file.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/io/files/curves_file.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

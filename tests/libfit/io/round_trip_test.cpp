@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/body_file.hpp"
-#include "libfit/io/curves_file.hpp"
-#include "libfit/io/describe.hpp"
-#include "libfit/io/model_file.hpp"
-#include "libfit/io/samples_file.hpp"
+#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/describe.hpp"
+#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/samples_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/io/tamper.hpp"

@@ -1,4 +1,4 @@
-#include "libfit/io/tables.hpp"
+#include "libfit/io/csv/tables.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/csv.hpp"
+#include "libfit/io/csv/csv.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

@@ -36,8 +36,8 @@ class Tamper {
     remove(name);
     const hsize_t dims[2] = {columns == 0 ? values.size() : values.size() / columns, columns};
     const hid_t space = H5Screate_simple(columns == 0 ? 1 : 2, dims, nullptr);
-    const hid_t set = H5Dcreate2(file_, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT,
-                                 H5P_DEFAULT);
+    const hid_t set =
+        H5Dcreate2(file_, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
     H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     H5Dclose(set);
     H5Sclose(space);
@@ -63,8 +63,8 @@ class Tamper {
     const hid_t space = H5Screate_simple(2, dims, nullptr);
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     if (external != nullptr) H5Pset_external(creation, external, 0, rows * 24);
-    const hid_t set = H5Dcreate2(file_, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation,
-                                 H5P_DEFAULT);
+    const hid_t set =
+        H5Dcreate2(file_, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
     H5Dclose(set);
     H5Pclose(creation);
     H5Sclose(space);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/recordings/batch.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 // The recordings of the shared cases: six force curves under eight models of noise, t_s, pos_mm,
 // force_N; 1 mm free, 8 mm in contact, and back.

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "libfit/recordings/batch.hpp"
-#include "libfit/recordings/condition.hpp"
+#include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/batch/condition.hpp"
 #include "tests/libfit/recordings/case_recordings.hpp"
 #include "tests/libfit/recordings/contact_bounds.hpp"
 
@@ -61,7 +61,7 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
       BatchItem item = case_item(told.truth, noise);
       item.signal.use = Use::mean, item.signal.radius_m = told.radius_m;
       item.signal.is_range_given = true;
-      item.signal.least_young_Pa = 0, item.signal.most_young_Pa = 1e15;
+      item.signal.min_young_Pa = 0, item.signal.max_young_Pa = 1e15;
       const auto results = run_batch({item}, {}, {});
       ASSERT_FALSE(results[0].failure)
           << told.truth << " " << noise << ": " << results[0].failure->where << ": "

@@ -1,6 +1,6 @@
 // Contact estimators, against power laws.
 
-#include "libfit/recordings/contact.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 
 #include <gtest/gtest.h>
 

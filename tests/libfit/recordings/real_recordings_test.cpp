@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "libfit/recordings/assemble.hpp"
-#include "libfit/recordings/condition.hpp"
+#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/batch/condition.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::recordings {
@@ -69,8 +69,7 @@ TEST_F(RealRecordings, a_force_map_becomes_a_point_per_curve_at_its_place) {
   for (BatchItem& item : batch) {
     item.position_m.reset();
     item.read.cantilever = importers::Cantilever{0.2, 1e-7};
-    item.signal.least_young_Pa = 1, item.signal.most_young_Pa = 1e9,
-    item.signal.is_range_given = true;
+    item.signal.min_young_Pa = 1, item.signal.max_young_Pa = 1e9, item.signal.is_range_given = true;
   }
   AssembleOptions options;
   options.place_tolerance_m = 1e-6;

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "libfit/recordings/condition.hpp"
-#include "libfit/recordings/contact.hpp"
-#include "libfit/recordings/phases.hpp"
+#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/signal/phases.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/recordings/batch.hpp"
+#include "libfit/recordings/batch/batch.hpp"
 
 // Presses of a sphere on an elastic half-space as a rig would record them, and fourteen ways in
 // which a recording goes wrong. Everything follows from the number of the recording and a seed.

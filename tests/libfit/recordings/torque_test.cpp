@@ -6,9 +6,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "libfit/recordings/assemble.hpp"
-#include "libfit/recordings/cantilever_effect.hpp"
-#include "libfit/recordings/condition.hpp"
+#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/placing/cantilever_effect.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::recordings {
@@ -116,7 +116,7 @@ TEST_F(TorqueTest, the_effect_of_a_cantilever_is_that_of_changing_it) {
   EXPECT_NEAR(std::log(modulus(0.2, 80.8e-9, nullptr) / base) / std::log(1.01), effect.sensitivity,
               0.1 * effect.sensitivity);
   EXPECT_GT(effect.sensitivity, 1.2);
-  EXPECT_GT(effect.most_sensitivity_m, 80e-9);
+  EXPECT_GT(effect.max_sensitivity_m, 80e-9);
 }
 
 }  // namespace

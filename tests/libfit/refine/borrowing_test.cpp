@@ -13,8 +13,7 @@ TEST(Refine, plates_one_millimetre_apart_do_not_borrow) {
   const Surface both = together(lower, upper);
   for (const Triangles& triangles : {points.triangles, kNone}) {
     RefineReport report;
-    const Model model =
-        refine(curves_at(points, kSmooth), both, all(both), triangles, {}, &report);
+    const Model model = refine(curves_at(points, kSmooth), both, all(both), triangles, {}, &report);
     for (Eigen::Index v = 0; v < both.vertices.rows(); ++v)
       EXPECT_EQ(bool(model.is_covered[static_cast<std::size_t>(v)]), v < lower.vertices.rows());
     EXPECT_EQ(report.uncovered.size(), static_cast<std::size_t>(upper.vertices.rows()));
@@ -42,9 +41,8 @@ Vec3 folded(double s) {
 }
 
 TEST(Refine, layers_of_a_fold_do_not_borrow) {
-  const Surface fine = sheet(304, 40, [](double u, double v) {
-    return Vec3(folded(0.152 * u) + Vec3(0, 0.05 * v, 0));
-  });
+  const Surface fine = sheet(
+      304, 40, [](double u, double v) { return Vec3(folded(0.152 * u) + Vec3(0, 0.05 * v, 0)); });
   const Surface points = plate(5, 5, 0.05, 0.05, 0.002);  // on the first layer only
   for (const Triangles& triangles : {points.triangles, kNone}) {
     const Model model = refine(curves_at(points, kSmooth), fine, all(fine), triangles);

@@ -8,7 +8,7 @@ using namespace palpate::runtime;
 
 // The fitter's side of the law: drags over a quadric with the curves of one vertex after another.
 static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
-  constexpr int kRows = 60, kMost = 512;
+  constexpr int kRows = 60, kMax = 512;
   const Quadric quadric{{0, 0, -1}, {-30, 2, 0, 2, -20, 0, 0, 0, 0}};
   double way[3 * kRows];
   for (int i = 0; i < kRows; ++i) {
@@ -17,8 +17,8 @@ static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
     way[3 * i + 2] = i < 20 ? -1.5e-4 * i : -0.003 + 4e-5 * (i - 20);
   }
   std::uint64_t hash = 0;
-  for (int v = 0; v < asset.vertices && asset.controls_per_vertex <= kMost; ++v) {
-    double control[kMost];
+  for (int v = 0; v < asset.vertices && asset.controls_per_vertex <= kMax; ++v) {
+    double control[kMax];
     for (int j = 0; j < asset.controls_per_vertex; ++j)
       control[j] = double(asset.control[v * asset.controls_per_vertex + j]);
     const int* at = asset.control_offset;

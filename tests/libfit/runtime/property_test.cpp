@@ -183,7 +183,7 @@ TEST(property, lifting_off_from_any_slide_ends_in_silence_without_a_pop) {
     std::mt19937 random(400 + seed);
     const double top = seed % 3 == 0 ? 0.03 : 0;
     // Where L begins with a slope, G' R of a coupled body goes to zero as the root of depth.
-    const double most_N = 5e-6 * (body.asset.curves.coupling_depth_m > 0 ? 4000 : 2000);
+    const double max_N = 5e-6 * (body.asset.curves.coupling_depth_m > 0 ? 4000 : 2000);
     Tool tool(body.asset);
     const Vec3 start(0.001, 0.002, top + 0.001);
     Vec3 x = start - Vec3(0, 0, 0.005);
@@ -194,12 +194,12 @@ TEST(property, lifting_off_from_any_slide_ends_in_silence_without_a_pop) {
     double last_N = 0;
     for (int i = 0; i < 4000 && tool.contact.triangle >= 0; ++i) {
       const Vec3 f = tool.tick(x += Vec3(0.3, -0.2, 1) * 5e-6);
-      ASSERT_LT((f - before).norm(), most_N) << "seed " << seed << ", tick " << i;
+      ASSERT_LT((f - before).norm(), max_N) << "seed " << seed << ", tick " << i;
       if (f.norm() > 0) last_N = f.norm();
       before = f;
     }
     EXPECT_EQ(tool.out.state, ContactState::air) << "seed " << seed;
-    EXPECT_LT(last_N, most_N) << "seed " << seed;
+    EXPECT_LT(last_N, max_N) << "seed " << seed;
     EXPECT_EQ(tool.contact.refused_ticks, 0) << "seed " << seed;
   }
 }

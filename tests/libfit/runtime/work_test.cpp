@@ -49,8 +49,8 @@ TEST(work, of_a_slip_is_no_more_than_the_header_states) {
                            load(sphere_model(0.03, 40, uniform(400, 300, 0.1)))};
   std::mt19937 random(5);
   std::uniform_real_distribution<double> share(-1, 1);
-  long most_read = 0;
-  int most_moves = 0;
+  long max_read = 0;
+  int max_moves = 0;
   for (int slip = 0; slip < 4000; ++slip) {
     const bool is_round = slip % 2 == 1;
     const Asset& asset = bodies[slip % 2].asset;
@@ -69,18 +69,17 @@ TEST(work, of_a_slip_is_no_more_than_the_header_states) {
     runtime::slide(asset.curves, x, surface, foot);
     runtime::response(asset.curves, foot.spot, foot.d, foot.lateral_N);
     // An evaluation reads f^r and L; the footing before the first segment and the force, one each.
-    constexpr int kMostEvaluations = runtime::kMaxRootSteps + 4;
+    constexpr int kMaxEvaluations = runtime::kMaxRootSteps + 4;
     ASSERT_LE(moves, runtime::kMaxSegments) << "seed 5, slip " << slip;
-    ASSERT_LE(curves_read, 2 * kMostEvaluations * std::max(moves, 1) + 3)
-        << "seed 5, slip " << slip;
-    most_read = std::max(most_read, curves_read);
-    most_moves = std::max(most_moves, moves);
+    ASSERT_LE(curves_read, 2 * kMaxEvaluations * std::max(moves, 1) + 3) << "seed 5, slip " << slip;
+    max_read = std::max(max_read, curves_read);
+    max_moves = std::max(max_moves, moves);
   }
   EXPECT_EQ(runtime::kMaxSegments, 16) << "palpate.h states it";
   EXPECT_EQ(runtime::kMaxRootSteps + 4, 16) << "palpate.h states it";
   EXPECT_EQ(runtime::kMaxGuardSteps + 2, 14) << "palpate.h states it";
-  EXPECT_EQ(most_moves, runtime::kMaxSegments) << "no slip was long: the test shows little";
-  EXPECT_GT(most_read, 60);
+  EXPECT_EQ(max_moves, runtime::kMaxSegments) << "no slip was long: the test shows little";
+  EXPECT_GT(max_read, 60);
 }
 
 }  // namespace

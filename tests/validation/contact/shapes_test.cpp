@@ -56,7 +56,7 @@ TEST(Shapes, capsule_end_round_rod_and_ellipsoid_of_equal_axes_press_as_a_ball_d
   const Pressed egg =
       press_and_drag(shape("ellipsoid", {{"semi_axes", {kRadius_m, kRadius_m, kRadius_m}}}));
   EXPECT_LT(difference(capsule, ball()), 2e-4);  // the solver's residual is 1e-3
-  EXPECT_LT(difference(egg, ball()), 2e-4);  // the solver's residual is 1e-3
+  EXPECT_LT(difference(egg, ball()), 2e-4);      // the solver's residual is 1e-3
 }
 
 TEST(Shapes, a_fine_mesh_of_a_ball_presses_as_the_ball_does) {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "libfem/mesh/fill/meshers.hpp"
-#include "libfem/mesh/grade/tet_quality.hpp"
 #include "libfem/mesh/fill/child_process.hpp"
-#include "libfem/mesh/points/simulation_surface.hpp"
+#include "libfem/mesh/fill/meshers.hpp"
+#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 #include "libfit/core/error.hpp"
-#include "tests/libfem/mesh/points/surfaces.hpp"
+#include "tests/libfem/mesh/surface/surfaces.hpp"
 
 namespace palpate {
 namespace {
@@ -90,8 +90,10 @@ TEST(FillVolume, a_surface_that_crosses_itself_goes_to_mesh_3_or_is_refused) {
 TEST(FillVolume, tetgen_on_a_crossing_surface_ends_in_a_reason_and_not_in_our_death) {
   const Surface crossing = joined(cube(0.1), moved(cube(0.1), Vec3(0.05, 0.03, 0.04)));
   const auto result = run_in_child(
-      [&] { return fill_with_tetgen(crossing, Points(0, 3), {1.4, 12, 1e-5}); }, tetgen_failure,
-      20);
+      [&] {
+        return fill_with_tetgen(crossing, Points(0, 3), {1.4, 12, 1e-5});
+      },
+      tetgen_failure, 20);
   ASSERT_TRUE(std::holds_alternative<std::string>(result));
   EXPECT_FALSE(std::get<std::string>(result).empty());
 }

@@ -5,10 +5,10 @@
 #include <filesystem>
 
 #include "libfem/mesh/fill/fill_volume.hpp"
-#include "libfem/mesh/grade/tet_quality.hpp"
-#include "libfem/mesh/points/simulation_surface.hpp"
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/tet_quality.hpp"
 
 namespace palpate {
 namespace {
@@ -16,15 +16,14 @@ namespace {
 struct BodyFile {
   const char* file;
   double length_unit_m, target_edge_m;
-  int most_tets;
+  int max_tets;
 };
 
 class RealBodies : public ::testing::TestWithParam<BodyFile> {};
 
 TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
-  const auto [file, length_unit_m, target_edge_m, most_tets] = GetParam();
-  const std::filesystem::path path =
-      std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces" / file;
+  const auto [file, length_unit_m, target_edge_m, max_tets] = GetParam();
+  const std::filesystem::path path = std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces" / file;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << file << " is not here";
   const Surface fine = mend_surface(read_surface(path, length_unit_m), {}, file).surface;
   const auto start = std::chrono::steady_clock::now();
@@ -45,7 +44,7 @@ TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   EXPECT_NEAR(report.volume_ratio, 1, report.mesher == Mesher::tetgen ? 1e-6 : 0.02);
   EXPECT_EQ(report.slivers, 0);
   EXPECT_GT(report.min_dihedral_deg, kSliverDeg);
-  EXPECT_LT(report.tets, most_tets);
+  EXPECT_LT(report.tets, max_tets);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealBodies,

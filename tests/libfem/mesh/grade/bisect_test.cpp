@@ -7,8 +7,8 @@
 #include <random>
 #include <set>
 
-#include "libfem/mesh/grade/boundary.hpp"
-#include "libfem/mesh/grade/structured_block.hpp"
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 
@@ -147,7 +147,7 @@ TEST(Bisect, dihedral_angles_shrink_boundedly) {
     const char* name;
     TetMesh base;
     GradeOptions options;
-    double least_share;
+    double min_share;
   };
   GradeOptions ball = kPress, deep = kPress;
   ball.path = {{{0, 0, 0.05}, {0, 0, 0.05}}};
@@ -164,7 +164,7 @@ TEST(Bisect, dihedral_angles_shrink_boundedly) {
                 static_cast<long>(fine.tets.rows()), before.smallest_rad / kDegree,
                 before.largest_rad / kDegree, after.smallest_rad / kDegree,
                 after.largest_rad / kDegree);
-    EXPECT_GT(after.smallest_rad, c.least_share * before.smallest_rad) << c.name;
+    EXPECT_GT(after.smallest_rad, c.min_share * before.smallest_rad) << c.name;
   }
 }
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/boundary.hpp"
 
 namespace palpate::fem {
 

@@ -9,9 +9,9 @@
 #include <set>
 #include <thread>
 
-#include "libfem/mesh/grade/boundary.hpp"
+#include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/grade/quadratic_geometry.hpp"
-#include "libfem/mesh/grade/structured_block.hpp"
+#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 

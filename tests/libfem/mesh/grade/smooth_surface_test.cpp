@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "libfem/mesh/grade/structured_block.hpp"
+#include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
 

@@ -1,4 +1,5 @@
-/* Compares the sizes that docs/embedding/Palpate.cs states with the header's: check_csharp Palpate.cs */
+/* Compares the sizes that docs/embedding/Palpate.cs states with the header's: check_csharp
+ * Palpate.cs */
 #include <stdio.h>
 #include <string.h>
 
@@ -8,10 +9,11 @@ int main(int argc, char** argv) {
   static const struct {
     const char* name;
     size_t size;
-  } kTypes[] = {{"palpate_asset", sizeof(palpate_asset)},   {"palpate_contact", sizeof(palpate_contact)},
-                {"palpate_pose", sizeof(palpate_pose)},     {"palpate_tool", sizeof(palpate_tool)},
-                {"palpate_input", sizeof(palpate_input)},   {"palpate_output", sizeof(palpate_output)},
-                {"palpate_info", sizeof(palpate_info)}};
+  } kTypes[] = {
+      {"palpate_asset", sizeof(palpate_asset)}, {"palpate_contact", sizeof(palpate_contact)},
+      {"palpate_pose", sizeof(palpate_pose)},   {"palpate_tool", sizeof(palpate_tool)},
+      {"palpate_input", sizeof(palpate_input)}, {"palpate_output", sizeof(palpate_output)},
+      {"palpate_info", sizeof(palpate_info)}};
   static char text[1 << 16];
   size_t i;
   int failures = 0;

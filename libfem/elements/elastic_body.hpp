@@ -1,0 +1,90 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "libfem/elements/block_matrix.hpp"
+#include "libfem/elements/element_kernels.hpp"
+#include "libfem/materials/materials.hpp"
+#include "libfem/mesh/quadratic_mesh.hpp"
+
+namespace palpate::fem {
+
+/// Which of the materials fills a place of the rest body [m].
+using RegionAt = std::function<int(const Vec3& rest_position)>;
+
+/// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
+/// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh,
+/// its material is looked up at each quadrature point. Where the volume change is averaged
+/// (tet10-p0, tet10-p1), it is over the points of one material in an element: a border of materials
+/// through an element costs neither of them its own volume change.
+class ElasticBody {
+ public:
+  /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
+  /// see min_rest_J.
+  ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
+              const RegionAt& region_at, ElementKind element = ElementKind::tet10);
+
+  int free_nodes() const { return free_nodes_; }
+  /// #N: index among the free nodes, -1 for held ones.
+  const std::vector<std::int32_t>& free_index() const { return free_index_; }
+  /// Zero matrix over the free nodes with the elements' couplings.
+  SymmetricBlockMatrix pattern() const;
+
+  /// Stored energy [J] at displacement u (#N x 3 [m]); +inf where det F <= 0.
+  double energy(const Points& u) const;
+
+  /// Energy and, added to force (#N x 3 [N], all nodes), its gradient.
+  double add_force(const Points& u, Points& force) const;
+
+  /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. bend: see LawRow.
+  /// max_pressure: bound, in small-strain shear moduli, on averaged pressures in K. Away from
+  /// equilibrium those of nearly incompressible elements are the bulk modulus times what the last
+  /// step got wrong; unbounded, they make K indefinite. K is exact where they stay within.
+  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K,
+                       double max_pressure = std::numeric_limits<double>::infinity()) const;
+
+  /// Least det F over the quadrature points, of the latest evaluation.
+  double min_J() const { return min_J_; }
+  /// Least det(dX/dxi) over elements and quadrature points, relative to the element's own mean.
+  double min_rest_jacobian() const { return min_rest_jacobian_; }
+  std::int64_t memory_bytes() const;
+  double rest_volume_m3() const { return rest_volume_m3_; }
+
+  /// For tests and measurements: results have the same bits on every instruction set.
+  void use(InstructionSet set);
+
+ private:
+  struct Batch {
+    const LawRow* law;
+    ElementKind element;
+    double averaged, shear_modulus_Pa;
+    CellKernels kernels;
+    std::int32_t cell[kLanes];         // -1 on idle lanes
+    std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
+    PackArray gradient, weight, constants, mode;
+  };
+  using Cells = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  void add_batch(const Material& material, ElementKind element,
+                 const std::vector<CellPoint>& points, const std::vector<std::int32_t>& cells,
+                 const std::vector<const Material*>& material_at);
+  void add_force_rows(Points& force) const;
+  template <class Visit>
+  double visit_batches(const Points& u, const Visit& visit) const;
+
+  const QuadraticMesh& mesh_;
+  Cells cells_;  // node numbers of what is integrated: the tets, or eight pieces of each
+  int free_nodes_ = 0;
+  std::vector<std::int32_t> free_index_;
+  std::vector<Batch> batches_;
+  mutable std::vector<BlockPlace> places_;  // #cells x node pairs, made by pattern()
+  // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
+  mutable PackArray displacement_rows_, force_rows_;
+  mutable double min_J_ = 1;
+  double min_rest_jacobian_ = 1;
+  double rest_volume_m3_ = 0;
+  InstructionSet set_ = best_instruction_set();
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,59 @@
+#pragma once
+
+#include "libfem/elements/elements.hpp"
+#include "libfem/elements/lane_transpose.hpp"
+
+namespace palpate::fem {
+
+inline constexpr int kMaxNodes = 10;
+constexpr int blocks_of(int nodes) { return nodes * (nodes + 1) / 2; }  ///< node pairs a >= b
+
+/// Eight cells of one material. Index order is slowest first; the last one is the lane.
+/// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an
+/// idle lane and on a point of another material. constants: [point][constant], `constant_count`
+/// each. mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
+/// max_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
+/// derivative of J; infinite for the exact stiffness.
+struct CellBatch {
+  const Pack* gradient;
+  const Pack* weight;
+  const Pack* constants;
+  const Pack* mode;
+  int constant_count;
+  double averaged;
+  double max_pressure_Pa;
+};
+
+/// What eight cells give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
+/// stiffness: d2E/du_a du_b for a >= b, block a(a+1)/2 + b, 3 x 3 row major [N/m].
+struct CellResult {
+  Pack energy;
+  Pack min_J;
+  Pack force[3 * kMaxNodes];
+  Pack stiffness[9 * blocks_of(kMaxNodes)];
+};
+
+/// Energy of a cell: the sum over its points of w W(F), where modes are none; otherwise
+///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta - 1 = projection of J - 1 on the modes,
+/// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
+/// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the
+/// cell (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
+/// exact derivatives. displacement: [node][i] [m]. bend scales what carries the second derivative
+/// of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta < e and the
+/// rest of the law is.
+/// gather and scatter go between the kernels' [node][i] and rows of kPointStride doubles, the last
+/// one zero; points: row of each lane, [node][lane]. Scatter adds.
+struct CellKernels {
+  void (*gather)(const double* rows, const std::int32_t* points, Pack* displacement);
+  void (*scatter)(const Pack* force, const std::int32_t* points, double* rows);
+  void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
+  void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
+  void (*stiffness)(const CellBatch&, const LawKernels&, const Pack* displacement, double bend,
+                    CellResult&);
+};
+
+/// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on
+/// all of them.
+CellKernels cell_kernels(ElementKind kind, InstructionSet set);
+
+}  // namespace palpate::fem

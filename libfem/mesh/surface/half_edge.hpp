@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libfit/core/surface.hpp"
+
+// The half-edge surface of this folder. Included by its .cpp files only: OpenMesh goes no further.
+
+namespace palpate {
+
+struct HalfEdgeTraits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  using Normal = OpenMesh::Vec3d;
+  VertexAttributes(OpenMesh::Attributes::Status);
+  EdgeAttributes(OpenMesh::Attributes::Status);
+  FaceAttributes(OpenMesh::Attributes::Status | OpenMesh::Attributes::Normal);
+  HalfedgeAttributes(OpenMesh::Attributes::Status | OpenMesh::Attributes::PrevHalfedge);
+};
+using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<HalfEdgeTraits>;
+
+inline Vec3 to_eigen(const OpenMesh::Vec3d& p) { return {p[0], p[1], p[2]}; }
+inline OpenMesh::Vec3d to_open_mesh(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+inline Vec3 position(const HalfEdgeMesh& mesh, OpenMesh::VertexHandle v) {
+  return to_eigen(mesh.point(v));
+}
+
+/// Normal times twice the area.
+inline Vec3 scaled_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return (b - a).cross(c - a);
+}
+
+/// 1 for an equilateral triangle, 0 for a degenerate one: 4 sqrt(3) area / sum of squared edges.
+inline double roundness(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double squared = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
+  return squared > 0 ? 3.4641016151377544 * scaled_normal(a, b, c).norm() / squared : 0;
+}
+
+inline double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 along = b - a;
+  const double squared_length = along.squaredNorm();
+  if (!(squared_length > 0)) return (p - a).norm();
+  const double t = std::clamp((p - a).dot(along) / squared_length, 0.0, 1.0);
+  return (p - a - t * along).norm();
+}
+
+inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 normal = scaled_normal(a, b, c);
+  const bool is_above = normal.dot((b - a).cross(p - a)) >= 0 &&
+                        normal.dot((c - b).cross(p - b)) >= 0 &&
+                        normal.dot((a - c).cross(p - c)) >= 0;
+  if (is_above && normal.norm() > 0) return std::abs(normal.normalized().dot(p - a));
+  return std::min(
+      {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+
+/// Builds the half-edge structure; the surface must be manifold (borders allowed).
+inline HalfEdgeMesh to_half_edges(const Surface& surface) {
+  HalfEdgeMesh mesh;
+  std::vector<OpenMesh::VertexHandle> vertex;
+  for (const auto& p : surface.vertices.rowwise())
+    vertex.push_back(mesh.add_vertex({p.x(), p.y(), p.z()}));
+  const auto at = [&](std::int32_t v) { return vertex[static_cast<std::size_t>(v)]; };
+  for (const auto& t : surface.triangles.rowwise()) mesh.add_face(at(t[0]), at(t[1]), at(t[2]));
+  return mesh;
+}
+
+/// Vertices and triangles that are left, in the mesh's order. Call garbage_collection() first.
+inline Surface to_surface(const HalfEdgeMesh& mesh) {
+  Surface surface;
+  surface.vertices.resize(static_cast<Eigen::Index>(mesh.n_vertices()), 3);
+  surface.triangles.resize(static_cast<Eigen::Index>(mesh.n_faces()), 3);
+  for (const auto v : mesh.vertices()) surface.vertices.row(v.idx()) = position(mesh, v);
+  for (const auto f : mesh.faces()) {
+    int k = 0;
+    for (const auto v : mesh.fv_range(f)) surface.triangles(f.idx(), k++) = v.idx();
+  }
+  return surface;
+}
+
+}  // namespace palpate

@@ -1,0 +1,326 @@
+#include "libfem/solve/equilibrium/equilibrium.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "libfem/solve/factor/pcg.hpp"
+
+namespace palpate::fem {
+namespace {
+
+std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Material>& materials,
+                               const RegionAt& region_at) {
+  std::vector<double> young(mesh.faces.rows());
+  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
+    Vec3 centre = Vec3::Zero();
+    for (int a = 3; a < 6; ++a) centre += mesh.nodes.row(mesh.faces(f, a)).transpose() / 3;
+    const Material& here =
+        materials.at(region_at ? static_cast<std::size_t>(region_at(centre)) : 0);
+    young[f] = here.law->small_strain(here.constants).young_Pa();
+  }
+  return young;
+}
+
+}  // namespace
+
+Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
+                         const RegionAt& region_at, const Probe& probe,
+                         const ContactSettings& contact, const EquilibriumOptions& options)
+    : mesh_(mesh),
+      options_(options),
+      body_(mesh, materials, region_at, options.element),
+      contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
+               contact),
+      K_(body_.pattern()) {
+  factor_.count_time(options.profile);
+  if (options.is_plain) factor_.use_double();
+}
+
+BodyState Equilibrium::rest(const ProbePose& pose) const {
+  BodyState state;
+  state.u = Points::Zero(mesh_.nodes.rows(), 3);
+  state.pose = pose;
+  state.history = contact_.untouched(pose);
+  return state;
+}
+
+Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, double length) const {
+  Points out = u;
+  for (Eigen::Index n = 0; n < u.rows(); ++n) {
+    const std::int32_t i = body_.free_index()[n];
+    if (i >= 0) out.row(n) += length * direction.segment<3>(3 * i).transpose();
+  }
+  return out;
+}
+
+// Tangent, forces and energy of the body at at.u.
+void Equilibrium::assemble_elastic(double bend, double max_pressure, Local& at) {
+  const PhaseTimer timer(options_.profile, Phase::stiffness);
+  at.elastic_force = Points::Zero(at.u.rows(), 3);
+  K_.set_zero();
+  at.elastic_energy_J = body_.add_stiffness(at.u, bend, at.elastic_force, K_, max_pressure);
+  at.has_stiffness = bend == 1;
+  is_current_ = false;
+}
+
+// Contact terms, energy and residual from the elastic ones at `at`; the friction limit is held.
+void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
+                              BodyState& to) {
+  const PhaseTimer timer(options_.profile, Phase::contact);
+  to.contact = contact_.evaluate(at.u, pose, from.history);
+  at.energy_J = at.elastic_energy_J;
+  if (std::isfinite(at.energy_J)) at.energy_J += contact_.energy(at.u, pose, from.history);
+  Points contact_force = Points::Zero(at.u.rows(), 3);
+  for (const FaceTerms& face : contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a)
+      for (int i = 0; i < 3; ++i)
+        contact_force(mesh_.faces(face.face, a), i) += face.force[3 * a + i];
+  at.residual.resize(K_.size());
+  double contact_squared = 0;
+  for (Eigen::Index n = 0; n < at.u.rows(); ++n) {
+    const std::int32_t i = body_.free_index()[n];
+    if (i < 0) continue;
+    at.residual.segment<3>(3 * i) = -(at.elastic_force.row(n) + contact_force.row(n)).transpose();
+    contact_squared += contact_force.row(n).squaredNorm();
+  }
+  at.contact_scale_N = std::sqrt(contact_squared);
+}
+
+// Forces and energy at at.u; no stiffness, which costs ten times as much.
+void Equilibrium::evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to) {
+  {
+    const PhaseTimer timer(options_.profile, Phase::force);
+    at.elastic_force = Points::Zero(at.u.rows(), 3);
+    at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
+  }
+  at.has_stiffness = is_current_ = false;
+  to.min_J = body_.min_J();
+  add_contact(pose, from, at, to);
+}
+
+// y += C x with the contact stiffness of the latest evaluation.
+void Equilibrium::add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+  for (const FaceTerms& face : contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
+      if (i < 0) continue;
+      for (int b = 0; b <= a; ++b) {
+        const std::int32_t j = body_.free_index()[mesh_.faces(face.face, b)];
+        if (j < 0) continue;
+        const Block block(face.stiffness + 9 * (a * (a + 1) / 2 + b));
+        y.segment<3>(3 * i) += block * x.segment<3>(3 * j);
+        if (a != b) y.segment<3>(3 * j) += block.transpose() * x.segment<3>(3 * i);
+      }
+    }
+}
+
+// Free nodes of faces that come within a distance of the probe.
+std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const ProbePose& pose,
+                                                        double within_m) const {
+  std::vector<std::int32_t> nodes;
+  for (const int face : contact_.faces_near(u, pose, within_m))
+    for (int a = 0; a < kFaceNodes; ++a)
+      if (const std::int32_t i = body_.free_index()[mesh_.faces(face, a)]; i >= 0)
+        nodes.push_back(i);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+void Equilibrium::index_contact_nodes() {
+  contact_index_.assign(K_.nodes(), -1);
+  for (std::size_t i = 0; i < factor_.contact_nodes().size(); ++i)
+    contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
+}
+
+// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the
+// part that carries the second derivative of J. The level that worked is remembered.
+void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
+                                 BodyState& to) {
+  const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
+  for (;;) {
+    if (bend_ < 1 || !at.has_stiffness) assemble_elastic(bend_, options_.max_pressure, at);
+    ++counts_.factorizations;
+    if (factor_.factor(K_, nodes)) break;
+    ++counts_.failed_factorizations;
+    if (bend_ <= 0) break;
+    bend_ = bend_ > 0.5 ? 0.5 : 0.0;
+  }
+  index_contact_nodes();
+  if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
+  to.min_J = body_.min_J();
+  is_current_ = factor_.is_factored();
+  add_contact(pose, from, at, to);
+}
+
+// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need
+// not go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
+double Equilibrium::linear_tolerance(double relative_residual) const {
+  constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
+  const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;
+  const double enough = kWithinGoal * options_.residual / relative_residual;
+  return std::max(usual, std::min(kLoosest, enough));
+}
+
+Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
+                                              Local& at, BodyState& to) {
+  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+    const PhaseTimer timer(options_.profile, Phase::multiply);
+    K_.multiply(x, y);
+    add_contact_product(x, y);
+  };
+  const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+    const PhaseTimer timer(options_.profile, Phase::apply);
+    factor_.solve(b, x);
+  };
+  if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
+  add_contact(pose, from, at, to);  // its terms may be those of another place
+  const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
+  Eigen::VectorXd direction;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (attempt == 1) refresh_factor(pose, from, at, to);
+    if (!factor_.is_factored()) continue;
+    use_contact_stiffness();
+    const PcgOutcome outcome =
+        pcg(multiply, precondition, at.residual, direction, tolerance, options_.max_pcg);
+    counts_.pcg += outcome.iterations;
+    if (outcome.relative_residual <= tolerance || is_current_) return direction;
+  }
+  // No positive definite tangent at any level: descend along the scaled residual.
+  return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
+}
+
+// Backtracks from a full step until the incremental energy falls enough (Armijo), and moves there.
+// Near the solution the fall drowns in rounding, and a full step that leaves the energy level is
+// taken. Forces come with the energy of a trial for a fifth more, and the accepted one's are kept.
+bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
+                              const BodyState& from, Local& at, BodyState& to) {
+  constexpr double kSufficient = 1e-4, kRounding = 1e-13;
+  const double slope = -at.residual.dot(direction);
+  double length = 1;
+  for (int cut = 0; cut < 12; ++cut, length /= 2) {
+    Local trial;
+    trial.u = moved(at.u, direction, length);
+    evaluate(pose, from, trial, to);
+    if (trial.energy_J <=
+        at.energy_J + kSufficient * length * slope + kRounding * std::abs(at.energy_J)) {
+      at = std::move(trial);
+      contact_.hold_friction_limit(at.u, pose, from.history);
+      add_contact(pose, from, at, to);
+      return true;
+    }
+    ++counts_.backtracks;
+  }
+  return false;
+}
+
+// Takes the guess, drawn towards the state it comes from until its energy is finite and no larger
+// than there.
+void Equilibrium::start(const BodyState& from, const ProbePose& pose, const Points& guess,
+                        Local& at, BodyState& to) {
+  contact_.hold_friction_limit(from.history);
+  at.u = guess;
+  evaluate(pose, from, at, to);
+  for (int halving = 0; halving < 3 && !std::isfinite(at.energy_J); ++halving) {
+    at.u = halving < 2 ? Points((at.u + from.u) / 2) : from.u;
+    evaluate(pose, from, at, to);
+  }
+  if (from.elastic_energy_J + contact_.energy(from.u, pose, from.history) < at.energy_J) {
+    at.u = from.u;
+    evaluate(pose, from, at, to);
+  }
+}
+
+SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
+                               BodyState& to, bool may_shorten) {
+  Local at;
+  start(from, pose, guess, at, to);
+  to.pose = pose;
+  if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
+  const int pcg_before = counts_.pcg;
+  double residual_before = 1e300;
+  constexpr double kAstray = 0.3;
+  constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
+  for (int iteration = 0; iteration < options_.max_newton; ++iteration) {
+    if (!factor_.is_factored() || (iteration == 0 && is_stale_) || options_.is_plain) {
+      is_stale_ = false;
+      refresh_factor(pose, from, at, to);
+    }
+    to.relative_residual = at.residual.norm() / at.contact_scale_N;
+    if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
+      // Laws that tolerate it may turn an element over on the way, but not in the end.
+      if (!(to.min_J > 0)) return SolveStatus::inverted;
+      is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
+      to.u = at.u;
+      to.elastic_energy_J = at.elastic_energy_J;
+      to.history = contact_.accepted(at.u, pose, from.history);
+      return SolveStatus::solved;
+    }
+    if (may_shorten && !options_.is_plain && iteration >= options_.max_astray &&
+        to.relative_residual > kAstray)
+      break;
+    ++counts_.newton;
+    if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
+      refresh_factor(pose, from, at, to);
+      residual_before = 1e300;
+    } else {
+      residual_before = iteration == 0 ? 1e300 : at.residual.norm();
+    }
+    std::optional<Eigen::VectorXd> direction;
+    if (iteration == 0 && !options_.is_plain) direction = model_direction(pose, from, at);
+    if (direction && search_line(*direction, pose, from, at, to)) continue;
+    if (!search_line(newton_direction(pose, from, at, to), pose, from, at, to)) break;
+  }
+  to.u = at.u;
+  return SolveStatus::not_converged;
+}
+
+SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState& to) {
+  BodyState from = accepted;
+  from.history = contact_.give_back(accepted.history);
+  return solve(from, accepted.pose, accepted.u, to);
+}
+
+bool Equilibrium::is_stable(const BodyState& accepted) {
+  Local at;
+  at.u = accepted.u;
+  BodyState here;
+  assemble_elastic(1.0, std::numeric_limits<double>::infinity(), at);
+  ++counts_.factorizations;
+  is_stale_ = true;  // made without bounds that Newton's method likes
+  if (!factor_.factor(K_, nodes_near_probe(at.u, accepted.pose, options_.contact_margin * step_m_)))
+    return false;
+  index_contact_nodes();
+  contact_.hold_friction_limit(accepted.history);
+  add_contact(accepted.pose, accepted, at, here);
+  return use_contact_stiffness();
+}
+
+std::int64_t Equilibrium::memory_bytes() const {
+  return K_.memory_bytes() + factor_.memory_bytes() + body_.memory_bytes();
+}
+
+Vec3 Equilibrium::reaction_N(const Points& u) const {
+  Points gradient = Points::Zero(u.rows(), 3);
+  body_.add_force(u, gradient);
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    if (mesh_.is_held[n]) sum += gradient.row(n).transpose();
+  return sum;
+}
+
+Vec3 Equilibrium::reaction_moment_Nm(const Points& u, const Vec3& about) const {
+  Points gradient = Points::Zero(u.rows(), 3);
+  body_.add_force(u, gradient);
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    if (mesh_.is_held[n])
+      sum += (mesh_.nodes.row(n) + u.row(n) - about.transpose()).cross(gradient.row(n)).transpose();
+  return sum;
+}
+
+}  // namespace palpate::fem

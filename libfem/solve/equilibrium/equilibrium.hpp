@@ -1,0 +1,151 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libfem/contact/contact.hpp"
+#include "libfem/elements/elastic_body.hpp"
+#include "libfem/solve/equilibrium/profile.hpp"
+#include "libfem/solve/factor/schur_factor.hpp"
+
+namespace palpate::fem {
+
+/// Tolerances of one equilibrium; all relative.
+struct EquilibriumOptions {
+  double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
+  double linear = 0.05;     ///< of the residual, per linear solve
+  double linear_far = 0.2;  ///< the same while the residual is above 0.3
+  int max_newton = 30;      ///< iterations before a step is given up
+  int max_astray = 5;       ///< the same while the residual is above 0.3
+  int max_pcg = 12;         ///< iterations that are worth a fresh factor
+  int stale_pcg = 10;   ///< iterations in a solve after which the next begins with a fresh factor
+  double model = 0.02;  ///< residual of the condensed model, of its contact force
+  int max_model = 15;   ///< iterations of the condensed model
+  double max_pressure = 2;  ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
+  ElementKind element = ElementKind::automatic;
+  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double
+  /// precision, and no condensed model.
+  bool is_plain = false;
+  double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
+  Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
+};
+
+/// What was spent; deterministic.
+struct SolverCounts {
+  int newton = 0;  ///< assemblies followed by a step
+  int pcg = 0;     ///< applications of the factor in conjugate gradients
+  int model = 0;   ///< iterations of the condensed contact model
+  int factorizations = 0, failed_factorizations = 0;
+  int backtracks = 0;
+};
+
+enum class SolveStatus { solved, not_converged, inverted };
+
+/// A body in equilibrium with the probe. u: #N x 3 [m].
+struct BodyState {
+  Points u;
+  ProbePose pose;
+  ContactHistory history;
+  ContactTotals contact;
+  double relative_residual = 0;
+  double min_J = 1;
+  double elastic_energy_J = 0;
+};
+
+/// Equilibrium of one body under one probe.
+/// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
+/// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
+/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the
+/// current contact stiffness, and a line search on the incremental energy. Not thread-safe: owns
+/// matrices, factor and contact scratch.
+class Equilibrium {
+ public:
+  /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
+  Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
+              const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
+              const EquilibriumOptions& options = {});
+
+  /// The body at rest with the probe at `pose`, touching or not.
+  BodyState rest(const ProbePose& pose) const;
+
+  /// Moves the probe from an accepted state to `pose`, starting the search at displacement `guess`.
+  /// On `solved`, `to` holds the new state; otherwise its content is the last iterate.
+  /// may_shorten: the caller has shorter steps to try, so one that goes astray is given up early.
+  SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
+                    BodyState& to, bool may_shorten = false);
+
+  /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
+  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state
+  /// to walk on from.
+  SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
+
+  /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
+  /// sticking friction included, is positive definite. Costs a factorization.
+  bool is_stable(const BodyState& accepted);
+
+  /// Multiplies the contact penalty from here on; accepted states can be gone on from.
+  void stiffen_contact(double factor) { contact_.stiffen(factor); }
+
+  /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
+  /// equilibrium. moment_Nm: the same of their moments about a point.
+  Vec3 reaction_N(const Points& u) const;
+  Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
+
+  const EquilibriumOptions& options() const { return options_; }
+  const SolverCounts& counts() const { return counts_; }
+  const ElasticBody& body() const { return body_; }
+  const SchurFactor& factor() const { return factor_; }
+  std::int64_t memory_bytes() const;  ///< of matrix, factor and elements
+  Contact& contact() { return contact_; }
+  int unknowns() const { return K_.size(); }
+
+ private:
+  /// The equations at one displacement.
+  struct Local {
+    Points u;
+    Points elastic_force;      // dE/du of all nodes [N]
+    Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
+    double contact_scale_N = 0;
+    double elastic_energy_J = 0;
+    double energy_J = 0;         // with the probe, for the friction limit held
+    bool has_stiffness = false;  // K_ is the elastic tangent at u
+  };
+
+  void assemble_elastic(double bend, double max_pressure, Local& at);
+  void evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  void start(const BodyState& from, const ProbePose& pose, const Points& guess, Local& at,
+             BodyState& to);
+  void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void index_contact_nodes();
+  std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
+                                             double within_m) const;
+  bool use_contact_stiffness();
+  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u, const ProbePose& pose,
+                              const BodyState& from);
+  Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
+  std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
+                                                 const Local& at);
+  double linear_tolerance(double relative_residual) const;
+  Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
+                                   BodyState& to);
+  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose, const BodyState& from,
+                   Local& at, BodyState& to);
+  Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
+
+  const QuadraticMesh& mesh_;
+  EquilibriumOptions options_;
+  ElasticBody body_;
+  Contact contact_;
+  SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
+  SchurFactor factor_;
+  std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
+  double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
+  double step_m_ = 0;                        // of the probe, in this solve
+  bool is_stale_ = false;
+  bool is_current_ = false;  // factor: of the displacement that K_ belongs to
+  SolverCounts counts_;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libfem/contact/face_rule.hpp"
+#include "libfem/solve/equilibrium/path_follower.hpp"
+
+namespace palpate::fem {
+namespace {
+
+using FaceNodes = std::array<Vec3, kFaceNodes>;
+
+Vec3 point_of(const FaceNodes& nodes, double r, double s) {
+  const FacePoint at = face_point(0, r, s);
+  Vec3 x = Vec3::Zero();
+  for (int a = 0; a < kFaceNodes; ++a) x += at.shape[a] * nodes[a];
+  return x;
+}
+
+double gap_at(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose, double r,
+              double s) {
+  return probe.distance(pose.axis, point_of(nodes, r, s) - pose.tip).distance_m;
+}
+
+/// Least gap over one curved face: a grid, then ever smaller grids about the best point.
+double min_gap_of_face(const FaceNodes& nodes, const Probe& probe, const ProbePose& pose) {
+  constexpr int kGrid = 4, kRounds = 12;
+  double r0 = 1.0 / 3, s0 = 1.0 / 3, half = 2.0 / 3;
+  double least = gap_at(nodes, probe, pose, r0, s0);
+  for (int round = 0; round < kRounds; ++round, half /= 2) {
+    const double centre_r = r0, centre_s = s0;
+    for (int i = -kGrid; i <= kGrid; ++i)
+      for (int j = -kGrid; j <= kGrid; ++j) {
+        const double r = std::clamp(centre_r + half * i / kGrid, 0.0, 1.0);
+        const double s = std::clamp(centre_s + half * j / kGrid, 0.0, 1.0 - r);
+        const double gap = gap_at(nodes, probe, pose, r, s);
+        if (gap < least) least = gap, r0 = r, s0 = s;
+      }
+  }
+  return least;
+}
+
+}  // namespace
+
+std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
+                                    const ProbePose& pose, double back_off_m, double reach_m) {
+  // Faces that may touch: not held, and looking against the axis somewhere.
+  std::vector<FaceNodes> faces;
+  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
+    FaceNodes nodes;
+    bool is_open = false;
+    for (int a = 0; a < kFaceNodes; ++a) {
+      nodes[a] = mesh.nodes.row(mesh.faces(f, a)).transpose();
+      is_open |= !mesh.is_held[mesh.faces(f, a)];
+    }
+    if (is_open) faces.push_back(nodes);
+  }
+  double travel = -back_off_m;
+  for (int advance = 0; advance < 200; ++advance) {
+    const ProbePose here{pose.tip + travel * pose.axis, pose.axis};
+    double least = 1e300;
+    for (const FaceNodes& nodes : faces) {
+      // Cheap lower bound first: distances are Lipschitz 1.
+      double spread = 0;
+      const Vec3 middle = point_of(nodes, 1.0 / 3, 1.0 / 3);
+      for (const Vec3& node : nodes) spread = std::max(spread, (node - middle).norm());
+      const double bound = gap_at(nodes, probe, here, 1.0 / 3, 1.0 / 3) - 1.5 * spread;
+      if (bound < least) least = std::min(least, min_gap_of_face(nodes, probe, here));
+    }
+    if (std::abs(least) <= 1e-9 * probe.length_m) return travel;
+    travel += least;  // no point of the probe moves farther than it travels
+    if (travel > reach_m) return std::nullopt;
+  }
+  return travel;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,51 @@
+#include "libfem/solve/experiments/richardson.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace palpate::fem {
+namespace {
+
+// Error over difference of twins of ratio 1.6 was 0.61 to 0.69 in eight of ten runs against the
+// axisymmetric reference; order 2 gives 0.641.
+constexpr double kOrder = 2;
+constexpr double kTooCoarse = 0.1, kTooSmall = 0.01;
+// Errors of opposite sign cancel in a mean: no bound below what they were found to be then.
+constexpr double kMin = 0.003;
+
+}  // namespace
+
+MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio,
+                     double min_order) {
+  assert(fine.size() == twin.size());
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  double largest = 0;
+  for (const Vec3& force : fine) largest = std::max(largest, force.norm());
+  std::vector<double> difference(fine.size(), kNaN);  // along the force
+  double sum = 0;
+  int rows = 0;
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    if (!(fine[i].squaredNorm() > 0 && twin[i].squaredNorm() > 0)) continue;
+    difference[i] = (twin[i] - fine[i]).dot(fine[i]) / fine[i].squaredNorm();
+    if (fine[i].norm() < kTooSmall * largest) continue;
+    sum += difference[i];
+    ++rows;
+  }
+  MeshLimit out;
+  out.error.assign(fine.size(), kNaN);
+  if (rows == 0) return out;
+  const double mean = sum / rows;
+  const double share = std::abs(mean) > kTooCoarse ? 0 : 1 / (std::pow(ratio, kOrder) - 1);
+  out.excess = share * mean;
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    // Of the excess, and of a row's deviation from it.
+    const double left = share == 0 ? 1 : 1 / (std::pow(ratio, min_order) - 1);
+    const double of_row = std::isnan(difference[i]) ? 0 : std::abs(difference[i] - mean);
+    out.error[i] = std::max({kMin, left * std::abs(mean), left * of_row});
+  }
+  return out;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,156 @@
+#include "libfem/solve/experiments/simulate.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <mutex>
+#include <optional>
+
+#include "libfit/core/error.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// A row with the numbers it has in Samples.
+struct SampleRow {
+  std::int32_t point, experiment;
+  PointRow row;
+};
+
+SampleRow row_of(const Samples& samples, Eigen::Index i) {
+  PointRow row;
+  row.kind = samples.kind[i];
+  row.step = samples.step[i];
+  row.deflection = samples.deflection.row(i);
+  row.force = samples.force.row(i);
+  row.torque = samples.torque.row(i);
+  row.force_error = samples.force_error[i];
+  row.status = samples.status[i];
+  if (!samples.doubt.empty()) row.doubt = samples.doubt[i];
+  return {samples.point[i], samples.experiment[i], row};
+}
+
+Samples gather(const Simulator& simulator, const TestPoints& points,
+               const std::vector<std::vector<SampleRow>>& items) {
+  Samples out;
+  out.point_position = points.position;
+  out.point_normal = points.normal;
+  out.point_name = points.name;
+  out.point_normal_gradient.resize(points.position.rows(), 9);
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> gradient =
+        simulator.normal_gradient(points.position.row(p), points.normal.row(p));
+    out.point_normal_gradient.row(p) =
+        Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
+  }
+  Eigen::Index rows = 0;
+  for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
+  out.deflection.resize(rows, 3), out.force.resize(rows, 3), out.torque.resize(rows, 3);
+  out.force_error.resize(rows);
+  Eigen::Index i = 0;
+  for (const auto& item : items)
+    for (const SampleRow& sample : item) {
+      out.point.push_back(sample.point);
+      out.experiment.push_back(sample.experiment);
+      out.kind.push_back(sample.row.kind);
+      out.step.push_back(sample.row.step);
+      out.status.push_back(sample.row.status);
+      out.doubt.push_back(sample.row.doubt);
+      out.deflection.row(i) = sample.row.deflection.transpose();
+      out.force.row(i) = sample.row.force.transpose();
+      out.torque.row(i) = sample.row.torque.transpose();
+      out.force_error[i] = sample.row.force_error;
+      ++i;
+    }
+  return out;
+}
+
+/// Runs items that have no rows yet, each by `work`, on `jobs` threads; returns early when stopped.
+/// `number` gives a row its experiment number.
+template <class Work, class Number>
+void run_items(std::vector<std::vector<SampleRow>>& items,
+               const std::vector<std::int32_t>& point_of, int jobs, const Work& work,
+               const Number& number, const std::function<Samples()>& so_far,
+               const OnePointDone& on_done, const Progress& progress) {
+  std::mutex reporting;
+  std::size_t done = 0;
+  for (const auto& item : items) done += !item.empty();
+  const auto one = [&](std::size_t i) {
+    if (!items[i].empty() || progress.stopped()) return;
+    const PointRows result = work(i);
+    if (!result.is_complete) return;
+    const std::lock_guard<std::mutex> lock(reporting);
+    for (const PointRow& row : result.rows) items[i].push_back({point_of[i], number(i, row), row});
+    if (on_done) on_done(so_far);
+    progress.report(++done, items.size(), "test point " + std::to_string(point_of[i] + 1));
+  };
+  tbb::task_arena arena(jobs > 0 ? jobs : tbb::task_arena::automatic);
+  // Grain 1: points take seconds each.
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, items.size(), 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) one(i);
+        },
+        tbb::simple_partitioner());
+  });
+}
+
+}  // namespace
+
+Samples simulate(const Simulator& simulator, const TestPoints& points,
+                 const Experiments& experiments, const SimulateOptions& options,
+                 const OnePointDone& on_done, const Progress& progress) {
+  const auto count = static_cast<std::size_t>(points.position.rows());
+  std::vector<std::vector<SampleRow>> items(count);
+  std::vector<std::int32_t> point_of(count);
+  for (std::size_t p = 0; p < count; ++p) point_of[p] = static_cast<std::int32_t>(p);
+  for (Eigen::Index i = 0; i < options.already_done.rows(); ++i) {
+    const SampleRow row = row_of(options.already_done, i);
+    if (row.point >= 0 && static_cast<std::size_t>(row.point) < count)
+      items[row.point].push_back(row);
+  }
+  const int per_point =
+      1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
+  run_items(
+      items, point_of, options.jobs,
+      [&](std::size_t p) {
+        return simulator.press_and_drag(points.position.row(p), points.normal.row(p), experiments,
+                                        progress);
+      },
+      [&](std::size_t p, const PointRow& row) {
+        return static_cast<std::int32_t>(p) * per_point + row.experiment;
+      },
+      [&] { return gather(simulator, points, items); }, on_done, progress);
+  return gather(simulator, points, items);
+}
+
+Samples simulate_paths(const Simulator& simulator, const TestPoints& points,
+                       const std::vector<ToolPath>& paths, const SimulateOptions& options,
+                       const OnePointDone& on_done, const Progress& progress) {
+  std::vector<std::vector<SampleRow>> items(paths.size());
+  std::vector<std::int32_t> point_of;
+  for (const ToolPath& path : paths) {
+    if (path.point < 0 || path.point >= points.position.rows())
+      throw Error("paths",
+                  "path names test point " + std::to_string(path.point) + ", which does not exist",
+                  "Number test points from 0.");
+    point_of.push_back(path.point);
+  }
+  for (Eigen::Index i = 0; i < options.already_done.rows(); ++i) {
+    const SampleRow row = row_of(options.already_done, i);
+    if (row.experiment >= 0 && static_cast<std::size_t>(row.experiment) < items.size())
+      items[row.experiment].push_back(row);
+  }
+  run_items(
+      items, point_of, options.jobs,
+      [&](std::size_t i) {
+        return simulator.follow(points.position.row(point_of[i]), points.normal.row(point_of[i]),
+                                paths[i].deflections, progress);
+      },
+      [](std::size_t i, const PointRow&) { return static_cast<std::int32_t>(i); },
+      [&] { return gather(simulator, points, items); }, on_done, progress);
+  return gather(simulator, points, items);
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,268 @@
+#include "libfem/solve/experiments/simulator.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/solve/experiments/experiment_script.hpp"
+#include "libfem/solve/experiments/richardson.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// Where pressure is all but singular sizes start at this share of the edge's radius, times
+/// element_size, and grow from the edge on: on a layer of 4 to 10 punch radii 0.3 leaves up to 0.8
+/// % of the force at the mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3,
+/// as does one size below the whole punch (tests/validation/contact).
+constexpr double kEdgeShare = 0.3;
+constexpr double kLightForce = 0.05;  // of the largest: below it errors count absolutely
+constexpr int kRingPieces = 24;       // chords are within 0.01 of the radius
+
+}  // namespace
+
+struct Simulator::State {
+  SimulationSetup setup;
+  Vec3 origin = Vec3::Zero();  // middle of the body; volume and surface are about it
+  TetMesh volume;
+  SmoothSurface surface;
+  std::vector<Material> materials;
+  Probe probe;
+
+  QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const Script& script,
+                        double coarsening) const;
+  bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
+           const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
+           SolverCounts& counts) const;
+  bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
+  PointRows experiment(const Script& script, const Vec3& position, const Vec3& normal,
+                       const Progress& progress) const;
+};
+
+namespace {
+
+/// Rows of one experiment from both meshes: force and torque at the mesh limit, with their error.
+void record_experiment(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                       double ratio, double min_order, const std::vector<std::size_t>& rows,
+                       std::vector<PointRow>& out) {
+  std::vector<Vec3> force, twin;
+  for (const std::size_t i : rows) {
+    force.push_back(fine[i].force_N);  // zero where the row failed
+    twin.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
+  }
+  const MeshLimit limit = mesh_limit(force, twin, ratio, min_order);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const TrackRow& row = fine[rows[k]];
+    PointRow& recorded = out[rows[k]];
+    recorded.status = row.status;
+    recorded.doubt = row.doubt;
+    if (row.status != RowStatus::good) continue;
+    recorded.force = (1 - limit.excess) * row.force_N;
+    recorded.torque = (1 - limit.excess) * row.torque_Nm;
+    recorded.force_error =
+        limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
+  }
+}
+
+void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+                 double ratio, double min_order, std::vector<PointRow>& out) {
+  for (std::size_t begin = 0; begin < out.size();) {
+    std::vector<std::size_t> rows;
+    for (const int experiment = out[begin].experiment;
+         begin < out.size() && out[begin].experiment == experiment; ++begin)
+      rows.push_back(begin);
+    record_experiment(fine, coarse, ratio, min_order, rows, out);
+  }
+}
+
+std::ptrdiff_t count_good(const std::vector<PointRow>& rows) {
+  return std::count_if(rows.begin(), rows.end(),
+                       [](const PointRow& row) { return row.status == RowStatus::good; });
+}
+
+Surface moved(Surface surface, const Vec3& by) {
+  surface.vertices.rowwise() += by.transpose();
+  return surface;
+}
+
+Vec3 middle_of(const Points& points) {
+  return (points.colwise().minCoeff() + points.colwise().maxCoeff()).transpose() / 2;
+}
+
+}  // namespace
+
+double achieved_error(const std::vector<PointRow>& rows) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  double largest_N = 0, error = 0;
+  for (const PointRow& row : rows)
+    if (row.status == RowStatus::good) largest_N = std::max(largest_N, row.force.norm());
+  if (!(largest_N > 0)) return kUnknown;
+  for (const PointRow& row : rows) {
+    if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
+    if (!std::isfinite(row.force_error)) return kUnknown;
+    error = std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+  }
+  return error;
+}
+
+Simulator::Simulator(SimulationSetup setup) {
+  check_setup(setup);
+  const Vec3 origin = middle_of(setup.volume.nodes);
+  SmoothSurface surface(moved(setup.surface, -origin));
+  auto state =
+      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}});
+  state->volume = state->setup.volume;
+  state->volume.nodes.rowwise() -= origin.transpose();
+  for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
+    state->materials.push_back(make_material(
+        state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
+  state->probe = make_probe(state->setup.probe, "[probe]");
+  state_ = std::move(state);
+}
+
+Simulator::~Simulator() = default;
+Simulator::Simulator(Simulator&&) noexcept = default;
+Simulator& Simulator::operator=(Simulator&&) noexcept = default;
+
+const SimulationSetup& Simulator::setup() const { return state_->setup; }
+
+Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const {
+  const Vec3 place = position - state_->origin;
+  // The sheet that faces the probe, not the other side of a thin body.
+  const std::optional<SurfaceHit> hit = state_->surface.closest(place, -normal, 0.3);
+  return state_->surface.normal_gradient(hit ? *hit : state_->surface.closest(place),
+                                         state_->probe.half_width_m);
+}
+
+/// The graded mesh about a test point, in coordinates whose origin is the test point. About each
+/// way of the contact, size is proportional to distance from the contact radius at its depth on: so
+/// at every depth the rim of the contact meets elements of the same share of its radius.
+QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
+                                        const Script& script, double coarsening) const {
+  const SolverOptions& options = setup.options;
+  GradeOptions grade;
+  grade.growth = std::min(1.0, options.growth * coarsening);
+  grade.interface_share = options.interface_share;
+  if (setup.region_at)
+    grade.region_at = [this](const Vec3& x) { return setup.region_at(x + origin); };
+  const Vec3 line = probe.contact_line_m(normal);
+  const double ring = probe.edge_ring_m();
+  const auto add_ring = [&](const Vec3& middle) {
+    const std::vector<Vec3> out = drag_tangents(normal, kRingPieces);
+    for (int k = 0; k < kRingPieces; ++k)
+      grade.path.push_back({position - origin + middle + ring * out[k],
+                            position - origin + middle + ring * out[(k + 1) % kRingPieces],
+                            coarsening * options.element_size * kEdgeShare * ring, 0});
+  };
+  for (const ContactWay& way : script.ways) {
+    const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
+    const double radius = probe.mesh_length_m(depth);
+    const auto add = [&](const Vec3& from, const Vec3& to) {
+      grade.path.push_back({position - origin + from, position - origin + to,
+                            coarsening * options.element_size * radius,
+                            probe.contact_reach_m(depth) - radius});
+    };
+    if (ring > 0 && way.from == way.to) {
+      if (grade.path.empty()) add_ring(way.from);  // a press begins every script; once is enough
+      continue;
+    }
+    add(way.from, way.to);
+    if (line.isZero()) continue;
+    add(way.from - line, way.from + line);
+    add(way.to - line, way.to + line);
+  }
+  QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
+  mesh.nodes.rowwise() -= (position - origin).transpose();
+  return mesh;
+}
+
+/// Walks the script on one mesh; false when stopped.
+bool Simulator::State::run(const Script& script, const Vec3& position, const Vec3& normal,
+                           double coarsening, const Progress& progress, std::vector<TrackRow>& rows,
+                           double& touch_m, int& nodes, SolverCounts& counts) const {
+  const QuadraticMesh mesh = mesh_at(position, normal, script, coarsening);
+  nodes = static_cast<int>(mesh.nodes.rows());
+  rows.assign(script.rows.size(), {});
+  const Probe here = pressed_to(probe, script.depth_m);
+  const std::optional<double> touch =
+      first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
+  if (!touch) {
+    for (TrackRow& row : rows) row.status = RowStatus::no_contact;
+    return true;
+  }
+  touch_m = *touch;
+  const RegionAt local_region =
+      setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
+                      : RegionAt();
+  Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
+                          setup.options.equilibrium);
+  rows = walk_tracks(equilibrium, here, {touch_m * normal, normal}, script.tracks,
+                     static_cast<int>(script.rows.size()), setup.options.walk, progress);
+  counts = equilibrium.counts();
+  return !progress.stopped();
+}
+
+/// Whether another material than that at the test point is so close that its border matters: on a
+/// grid of half contact radii, four of them about the point.
+bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
+                                      double depth_m) const {
+  if (!setup.region_at) return false;
+  constexpr int kReach = 8;  // of half radii
+  const double step = here.contact_reach_m(depth_m) / 2;
+  const int own = setup.region_at(position);
+  for (int i = -kReach; i <= kReach; ++i)
+    for (int j = -kReach; j <= kReach; ++j)
+      for (int k = -kReach; k <= kReach; ++k)
+        if (setup.region_at(position + step * Vec3(i, j, k)) != own) return true;
+  return false;
+}
+
+PointRows Simulator::State::experiment(const Script& script, const Vec3& position,
+                                       const Vec3& normal, const Progress& progress) const {
+  PointRows out;
+  std::vector<TrackRow> fine, coarse;
+  out.is_complete = run(script, position, normal, 1.0, progress, fine, out.touch_offset_m,
+                        out.cost.nodes, out.cost.solver);
+  const double ratio = setup.options.twin_ratio;
+  double twin_touch_m = 0;
+  if (out.is_complete && ratio > 0)
+    out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
+                          out.cost.twin_nodes, out.cost.twin_solver);
+  const int min_order =
+      sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m) ? 1 : 2;
+  out.rows = script.rows;
+  record_rows(fine, coarse, ratio, min_order, out.rows);
+  double coarsening = 1;
+  for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
+    if (!(setup.options.force_tolerance > 0 &&
+          achieved_error(out.rows) > setup.options.force_tolerance))
+      break;
+    coarse = std::move(fine);
+    coarsening /= ratio;
+    PointRows next;
+    next.cost.twin_nodes = out.cost.nodes;
+    next.cost.twin_solver = out.cost.solver;
+    next.is_complete = run(script, position, normal, coarsening, progress, fine,
+                           next.touch_offset_m, next.cost.nodes, next.cost.solver);
+    next.rows = script.rows;
+    record_rows(fine, coarse, ratio, min_order, next.rows);
+    if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
+      break;  // what solved is not given up
+    out = std::move(next);
+  }
+  return out;
+}
+
+PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
+                                    const Experiments& experiments,
+                                    const Progress& progress) const {
+  return state_->experiment(press_and_drag_script(experiments, normal), position, normal, progress);
+}
+
+PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Points& deflections,
+                            const Progress& progress) const {
+  return state_->experiment(path_script(deflections, normal), position, normal, progress);
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libfem/solve/equilibrium/path_follower.hpp"
+#include "libfit/core/body.hpp"
+#include "libfit/core/progress.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate::fem {
+
+/// What is done at every test point (method, section 5): a press to depth_m in equal steps, and at
+/// each drag depth a drag of drag_distance_m along each direction, at constant depth, with rows
+/// that lie closer at the beginning, where the interface sticks and slips in part.
+struct Experiments {
+  double depth_m = 0;
+  int press_steps = 12;
+  std::vector<double> drag_depths_m;
+  double drag_distance_m = 0;
+  int drag_directions = 2;
+  int drag_steps = 8;
+};
+
+/// How fine, how exact.
+struct SolverOptions {
+  double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
+  double growth = 0.6;  ///< h over distance from first touch or the probe's way, so at any rim too
+  double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
+  double interface_share = 0.5;  ///< h of elements that two materials share, over h
+  double twin_ratio = 1.6;  ///< element size of the coarser twin that extrapolates force; 0: none
+  /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
+  /// finer by twin_ratio, the former one its twin, up to kMaxFiner times. 0: as it comes.
+  double force_tolerance = 0;
+  EquilibriumOptions equilibrium;
+  ContactSettings contact;
+  WalkOptions walk;
+};
+
+/// Meshes that SolverOptions::force_tolerance may add to a point; each has two to four times the
+/// nodes of the one before and about eight times its work.
+inline constexpr int kMaxFiner = 2;
+
+/// A body, its materials and the probe.
+/// volume, is_held: base mesh. surface: fine, outward. materials: [0] is the body's own; region_at
+/// tells which one fills a place of the rest body, empty means 0 everywhere.
+struct SimulationSetup {
+  TetMesh volume;
+  std::vector<char> is_held;
+  Surface surface;
+  std::vector<MaterialParameters> materials;
+  RegionAt region_at;
+  ProbeSpec probe;
+  SolverOptions options;
+};
+
+/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh
+/// limit and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of
+/// the step that failed, where the status is rejected or inverted.
+struct PointRow {
+  ExperimentKind kind = ExperimentKind::press;
+  int experiment = 0;  ///< within the test point: 0 the press, then the drags
+  int step = 0;
+  Vec3 deflection = Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  Vec3 torque = Vec3::Zero();
+  double force_error = 0;
+  RowStatus status = RowStatus::not_reached;
+  RowDoubt doubt = RowDoubt::none;
+};
+
+/// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
+/// point's largest. Infinite where none is good or one has no error.
+double achieved_error(const std::vector<PointRow>& rows);
+
+/// What was spent on a point, on the meshes that its rows come from; deterministic.
+struct PointCost {
+  int nodes = 0, twin_nodes = 0;
+  SolverCounts solver, twin_solver;
+};
+
+/// The rows of one test point. touch_offset_m: from the given position to first touch along the
+/// normal. is_complete: false when progress stopped it; such rows are for the bin.
+struct PointRows {
+  std::vector<PointRow> rows;
+  double touch_offset_m = 0;
+  bool is_complete = false;
+  PointCost cost;
+};
+
+/// Makes experiments on one body. Const members are thread-safe and deterministic: each call owns
+/// its mesh, factor and state. Work is in coordinates about the test point, so a body far from the
+/// origin loses nothing but the digits of its own coordinates.
+class Simulator {
+ public:
+  /// Throws Error as check_setup does.
+  explicit Simulator(SimulationSetup setup);
+  ~Simulator();
+  Simulator(Simulator&&) noexcept;
+  Simulator& operator=(Simulator&&) noexcept;
+
+  /// position on the surface [m], normal inward unit.
+  PointRows press_and_drag(const Vec3& position, const Vec3& normal, const Experiments& experiments,
+                           const Progress& progress = {}) const;
+
+  /// The probe follows successive deflections (N x 3 [m]) from first touch: one experiment `path`.
+  PointRows follow(const Vec3& position, const Vec3& normal, const Points& deflections,
+                   const Progress& progress = {}) const;
+
+  /// du/dc [1/m] of the inward normal field of the surface at a test point, as Samples wants it:
+  /// smoothed over what the probe touches.
+  Mat3 normal_gradient(const Vec3& position, const Vec3& normal) const;
+
+  const SimulationSetup& setup() const;
+
+ private:
+  struct State;
+  std::unique_ptr<const State> state_;
+};
+
+/// Refuses what cannot work, before any work. Throws Error, with `where` a key of the scene: no
+/// held node (the body would fly off), a material that is not stable, a probe that is no probe or
+/// larger than the body, and numbers out of range.
+void check_setup(const SimulationSetup& setup);
+
+/// Refuses experiments that cannot work at a point: a depth larger than the body is thick there
+/// along the press, drag depths beyond the press, steps below 1. Throws Error.
+void check_experiments(const SimulationSetup& setup, const Experiments& experiments,
+                       const Vec3& position, const Vec3& normal);
+
+/// Drag directions: `count` unit tangents, at 0 and 90 degrees for two, at 360/count steps
+/// otherwise, from the tangent nearest to the coordinate axis that is least along the normal.
+std::vector<Vec3> drag_tangents(const Vec3& normal, int count);
+
+}  // namespace palpate::fem

@@ -1,0 +1,196 @@
+#include "libfem/solve/factor/multifrontal.hpp"
+
+#include <algorithm>
+
+#include "libfem/solve/factor/panel_kernels.hpp"
+
+extern "C" {
+// BLAS and LAPACK, Fortran interface.
+void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void strsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m,
+            const int* n, const float* alpha, const float* a, const int* lda, float* b,
+            const int* ldb);
+void dtrsm_(const char* side, const char* uplo, const char* trans, const char* diag, const int* m,
+            const int* n, const double* alpha, const double* a, const int* lda, double* b,
+            const int* ldb);
+void ssyrk_(const char* uplo, const char* trans, const int* n, const int* k, const float* alpha,
+            const float* a, const int* lda, const float* beta, float* c, const int* ldc);
+void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha,
+            const double* a, const int* lda, const double* beta, double* c, const int* ldc);
+}
+
+namespace palpate::fem {
+namespace {
+
+template <class Real>
+struct Lapack;
+template <>
+struct Lapack<float> {
+  static constexpr auto potrf = spotrf_;
+  static constexpr auto trsm = strsm_;
+  static constexpr auto syrk = ssyrk_;
+};
+template <>
+struct Lapack<double> {
+  static constexpr auto potrf = dpotrf_;
+  static constexpr auto trsm = dtrsm_;
+  static constexpr auto syrk = dsyrk_;
+};
+
+/// A square column-major matrix over some places; the lower triangle counts.
+template <class Real>
+struct Front {
+  Real* values;
+  std::size_t size;                           // unknowns
+  const std::vector<std::int32_t>* position;  // of a place among its nodes
+};
+
+/// Adds the block (row node, column node) of K to a front.
+template <class Real>
+void add_block(const SymmetricBlockMatrix& K, std::int32_t node, std::int32_t b,
+               const Elimination& plan, const Front<Real>& front) {
+  const std::int32_t base = K.column_start()[3 * node] + 3 * (b - K.block_start()[node]);
+  const std::int32_t length = K.column_start()[3 * node + 1] - K.column_start()[3 * node];
+  const double* first = K.values().data() + base;
+  const double* column[3] = {first, first + length - 1, first + 2 * length - 3};
+  const std::int32_t j = plan.place[node], i = plan.place[K.block_row()[b]];
+  const bool is_swapped = i < j;
+  const std::size_t row = 3 * (*front.position)[std::max(i, j)],
+                    col = 3 * (*front.position)[std::min(i, j)];
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t r = i == j ? c : 0; r < 3; ++r) {
+      const std::size_t at =
+          is_swapped ? front.size * (col + r) + row + c : front.size * (col + c) + row + r;
+      front.values[at] += static_cast<Real>(column[c][r]);
+    }
+}
+
+/// Adds what a supernode leaves (lower triangle over `count` places) to a front.
+template <class Real>
+void extend_add(const Real* update, const std::int32_t* places, int count,
+                const Front<Real>& front) {
+  const std::size_t n = 3 * static_cast<std::size_t>(count);
+  for (int j = 0; j < count; ++j) {
+    const std::size_t col = 3 * (*front.position)[places[j]];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Real* from = update + n * (3 * j + c);
+      Real* to = front.values + front.size * (col + c);
+      for (std::size_t r = c; r < 3; ++r) to[col + r] += from[3 * j + r];
+      for (int i = j + 1; i < count; ++i) {
+        Real* block = to + 3 * (*front.position)[places[i]];
+        for (std::size_t r = 0; r < 3; ++r) block[r] += from[3 * i + r];
+      }
+    }
+  }
+}
+
+/// The blocks of K by the place at which they are taken up: node and index of each.
+struct BlockList {
+  std::vector<std::int32_t> start, node, block;
+};
+
+BlockList blocks_by_place(const SymmetricBlockMatrix& K, const Elimination& plan) {
+  BlockList out;
+  out.start.assign(plan.order.size() + 1, 0);
+  const auto visit = [&](const auto& act) {
+    for (std::int32_t j = 0; j < K.nodes(); ++j)
+      for (std::int32_t b = K.block_start()[j]; b < K.block_start()[j + 1]; ++b)
+        act(std::min(plan.place[j], plan.place[K.block_row()[b]]), j, b);
+  };
+  visit([&](std::int32_t at, std::int32_t, std::int32_t) { ++out.start[at + 1]; });
+  for (std::size_t k = 0; k < plan.order.size(); ++k) out.start[k + 1] += out.start[k];
+  out.node.resize(out.start.back()), out.block.resize(out.start.back());
+  std::vector<std::int32_t> next(out.start.begin(), out.start.end() - 1);
+  visit([&](std::int32_t at, std::int32_t node, std::int32_t b) {
+    out.node[next[at]] = node;
+    out.block[next[at]++] = b;
+  });
+  return out;
+}
+
+}  // namespace
+
+template <class Real>
+bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFactor& out) {
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  const BlockList blocks = blocks_by_place(K, plan);
+  std::vector<std::int32_t> position(plan.order.size());
+  const int dense = 3 * static_cast<int>(plan.last_nodes.size());
+  Matrix schur = Matrix::Zero(dense, dense);
+  std::vector<std::int32_t> in_schur(plan.order.size(), -1);
+  for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
+    in_schur[k] = static_cast<std::int32_t>(k) - plan.inner;
+  const Front<Real> last{schur.data(), static_cast<std::size_t>(dense), &in_schur};
+  const auto take_up = [&](std::int32_t place, const Front<Real>& front) {
+    for (std::int32_t e = blocks.start[place]; e < blocks.start[place + 1]; ++e)
+      add_block(K, blocks.node[e], blocks.block[e], plan, front);
+  };
+
+  out.panel_start.assign(1, 0);
+  for (int s = 0; s < plan.supernodes(); ++s)
+    out.panel_start.push_back(
+        out.panel_start.back() +
+        panel_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
+  out.panels.resize(out.panel_start.back() + kPanelPadding);
+  // What supernodes leave waits on a stack for their parent: a post-order finds its children on
+  // top.
+  std::vector<Real> stack, work;
+  std::vector<std::pair<int, std::size_t>> waiting;  // supernode, begin on the stack
+  std::size_t highest = 0;
+  const Real one = 1, minus_one = -1;
+  for (int s = 0; s < plan.supernodes(); ++s) {
+    const std::int32_t* rows = plan.rows.data() + plan.row_start[s];
+    const int own = 3 * plan.columns(s), n = 3 * plan.height(s), under = n - own;
+    for (int r = 0; r < plan.height(s); ++r) position[rows[r]] = r;
+    work.resize(std::max(work.size(), std::size_t(n) * n));
+    for (int c = 0; c < n; ++c)
+      std::fill(work.begin() + std::size_t(n) * c + c, work.begin() + std::size_t(n) * (c + 1),
+                Real{0});
+    const Front<Real> front{work.data(), static_cast<std::size_t>(n), &position};
+    for (int c = 0; c < plan.columns(s); ++c) take_up(rows[c], front);
+    while (!waiting.empty() && plan.parent[waiting.back().first] == s) {
+      const auto [child, begin] = waiting.back();
+      extend_add(stack.data() + begin,
+                 plan.rows.data() + plan.row_start[child] + plan.columns(child),
+                 plan.height(child) - plan.columns(child), front);
+      stack.resize(begin);
+      waiting.pop_back();
+    }
+    int info = 0;
+    Lapack<Real>::potrf("L", &own, work.data(), &n, &info);
+    if (info != 0) return false;
+    float* panel = out.panels.data() + out.panel_start[s];
+    if (under > 0) {
+      Real* tail = work.data() + std::size_t(n) * own + own;
+      Lapack<Real>::trsm("R", "L", "T", "N", &under, &own, &one, work.data(), &n, work.data() + own,
+                         &n);
+      Lapack<Real>::syrk("L", "N", &under, &own, &minus_one, work.data() + own, &n, &one, tail, &n);
+      const std::size_t begin = stack.size(), u = static_cast<std::size_t>(under);
+      stack.resize(begin + u * u);
+      highest = std::max(highest, stack.size());
+      for (std::size_t j = 0; j < u; ++j)
+        std::copy(tail + n * j + j, tail + n * j + u, stack.data() + begin + u * j + j);
+      if (plan.parent[s] >= 0) {
+        waiting.emplace_back(s, begin);
+      } else {
+        extend_add(stack.data() + begin, rows + plan.columns(s), under / 3, last);
+        stack.resize(begin);
+      }
+    }
+    pack_panel(work.data(), own, under, panel);
+  }
+  for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
+    take_up(static_cast<std::int32_t>(k), last);
+  out.scratch_bytes =
+      sizeof(Real) * (highest + work.size() + static_cast<std::size_t>(dense) * dense) +
+      sizeof(std::int32_t) * (3 * K.block_row().size() + 2 * position.size());
+  out.schur = schur.template cast<double>();
+  out.schur.template triangularView<Eigen::StrictlyUpper>() = out.schur.transpose();
+  return true;
+}
+
+template bool eliminate<float>(const Elimination&, const SymmetricBlockMatrix&, FrontalFactor&);
+template bool eliminate<double>(const Elimination&, const SymmetricBlockMatrix&, FrontalFactor&);
+
+}  // namespace palpate::fem

@@ -1,0 +1,181 @@
+#include "libfem/solve/factor/schur_factor.hpp"
+
+#include <algorithm>
+
+#include "libfem/solve/factor/multifrontal.hpp"
+#include "libfem/solve/factor/panel_kernels.hpp"
+
+extern "C" {
+// Present when the BLAS is OpenBLAS and when CHOLMOD was built with OpenMP; other builds of either
+// need no such call.
+void openblas_set_num_threads(int) __attribute__((weak));
+void omp_set_max_active_levels(int) __attribute__((weak));
+// BLAS and LAPACK, Fortran interface.
+void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
+void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a,
+            const int* lda, float* x, const int* incx);
+}
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kMaxSprings = 1e6;  // in the largest stiffness of a contact node
+
+void use_one_thread() {
+  if (openblas_set_num_threads) openblas_set_num_threads(1);
+  if (omp_set_max_active_levels) omp_set_max_active_levels(0);
+}
+
+}  // namespace
+
+struct SchurFactor::State {
+  std::vector<std::int32_t> node_order;  // of the pattern, whatever the contact nodes
+  Elimination plan;
+  FrontalFactor frontal;
+  Eigen::MatrixXf dense;  // lower factor of S + C
+  bool is_factored = false;
+  bool needs_double = false;  // single precision has failed where double has not
+  Profile* profile = nullptr;
+  PanelKernels kernels = panel_kernels(best_instruction_set());
+  Eigen::VectorXf x, work;
+
+  void analyse(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes) {
+    const PhaseTimer timer(profile, Phase::analysis);
+    if (node_order.empty()) node_order = dissect(K);
+    plan = analyse_elimination(K, node_order, contact_nodes);
+    x.resize(K.size());
+    std::size_t most = 0;
+    for (int s = 0; s < plan.supernodes(); ++s)
+      most = std::max(most,
+                      panel_work_size(3 * plan.columns(s), 3 * (plan.height(s) - plan.columns(s))));
+    work.resize(static_cast<Eigen::Index>(most));
+  }
+
+  bool factor(const SymmetricBlockMatrix& K) {
+    if (needs_double || !eliminate<float>(plan, K, frontal)) {
+      if (!eliminate<double>(plan, K, frontal)) return false;
+      needs_double = true;
+    }
+    // Without the probe the body may not be stable: springs then stand in for it.
+    Eigen::MatrixXd held = frontal.schur;
+    for (double springs = 0.03; !factor_dense(held); springs *= 10) {
+      if (!(springs < kMaxSprings)) return false;  // not a number somewhere
+      held.diagonal().array() += springs * frontal.schur.diagonal().cwiseAbs().maxCoeff();
+    }
+    return true;
+  }
+
+  template <class Matrix>
+  bool factor_dense(const Matrix& matrix) {
+    const int size = static_cast<int>(matrix.rows());
+    Eigen::MatrixXf sum = matrix.template cast<float>();
+    int info = 0;
+    if (size > 0) spotrf_("L", &size, sum.data(), &size, &info);
+    if (info == 0) dense = std::move(sum);
+    return info == 0;
+  }
+
+  PanelTask task_of(int s) {
+    return {frontal.panels.data() + frontal.panel_start[s],
+            3 * plan.columns(s),
+            3 * (plan.height(s) - plan.columns(s)),
+            plan.rows.data() + plan.row_start[s] + plan.columns(s),
+            x.data(),
+            x.data() + std::ptrdiff_t{3} * plan.first[s],
+            work.data()};
+  }
+
+  void forward() {
+    for (int s = 0; s < plan.supernodes(); ++s) kernels.forward(task_of(s));
+  }
+
+  void backward() {
+    for (int s = plan.supernodes() - 1; s >= 0; --s) kernels.backward(task_of(s));
+  }
+
+  void load(const Eigen::VectorXd& b) {
+    for (std::size_t k = 0; k < plan.order.size(); ++k)
+      x.segment<3>(3 * k) = b.segment<3>(3 * plan.order[k]).cast<float>();
+  }
+  void unload(Eigen::VectorXd& out) const {
+    out.resize(x.size());
+    for (std::size_t k = 0; k < plan.order.size(); ++k)
+      out.segment<3>(3 * plan.order[k]) = x.segment<3>(3 * k).cast<double>();
+  }
+  void solve_dense(float* b) const {
+    const int size = static_cast<int>(dense.rows()), one = 1;
+    if (size == 0) return;
+    strsv_("L", "N", "N", &size, dense.data(), &size, b, &one);
+    strsv_("L", "T", "N", &size, dense.data(), &size, b, &one);
+  }
+};
+
+SchurFactor::SchurFactor() : state_(std::make_unique<State>()) {}
+SchurFactor::~SchurFactor() = default;
+SchurFactor::SchurFactor(SchurFactor&&) noexcept = default;
+SchurFactor& SchurFactor::operator=(SchurFactor&&) noexcept = default;
+
+bool SchurFactor::factor(const SymmetricBlockMatrix& K,
+                         const std::vector<std::int32_t>& contact_nodes) {
+  use_one_thread();
+  const PhaseTimer timer(state_->profile, Phase::factor);
+  State& state = *state_;
+  std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
+  std::sort(have.begin(), have.end()), std::sort(wanted.begin(), wanted.end());
+  if (state.plan.order.empty() || have != wanted) state.analyse(K, wanted);
+  state.is_factored = state.factor(K);
+  return state.is_factored;
+}
+
+bool SchurFactor::is_factored() const { return state_->is_factored; }
+const std::vector<std::int32_t>& SchurFactor::contact_nodes() const {
+  return state_->plan.last_nodes;
+}
+const Eigen::MatrixXd& SchurFactor::schur() const { return state_->frontal.schur; }
+
+bool SchurFactor::set_contact(const Eigen::MatrixXd& C) {
+  return state_->factor_dense(state_->frontal.schur + C);
+}
+
+void SchurFactor::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+  state_->load(b);
+  state_->forward();
+  state_->solve_dense(state_->x.data() + 3 * state_->plan.inner);
+  state_->backward();
+  state_->unload(x);
+}
+
+void SchurFactor::reduce(const Eigen::VectorXd& b, Eigen::VectorXd& reduced) {
+  state_->load(b);
+  state_->forward();
+  reduced = state_->x.tail(state_->frontal.schur.rows()).cast<double>();
+}
+
+void SchurFactor::expand(const Eigen::VectorXd& contact_displacement, Eigen::VectorXd& x) {
+  state_->x.tail(contact_displacement.size()) = contact_displacement.cast<float>();
+  state_->backward();
+  state_->unload(x);
+}
+
+void SchurFactor::solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const {
+  Eigen::VectorXf single = b.cast<float>();
+  state_->solve_dense(single.data());
+  x = single.cast<double>();
+}
+
+void SchurFactor::count_time(Profile* profile) { state_->profile = profile; }
+
+void SchurFactor::use_double() { state_->needs_double = true; }
+std::int64_t SchurFactor::memory_bytes() const {
+  const State& state = *state_;
+  return static_cast<std::int64_t>(
+      sizeof(float) * (state.frontal.panels.size() + static_cast<std::size_t>(state.dense.size())) +
+      sizeof(double) * static_cast<std::size_t>(state.frontal.schur.size()) +
+      sizeof(std::int32_t) * (3 * state.plan.order.size() + state.plan.rows.size()) +
+      state.frontal.scratch_bytes);
+}
+
+double SchurFactor::factor_flops() const { return state_->plan.flops; }
+std::int64_t SchurFactor::factor_entries() const { return state_->plan.entries; }
+
+}  // namespace palpate::fem

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "libfem/elements/block_matrix.hpp"
+#include "libfem/solve/equilibrium/profile.hpp"
+
+namespace palpate::fem {
+
+/// Cholesky factor of an elastic stiffness K whose contact nodes are eliminated last, so that what
+/// the body looks like to the probe is one dense matrix S (the Schur complement), and a new contact
+/// stiffness C costs a dense factorization of S + C instead of a sparse one.
+///
+/// One nested dissection per body serves every set of contact nodes; the nodes are eliminated in
+/// single precision with one thread of BLAS, so results depend on nothing else that runs. The
+/// factor preconditions: it need not be exact, and applying it is limited by memory. Where single
+/// precision meets a pivot that is not positive, double precision is tried, and kept from then on.
+/// Not thread-safe.
+class SchurFactor {
+ public:
+  SchurFactor();
+  ~SchurFactor();
+  SchurFactor(SchurFactor&&) noexcept;
+  SchurFactor& operator=(SchurFactor&&) noexcept;
+
+  /// Factors K, always of the same pattern, with `contact_nodes` last. False when K is not positive
+  /// definite even with the contact nodes held; there is no factor then. A body under high pressure
+  /// may be held up by the probe alone: S is then indefinite, and springs on the contact nodes
+  /// stand in for contact stiffness until set_contact().
+  bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
+  bool is_factored() const;
+
+  /// Nodes of the dense block in its order: entry 3 i + c is direction c of contact_nodes()[i].
+  const std::vector<std::int32_t>& contact_nodes() const;
+  /// S, all entries.
+  const Eigen::MatrixXd& schur() const;
+
+  /// Takes S + C as the dense block from now on; C: lower triangle. False when that is not positive
+  /// definite; the block then stays as it was.
+  bool set_contact(const Eigen::MatrixXd& C);
+
+  /// x = (K + C)^-1 b, to single precision.
+  void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x);
+
+  /// The two halves of a solve around the dense block: the load that S sees, and the displacement
+  /// of all nodes once that of the contact nodes is known.
+  void reduce(const Eigen::VectorXd& b, Eigen::VectorXd& reduced);
+  void expand(const Eigen::VectorXd& contact_displacement, Eigen::VectorXd& x);
+  /// Solves with S + C.
+  void solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
+
+  /// Eliminates in double precision from now on.
+  void use_double();
+  std::int64_t memory_bytes() const;  ///< greatest so far, while factoring
+
+  /// Where the time of analyses and factorizations is counted; null for nowhere.
+  void count_time(Profile* profile);
+
+  double factor_flops() const;          ///< of a factorization, the dense block apart
+  std::int64_t factor_entries() const;  ///< numbers in the factor, the same apart
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate::fem

@@ -1,0 +1,237 @@
+#include "libfit/fit/basis/choose_basis.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/fit/basis/place_knots.hpp"
+#include "libfit/fit/spline/evenly.hpp"
+#include "libfit/fit/words.hpp"
+
+namespace palpate::fit {
+namespace {
+
+constexpr int kFewestGroups = 4;         // a point with fewer abscissae holds nothing out
+constexpr double kSameAbscissa = 1e-3;   // of the range: rows closer than that are one group
+constexpr double kSameDepth = 0.02;      // a drag over a curved surface wanders that much in depth
+constexpr std::size_t kMaxPoints = 64;   // enough for a 95th percentile
+constexpr int kGrid = 64;                // where curvature is looked at
+constexpr double kCurvatureShare = 0.5;  // the rest of the knots' density is even
+
+CurveBasis even_basis(int degree, int pieces, double range) {
+  CurveBasis basis{degree, {}};
+  for (int i = 0; i < pieces; ++i) basis.knots_m.push_back(range * i / pieces);
+  basis.knots_m.push_back(range);
+  return basis;
+}
+
+// Mean sqrt of |f''| over points on the grid: what a piecewise curve must follow there.
+std::vector<double> bend_density(const std::vector<PointEvidence>& points,
+                                 const CurveBasis& reference, FitLoss loss) {
+  const SplineTables tables = tabulate(reference);
+  const auto spline = view(tables);
+  const double range = reference.knots_m.back(), h = range / kGrid;
+  const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
+  std::vector<double> density(kGrid, 0.0);
+  for (const PointEvidence& point : points) {
+    const Eigen::VectorXd b =
+        controls_of(fit_increments(spline, point.rows, lower, faint_smoothness(reference), loss));
+    for (int i = 0; i < kGrid; ++i) {
+      const double bend = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
+                          runtime::curve_slope(spline, b.data(), i * h);
+      density[static_cast<std::size_t>(i)] += std::sqrt(std::abs(bend) * range / point.largest);
+    }
+  }
+  return density;
+}
+
+// Knots at equal shares of the density, mixed with an even one.
+CurveBasis curvature_basis(int degree, int pieces, double range,
+                           const std::vector<double>& density) {
+  double total = 0;
+  for (const double d : density) total += d;
+  std::vector<double> share(kGrid + 1, 0.0);
+  for (int i = 0; i < kGrid; ++i) {
+    const double bend = total > 0 ? density[static_cast<std::size_t>(i)] / total : 1.0 / kGrid;
+    share[static_cast<std::size_t>(i) + 1] =
+        share[static_cast<std::size_t>(i)] + kCurvatureShare * bend + (1 - kCurvatureShare) / kGrid;
+  }
+  CurveBasis basis{degree, {0.0}};
+  int cell = 0;
+  for (int k = 1; k < pieces; ++k) {
+    const double wanted = share.back() * k / pieces;
+    while (share[static_cast<std::size_t>(cell) + 1] < wanted) ++cell;
+    const double lo = share[static_cast<std::size_t>(cell)];
+    const double hi = share[static_cast<std::size_t>(cell) + 1];
+    basis.knots_m.push_back(range * (cell + (wanted - lo) / (hi - lo)) / kGrid);
+  }
+  basis.knots_m.push_back(range);
+  return basis;
+}
+
+// Bases of one kind for any number of pieces.
+class Placement {
+ public:
+  Placement(const std::vector<PointEvidence>& points, const CurveBasis& normal, double range,
+            int most, const FitOptions& options)
+      : points_(points),
+        normal_(normal),
+        range_(range),
+        options_(options),
+        reference_(even_basis(options.degree, std::min(most, 8), range)),
+        density_(bend_density(points, reference_, options.loss)) {}
+
+  /// The better of two placements by rule or, where neither meets the tolerance and they pay,
+  /// knots identified from the rows.
+  Candidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
+    const CurveBasis even = even_basis(options_.degree, pieces, range_);
+    Candidate best = judge(points_, normal_, even, KnotPlacement::even, options_.loss);
+    evidence.push_back(best.evidence);
+    if (pieces == 1) return best;
+    const CurveBasis bent = curvature_basis(options_.degree, pieces, range_, density_);
+    Candidate other = judge(points_, normal_, bent, KnotPlacement::curvature, options_.loss);
+    evidence.push_back(other.evidence);
+    if (other.mean_square < best.mean_square) best = std::move(other);
+    if (meets(best, options_.tolerance)) return best;
+    auto identified =
+        identified_candidate(points_, normal_, {even, bent}, reference_, options_.loss);
+    if (!identified) return best;
+    evidence.push_back(identified->evidence);
+    return is_clearly_better(*identified, best) ? std::move(*identified) : best;
+  }
+
+ private:
+  const std::vector<PointEvidence>& points_;
+  const CurveBasis& normal_;
+  double range_;
+  const FitOptions& options_;
+  CurveBasis reference_;
+  std::vector<double> density_;
+};
+
+// The first candidate within the tolerance, or else as good as the best, where more pieces do not
+// lower what neighbouring rows are off together.
+std::size_t fewest(const std::vector<Candidate>& candidates, std::size_t best, double tolerance) {
+  if (meets(candidates.back(), tolerance)) best = candidates.size() - 1;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].evidence.heldout_error <= tolerance &&
+        is_as_good_locally(candidates[i], candidates[best], tolerance))
+      return i;
+  for (std::size_t i = 0; i < best; ++i)
+    if (is_as_good(candidates[i], candidates[best], tolerance)) return i;
+  return best;
+}
+
+std::string reason_for(const Candidate& chosen, bool is_wanted, double tolerance) {
+  const BasisEvidence& evidence = chosen.evidence;
+  const std::string held_out = "held-out error of " + percent(evidence.heldout_error);
+  std::string reason;
+  if (is_wanted)
+    reason = "pieces as asked, the best placement of their knots";
+  else if (meets(chosen, tolerance))
+    reason = "fewest pieces whose " + held_out + " meets the tolerance";
+  else if (evidence.heldout_error <= tolerance)
+    reason = held_out + " meets the tolerance; what neighbouring rows are off together, up to " +
+             percent(evidence.local_error) + ", more pieces hardly lower";
+  else
+    reason = held_out +
+             " is above the tolerance, but more pieces hardly lower it: rows scatter, or the force "
+             "depends on more than this deflection";
+  if (evidence.placement == KnotPlacement::identified) reason += "; knots identified from the rows";
+  return reason;
+}
+
+// The basis of one kind from its rows at the points that can hold some out.
+BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& normal, int wanted,
+                   double range, const FitOptions& options) {
+  BasisReport report;
+  report.points = static_cast<int>(points.size());
+  std::vector<double> groups;
+  for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
+  const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
+  const int most = std::clamp(parameters - options.degree + 1, 1, options.max_pieces);
+  const Placement placement(points, normal, range, most, options);
+
+  std::vector<Candidate> candidates;  // the best placement for each number of pieces
+  std::size_t best = 0;
+  for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
+       pieces += pieces < 6 ? 1 : 2) {
+    candidates.push_back(placement.best(pieces, report.evidence));
+    if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
+    if (wanted > 0 || meets(candidates.back(), options.tolerance)) break;
+    if (candidates.size() > best + 4) break;  // four in a row that do not help
+  }
+
+  const std::size_t chosen = fewest(candidates, best, options.tolerance);
+  report.basis = candidates[chosen].basis;
+  report.heldout_error = candidates[chosen].evidence.heldout_error;
+  report.reason = reason_for(candidates[chosen], wanted > 0, options.tolerance);
+  return report;
+}
+
+std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, double range,
+                                        const CurveBasis& normal, FitLoss loss) {
+  std::vector<std::size_t> able;
+  for (std::size_t p = 0; p < rows.size(); ++p)
+    if (group_by_abscissa(rows[p].curve[static_cast<std::size_t>(kind)], range,
+                          kind == 2 ? kSameDepth : kSameAbscissa) >= kFewestGroups)
+      able.push_back(p);
+  std::vector<PointEvidence> out;
+  for (const std::size_t p : evenly(able, kMaxPoints)) {
+    PointEvidence point{unit_weights(rows[p].curve[static_cast<std::size_t>(kind)]), 0, 0, {}};
+    for (const CurveRow& row : point.rows) point.largest = std::max(point.largest, row.f);
+    if (!(point.largest > 0)) continue;
+    if (kind == static_cast<int>(CurveKind::limit)) {
+      const SplineTables tables = tabulate(normal);
+      point.normal =
+          fit_increments(view(tables), unit_weights(rows[p].curve[0]),
+                         Eigen::VectorXd::Zero(normal.size() - 1), faint_smoothness(normal), loss);
+      std::vector<double> ratios;
+      for (const CurveRow& row : point.rows) {
+        const double f = increment_weights(view(tables), row.x).dot(point.normal);
+        if (f > 0) ratios.push_back(row.f / f);
+      }
+      point.friction = median(ratios);
+    }
+    out.push_back(std::move(point));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
+                                                  std::vector<PointRows>& rows,
+                                                  const FitOptions& options) {
+  double reach = 0;
+  for (const PointRows& point : rows) reach = std::max(reach, point.lateral_reach);
+  const std::array<double, kCurveKinds> range{1.0, reach > 0 ? reach : 1.0, 1.0};
+
+  std::array<BasisReport, kCurveKinds> reports;
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    const auto k = static_cast<std::size_t>(kind);
+    BasisReport& report = reports[k];
+    const int wanted = options.pieces[k];
+    if (!options.knots_m[k].empty()) {
+      report.basis = {options.degree, options.knots_m[k]};
+      for (double& knot : report.basis.knots_m) knot /= body.length_m;
+      report.reason = "knots as given";
+      for (PointRows& point : rows) group_by_abscissa(point.curve[k], range[k], kSameAbscissa);
+      continue;
+    }
+    const CurveBasis& normal = reports[0].basis;
+    const auto points = evidence_for(kind, rows, range[k], normal, options.loss);
+    if (!points.empty()) {
+      report = search(points, normal, wanted, range[k], options);
+    } else if (kind == static_cast<int>(CurveKind::limit) && wanted == 0) {
+      report.basis = normal;
+      report.reason = "too few depths with slip to hold any out: knots of the normal curve";
+    } else {
+      report.basis = even_basis(options.degree, wanted > 0 ? wanted : 1, range[k]);
+      report.reason = wanted > 0 ? "pieces as asked, even for want of rows to hold out"
+                                 : "too few rows to hold any out: one piece";
+    }
+  }
+  return reports;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,169 @@
+#include "libfit/fit/point/covariance.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace palpate::fit {
+namespace {
+
+constexpr int kDraws = 64;              // pairs of opposite sign: 6 % of a deviation
+constexpr double kReach = 3;            // deviations within which a bound matters
+constexpr double kMinDeviation = 1e-6;  // of a weighted residual: exact rows have no noise
+constexpr double kMaxCorrelation = 0.95;
+
+// Rows of one noise: forces along the normal, or across it. A rig with one axis has no noise
+// across.
+struct Groups {
+  Eigen::VectorXd residual;  // rotated: per row normal, then two lateral
+  Eigen::MatrixXd rows;
+  std::vector<int> group;  // of each scalar row; -1 where it has no weight
+};
+
+Groups rotate(const PointData& point, const PointCurves& curves, const Linearised& linear) {
+  const auto tangents = tangents_of(point.inward);
+  Mat3 frame;
+  frame << point.inward.transpose(), tangents[0].transpose(), tangents[1].transpose();
+  Groups out{linear.residual, linear.rows, {}};
+  Eigen::Index at = 0;
+  for (std::size_t e = 0; e < point.experiments.size(); ++e)
+    for (const double weight : curves.weight[e]) {
+      out.residual.segment<3>(at) = frame * linear.residual.segment<3>(at);
+      out.rows.middleRows<3>(at) = frame * linear.rows.middleRows<3>(at);
+      for (const int group : {0, 1, 1}) out.group.push_back(weight > 0 ? group : -1);
+      at += 3;
+    }
+  return out;
+}
+
+// psi and psi' of the loss at a standardised residual.
+std::array<double, 2> influence(FitLoss loss, double z) {
+  const double size = std::abs(z);
+  if (loss == FitLoss::huber && size > kHuberKnee) return {std::copysign(kHuberKnee, z), 0};
+  if (loss == FitLoss::cauchy) {
+    const double q = z * z / (kCauchyKnee * kCauchyKnee);
+    return {z / (1 + q), (1 - q) / ((1 + q) * (1 + q))};
+  }
+  return {z, 1};
+}
+
+// Correlation of neighbouring residuals along the experiments; 0 where it is not significant.
+double correlation(const PointData& point, const Groups& g, const std::array<double, 2>& sigma,
+                   double parameters) {
+  double product = 0, square = 0, rows = 0;
+  Eigen::Index at = 0;
+  for (const Experiment& e : point.experiments) {
+    for (std::size_t i = 0; i < e.row.size(); ++i, at += 3) {
+      if (g.group[static_cast<std::size_t>(at)] < 0) continue;
+      const double z = std::clamp(g.residual[at] / sigma[0], -3.0, 3.0);
+      square += z * z, ++rows;
+      if (i == 0 || g.group[static_cast<std::size_t>(at - 3)] < 0) continue;
+      product += z * std::clamp(g.residual[at - 3] / sigma[0], -3.0, 3.0);
+    }
+  }
+  if (!(square > 0)) return 0;
+  const double r = product / square + parameters / rows;  // fitting takes that much out
+  return r > 2 / std::sqrt(rows) ? std::min(r, kMaxCorrelation) : 0;
+}
+
+struct Solved {
+  Eigen::MatrixXd covariance;
+  double freedom = 0;
+};
+
+Solved solve(const PointData& point, const PointCurves& curves, const Linearised& linear,
+             FitLoss loss) {
+  const Groups g = rotate(point, curves, linear);
+  const Eigen::Index n = linear.rows.cols();
+  // Priors were weighed against residuals of this deviation.
+  const double prior_sigma =
+      std::max(curves.noise * root_mean_square_weight(curves), kMinDeviation);
+  const Eigen::MatrixXd prior =
+      linear.prior.transpose() * linear.prior / (prior_sigma * prior_sigma);
+  std::array<double, 2> sigma{prior_sigma, prior_sigma};
+  Solved out;
+  double used = 0;
+  for (int round = 0; round < 4; ++round) {
+    Eigen::MatrixXd information = prior;
+    for (Eigen::Index i = 0; i < g.rows.rows(); ++i)
+      if (const int k = g.group[static_cast<std::size_t>(i)]; k >= 0)
+        information += g.rows.row(i).transpose() * g.rows.row(i) / (sigma[k] * sigma[k]);
+    const Eigen::LLT<Eigen::MatrixXd> factor(information);
+    out.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
+    std::array<double, 2> square{}, slope{}, rows{}, leverage{};
+    for (Eigen::Index i = 0; i < g.rows.rows(); ++i) {
+      const int k = g.group[static_cast<std::size_t>(i)];
+      if (k < 0) continue;
+      const auto psi = influence(loss, g.residual[i] / sigma[k]);
+      square[k] += std::pow(psi[0] * sigma[k], 2), slope[k] += psi[1], ++rows[k];
+      leverage[k] +=
+          g.rows.row(i).dot(out.covariance * g.rows.row(i).transpose()) / (sigma[k] * sigma[k]);
+    }
+    out.freedom = 0, used = leverage[0];
+    for (int k = 0; k < 2; ++k) {
+      const double free = std::max(rows[k] - leverage[k], 1.0);
+      const double share = std::max(slope[k] / std::max(rows[k], 1.0), 0.1);
+      sigma[k] = std::max(std::sqrt(square[k] / free) / share, kMinDeviation);
+      out.freedom += sigma[k] > kMinDeviation ? free : 0;
+    }
+  }
+  const double r = correlation(point, g, sigma, used);
+  out.covariance *= (1 + r) / (1 - r);
+  return out;
+}
+
+}  // namespace
+
+Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance,
+                                const Eigen::VectorXd& lower) {
+  const Eigen::VectorXd deviation = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  if ((x - lower - kReach * deviation).minCoeff() >= 0) return covariance;
+  const Eigen::Index n = x.size();
+  const double jitter = 1e-12 * covariance.diagonal().maxCoeff();
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance + jitter * Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd L = factor.matrixL();
+  const Eigen::MatrixXd whiten =
+      L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n));
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd z(n);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    for (double& v : z) v = normal(random);
+    for (const double sign : {1.0, -1.0}) {
+      const Eigen::VectorXd off = bounded_least_squares(whiten, whiten * x + sign * z, lower) - x;
+      moments += off * off.transpose() / (2.0 * kDraws);
+    }
+  }
+  return moments;
+}
+
+PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves,
+                           FitLoss loss) {
+  PointCovariance out;
+  out.sensor.resize(point.experiments.size());
+  if (pack(curves, point).size() == 0) return out;
+  const Linearised linear = linearise(point, bases, curves);
+  const Solved solved = solve(point, curves, linear, loss);
+  if (!solved.covariance.allFinite()) return out;
+  out.freedom = solved.freedom;
+  Eigen::Index at = 0;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Eigen::Index n = curves.increments[kind].size();
+    out.increments[kind] = bounded_moments(
+        curves.increments[kind], solved.covariance.block(at, at, n, n), curves.lower[kind]);
+    at += n;
+  }
+  at += curves.lean.size() + curves.anisotropy.size();
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    double* const parts[] = {&out.sensor[e].contact, &out.sensor[e].bias, &out.sensor[e].drift};
+    for (std::size_t k = 0; k < 3; ++k)
+      if (as_array(point.experiments[e].unknown)[k] > 0)
+        *parts[k] = std::sqrt(solved.covariance(at, at)), ++at;
+  }
+  return out;
+}
+
+}  // namespace palpate::fit

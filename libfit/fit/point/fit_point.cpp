@@ -1,0 +1,95 @@
+#include "libfit/fit/point/fit_point.hpp"
+
+#include <limits>
+
+#include "libfit/fit/basis/basis_bias.hpp"
+#include "libfit/fit/point/covariance.hpp"
+#include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/point/solve_point.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/fit/words.hpp"
+
+namespace palpate::fit {
+namespace {
+
+Sensor in_si(const Sensor& s, double length_m, double force_N) {
+  return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
+}
+
+// Bands and sensors of a point in SI.
+void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBases& bases,
+                     const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
+                     PointResult& result) {
+  const PointCovariance found = covariance(point, plain, curves, loss);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (found.increments[kind].size() == 0) continue;
+    const double bias = basis_inflation(bases.plain[kind], unit_weights(rows.curve[kind]),
+                                        found.increments[kind], loss);
+    result.covariance[kind] =
+        pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
+  }
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    result.sensor.push_back(in_si(curves.sensor[e], length_m, point.force_N));
+    result.sensor_deviation.push_back(in_si(found.sensor[e], length_m, point.force_N));
+  }
+}
+
+}  // namespace
+
+PointResult no_curves(const BodyBases& bases, const std::string& why) {
+  PointResult result;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
+    result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
+                                                        std::numeric_limits<double>::quiet_NaN());
+  }
+  if (!bases.lean_si.knots_m.empty())
+    result.lean_m = Eigen::VectorXd::Zero(3 * bases.lean_si.size());
+  if (bases.is_anisotropic) result.anisotropy = Eigen::VectorXd::Zero(runtime::kTensorSize);
+  result.message = why;
+  return result;
+}
+
+PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
+                     const Bases& plain, const FitOptions& options) {
+  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain, bases.is_coupled,
+                                    bases.is_anisotropic, options);
+  if (!curves.problem.empty()) return curves;
+  solve_point(point, plain, options, curves);
+  if (!curves.is_identified[2])  // made up from f^z, which may have moved
+    curves.increments[2] =
+        transfer(bases.plain[0], curves.increments[0], bases.plain[2], curves.friction);
+  return curves;
+}
+
+PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
+                      double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
+                      const FitOptions& options) {
+  PointResult result = no_curves(bases, point.problem);
+  if (!point.problem.empty()) return result;
+  PointCurves curves = identify(point, rows, bases, plain, options);
+  result.message = curves.problem;
+  if (!curves.problem.empty()) return result;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
+  result.lean_m = stored_lean(point.inward, curves.lean, length_m);
+  result.anisotropy = stored_anisotropy(point.inward, curves.anisotropy);
+
+  add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
+  result.score = score_point(samples, point, length_m, si, result.control, result.lean_m,
+                             result.anisotropy, result.sensor);
+  result.is_scored = true;
+  if (curves.is_identified[2] && result.score.slipped_rows == 0)
+    add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
+  result.message = curves.message;
+  result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
+  if (result.score.relative > options.poor_above) {
+    if (result.status == FitStatus::good) result.status = FitStatus::poor;
+    add_sentence(result.message, "residual is " + percent(result.score.relative) +
+                                     " of the force, worst in experiment " +
+                                     std::to_string(result.score.worst_experiment));
+  }
+  return result;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,300 @@
+#include "libfit/fit/point/point_problem.hpp"
+
+#include <ceres/ceres.h>
+
+#include <cmath>
+
+namespace palpate::fit {
+namespace {
+
+constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
+constexpr double kWidestLean = 3;    // of the deepest row; what no body does; of an anisotropy's
+                                     // numbers, 95 % of what there can be
+constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
+
+// strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
+struct FaintResidual {
+  const Faint* faint;
+  Eigen::Index offset;
+  double weight;
+
+  template <class T>
+  bool operator()(const T* const* parameters, T* residual) const {
+    const double strength = weight * faint->strength;
+    for (Eigen::Index i = 0; i < faint->matrix.rows(); ++i) {
+      residual[i] = T(-strength * faint->target[i]);
+      for (Eigen::Index j = 0; j < faint->matrix.cols(); ++j)
+        if (faint->matrix(i, j) != 0)
+          residual[i] += strength * faint->matrix(i, j) * parameters[0][offset + j];
+    }
+    return true;
+  }
+};
+
+// Each parameter of a slice times its strength: it is 0, as far as is known.
+struct FaintZero {
+  Eigen::Index offset;
+  std::vector<double> strength;
+
+  template <class T>
+  bool operator()(const T* const* parameters, T* residual) const {
+    for (std::size_t j = 0; j < strength.size(); ++j)
+      residual[j] = strength[j] * parameters[0][offset + static_cast<Eigen::Index>(j)];
+    return true;
+  }
+};
+
+template <class Functor>
+ceres::CostFunction* automatic(Functor* functor, Eigen::Index parameters, Eigen::Index residuals,
+                               Eigen::Index more = 0) {
+  auto* cost = new ceres::DynamicAutoDiffCostFunction<Functor, kJetWidth>(functor);
+  cost->AddParameterBlock(static_cast<int>(parameters));
+  if (more > 0) cost->AddParameterBlock(static_cast<int>(more));
+  cost->SetNumResiduals(static_cast<int>(residuals));
+  return cost;
+}
+
+Eigen::VectorXd pack(const PointCurves& curves,
+                     const std::array<Eigen::VectorXd, kCurveKinds>& values,
+                     const Eigen::VectorXd& free) {
+  Eigen::VectorXd packed(0);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Eigen::Index old = packed.size();
+    packed.conservativeResize(old + values[kind].size());
+    packed.tail(values[kind].size()) = values[kind];
+  }
+  packed.conservativeResize(packed.size() + free.size());
+  packed.tail(free.size()) = free;
+  return packed;
+}
+
+std::vector<double> pack_sensor(const Sensor& values, const Sensor& unknown) {
+  std::vector<double> packed;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (as_array(unknown)[k] > 0) packed.push_back(as_array(values)[k]);
+  return packed;
+}
+
+Sensor unpack_sensor(const std::vector<double>& packed, const Sensor& unknown) {
+  std::array<double, 3> values{};
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (as_array(unknown)[k] > 0) values[k] = packed[at++];
+  return {values[0], values[1], values[2]};
+}
+
+// What is optimized, and the problem over it.
+struct Parameters {
+  Eigen::VectorXd curves;
+  std::vector<std::vector<double>> sensor;  // of each experiment, empty where all is known
+};
+
+Parameters parameters_of(const PointData& point, const PointCurves& curves) {
+  Eigen::VectorXd free(curves.lean.size() + curves.anisotropy.size());
+  free << curves.lean, curves.anisotropy;
+  Parameters out{pack(curves, curves.increments, free), {}};
+  for (std::size_t e = 0; e < point.experiments.size(); ++e)
+    out.sensor.push_back(pack_sensor(curves.sensor[e], point.experiments[e].unknown));
+  return out;
+}
+
+void store(const Parameters& parameters, const PointData& point, PointCurves& curves) {
+  Eigen::Index at = 0;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Eigen::Index n = curves.increments[kind].size();
+    curves.increments[kind] = parameters.curves.segment(at, n).cwiseMax(curves.lower[kind]);
+    at += n;
+  }
+  curves.lean = parameters.curves.segment(at, curves.lean.size());
+  curves.anisotropy = parameters.curves.tail(curves.anisotropy.size());
+  for (std::size_t e = 0; e < point.experiments.size(); ++e)
+    curves.sensor[e] = unpack_sensor(parameters.sensor[e], point.experiments[e].unknown);
+}
+
+ReplayResidual residual_of(const PointData& point, const Bases& bases, std::size_t experiment,
+                           const PointCurves& curves) {
+  return {&bases,
+          quadric_of(point.inward, point.normal_gradient),
+          &point.experiments[experiment],
+          curves.is_identified,
+          curves.increments,
+          FitLoss::squared,
+          1,
+          tangents_of(point.inward),
+          &curves.weight[experiment]};
+}
+
+void add_experiments(const PointData& point, const Bases& bases, const PointCurves& curves,
+                     FitLoss loss, double scale, Parameters& parameters, ceres::Problem& problem,
+                     std::vector<ceres::ResidualBlockId>& blocks) {
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
+    residual->loss = loss;
+    residual->loss_scale = scale;
+    std::vector<double>& sensor = parameters.sensor[e];
+    std::vector<double*> used{parameters.curves.data()};
+    if (!sensor.empty()) used.push_back(sensor.data());
+    blocks.push_back(problem.AddResidualBlock(
+        automatic(residual, parameters.curves.size(),
+                  static_cast<Eigen::Index>(3 * point.experiments[e].row.size()),
+                  static_cast<Eigen::Index>(sensor.size())),
+        nullptr, used));
+  }
+}
+
+// Faint knowledge. noise: of a weighted residual, to which the sensor's deviations compare.
+void add_priors(const PointData& point, const PointCurves& curves, double noise,
+                Parameters& parameters, ceres::Problem& problem,
+                std::vector<ceres::ResidualBlockId>& blocks) {
+  const double weight = root_mean_square_weight(curves);
+  const Eigen::Index all = parameters.curves.size();
+  double* block = parameters.curves.data();
+  Eigen::Index offset = 0;
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    if (!curves.is_identified[kind]) continue;
+    const Faint& faint = curves.faint[kind];
+    blocks.push_back(problem.AddResidualBlock(
+        automatic(new FaintResidual{&faint, offset, weight}, all, faint.matrix.rows()), nullptr,
+        block));
+    offset += curves.increments[kind].size();
+  }
+  if (const Eigen::Index count = all - offset; count > 0)
+    blocks.push_back(problem.AddResidualBlock(
+        automatic(new FaintZero{offset, std::vector<double>(static_cast<std::size_t>(count),
+                                                            weight * curves.lean_strength)},
+                  all, count),
+        nullptr, block));
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    const Sensor& unknown = point.experiments[e].unknown;
+    std::vector<double> strength = pack_sensor(unknown, unknown);
+    if (strength.empty()) continue;
+    for (double& s : strength) s = noise / s;
+    const auto count = static_cast<Eigen::Index>(strength.size());
+    blocks.push_back(
+        problem.AddResidualBlock(automatic(new FaintZero{0, std::move(strength)}, count, count),
+                                 nullptr, parameters.sensor[e].data()));
+  }
+}
+
+void add_bounds(const PointData& point, const PointCurves& curves, Parameters& parameters,
+                ceres::Problem& problem) {
+  double* block = parameters.curves.data();
+  const Eigen::Index free = curves.lean.size() + curves.anisotropy.size();  // may be negative
+  const Eigen::VectorXd lower =
+      pack(curves, curves.lower, Eigen::VectorXd::Constant(free, -kWidestLean));
+  if (lower.size() > 0) problem.AddParameterBlock(block, static_cast<int>(lower.size()));
+  for (Eigen::Index j = 0; j < lower.size(); ++j)
+    problem.SetParameterLowerBound(block, static_cast<int>(j), lower[j]);
+  for (Eigen::Index j = lower.size() - free; j < lower.size(); ++j)
+    problem.SetParameterUpperBound(block, static_cast<int>(j), kWidestLean);
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    std::vector<double>& sensor = parameters.sensor[e];
+    const Sensor& unknown = point.experiments[e].unknown;
+    const std::vector<double> deviation = pack_sensor(unknown, unknown);
+    if (sensor.empty()) continue;
+    problem.AddParameterBlock(sensor.data(), static_cast<int>(sensor.size()));
+    for (std::size_t k = 0; k < sensor.size(); ++k) {
+      problem.SetParameterLowerBound(sensor.data(), static_cast<int>(k),
+                                     -kWidestSensor * deviation[k]);
+      problem.SetParameterUpperBound(sensor.data(), static_cast<int>(k),
+                                     kWidestSensor * deviation[k]);
+    }
+  }
+}
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options options;
+  options.num_threads = 1;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.dense_linear_algebra_library_type = ceres::EIGEN;  // no BLAS threads, same bits anywhere
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-13;
+  options.parameter_tolerance = 1e-11;
+  options.gradient_tolerance = 1e-14;
+  return options;
+}
+
+// Residuals and Jacobian of some blocks, parameters in the order of `parameters`.
+Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
+                         std::vector<ceres::ResidualBlockId> blocks,
+                         std::vector<double>* residual) {
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = std::move(blocks);
+  options.parameter_blocks.push_back(parameters.curves.data());
+  for (std::vector<double>& sensor : parameters.sensor)
+    if (!sensor.empty()) options.parameter_blocks.push_back(sensor.data());
+  ceres::CRSMatrix sparse;
+  problem.Evaluate(options, nullptr, residual, nullptr, &sparse);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int i = 0; i < sparse.num_rows; ++i)
+    for (int k = sparse.rows[static_cast<std::size_t>(i)];
+         k < sparse.rows[static_cast<std::size_t>(i) + 1]; ++k)
+      dense(i, sparse.cols[static_cast<std::size_t>(k)]) =
+          sparse.values[static_cast<std::size_t>(k)];
+  return dense;
+}
+
+}  // namespace
+
+Eigen::VectorXd pack(const PointCurves& curves, const PointData& point) {
+  const Parameters parameters = parameters_of(point, curves);
+  std::vector<double> all(parameters.curves.begin(), parameters.curves.end());
+  for (const auto& sensor : parameters.sensor) all.insert(all.end(), sensor.begin(), sensor.end());
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+double residual_scale(const PointData& point, const Bases& bases, const PointCurves& curves) {
+  const Parameters parameters = parameters_of(point, curves);
+  std::vector<double> sizes, residual;
+  for (std::size_t e = 0; e < point.experiments.size(); ++e) {
+    const double* blocks[] = {parameters.curves.data(), parameters.sensor[e].data()};
+    residual.resize(3 * point.experiments[e].row.size());
+    residual_of(point, bases, e, curves)(blocks, residual.data());
+    for (std::size_t i = 0; i < point.experiments[e].row.size(); ++i)
+      if (curves.weight[e][i] > 0)  // rows held out have none
+        sizes.push_back(std::hypot(residual[3 * i], residual[3 * i + 1], residual[3 * i + 2]));
+  }
+  return robust_deviation(std::move(sizes));
+}
+
+double root_mean_square_weight(const PointCurves& curves) {
+  double sum = 0, rows = 0;
+  for (const auto& weights : curves.weight)
+    for (const double w : weights) sum += w * w, rows += w > 0;
+  return std::sqrt(sum / rows);
+}
+
+void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
+            PointCurves& curves, int max_iterations) {
+  Parameters parameters = parameters_of(point, curves);
+  ceres::Problem problem;
+  std::vector<ceres::ResidualBlockId> blocks;
+  add_bounds(point, curves, parameters, problem);
+  add_experiments(point, bases, curves, loss, scale, parameters, problem, blocks);
+  add_priors(point, curves, scale, parameters, problem, blocks);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver_options(max_iterations), &problem, &summary);
+  if (!summary.IsSolutionUsable() || !parameters.curves.allFinite()) return;
+  if (!(summary.final_cost <= summary.initial_cost)) return;
+  store(parameters, point, curves);
+}
+
+Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves) {
+  Parameters parameters = parameters_of(point, curves);
+  ceres::Problem problem;
+  std::vector<ceres::ResidualBlockId> rows, priors;
+  add_experiments(point, bases, curves, FitLoss::squared, 1, parameters, problem, rows);
+  add_priors(point, curves, curves.scale, parameters, problem, priors);
+  std::vector<double> residual;
+  Linearised out;
+  out.rows = evaluate(problem, parameters, std::move(rows), &residual);
+  out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(),
+                                                   static_cast<Eigen::Index>(residual.size()));
+  out.prior = evaluate(problem, parameters, std::move(priors), nullptr);
+  return out;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,191 @@
+#include "libfit/fit/point/start_values.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "libfit/fit/words.hpp"
+#include "libfit/runtime/response.hpp"
+
+namespace palpate::fit {
+namespace {
+
+// Smallest slope of f^r, of its mean slope: strictly increasing through rounding to float32 (6e-8),
+// and a slip's root always exists.
+constexpr double kLateralSlopeFloor = 1e-4;
+constexpr double kHoldMargin = 1.05;  // a limit made up exceeds every lateral force seen by 5 %
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+// Slope of the straight line through zero nearest to the rows.
+double line_slope(const std::vector<CurveRow>& rows) {
+  double cross = 0, square = 0;
+  for (const CurveRow& row : rows) {
+    cross += row.weight * row.weight * row.x * row.f;
+    square += row.weight * row.weight * row.x * row.x;
+  }
+  return square > 0 ? cross / square : 0;
+}
+
+int count_groups(const std::vector<CurveRow>& rows) {
+  return rows.empty() ? 0 : rows.back().group + 1;  // sorted by choose_bases
+}
+
+void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptions& options,
+                  PointCurves& out) {
+  const auto& data = rows.curve[0];
+  out.lower[0] = Eigen::VectorXd::Zero(basis.size() - 1);
+  const double slope = line_slope(data);
+  if (!(slope > 0)) {
+    out.problem = "no row with the probe in the body and a force into it";
+    return;
+  }
+  if (data.size() <= 2 || count_groups(data) < 2) {
+    out.increments[0] = slope * greville_steps(basis);
+    add_sentence(out.message, (data.size() <= 2 ? std::to_string(data.size()) + " row(s) in contact"
+                                                : "all rows at one depth") +
+                                  ": the normal curve is a straight line");
+    return;
+  }
+  const SplineTables tables = tabulate(basis);
+  out.faint[0] = faint_smoothness(basis);
+  out.increments[0] =
+      fit_increments(view(tables), unit_weights(data), out.lower[0], out.faint[0], options.loss);
+  out.is_identified[0] = true;
+  if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
+}
+
+double value(const CurveBasis& basis, const Eigen::VectorXd& increments, double x) {
+  const SplineTables tables = tabulate(basis);
+  return increment_weights(view(tables), x).dot(increments);
+}
+
+void start_lateral(const PointData& point, const PointRows& rows, const CurveBasis& normal,
+                   const CurveBasis& basis, const FitOptions& options, PointCurves& out) {
+  const auto& data = rows.curve[1];
+  double slope = line_slope(data);
+  if (data.empty() || !(slope > 0)) {
+    slope =
+        options.default_lateral_ratio * value(normal, out.increments[0], point.depth) / point.depth;
+    std::string sentence = "the lateral curve is a line of " +
+                           number(options.default_lateral_ratio) +
+                           " of the normal stiffness at full depth";
+    if (rows.slipping_drags > 0 && rows.lateral_reach > 0) {
+      double limit = 0;  // every slipping row must go on slipping
+      for (const CurveRow& row : rows.curve[2]) limit = std::max(limit, row.f);
+      if (slope * rows.lateral_reach < kHoldMargin * limit) {
+        slope = kHoldMargin * limit / rows.lateral_reach;
+        sentence = "the lateral curve is the softest line on which all of them slip";
+      }
+      add_sentence(out.message, "no row sticks: " + sentence);
+    } else {
+      add_sentence(out.message, (rows.drags == 0 ? "no drags: " : "no lateral force: ") + sentence);
+    }
+    out.increments[1] = slope * greville_steps(basis);
+    out.lower[1] = kLateralSlopeFloor * out.increments[1];
+    return;
+  }
+  out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
+  const SplineTables tables = tabulate(basis);
+  out.faint[1] = faint_smoothness(basis);
+  out.increments[1] =
+      fit_increments(view(tables), unit_weights(data), out.lower[1], out.faint[1], options.loss);
+  out.is_identified[1] = true;
+  if (data.size() <= 2)
+    add_sentence(out.message,
+                 std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
+}
+
+void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBasis& basis,
+                 const FitOptions& options, PointCurves& out) {
+  const auto& data = rows.curve[2];
+  out.lower[2] = Eigen::VectorXd::Zero(basis.size() - 1);
+  std::vector<double> ratios;
+  for (const CurveRow& row : data) {
+    const double f = value(normal, out.increments[0], row.x);
+    if (f > 0) ratios.push_back(row.f / f);
+  }
+  out.friction = median(ratios);
+  if (!(out.friction > 0)) {
+    out.friction = std::max(options.default_friction, kHoldMargin * rows.largest_friction);
+    out.increments[2] = transfer(normal, out.increments[0], basis, out.friction);
+    add_sentence(out.message,
+                 (rows.drags == 0 ? "no drags: the limit is " : "no row slips: the limit is ") +
+                     number(out.friction) + " of the normal force" +
+                     (out.friction > options.default_friction ? ", just above what held" : ""));
+    return;
+  }
+  out.faint[2] = faint_pull(transfer(normal, out.increments[0], basis, out.friction));
+  const SplineTables tables = tabulate(basis);
+  out.increments[2] =
+      fit_increments(view(tables), unit_weights(data), out.lower[2], out.faint[2], options.loss);
+  out.is_identified[2] = true;
+}
+
+// Lateral deflection at which the lateral curve has this force; at most `most`.
+double deflection_at(const SplineTables& tables, const Eigen::VectorXd& increments, double force,
+                     double most) {
+  const runtime::SplineView spline = view(tables);
+  const Eigen::VectorXd control = controls_of(increments);
+  double low = 0, high = most;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (runtime::curve_value(spline, control.data(), middle) < force ? low : high) = middle;
+  }
+  return high;
+}
+
+// The lean that gives presses the lateral force they have, by linear least squares.
+void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBasis& basis,
+                double coupling_depth, PointCurves& out) {
+  const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
+  const auto tangents = tangents_of(point.inward);
+  const Eigen::Index n = basis.size() - 1;
+  Eigen::MatrixXd normal = kFaint * Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 2);
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double depth = depth_of(point, e.deflection[i]);
+      const Vec3 force = lateral_of(point, e.force[i]);
+      if (!(depth > 0 && force.norm() > 0)) continue;
+      const double gain = coupling_depth > 0 ? runtime::gain_at(coupling_depth, depth).value : 1.0;
+      const double away =
+          deflection_at(lateral_tables, out.increments[1], force.norm() / gain, depth);
+      // d l / d control values, from those by increments.
+      const Eigen::VectorXd by_increment = increment_weights(view(tables), depth);
+      Eigen::VectorXd w = by_increment;
+      w.head(n - 1) -= by_increment.tail(n - 1);
+      normal += w * w.transpose();
+      for (int k = 0; k < 2; ++k)
+        right.col(k) -= w * (away / force.norm() * force.dot(tangents[k]));
+    }
+  }
+  const Eigen::MatrixXd components = normal.ldlt().solve(right);
+  out.lean.resize(2 * n);
+  for (Eigen::Index j = 0; j < n; ++j) out.lean.segment<2>(2 * j) = components.row(j);
+}
+
+}  // namespace
+
+PointCurves start_values(const PointData& point, const PointRows& rows,
+                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
+                         bool is_coupled, bool is_anisotropic, const FitOptions& options) {
+  PointCurves out;
+  if (is_anisotropic) out.anisotropy.setZero(2);
+  out.sensor.resize(point.experiments.size());
+  start_normal(rows, bases[0], options, out);
+  if (!out.problem.empty()) return out;
+  start_lateral(point, rows, bases[0], bases[1], options, out);
+  start_limit(rows, bases[0], bases[2], options, out);
+  if (!lean.knots_m.empty())
+    start_lean(point, bases[1], lean, is_coupled ? bases[0].knots_m.back() : 0, out);
+  return out;
+}
+
+}  // namespace palpate::fit

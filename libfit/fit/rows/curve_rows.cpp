@@ -1,0 +1,172 @@
+#include "libfit/fit/rows/curve_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "libfit/runtime/response.hpp"
+
+namespace palpate::fit {
+namespace {
+
+// A drag slips when its last third rises less than this share of its first rows' stiffness; its
+// plateau begins where that share of the largest force is reached. Only start values depend on it.
+constexpr double kPlateauSlope = 0.25;
+constexpr double kPlateauForce = 0.95;
+constexpr double kContactDepth = 1e-9;  // of the deepest row
+constexpr double kFirmForce = 0.1;      // of the typical force: lighter rows tell no friction
+
+// Lateral force of the point's presses at a depth, linear between their rows: a body that leans
+// pushes sideways before any drag begins.
+Vec3 pressed_sideways(const PointData& point, double depth) {
+  double below = 0, above = std::numeric_limits<double>::infinity();
+  Vec3 at_below = Vec3::Zero(), at_above = Vec3::Zero();
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double here = depth_of(point, e.deflection[i]);
+      const Vec3 lateral = lateral_of(point, e.force[i]);
+      if (here >= below && here <= depth) below = here, at_below = lateral;
+      if (here < above && here > depth) above = here, at_above = lateral;
+    }
+  }
+  if (std::isinf(above)) return at_below;
+  return at_below + (depth - below) / (above - below) * (at_above - at_below);
+}
+
+// The way out of a drag: rows until the lateral deflection first shrinks. force: what the drag adds
+// to that of a press as deep.
+struct WayOut {
+  std::vector<std::size_t> row;
+  std::vector<double> dr, force;  // lateral
+};
+
+WayOut way_out(const PointData& point, const Experiment& e) {
+  WayOut way;
+  double reached = 0;
+  for (std::size_t i = 0; i < e.row.size(); ++i) {
+    const Vec3 lateral = lateral_of(point, e.deflection[i]);
+    const double dr = lateral.norm();
+    if (dr < reached * (1 - 1e-6)) break;
+    reached = std::max(reached, dr);
+    if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
+    way.row.push_back(i);
+    way.dr.push_back(dr);
+    const Vec3 added = e.force[i] - pressed_sideways(point, depth_of(point, e.deflection[i]));
+    way.force.push_back(dr > 0 ? added.dot(lateral) / dr : 0.0);
+  }
+  return way;
+}
+
+// Index into the way where gross slip begins; its size when there is none.
+std::size_t plateau_begin(const WayOut& way) {
+  std::vector<std::size_t> moved;
+  for (std::size_t k = 0; k < way.row.size(); ++k)
+    if (way.dr[k] > 1e-6 * way.dr.back()) moved.push_back(k);
+  const std::size_t n = moved.size();
+  if (n < 2) return way.row.size();
+
+  std::vector<double> secants;
+  for (std::size_t k = 0; k < std::max<std::size_t>(1, n / 3); ++k)
+    secants.push_back(way.force[moved[k]] / way.dr[moved[k]]);
+  const std::size_t from = n - std::max<std::size_t>(2, n / 3);
+  double mean_dr = 0, mean_force = 0, cross = 0, square = 0;
+  const auto count = static_cast<double>(n - from);
+  for (std::size_t k = from; k < n; ++k) {
+    mean_dr += way.dr[moved[k]] / count;
+    mean_force += way.force[moved[k]] / count;
+  }
+  for (std::size_t k = from; k < n; ++k) {
+    cross += (way.dr[moved[k]] - mean_dr) * (way.force[moved[k]] - mean_force);
+    square += std::pow(way.dr[moved[k]] - mean_dr, 2);
+  }
+  if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return way.row.size();
+
+  const double plateau = kPlateauForce * quantile(way.force, 0.9);
+  for (const std::size_t k : moved)
+    if (way.force[k] >= plateau) return k;
+  return way.row.size();
+}
+
+void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, double dr,
+                   double force, PointRows& out) {
+  const double normal_force = e.force[i].dot(point.inward);
+  out.curve[0].push_back({depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0});
+  if (normal_force > kFirmForce)
+    out.largest_friction =
+        std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
+  if (dr > 1e-6 * point.depth)
+    out.curve[1].push_back({dr, force, e.weight[i], 0, depth_of(point, e.deflection[i])});
+}
+
+// The contact point has followed by `slid`: the row in the frame it has there.
+void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, double slid,
+                  PointRows& out) {
+  const Vec3 shadow = lateral_of(point, e.deflection[i]).normalized() * slid;
+  const Vec3 turn = point.normal_gradient * shadow;
+  const Vec3 normal = (point.inward + turn).normalized();
+  const Vec3 contact = shadow - 0.5 * shadow.dot(turn) * point.inward;
+  const double depth = (e.deflection[i] - contact).dot(normal);
+  const double normal_force = e.force[i].dot(normal);
+  if (!(depth > kContactDepth)) return;
+  out.curve[0].push_back({depth, normal_force, e.weight[i], 0});
+  out.curve[2].push_back({depth, (e.force[i] - normal_force * normal).norm(), e.weight[i], 0});
+}
+
+void add_drag(const PointData& point, const Experiment& e, PointRows& out) {
+  const WayOut way = way_out(point, e);
+  if (way.row.empty() || !(way.dr.back() > 1e-6 * point.depth)) {
+    for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
+    return;
+  }
+  const std::size_t slip = plateau_begin(way);
+  ++out.drags;
+  out.slipping_drags += slip < way.row.size();
+  const double hold = way.dr[std::min(slip, way.row.size() - 1)];
+  out.lateral_reach = std::max(out.lateral_reach, hold);
+  for (std::size_t k = 0; k < way.row.size(); ++k) {
+    if (k < slip)
+      add_stick_row(point, e, way.row[k], way.dr[k], way.force[k], out);
+    else
+      add_slip_row(point, e, way.row[k], way.dr[k] - hold, out);
+  }
+}
+
+}  // namespace
+
+PointRows curve_rows(const PointData& point) {
+  PointRows out;
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) {
+      add_drag(point, e, out);
+      continue;
+    }
+    for (std::size_t i = 0; i < e.row.size(); ++i)
+      if (depth_of(point, e.deflection[i]) > kContactDepth) add_stick_row(point, e, i, 0, 0, out);
+  }
+  return out;
+}
+
+PointRows coupled_rows(PointRows rows, double coupling_depth) {
+  for (CurveRow& row : rows.curve[1]) {
+    const double gain = runtime::gain_at(coupling_depth, row.depth).value;
+    row.f /= gain;
+    row.weight *= gain;
+  }
+  return rows;
+}
+
+int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share) {
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const CurveRow& a, const CurveRow& b) { return a.x < b.x; });
+  int group = -1;
+  double start = 0;
+  for (CurveRow& row : rows) {
+    if (group < 0 || row.x - start > share * range) start = row.x, ++group;
+    row.group = group;
+  }
+  return group + 1;
+}
+
+}  // namespace palpate::fit

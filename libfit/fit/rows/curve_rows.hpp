@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+
+#include "libfit/fit/rows/experiments.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
+
+namespace palpate::fit {
+
+/// What a point's rows say about each curve when stick and slip are told apart by eye: start
+/// values and evidence for a basis. The final fit does not use this division.
+struct PointRows {
+  std::array<std::vector<CurveRow>, kCurveKinds> curve;
+  double lateral_reach = 0;     ///< largest lateral deflection before gross slip
+  double largest_friction = 0;  ///< lateral over normal force of rows that stick
+  int drags = 0;                ///< experiments with a lateral deflection
+  int slipping_drags = 0;       ///< of them, those that reach a plateau
+};
+
+/// Normal rows come from presses and drags, lateral rows from drags before their plateau, limit
+/// rows from the plateau, each turned into the frame of the contact point it has then.
+PointRows curve_rows(const PointData& point);
+
+/// Lateral rows as the R' of a coupled body has them: forces over the gain of their depth.
+PointRows coupled_rows(PointRows rows, double coupling_depth);
+
+/// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
+int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share);
+
+}  // namespace palpate::fit

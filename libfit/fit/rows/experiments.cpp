@@ -1,0 +1,241 @@
+#include "libfit/fit/rows/experiments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "libfit/core/error.hpp"
+#include "libfit/fit/spline/monotone_least_squares.hpp"
+
+namespace palpate::fit {
+namespace {
+
+constexpr double kTangentialShare = 1e-6;  // of the depth: rounding of a press along the normal
+constexpr double kNotFiniteShare = 0.2;    // of a point's rows: beyond it the record is not trusted
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw Error("samples", what, "Write the samples again with `palpate simulate` or `import`.");
+}
+
+void check(const Samples& s) {
+  const auto rows = static_cast<std::size_t>(s.rows()),
+             points = static_cast<std::size_t>(s.points());
+  if (s.point.size() != rows || s.experiment.size() != rows || s.kind.size() != rows ||
+      s.step.size() != rows || s.status.size() != rows || s.force.rows() != s.rows() ||
+      s.force_error.size() != s.rows())
+    refuse("row arrays differ in length");
+  if (s.point_normal.rows() != s.points() || s.point_name.size() != points)
+    refuse("point arrays differ in length");
+  if (s.point_normal_gradient.rows() != 0 && s.point_normal_gradient.rows() != s.points())
+    refuse("point_normal_gradient has neither no rows nor one per point");
+  for (Eigen::Index p = 0; p < s.points(); ++p) {
+    if (!s.point_position.row(p).allFinite() ||
+        !(std::abs(s.point_normal.row(p).norm() - 1) < 1e-6))
+      refuse("test point " + std::to_string(p) + " has no finite position and unit normal");
+    if (s.point_normal_gradient.rows() != 0 && !s.point_normal_gradient.row(p).allFinite())
+      refuse("test point " + std::to_string(p) + " has a normal gradient that is not finite");
+  }
+  std::map<std::int32_t, std::size_t> first;
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (s.point[i] < 0 || static_cast<std::size_t>(s.point[i]) >= points)
+      refuse("row " + std::to_string(i) + " names test point " + std::to_string(s.point[i]) +
+             " of " + std::to_string(points));
+    const auto at = first.emplace(s.experiment[i], i).first->second;
+    if (s.point[at] != s.point[i] || s.kind[at] != s.kind[i])
+      refuse("experiment " + std::to_string(s.experiment[i]) + " mixes test points or kinds");
+  }
+}
+
+bool is_finite(const Samples& s, Eigen::Index row) {
+  return s.deflection.row(row).allFinite() && s.force.row(row).allFinite() &&
+         !std::isinf(s.force_error[row]) && !(s.force_error[row] < 0);
+}
+
+// Good rows of each point, finite or not. Fills experiments with SI numbers; weights come later.
+struct GoodRows {
+  std::size_t all = 0, not_finite = 0;
+};
+std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(s.rows()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  const auto key = [&](Eigen::Index i) {
+    const auto at = static_cast<std::size_t>(i);
+    return std::array{s.point[at], s.experiment[at], s.step[at]};
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return key(a) < key(b); });
+
+  std::vector<GoodRows> counts(body.points.size());
+  std::int32_t experiment = -1, point = -1;
+  bool is_cut = false;
+  for (const Eigen::Index i : order) {
+    const auto at = static_cast<std::size_t>(i);
+    const auto p = static_cast<std::size_t>(s.point[at]);
+    auto& experiments = body.points[p].experiments;
+    RowCounts& rows = body.points[p].rows;
+    if (s.point[at] != point || s.experiment[at] != experiment) {
+      point = s.point[at], experiment = s.experiment[at], is_cut = false;
+      experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}, {}});
+    }
+    const bool is_good = s.status[at] == RowStatus::good;
+    const bool is_number = is_finite(s, i);
+    counts[p].all += is_good;
+    counts[p].not_finite += is_good && !is_number;
+    if (is_cut) {
+      ++rows.cut;
+    } else if (!is_good || !is_number) {
+      ++(is_good ? rows.not_finite : rows.not_good);
+      is_cut = s.kind[at] != ExperimentKind::press;
+    } else {
+      experiments.back().deflection.emplace_back(s.deflection.row(i));
+      experiments.back().force.emplace_back(s.force.row(i));
+      experiments.back().row.push_back(i);
+      ++rows.used;
+    }
+  }
+  return counts;
+}
+
+// Scatter of the normal force about a line through its two neighbours in each experiment.
+double scatter_N(const PointData& point) {
+  std::vector<double> sizes;
+  for (const Experiment& e : point.experiments) {
+    for (std::size_t i = 1; i + 1 < e.row.size(); ++i) {
+      const double before = (e.deflection[i] - e.deflection[i - 1]).norm();
+      const double after = (e.deflection[i + 1] - e.deflection[i]).norm();
+      if (!(before + after > 0)) continue;
+      const double t = before / (before + after);
+      const Vec3 bent = e.force[i] - (1 - t) * e.force[i - 1] - t * e.force[i + 1];
+      sizes.push_back(std::abs(bent.dot(point.inward)) / std::sqrt(1 + t * t + (1 - t) * (1 - t)));
+    }
+  }
+  return robust_deviation(std::move(sizes));
+}
+
+double typical_force_N(const PointData& point) {
+  std::vector<double> sizes;
+  for (const Experiment& e : point.experiments)
+    for (const Vec3& f : e.force) sizes.push_back(f.norm());
+  return quantile(std::move(sizes), 0.95);
+}
+
+std::vector<double> known_errors(const Samples& s, const PointData& point) {
+  std::vector<double> errors;
+  for (const Experiment& e : point.experiments)
+    for (const Eigen::Index i : e.row)
+      if (std::isfinite(s.force_error[i])) errors.push_back(s.force_error[i]);
+  return errors;
+}
+
+// Empty when curves can be fitted; else what keeps them from it.
+std::string find_problem(const Samples& s, const PointData& point, const GoodRows& counts,
+                         bool has_rows) {
+  if (!has_rows) return "no row of any experiment at this point";
+  if (counts.all == 0) return "no good row";
+  if (static_cast<double>(counts.not_finite) > kNotFiniteShare * static_cast<double>(counts.all))
+    return std::to_string(counts.not_finite) + " of " + std::to_string(counts.all) +
+           " good rows are not finite numbers";
+  std::vector<double> toward;  // force along the push, of the rows in contact
+  double largest_N = 0;
+  for (const Experiment& e : point.experiments)
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      largest_N = std::max(largest_N, e.force[i].norm());
+      if (depth_of(point, e.deflection[i]) > 0) toward.push_back(e.force[i].dot(point.inward));
+    }
+  if (toward.empty()) return "no row with the probe in the body";
+  if (!(largest_N > 0)) return "every force is zero";
+  const auto errors = known_errors(s, point);
+  if (!errors.empty() && largest_N < 4 * median(errors))
+    return "no contact: the largest force is within four force errors of zero";
+  const double reach = *std::max_element(toward.begin(), toward.end());
+  const double pull = -*std::min_element(toward.begin(), toward.end());
+  if (pull > reach && median(toward) < 0)
+    return "forces point out of the body: the recording's sign of force or depth is reversed";
+  if (!(largest_N < std::numeric_limits<float>::max()) ||
+      !(reach > std::numeric_limits<float>::min()))
+    return "forces are beyond what single precision holds";
+  return {};
+}
+
+void set_weights(const Samples& s, double weight_floor, double body_error_N, PointData& point) {
+  const auto errors = known_errors(s, point);
+  point.has_errors = !errors.empty();
+  const double unknown_N = !errors.empty()    ? median(errors)
+                           : body_error_N > 0 ? body_error_N
+                                              : scatter_N(point);
+  const double floor_N = weight_floor * point.force_N;
+  for (Experiment& e : point.experiments)
+    for (const Eigen::Index i : e.row) {
+      const double error_N = std::isnan(s.force_error[i]) ? unknown_N : s.force_error[i];
+      e.weight.push_back(point.force_N / std::hypot(error_N, floor_N));
+    }
+}
+
+void make_dimensionless(double length_m, PointData& point) {
+  point.normal_gradient *= length_m;
+  for (Experiment& e : point.experiments) {
+    for (Vec3& d : e.deflection) d /= length_m;
+    for (Vec3& f : e.force) f /= point.force_N;
+    double depth = 0, lateral = 0;
+    for (const Vec3& d : e.deflection) {
+      depth = std::max(depth, depth_of(point, d));
+      lateral = std::max(lateral, lateral_of(point, d).norm());
+    }
+    point.depth = std::max(point.depth, depth);
+    e.is_replayed = e.kind != ExperimentKind::press || lateral > kTangentialShare * depth;
+  }
+}
+
+}  // namespace
+
+BodyData gather_experiments(const Samples& samples, double weight_floor, double known_depth_m) {
+  check(samples);
+  BodyData body;
+  body.points.resize(static_cast<std::size_t>(samples.points()));
+  for (std::size_t p = 0; p < body.points.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
+    body.points[p].inward = samples.point_normal.row(at).transpose().normalized();
+    if (samples.point_normal_gradient.rows() != 0)
+      body.points[p].normal_gradient =
+          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+              samples.point_normal_gradient.row(at).data());
+  }
+  const auto counts = sort_rows(samples, body);
+
+  double deepest_m = known_depth_m;
+  std::vector<double> errors_N;
+  for (std::size_t p = 0; p < body.points.size(); ++p) {
+    PointData& point = body.points[p];
+    const bool has_rows = !point.experiments.empty();
+    std::erase_if(point.experiments, [](const Experiment& e) { return e.row.empty(); });
+    point.problem = find_problem(samples, point, counts[p], has_rows);
+    if (!point.problem.empty()) continue;
+    point.force_N = typical_force_N(point);
+    if (!(point.force_N > 0)) {
+      point.problem = "nearly every force is zero";
+      continue;
+    }
+    for (const Experiment& e : point.experiments)
+      for (const Vec3& d : e.deflection)
+        point.depth_m = std::max(point.depth_m, depth_of(point, d));
+    deepest_m = std::max(deepest_m, point.depth_m);
+    const auto errors = known_errors(samples, point);
+    errors_N.insert(errors_N.end(), errors.begin(), errors.end());
+  }
+  if (deepest_m > 0) body.length_m = deepest_m;
+  body.error_N = median(errors_N);
+  for (PointData& point : body.points) {
+    if (!point.problem.empty()) {
+      point.rows.used = 0;
+      point.experiments.clear();
+      continue;
+    }
+    set_weights(samples, weight_floor, body.error_N, point);
+    make_dimensionless(body.length_m, point);
+  }
+  return body;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,194 @@
+#include "libfit/fit/rows/held_out.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate::fit {
+namespace {
+
+constexpr double kRelativeFloor = 0.1;  // of the largest force: below it errors count absolutely
+// The largest of many medians of three: noise of deviation 1 reaches 1.5 in one point of three.
+constexpr double kLocalShare = 1.5;
+constexpr double kClearlyBetter = 0.9;  // of the other's rms error
+
+// The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
+Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
+  if (point.normal.size() == 0) return faint_smoothness(basis);
+  return faint_pull(transfer(normal, point.normal, basis, point.friction));
+}
+
+// Errors of rows by group, each predicted by a fit that left its fold out; then, as one of them
+// left them, those of the deepest group, which every fold sees.
+struct HeldOut {
+  std::size_t rows = 0;  // held out
+  std::vector<int> group;
+  std::vector<double> relative;  // over the row's force
+  std::vector<double> weighted;  // over the point's rms force, both weighted
+};
+HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
+                 const std::vector<CurveBasis>& of_fold, FitLoss loss) {
+  double force_square = 0;
+  for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
+  const double rms = std::sqrt(force_square / static_cast<double>(point.rows.size()));
+  std::vector<double> error(point.rows.size(), std::numeric_limits<double>::quiet_NaN());
+  for (int fold = 0; fold < kFolds; ++fold) {
+    std::vector<CurveRow> seen;
+    for (const CurveRow& row : point.rows)
+      if (!is_held_out(point, row, fold)) seen.push_back(row);
+    if (seen.size() == point.rows.size()) continue;
+    const CurveBasis& basis = of_fold[static_cast<std::size_t>(fold)];
+    const SplineTables tables = tabulate(basis);
+    const auto spline = view(tables);
+    const Eigen::VectorXd increments =
+        fit_increments(spline, seen, Eigen::VectorXd::Zero(basis.size() - 1),
+                       faint_for(point, normal, basis), loss);
+    for (std::size_t i = 0; i < error.size(); ++i)
+      if (const CurveRow& row = point.rows[i];
+          is_held_out(point, row, fold) || row.group == point.rows.back().group)
+        error[i] = increment_weights(spline, row.x).dot(increments) - row.f;
+  }
+  HeldOut out;
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    const CurveRow& row = point.rows[i];
+    if (std::isnan(error[i])) continue;
+    out.rows += row.group != point.rows.back().group;
+    out.group.push_back(row.group);
+    out.relative.push_back(error[i] / std::max(std::abs(row.f), kRelativeFloor * point.largest));
+    out.weighted.push_back(error[i] * row.weight / rms);
+  }
+  return out;
+}
+
+// Of each row, the error that its abscissa has in common with its neighbours: the median of three
+// groups' median errors. What noise and single outliers leave of it is small.
+std::vector<double> common_errors(const std::vector<int>& group, const std::vector<double>& error) {
+  std::vector<double> of_group;
+  std::vector<std::size_t> index;  // of each row, into of_group
+  for (std::size_t i = 0; i < error.size();) {
+    std::vector<double> same;
+    const int here = group[i];
+    for (; i < error.size() && group[i] == here; ++i) {
+      same.push_back(error[i]);
+      index.push_back(of_group.size());
+    }
+    of_group.push_back(median(std::move(same)));
+  }
+  std::vector<double> out;
+  for (const std::size_t g : index) {
+    if (of_group.size() < 3) {
+      out.push_back(0);
+      continue;
+    }
+    const std::size_t middle = std::clamp<std::size_t>(g, 1, of_group.size() - 2);
+    out.push_back(std::abs(median({of_group[middle - 1], of_group[middle], of_group[middle + 1]})));
+  }
+  return out;
+}
+
+// Squares of the first errors, those of outliers clipped. What neighbours have in common is no
+// outlier.
+std::vector<double> clipped_squares(std::vector<double> error, std::size_t rows,
+                                    const std::vector<double>& common, FitLoss loss) {
+  error.resize(rows);
+  for (double& e : error) e = std::abs(e);
+  const double clip = 4 * robust_deviation(error);
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    if (loss != FitLoss::squared && clip > 0)
+      error[i] = std::min(error[i], std::max(clip, common[i]));
+    error[i] *= error[i];
+  }
+  return error;
+}
+
+// Standard error of the difference between the mean squares of two candidates, row by row.
+double error_of_difference(const Candidate& a, const Candidate& b) {
+  const double mean = a.mean_square - b.mean_square;
+  double square = 0;
+  for (std::size_t i = 0; i < a.squared.size(); ++i)
+    square += std::pow(a.squared[i] - b.squared[i] - mean, 2);
+  return std::sqrt(square) / static_cast<double>(a.squared.size());
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows) {
+  double sum = 0;
+  for (const CurveRow& row : rows) sum += row.weight * row.weight;
+  const double scale = sum > 0 ? std::sqrt(static_cast<double>(rows.size()) / sum) : 1;
+  for (CurveRow& row : rows) row.weight *= scale;
+  return rows;
+}
+
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor) {
+  if (from.degree == to.degree && from.knots_m == to.knots_m) return factor * increments;
+  const SplineTables source = tabulate(from), target = tabulate(to);
+  std::vector<CurveRow> rows;
+  const int count = 6 * to.size();
+  for (int i = 1; i <= count; ++i) {
+    const double x = to.knots_m.back() * i / count;
+    rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
+  }
+  Faint faint = faint_smoothness(to);
+  faint.per_noise = 0;
+  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1), faint,
+                        FitLoss::squared);
+}
+
+bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
+  const int first = point.normal.size() > 0 ? 0 : -1;
+  return row.group % kFolds == fold && row.group != first && row.group != point.rows.back().group;
+}
+
+Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
+                const std::vector<CurveBasis>& of_fold) {
+  const std::vector<CurveBasis> bases =
+      of_fold.empty() ? std::vector<CurveBasis>(kFolds, basis) : of_fold;
+  Candidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
+  std::vector<double> point_errors, local_errors;
+  for (const PointEvidence& point : points) {
+    const HeldOut errors = hold_out(point, normal, bases, loss);
+    const std::vector<double> common = common_errors(errors.group, errors.relative);
+    point_errors.push_back(
+        std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common, loss))));
+    local_errors.push_back(quantile(common, 1));
+    const auto squares = clipped_squares(errors.weighted, errors.rows,
+                                         common_errors(errors.group, errors.weighted), loss);
+    candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
+  }
+  candidate.evidence.heldout_error = quantile(point_errors, 0.95);
+  candidate.evidence.local_error = quantile(local_errors, 0.95);
+  candidate.mean_square = mean(candidate.squared);
+  return candidate;
+}
+
+bool meets(const Candidate& candidate, double tolerance) {
+  return candidate.evidence.heldout_error <= tolerance &&
+         candidate.evidence.local_error <= kLocalShare * tolerance;
+}
+
+bool is_as_good_locally(const Candidate& candidate, const Candidate& best, double tolerance) {
+  return candidate.evidence.local_error <=
+         kLocalShare * std::max(tolerance, best.evidence.local_error);
+}
+
+bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance) {
+  if (!is_as_good_locally(candidate, best, tolerance)) return false;
+  const double worse = candidate.mean_square - best.mean_square;
+  return worse <= tolerance * tolerance || worse <= error_of_difference(candidate, best);
+}
+
+bool is_clearly_better(const Candidate& candidate, const Candidate& other) {
+  return candidate.mean_square < kClearlyBetter * kClearlyBetter * other.mean_square &&
+         other.mean_square - candidate.mean_square > 2 * error_of_difference(other, candidate);
+}
+
+}  // namespace palpate::fit

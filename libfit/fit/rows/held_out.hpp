@@ -1,0 +1,58 @@
+#pragma once
+
+#include "libfit/fit/rows/curve_rows.hpp"
+
+namespace palpate::fit {
+
+/// Rows with weights scaled to a mean square of 1.
+std::vector<CurveRow> unit_weights(std::vector<CurveRow> rows);
+
+/// Increments of `factor` times a curve on another basis, by least squares on its range.
+Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& increments,
+                         const CurveBasis& to, double factor);
+
+/// What one point contributes to the choice of a basis.
+struct PointEvidence {
+  std::vector<CurveRow> rows;  ///< of unit weights, grouped by abscissa
+  double largest = 0;          ///< force
+  double friction = 0;         ///< limit kind only: L / f^z overall
+  Eigen::VectorXd normal;      ///< limit kind only: increments of f^z; else empty
+};
+
+/// A point's abscissae are held out a fifth at a time.
+inline constexpr int kFolds = 5;
+/// Whether a fold (0 to kFolds - 1) holds the row out. Only interpolation is judged: the deepest
+/// group is always seen, and of a limit curve the shallowest too.
+bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold);
+
+/// A basis and how well its curves predict rows they did not see.
+struct Candidate {
+  BasisEvidence evidence;
+  CurveBasis basis;
+  std::vector<double> squared;  ///< weighted, of every held-out row of every point
+  double mean_square = 0;
+};
+
+/// Judges `basis` by each fold in turn. normal: basis of f^z. of_fold: bases found without the
+/// rows of each fold, where knots were moved by rows; else empty.
+Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
+                const std::vector<CurveBasis>& of_fold = {});
+
+/// Whether a candidate predicts held-out rows within the tolerance, and no three neighbouring
+/// abscissae are off together by more than one and a half of it.
+bool meets(const Candidate& candidate, double tolerance);
+
+/// Whether a candidate's local error exceeds the best one's, and the tolerance, by less than half:
+/// the rest is noise, of which more pieces leave as much.
+bool is_as_good_locally(const Candidate& candidate, const Candidate& best, double tolerance);
+
+/// Whether a candidate is as good locally and its held-out errors exceed the best one's by no more
+/// than the tolerance or, row by row, their scatter: what both leave is noise.
+bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance);
+
+/// Whether a candidate's held-out error is lower than another's by a tenth and, row by row, by more
+/// than twice its scatter.
+bool is_clearly_better(const Candidate& candidate, const Candidate& other);
+
+}  // namespace palpate::fit

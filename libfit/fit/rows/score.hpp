@@ -1,0 +1,36 @@
+#pragma once
+
+#include "libfit/fit/point/replay.hpp"
+
+namespace palpate::fit {
+
+/// Control values as an asset stores them: representable in float32, b_0 = 0, never falling, and
+/// strictly rising when asked. increments: times force_N [N].
+Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
+                                bool is_strictly_rising);
+
+/// Control values of a lean as an asset stores them: exact in float32. components: as
+/// PointCurves::lean, times length_m [m]. Empty for none.
+Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
+
+/// The anisotropy as an asset stores it, from PointCurves::anisotropy. Empty for none.
+Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers);
+
+/// Force differences of a point, replayed by the engine's template in SI from stored controls.
+/// lean_m: as stored_lean; anisotropy: as stored_anisotropy. sensor: of each experiment in SI,
+/// taken off its rows; empty for none.
+struct PointScore {
+  double rms_N = 0, max_N = 0;
+  double relative = 0;                  ///< rms difference over rms force
+  std::vector<double> relative_errors;  ///< per row: over max(|force|, 5 % of the typical force)
+  int slipped_rows = 0;                 ///< replayed as slipping
+  std::int32_t worst_experiment = 0;    ///< id, with the row in it
+  std::size_t worst_row = 0;
+};
+PointScore score_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& bases_m,
+                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
+                       const Eigen::VectorXd& lean_m, const Eigen::VectorXd& anisotropy,
+                       const std::vector<Sensor>& sensor = {});
+
+}  // namespace palpate::fit

@@ -1,0 +1,180 @@
+#include "libfit/fit/spline/monotone_least_squares.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate::fit {
+namespace {
+
+// Least squares over the columns of R that are free; the others stay zero.
+Eigen::VectorXd solve_free(const Eigen::MatrixXd& R, const Eigen::VectorXd& b,
+                           const std::vector<char>& is_free) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index j = 0; j < R.cols(); ++j)
+    if (is_free[static_cast<std::size_t>(j)]) columns.push_back(j);
+  const Eigen::VectorXd part = R(Eigen::all, columns).colPivHouseholderQr().solve(b);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(R.cols());
+  x(columns) = part;
+  return x;
+}
+
+Eigen::VectorXd nonnegative_least_squares(const Eigen::MatrixXd& R, const Eigen::VectorXd& b) {
+  const Eigen::Index n = R.cols();
+  std::vector<char> is_free(static_cast<std::size_t>(n), 0);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
+  const double tiny =
+      64 * std::numeric_limits<double>::epsilon() * R.norm() * std::max(b.norm(), 1e-300);
+  for (int round = 0; round < 4 * n; ++round) {
+    const Eigen::VectorXd descent = R.transpose() * (b - R * x);
+    Eigen::Index enter = -1;
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (!is_free[static_cast<std::size_t>(j)] && descent[j] > tiny &&
+          (enter < 0 || descent[j] > descent[enter]))
+        enter = j;
+    if (enter < 0) break;
+    is_free[static_cast<std::size_t>(enter)] = 1;
+    Eigen::VectorXd next = solve_free(R, b, is_free);
+    if (!(next[enter] > 0)) {  // rounding let a column in that only wants out again
+      is_free[static_cast<std::size_t>(enter)] = 0;
+      break;
+    }
+    while (true) {
+      double step = 1;
+      Eigen::Index leave = -1;  // the free column that reaches zero first
+      for (Eigen::Index j = 0; j < n; ++j) {
+        if (!is_free[static_cast<std::size_t>(j)] || next[j] > 0) continue;
+        const double reach = x[j] > 0 ? x[j] / (x[j] - next[j]) : 0;
+        if (leave < 0 || reach < step) step = reach, leave = j;
+      }
+      if (leave < 0) break;
+      x += step * (next - x);
+      x[leave] = 0;
+      is_free[static_cast<std::size_t>(leave)] = 0;
+      next = solve_free(R, b, is_free);
+    }
+    x = next;
+  }
+  return x;
+}
+
+}  // namespace
+
+runtime::SplineView view(const SplineTables& tables) {
+  return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
+          tables.integrals.data()};
+}
+
+Eigen::VectorXd controls_of(const Eigen::VectorXd& increments) {
+  Eigen::VectorXd control(increments.size() + 1);
+  control[0] = 0;
+  for (Eigen::Index j = 0; j < increments.size(); ++j) control[j + 1] = control[j] + increments[j];
+  return control;
+}
+
+Eigen::VectorXd increments_of(const Eigen::VectorXd& controls) {
+  return controls.tail(controls.size() - 1) - controls.head(controls.size() - 1);
+}
+
+Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(spline.size() - 1);
+  if (!(x > 0)) return weights;
+  const auto local = runtime::spline_weights(spline, runtime::find_piece(spline, x), x);
+  weights.head(local.first).setOnes();
+  double sum = 0;
+  for (int k = spline.degree; k >= 1; --k) {
+    sum += local.value[k];
+    weights[local.first + k - 1] = sum;
+  }
+  return weights;
+}
+
+Eigen::VectorXd greville_steps(const CurveBasis& basis) {
+  const int last = basis.pieces();
+  const auto knot = [&](int i) {
+    return basis.knots_m[static_cast<std::size_t>(std::clamp(i, 0, last))];
+  };
+  Eigen::VectorXd steps(basis.size() - 1);
+  for (int j = 0; j < basis.size() - 1; ++j)
+    steps[j] = (knot(j + 1) - knot(j + 1 - basis.degree)) / basis.degree;
+  return steps;
+}
+
+Faint faint_smoothness(const CurveBasis& basis) {
+  const Eigen::VectorXd steps = greville_steps(basis);
+  const double range = basis.knots_m.back();
+  const Eigen::Index n = steps.size();
+  Faint faint{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), kFaint, 1};
+  for (Eigen::Index j = 0; j + 1 < n; ++j) {
+    faint.matrix(j, j) = -range / steps[j];
+    faint.matrix(j, j + 1) = range / steps[j + 1];
+  }
+  faint.matrix.row(n - 1).setConstant(1e-3);  // full rank when no row says anything at all
+  return faint;
+}
+
+Faint faint_pull(const Eigen::VectorXd& increments) {
+  const Eigen::Index n = increments.size();
+  return {Eigen::MatrixXd::Identity(n, n), increments, kFaint, static_cast<double>(n)};
+}
+
+Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                      const Eigen::VectorXd& lower) {
+  const Eigen::Index n = A.cols();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::VectorXd shifted = b - A * lower;
+  const Eigen::VectorXd rotated = (qr.householderQ().transpose() * shifted).head(n);
+  return lower + nonnegative_least_squares(R, rotated);
+}
+
+double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
+
+double robust_weight(FitLoss loss, double size, double scale) {
+  if (loss == FitLoss::squared || !(scale > 0)) return 1;
+  const double z = size / ((loss == FitLoss::huber ? kHuberKnee : kCauchyKnee) * scale);
+  return loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
+}
+
+Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
+                               const Eigen::VectorXd& lower, Faint& faint, FitLoss loss) {
+  const auto m = static_cast<Eigen::Index>(rows.size()), n = lower.size();
+  Eigen::MatrixXd A(m, n);
+  Eigen::VectorXd b(m), weight = Eigen::VectorXd::Ones(m);
+  double largest = 0;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const CurveRow& row = rows[static_cast<std::size_t>(i)];
+    A.row(i) = row.weight * increment_weights(spline, row.x);
+    b[i] = row.weight * row.f;
+    largest = std::max(largest, std::abs(row.f));
+  }
+  Eigen::MatrixXd system(m + faint.matrix.rows(), n);
+  Eigen::VectorXd right(m + faint.matrix.rows()), increments;
+  // The scatter needs a few rounds to settle; reweighting reaches 1e-3 of the noise in 12.
+  const int rounds = m <= n ? 1 : loss == FitLoss::squared ? 3 : 12;
+  for (int round = 0; round < rounds; ++round) {
+    system << weight.asDiagonal() * A, faint.strength * faint.matrix;
+    right << weight.cwiseProduct(b), faint.strength * faint.target;
+    increments = bounded_least_squares(system, right, lower);
+    if (round + 1 == rounds) break;
+    const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
+    const double scatter = robust_deviation({size.data(), size.data() + m}) *
+                           std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
+    for (Eigen::Index i = 0; i < m; ++i)
+      weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
+    if (largest > 0) faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
+  }
+  return increments;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,225 @@
+#include "libfit/io/csv/tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/csv/csv.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<CsvColumnRule, 6> kPointRules{
+    {{"x_m"}, {"y_m"}, {"z_m"}, {"nx", false}, {"ny", false}, {"nz", false}}};
+constexpr std::array<CsvColumnRule, 7> kToolPathRules{
+    {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
+constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
+constexpr std::array<CsvColumnRule, 12> kForceRules{{{"t_s"},
+                                                     {"fx_N"},
+                                                     {"fy_N"},
+                                                     {"fz_N"},
+                                                     {"contact"},
+                                                     {"cx_m"},
+                                                     {"cy_m"},
+                                                     {"cz_m"},
+                                                     {"triangle"},
+                                                     {"depth_m"},
+                                                     {"lateral_m"},
+                                                     {"sliding"}}};
+constexpr std::array<CsvColumnRule, 6> kCurveRules{{{"point"},
+                                                    {"curve", true, true},
+                                                    {"at_m"},
+                                                    {"value_N"},
+                                                    {"slope_N_m"},
+                                                    {"deviation_N", false}}};
+
+// The header a writer gives: the rules' names, the optional ones only on demand.
+template <std::size_t N>
+std::vector<std::string_view> header(const std::array<CsvColumnRule, N>& rules,
+                                     bool with_optional = true) {
+  std::vector<std::string_view> names;
+  for (const auto& rule : rules)
+    if (rule.is_required || with_optional) names.push_back(rule.name);
+  return names;
+}
+
+Error error_at(const CsvTable& table, std::size_t row, const std::string& what,
+               const std::string& remedy) {
+  return Error(table.path.string() + ":" + std::to_string(table.line[row]), what, remedy);
+}
+
+Points columns(const CsvTable& table, std::string_view x, std::string_view y, std::string_view z) {
+  Points points(static_cast<Eigen::Index>(table.rows()), 3);
+  const std::array names{x, y, z};
+  for (std::size_t k = 0; k < 3; ++k)
+    points.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(
+        table.number(names[k]).data(), static_cast<Eigen::Index>(table.rows()));
+  return points;
+}
+
+std::int64_t whole_number(const CsvTable& table, std::string_view column, std::size_t row,
+                          double lowest, double highest) {
+  const double value = table.number(column)[row];
+  if (value != std::floor(value) || value < lowest || value > highest)
+    throw error_at(table, row,
+                   "column `" + std::string(column) + "`: " + to_text(value) +
+                       " is not a whole number from " + to_text(lowest) + " to " + to_text(highest),
+                   "Correct the row.");
+  return static_cast<std::int64_t>(value);
+}
+
+void put(CsvWriter& csv, const Vec3& v) { csv.number(v[0]).number(v[1]).number(v[2]); }
+
+Points unit_normals(const CsvTable& table) {
+  Points normal = columns(table, "nx", "ny", "nz");
+  for (Eigen::Index i = 0; i < normal.rows(); ++i) {
+    const double length = normal.row(i).norm();
+    if (!(length > 0) || !std::isfinite(length))
+      throw error_at(table, static_cast<std::size_t>(i), "the normal has no direction",
+                     "Give a vector into the body, or leave out nx,ny,nz.");
+    if (std::abs(length - 1) > 1e-15) normal.row(i) /= length;  // keeps written unit vectors exact
+  }
+  return normal;
+}
+
+}  // namespace
+
+PointTable read_point_table(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path, kPointRules);
+  const int given = table.has("nx") + table.has("ny") + table.has("nz");
+  if (given != 0 && given != 3)
+    throw Error(path.string() + ":1", "has some of nx,ny,nz but not all", "Give all or none.");
+  return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3)};
+}
+
+void write_point_table(const std::filesystem::path& path, const PointTable& points) {
+  const bool has_normals = points.normal.rows() != 0;
+  CsvWriter csv(path, header(kPointRules, has_normals));
+  for (Eigen::Index i = 0; i < points.position.rows(); ++i) {
+    put(csv, points.position.row(i));
+    if (has_normals) put(csv, points.normal.row(i));
+    csv.end_row();
+  }
+  csv.commit();
+}
+
+std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path, kToolPathRules);
+  const Points point = columns(table, "x_m", "y_m", "z_m");
+  const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
+  const auto& name = table.text("path");
+  std::vector<ToolPath> paths;
+  std::set<std::string> seen;
+  for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
+    if (!seen.insert(name[first]).second)
+      throw error_at(table, first, "path `" + name[first] + "` comes back after another one",
+                     "Keep the rows of a path together.");
+    for (last = first; last < table.rows() && name[last] == name[first]; ++last)
+      if (point.row(static_cast<Eigen::Index>(last)) != point.row(static_cast<Eigen::Index>(first)))
+        throw error_at(table, last, "path `" + name[last] + "` changes its test point",
+                       "Repeat the point's x_m,y_m,z_m in all rows of a path.");
+    paths.push_back({name[first], point.row(static_cast<Eigen::Index>(first)),
+                     deflection.middleRows(static_cast<Eigen::Index>(first),
+                                           static_cast<Eigen::Index>(last - first))});
+  }
+  return paths;
+}
+
+void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths) {
+  CsvWriter csv(path, header(kToolPathRules));
+  for (const auto& tool : paths)
+    for (Eigen::Index i = 0; i < tool.deflection.rows(); ++i) {
+      csv.text(tool.name);
+      put(csv, tool.point);
+      put(csv, tool.deflection.row(i));
+      csv.end_row();
+    }
+  csv.commit();
+}
+
+TipPath read_tip_path(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path, kTipPathRules);
+  TipPath tip{table.number("t_s"), columns(table, "x_m", "y_m", "z_m")};
+  for (std::size_t i = 1; i < tip.time_s.size(); ++i)
+    if (!(tip.time_s[i] > tip.time_s[i - 1]))
+      throw error_at(table, i, "column `t_s` does not increase", "Sort the rows by time.");
+  return tip;
+}
+
+void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
+  CsvWriter csv(path, header(kTipPathRules));
+  for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
+    csv.number(tip.time_s[i]);
+    put(csv, tip.position.row(static_cast<Eigen::Index>(i)));
+    csv.end_row();
+  }
+  csv.commit();
+}
+
+std::vector<ForceRow> read_forces(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path, kForceRules);
+  const Points force = columns(table, "fx_N", "fy_N", "fz_N");
+  const Points contact = columns(table, "cx_m", "cy_m", "cz_m");
+  std::vector<ForceRow> rows(table.rows());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].time_s = table.number("t_s")[i];
+    rows[i].force_N = force.row(static_cast<Eigen::Index>(i));
+    rows[i].is_in_contact = whole_number(table, "contact", i, 0, 1) != 0;
+    rows[i].contact_point_m = contact.row(static_cast<Eigen::Index>(i));
+    rows[i].triangle =
+        static_cast<std::int32_t>(whole_number(table, "triangle", i, -1, 2147483647));
+    rows[i].depth_m = table.number("depth_m")[i];
+    rows[i].lateral_m = table.number("lateral_m")[i];
+    rows[i].is_sliding = whole_number(table, "sliding", i, 0, 1) != 0;
+  }
+  return rows;
+}
+
+void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows) {
+  CsvWriter csv(path, header(kForceRules));
+  for (const auto& row : rows) {
+    csv.number(row.time_s);
+    put(csv, row.force_N);
+    csv.integer(row.is_in_contact);
+    put(csv, row.contact_point_m);
+    csv.integer(row.triangle).number(row.depth_m).number(row.lateral_m).integer(row.is_sliding);
+    csv.end_row();
+  }
+  csv.commit();
+}
+
+std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path, kCurveRules);
+  std::vector<CurveRow> rows(table.rows());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string& name = table.text("curve")[i];
+    const auto kind = std::find(kCurveNames.begin(), kCurveNames.end(), name);
+    if (kind == kCurveNames.end())
+      throw error_at(table, i, "column `curve`: `" + name + "` is no curve",
+                     "Write normal, lateral or limit.");
+    rows[i] = {whole_number(table, "point", i, 0, 9007199254740992.0),
+               static_cast<CurveKind>(kind - kCurveNames.begin()), table.number("at_m")[i],
+               table.number("value_N")[i], table.number("slope_N_m")[i]};
+    if (table.has("deviation_N")) rows[i].deviation_N = table.number("deviation_N")[i];
+  }
+  return rows;
+}
+
+void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows) {
+  const bool has_deviation =
+      !rows.empty() && std::none_of(rows.begin(), rows.end(), [](const CurveRow& row) {
+        return std::isnan(row.deviation_N);
+      });
+  CsvWriter csv(path, header(kCurveRules, has_deviation));
+  for (const auto& row : rows) {
+    csv.integer(row.point).text(kCurveNames[static_cast<std::size_t>(row.curve)]);
+    csv.number(row.at_m).number(row.value_N).number(row.slope_N_m);
+    if (has_deviation) csv.number(row.deviation_N);
+    csv.end_row();
+  }
+  csv.commit();
+}
+
+}  // namespace palpate

@@ -1,0 +1,271 @@
+#include <hdf5.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/core/fast_hash.hpp"
+#include "libfit/io/hdf5/chunks.hpp"
+#include "libfit/io/hdf5/hdf5.hpp"
+#include "libfit/io/hdf5/strings.hpp"
+
+namespace palpate::h5 {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMaxCompression = 1100;   // deflate packs at most 1032:1: more is a lie
+constexpr hsize_t kMaxRows = hsize_t{1} << 40;  // keep products of claimed extents below 2^64
+constexpr hsize_t kMaxColumns = hsize_t{1} << 16;
+
+// "N m" may be written with a middle dot or a star by others; "1" as nothing.
+std::string plain_unit(std::string unit) {
+  for (const std::string_view dot : {"\u00b7", "\u22c5", "*", "."})
+    if (const auto at = unit.find(dot); at != std::string::npos)
+      unit.replace(at, dot.size(), 1, ' ');
+  return unit.empty() ? std::string(kNoUnit) : unit;
+}
+
+// Chunks that were never written would read as zeros. (H5Dget_space_status calls every compressed
+// data set partly allocated, so chunks are counted.)
+bool is_written_whole(const Handle& set, const Handle& creation) {
+  if (H5Pget_layout(creation.id()) != H5D_CHUNKED) {
+    H5D_space_status_t status;
+    return H5Dget_space_status(set.id(), &status) >= 0 && status == H5D_SPACE_STATUS_ALLOCATED;
+  }
+  hsize_t chunk[2] = {1, 1}, dims[2] = {1, 1}, found = 0, expected = 1;
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  H5Sget_simple_extent_dims(space.id(), dims, nullptr);
+  H5Pget_chunk(creation.id(), 2, chunk);
+  for (int k = 0; k < 2; ++k) expected *= (dims[k] + chunk[k] - 1) / chunk[k];
+  return H5Dget_num_chunks(set.id(), space.id(), &found) >= 0 && found == expected;
+}
+
+bool is_hard_link(hid_t file, const std::string& path) {
+  H5L_info_t info;
+  return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0 &&
+         H5Lget_info(file, path.c_str(), &info, H5P_DEFAULT) >= 0 && info.type == H5L_TYPE_HARD;
+}
+
+}  // namespace
+
+std::string to_string(const Shape& shape) {
+  const auto word = [](std::size_t n) {
+    return n == kAny ? std::string("any") : std::to_string(n);
+  };
+  return shape.columns == 0 ? word(shape.rows) : word(shape.rows) + " x " + word(shape.columns);
+}
+
+Reader::Reader(const fs::path& path, std::string remedy) : path_(path), remedy_(std::move(remedy)) {
+  silence();
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) throw Error(path.string(), "no such file", "Check the name.");
+  if (!fs::is_regular_file(path, ignored))
+    throw Error(path.string(), "is not a regular file", "Name a file.");
+  file_bytes_ = fs::file_size(path, ignored);
+  const htri_t is_hdf5 = H5Fis_hdf5(path.c_str());
+  if (is_hdf5 < 0) throw Error(path.string(), "cannot be read", "Check its permissions.");
+  if (is_hdf5 == 0) throw error("", "is not an HDF5 file, or its beginning is damaged");
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fclose_degree(access.id(), H5F_CLOSE_STRONG);
+  H5Pset_file_locking(access.id(), false, true);  // reads from read-only media, too
+  file_ = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose);
+  if (!file_.is_valid()) throw error("", "is damaged or cut short (HDF5: " + take_reason() + ")");
+}
+
+Error Reader::error(const std::string& name, const std::string& what) const {
+  return Error(path_.string() + (name.empty() ? "" : ":" + name), what, remedy_);
+}
+
+void Reader::expect(std::string_view schema, int newest) const {
+  const std::string found = has_attribute("", "schema") ? text_attribute("", "schema") : "";
+  if (found != schema)
+    throw error("", (found.empty() ? "has no schema" : "holds `" + found + "`") + ", not `" +
+                        std::string(schema) + "`");
+  const std::int64_t version = integer_attribute("", "version");
+  if (version > newest)
+    throw Error(path_.string(),
+                "was written by a newer Palpate (version " + std::to_string(version) +
+                    "; this program reads up to " + std::to_string(newest) + ")",
+                "Use a newer Palpate, or make the file again with this one.");
+  if (version < 1) throw error("", "version " + std::to_string(version) + " does not exist");
+}
+
+// Every step of the path must be a hard link: soft and external links lead to other places.
+bool Reader::has(const std::string& name) const {
+  for (std::size_t at = name.find('/'); at != std::string::npos; at = name.find('/', at + 1))
+    if (!is_hard_link(file_.id(), name.substr(0, at))) return false;
+  return is_hard_link(file_.id(), name);
+}
+
+Handle Reader::open_object(const std::string& object) const {
+  if (!object.empty() && !has(object)) throw error(object, "is missing");
+  Handle handle(H5Oopen(file_.id(), object.empty() ? "/" : object.c_str(), H5P_DEFAULT), H5Oclose);
+  if (!handle.is_valid()) throw error(object, "cannot be opened (HDF5: " + take_reason() + ")");
+  return handle;
+}
+
+Handle Reader::open_data_set(const std::string& name) const {
+  if (!has(name)) throw error(name, "data set is missing");
+  Handle set(H5Dopen2(file_.id(), name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) throw error(name, "is no readable data set (HDF5: " + take_reason() + ")");
+  return set;
+}
+
+Shape Reader::shape_of(const std::string& name) const {
+  return checked_shape(open_data_set(name), name, {kAny, kAny});
+}
+
+Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape expected) const {
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  const int dimensions = H5Sget_simple_extent_ndims(space.id());
+  const bool is_any = expected == Shape{kAny, kAny};
+  if (dimensions < 1 || dimensions > 2)
+    throw error(name, "has " + std::to_string(dimensions) + " dimensions, not 1 or 2");
+  hsize_t dims[2] = {0, 0};
+  H5Sget_simple_extent_dims(space.id(), dims, nullptr);
+  const Shape found{dims[0], dims[1]};
+  if (dims[0] > kMaxRows || dims[1] > kMaxColumns)
+    throw error(name, "claims shape " + to_string(found));
+  if (is_any) return found;
+  const bool fits = (dimensions == 2) == (expected.columns != 0) &&
+                    (expected.rows == kAny || expected.rows == found.rows) &&
+                    (expected.columns == kAny || expected.columns == found.columns);
+  if (!fits) throw error(name, "has shape " + to_string(found) + ", not " + to_string(expected));
+  return found;
+}
+
+void Reader::check_storage(const Handle& set, const std::string& name, std::size_t count) const {
+  if (count == 0) return;
+  const std::size_t value_bytes = H5Tget_size(Handle(H5Dget_type(set.id()), H5Tclose).id());
+  const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
+  if (H5Pget_layout(creation.id()) == H5D_VIRTUAL || H5Pget_external_count(creation.id()) > 0)
+    throw error(name, "keeps its values in another file");
+  if (value_bytes == 0 || count > kMaxCompression * file_bytes_ / value_bytes)
+    throw error(name, "claims " + std::to_string(count) + " values in a file of " +
+                          std::to_string(file_bytes_) + " bytes");
+  if (!is_written_whole(set, creation)) throw error(name, "was not written whole");
+}
+
+std::string Reader::unit_of(const std::string& name) const {
+  return has_attribute(name, "unit") ? text_attribute(name, "unit") : "";
+}
+
+void Reader::check_unit(const Handle& set, const std::string& name, std::string_view unit) const {
+  if (unit == kAnyUnit) return;
+  if (H5Aexists(set.id(), "unit") <= 0)
+    throw error(name, "has no `unit` attribute, expected " + std::string(unit));
+  const std::string found = text_attribute(name, "unit");
+  if (plain_unit(found) != plain_unit(std::string(unit)))
+    throw error(name, "is in `" + found + "`, not in " + std::string(unit));
+}
+
+template <class T>
+std::vector<T> Reader::values(const Handle& set, const std::string& name, std::int64_t memory_type,
+                              Shape shape, const Rows& rows) const {
+  const std::size_t columns = std::max<std::size_t>(shape.columns, 1);
+  const std::vector<RowRange> ranges = rows ? *rows : std::vector<RowRange>{{0, shape.rows}};
+  std::size_t count = 0;
+  for (const RowRange& range : ranges) {
+    if (range.count > shape.rows || range.first > shape.rows - range.count)
+      throw error(name, "has " + std::to_string(shape.rows) + " rows, not those asked for");
+    count += range.count;
+  }
+  std::vector<T> out(count * columns);
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  T* at = out.data();
+  for (const RowRange& range : ranges) {
+    if (range.count == 0) continue;
+    const hsize_t first[2] = {range.first, 0}, size[2] = {range.count, columns};
+    const Handle memory(H5Screate_simple(shape.columns == 0 ? 1 : 2, size, nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, first, nullptr, size, nullptr) < 0 ||
+        H5Dread(set.id(), memory_type, memory.id(), space.id(), H5P_DEFAULT, at) < 0)
+      throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+    at += range.count * columns;
+  }
+  return out;
+}
+
+std::vector<double> Reader::numbers(const std::string& name, std::string_view unit, Shape expected,
+                                    bool may_be_nan, const Rows& rows) const {
+  const Handle set = open_data_set(name);
+  check_unit(set, name, unit);
+  const Shape shape = checked_shape(set, name, expected);
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_FLOAT)
+    throw error(name, "holds " + type_of(name) + ", not floating-point numbers");
+  check_storage(set, name, shape.count());
+  std::vector<double> out = values<double>(set, name, H5T_NATIVE_DOUBLE, shape, rows);
+  const std::size_t columns = shape.columns == 0 ? 1 : shape.columns;
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (!std::isfinite(out[i]) && !(may_be_nan && std::isnan(out[i])))
+      throw error(name, "row " + std::to_string(i / columns) + " is not a finite number");
+  return out;
+}
+
+template <class T>
+std::vector<T> Reader::integers_as(const std::string& name, std::string_view unit, Shape expected,
+                                   const Rows& rows) const {
+  const Handle set = open_data_set(name);
+  check_unit(set, name, unit);
+  const Shape shape = checked_shape(set, name, expected);
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_INTEGER)
+    throw error(name, "holds " + type_of(name) + ", not integers");
+  check_storage(set, name, shape.count());
+  const hid_t own = sizeof(T) == 1 ? H5T_NATIVE_INT8 : H5T_NATIVE_INT32;
+  if (H5Tequal(type.id(), own) > 0) return values<T>(set, name, own, shape, rows);
+  std::vector<T> out;
+  for (const std::int64_t wide : values<std::int64_t>(set, name, H5T_NATIVE_INT64, shape, rows)) {
+    out.push_back(static_cast<T>(wide));
+    if (out.back() != wide)
+      throw error(name, "row " + std::to_string(out.size() - 1) + " is beyond " +
+                            std::to_string(8 * sizeof(T)) + " bits");
+  }
+  return out;
+}
+
+std::vector<std::int32_t> Reader::integers(const std::string& name, std::string_view unit,
+                                           Shape shape, const Rows& rows) const {
+  return integers_as<std::int32_t>(name, unit, shape, rows);
+}
+
+std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit, Shape shape,
+                                       const Rows& rows) const {
+  return integers_as<std::int8_t>(name, unit, shape, rows);
+}
+
+std::uint64_t Reader::stored_hash(const std::string& name) const {
+  const Handle set = open_data_set(name);
+  const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
+  const Shape shape = checked_shape(set, name, {kAny, kAny});
+  hsize_t chunk[2] = {0, 0};
+  if (H5Pget_layout(creation.id()) != H5D_CHUNKED || H5Pget_chunk(creation.id(), 2, chunk) < 0 ||
+      chunk[0] == 0)
+    return 0;
+  std::uint64_t hash = 0;
+  std::string stored;
+  for (std::size_t row = 0; row < shape.rows; row += chunk[0]) {
+    if (!read_chunk(set.id(), row, file_bytes_, stored)) return 0;
+    hash = mix_word(hash, fast_hash(stored));
+  }
+  return hash;
+}
+
+std::vector<std::string> Reader::strings(const std::string& name, std::size_t rows) const {
+  const Handle set = open_data_set(name);
+  const Shape shape = checked_shape(set, name, {rows, 0});
+  const Handle type(H5Dget_type(set.id()), H5Tclose);
+  if (H5Tget_class(type.id()) != H5T_STRING)
+    throw error(name, "holds " + type_of(name) + ", not text");
+  check_storage(set, name, shape.count());
+  const Handle space(H5Dget_space(set.id()), H5Sclose);
+  std::vector<std::string> values;
+  const auto read = [&](hid_t memory_type, void* data) {
+    return H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
+  };
+  if (shape.rows > 0 && !read_strings(type, space, shape.rows, read, values))
+    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
+  return values;
+}
+
+}  // namespace palpate::h5

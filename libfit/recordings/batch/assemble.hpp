@@ -1,0 +1,45 @@
+#pragma once
+
+#include "libfit/core/samples.hpp"
+#include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/placing/registration.hpp"
+
+namespace palpate::recordings {
+
+/// What turns the results of a batch into samples on a body.
+struct AssembleOptions {
+  const Surface* surface = nullptr;   ///< positions are projected onto it
+  std::optional<RigidMotion> motion;  ///< rig to body, where it is known
+  bool fits_to_surface = false;       ///< refine it by the contact points
+  double place_tolerance_m = 3e-3;    ///< from the surface, and from the named position
+  bool pools_repeats = true;          ///< presses of one point at one rate become one experiment
+};
+
+/// A recording that made it into the samples, or one that was refused on the way.
+struct Outcome {
+  std::size_t item = 0;  ///< of the batch
+  std::string name;      ///< within its file
+  std::string point;
+  std::int32_t experiment = -1;  ///< -1: refused
+  std::optional<Failure> failure;
+  double surface_distance_m = 0;  ///< NaN without a surface
+};
+
+struct Assembled {
+  Samples samples;
+  std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
+  std::optional<Registration> registration;
+  std::vector<std::string>
+      notes;  ///< rates and hysteresis that stand out of the noise, a sentence each
+
+  std::size_t failed() const;
+};
+
+/// Places, checks against each other, pools and numbers the recordings of a batch. Refused are
+/// recordings too far from the surface or from the position that the manifest names, without a
+/// place or normal, and those whose stiffness is implausible, or a prefix away from the others of
+/// the batch. results: one per item. Throws Error when a registration is impossible.
+Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                   const AssembleOptions& options);
+
+}  // namespace palpate::recordings

@@ -1,0 +1,159 @@
+#include "libfit/recordings/batch/batch.hpp"
+
+#include <sys/stat.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <ctime>
+#include <mutex>
+
+#include "libfit/io/content_hash.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/recordings/batch/journal.hpp"
+#include "libfit/recordings/formats/importers.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr std::string_view kVersion = "import 5";  // raise when the same input gives other samples
+
+constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
+
+// The recordings of one file's content.
+void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string bytes,
+                   ItemResult& result) {
+  const std::string content = importers::unpacked(item.file, std::move(bytes), item.read.max_bytes);
+  std::optional<Vec3> inward;
+  if (item.normal) inward = body_from_rig.transpose() * *item.normal;
+  for (const auto& raw : importers::read_recordings(item.file, content, item.read))
+    result.recordings.push_back(
+        condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
+}
+
+// What decides an item's result but for the content of its file.
+ContentHash settings_of(const BatchItem& item, const Mat3& body_from_rig) {
+  ContentHash hash;
+  hash.add(kVersion).add(canonical(item));
+  for (int k = 0; k < 9; ++k) hash.add(to_text(body_from_rig.data()[k]));
+  return hash;
+}
+
+// Settings, and what the system knows of the file: its change time cannot be set back. Empty for a
+// file that changed within the clock's tick, or cannot be seen.
+std::string look_of(const BatchItem& item, const ContentHash& settings) {
+  struct stat seen {};
+  timespec now{};
+  if (::stat(item.file.c_str(), &seen) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0 ||
+      now.tv_sec - seen.st_ctim.tv_sec < kTick_s)
+    return {};
+  ContentHash hash = settings;
+  for (const auto value :
+       {static_cast<std::int64_t>(seen.st_size), static_cast<std::int64_t>(seen.st_ino),
+        static_cast<std::int64_t>(seen.st_dev), static_cast<std::int64_t>(seen.st_ctim.tv_sec),
+        static_cast<std::int64_t>(seen.st_ctim.tv_nsec),
+        static_cast<std::int64_t>(seen.st_mtim.tv_sec),
+        static_cast<std::int64_t>(seen.st_mtim.tv_nsec)})
+    hash.add(std::to_string(value));
+  return hash.hex();
+}
+
+ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal& journal) {
+  ItemResult result;
+  std::string key;
+  const ContentHash settings = settings_of(item, body_from_rig);
+  const std::string look = look_of(item, settings);
+  if (!look.empty())
+    if (auto kept = journal.find_look(look)) return std::move(*kept);
+  try {
+    std::string bytes = importers::read_bytes(item.file, item.read.max_bytes);
+    result.hash = content_hash(bytes);
+    key = ContentHash(settings).add(result.hash).hex();
+    if (auto kept = journal.find(key)) {
+      result = std::move(*kept);
+      if (!look.empty()) journal.add(key, look, result);  // not read next time
+      return result;
+    }
+    condition_all(item, body_from_rig, std::move(bytes), result);
+  } catch (const Error& error) {
+    result.failure = Failure{error.where(), error.fact(), error.remedy()};
+    result.recordings.clear();
+  } catch (const std::bad_alloc&) {
+    result.failure = Failure{item.file.string(), "needs more memory than there is",
+                             "Use fewer --jobs, or cut the file into several."};
+    result.recordings.clear();
+    key.clear();
+  } catch (const std::exception& error) {  // one recording never stops the rest
+    result.failure = Failure{item.file.string(), std::string("could not be read: ") + error.what(),
+                             "Please report this with the file."};
+    result.recordings.clear();
+    key.clear();
+  }
+  result.is_done = true;
+  if (!key.empty()) journal.add(key, look, result);
+  return result;
+}
+
+}  // namespace
+
+std::string canonical(const BatchItem& item) {
+  std::string text;
+  const auto put = [&](std::string_view value) {
+    text += std::to_string(value.size()) + ":", text += value;
+  };
+  const auto put_number = [&](double value) { put(to_text(value)); };
+  const auto put_all = [&](const std::vector<std::string>& values) {
+    put_number(static_cast<double>(values.size()));
+    for (const auto& v : values) put(v);
+  };
+  const importers::ReadSettings& r = item.read;
+  const SignalSettings& s = item.signal;
+  put(item.file.string()), put(r.format);
+  for (const std::string* name : {&r.columns.time, &r.columns.depth, &r.columns.force_time,
+                                  &r.columns.retract_depth, &r.columns.retract_force})
+    put(*name);
+  for (const auto* axes : {&r.columns.position, &r.columns.force, &r.columns.contact,
+                           &r.columns.normal, &r.columns.desired, &r.columns.torque})
+    put_all(*axes);
+  put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
+      put(r.encoding), put(r.comment);
+  for (const double number :
+       {double(r.is_force_on_tool), double(r.is_normal_outward), double(r.separator),
+        double(r.decimal), double(r.drop_invalid), static_cast<double>(r.max_bytes),
+        r.cantilever ? r.cantilever->stiffness_N_m : -1,
+        r.cantilever ? r.cantilever->sensitivity_m : -1})
+    put_number(number);
+  put(s.contact);
+  for (const double number :
+       {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
+        double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
+        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.rows)})
+    put_number(number);
+  for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
+  return text;
+}
+
+std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
+                                  const Progress& progress) {
+  Journal journal(options.journal);
+  std::vector<ItemResult> results(items.size());
+  std::mutex reporting;
+  std::size_t done = 0;
+  tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, items.size(), 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            if (progress.stopped()) return;
+            results[i] = import_item(items[i], options.body_from_rig, journal);
+            const std::lock_guard<std::mutex> lock(reporting);
+            progress.report(++done, items.size(), items[i].shown);
+          }
+        },
+        tbb::simple_partitioner());
+  });
+  if (!progress.stopped()) journal.compact();
+  return results;
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/core/progress.hpp"
+#include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/formats/recording.hpp"
+
+namespace palpate::recordings {
+
+/// One file of a manifest with all that is said about it.
+struct BatchItem {
+  std::filesystem::path file;
+  std::string shown;               ///< the file as the manifest names it
+  std::string place;               ///< "manifest.toml:12:1", for errors about the entry itself
+  std::string point;               ///< name of the test point; empty: the file's own name
+  std::optional<Vec3> position_m;  ///< of the point, in the body's frame
+  std::optional<Vec3> normal;      ///< inward unit, in the body's frame
+  importers::ReadSettings read;
+  SignalSettings signal;
+};
+
+/// Why an item gave nothing: the parts of an Error.
+struct Failure {
+  std::string where, what, remedy;
+};
+
+/// What became of an item: its recordings, or a failure.
+struct ItemResult {
+  std::string hash;  ///< content_hash of the file's bytes; empty when they could not be read
+  std::vector<Conditioned> recordings;
+  std::optional<Failure> failure;
+  bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again
+  bool is_done = false;    ///< else the batch was stopped before
+};
+
+struct BatchOptions {
+  int jobs = 0;                           ///< threads, 0: all. Results do not depend on it
+  std::filesystem::path journal;          ///< empty: none is kept
+  Mat3 body_from_rig = Mat3::Identity();  ///< turns the manifest's normals into the rig's frame
+};
+
+/// Reads and conditions every item, in parallel; a bad one becomes a failure and stops nothing.
+/// Each finished item goes to the journal at once, and an item whose file and settings have the
+/// hashes of a journal entry is taken from there (its file is not read where size, inode and times
+/// of change are those of then), so a batch that was interrupted (or killed) goes on where it was.
+/// Returns a result per item, in their order. Stops early, with items not done, when Progress says
+/// so.
+std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
+                                  const Progress& progress);
+
+/// Everything but the file's content that decides an item's result, as text.
+std::string canonical(const BatchItem& item);
+
+}  // namespace palpate::recordings

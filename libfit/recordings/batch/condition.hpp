@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/signal/settings.hpp"
+
+namespace palpate::recordings {
+
+/// How far a recording can be trusted; poor ones are imported, and listed.
+enum class Grade : std::int8_t { good = 0, fair = 1, poor = 2 };
+
+/// One press, drag or path as samples, before it is known where on the body: R rows.
+struct Conditioned {
+  std::string name;               ///< within its file
+  bool is_axial = false;          ///< deflection (depth, 0, 0), force (push, 0, 0)
+  Points deflection_m{0, 3};      ///< R x 3 since first touch
+  Points force_N{0, 3};           ///< R x 3, of the tip ON the body, bias taken off
+  Points torque_Nm{0, 3};         ///< R x 3, likewise; 0 rows where the recording has none
+  Eigen::VectorXd error_N;        ///< R, of a row's force, from the noise before contact
+  std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
+  std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
+  std::optional<Vec3> inward;     ///< unit, in the rig's frame
+  double contact_travel_m = 0;    ///< in the recording's own travel
+  double contact_deviation_m = 0;
+  std::string estimator;
+  double speed_m_s = 0;   ///< NaN without a clock
+  double noise_N = 0;     ///< standard deviation of one reading without contact
+  double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
+  double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
+  double apparent_Pa =
+      0;  ///< from the deepest row, for comparing recordings; see apparent_modulus_Pa
+  Grade grade = Grade::good;
+  std::vector<std::string> reasons;  ///< of the grade, a sentence each
+  std::size_t dropped_rows = 0;
+  bool is_force_from_signal = false;  ///< of a cantilever
+};
+
+/// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal
+/// steps of depth (press) or of the tip's way since contact (drag, path).
+/// inward: unit, where the manifest or a surface says it. Throws Error (file:line, what, remedy) on
+/// recordings from which no curve comes: no contact, reversed sign, saturated over most of the
+/// depth, implausible stiffness, too few rows.
+Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
+                      const std::optional<Vec3>& inward, const std::string& file,
+                      bool drop_invalid);
+
+/// Young's modulus of an incompressible half-space that this tip would press to this depth with
+/// this force; without a radius F / depth^2, the order of magnitude alone.
+double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings);
+
+}  // namespace palpate::recordings

@@ -1,0 +1,93 @@
+#include "libfit/recordings/batch/rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::recordings {
+namespace {
+
+// Where along the rows' abscissa each signal row lies: depth, or way since contact.
+Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
+                         double contact_travel_m, bool is_press) {
+  Eigen::VectorXd at = Eigen::VectorXd::Constant(used.rows(), -1);
+  const Eigen::VectorXd depth =
+      signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
+  if (is_press) return depth;
+  // Way of the tip, in strides of a hundredth of its range so that noise does not count as way.
+  const auto part = signal.position_m.middleRows(used.begin, used.rows());
+  const double stride_m = 0.01 * (part.colwise().maxCoeff() - part.colwise().minCoeff()).norm();
+  double way_m = 0;
+  Vec3 last = part.row(touched);
+  for (Eigen::Index i = touched; i < used.rows(); ++i) {
+    const double step_m = (Vec3(part.row(i)) - last).norm();
+    at[i] = way_m + step_m;
+    if (step_m > stride_m) way_m += step_m, last = part.row(i);
+  }
+  return at;
+}
+
+}  // namespace
+
+Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,
+                         const RowRange& approach) {
+  Eigen::Index end = approach.end;
+  while (end < signal.rows() && phases[static_cast<std::size_t>(end)] != Phase::retract) ++end;
+  return end;
+}
+
+void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
+               double contact_travel_m, const SignalSettings& settings, double correlation,
+               Conditioned& out) {
+  const bool is_press = settings.kind == ExperimentKind::press;
+  const Eigen::VectorXd travel = signal.travel_m().segment(used.begin, used.rows());
+  Eigen::Index touched = 0;
+  while (touched + 1 < travel.size() && travel[touched] < contact_travel_m) ++touched;
+  const Eigen::VectorXd at = abscissa(signal, used, touched, contact_travel_m, is_press);
+  const double most = at.maxCoeff();
+  const Vec3 contact =
+      signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
+
+  struct Mean {
+    Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
+    double count = 0;
+    bool is_saturated = false;
+  };
+  std::vector<Mean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
+  const auto add = [&](Eigen::Index row, double where) {
+    if (!(where > 0) || where > most || signal.is_spike[static_cast<std::size_t>(row)]) return;
+    const auto bin =
+        std::min(means.size() - 1,
+                 static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
+    Mean& mean = means[bin];
+    mean.deflection += Vec3(signal.position_m.row(row)) - contact;
+    mean.force += signal.force_N.row(row);
+    if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
+    mean.count += 1;
+    mean.is_saturated |= signal.is_saturated[static_cast<std::size_t>(row)] != 0;
+  };
+  for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
+  for (const RowRange& other : more)
+    for (Eigen::Index row = other.begin; row < other.end; ++row)
+      add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
+  std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
+  const auto rows = static_cast<Eigen::Index>(means.size());
+  out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Mean& mean = means[static_cast<std::size_t>(i)];
+    out.deflection_m.row(i) = mean.deflection / mean.count;
+    out.force_N.row(i) = mean.force / mean.count;
+    if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
+    const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
+    out.error_N[i] = out.noise_N / std::sqrt(independent);
+    out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);
+  }
+}
+
+double saturated_share(const Conditioned& r) {
+  const auto first =
+      std::find(r.status.begin(), r.status.end(), RowStatus::rejected) - r.status.begin();
+  return 1 - static_cast<double>(first) / static_cast<double>(r.status.size());
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/signal/phases.hpp"
+
+namespace palpate::recordings {
+
+/// The way in, as the estimators and the checks see it: W rows, and means of them and of others.
+struct Approach {
+  RowRange range;
+  Eigen::VectorXd travel, push;  ///< W
+  double noise_N = 0;            ///< of one reading, without contact
+  PressCurve curve;
+};
+
+/// The way in without its last rows where the force falls already: a soft cantilever springs back
+/// before the tip does.
+RowRange loading_part(const Signal& signal, RowRange range);
+
+/// The rows of `range`, and in the means those of `more` too. Saturated rows are in no mean.
+Approach way_in(const Signal& signal, const RowRange& range, const std::vector<RowRange>& more);
+
+/// Throws Error (file:line, what, remedy) where the way in holds no contact: too few rows, a force
+/// that falls (its sign is reversed), saturates at once, or stays in the noise.
+void check_contact(const Signal& signal, const Approach& way, const std::string& file);
+
+/// "file:line" of a row.
+std::string place(const std::string& file, const Signal& signal, Eigen::Index row);
+
+}  // namespace palpate::recordings

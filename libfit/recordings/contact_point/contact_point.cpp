@@ -1,0 +1,209 @@
+#include "libfit/recordings/contact_point/contact_point.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "libfit/recordings/contact_point/contact_curve.hpp"
+#include "libfit/recordings/contact_point/power_profile.hpp"
+#include "libfit/recordings/signal/scatter.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Eigen::Index kMinMeans = 5;
+constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
+constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
+constexpr double kGoodMisfit =
+    0.01;                            // or residual over force: nearer no tissue follows a power law
+constexpr double kModelShare = 0.1;  // of what a line instead would move
+constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
+constexpr double kMinForceInWaves = 4;   // likewise, of the scatter on the free part
+
+// Means up to a share of the largest push over the first one.
+Eigen::Index means_up_to(const PressCurve& curve, double share) {
+  const double base = curve.push_N[0], limit = base + share * (curve.push_N.maxCoeff() - base);
+  Eigen::Index i = 0;
+  while (i < curve.push_N.size() && curve.push_N[i] <= limit) ++i;
+  return std::clamp<Eigen::Index>(share >= 1 ? curve.push_N.size() : i + 1, kMinMeans,
+                                  curve.push_N.size());
+}
+
+ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index means,
+                          double& rms_N) {
+  const PowerProfile profile(curve, means, exponent);
+  ContactEstimate out;
+  out.travel_m = profile.best_contact_m();
+  const auto fit = profile.at(out.travel_m);
+  rms_N = profile.rms_N(out.travel_m, fit);
+  if (!std::isfinite(fit.squares)) {
+    out.travel_m = curve.travel_m[0], out.begins_in_contact = true;
+    out.deviation_m = curve.travel_m[means - 1] - curve.travel_m[0];
+    return out;
+  }
+  out.deviation_m = profile.deviation_m(out.travel_m, fit);
+  out.amplitude = fit.amplitude, out.bias_N = fit.bias_N;
+  const double first = curve.travel_m[0], step = curve.travel_m[1] - first;
+  if (out.travel_m < first + step) {  // no mean without contact
+    out.begins_in_contact = true;
+    out.deviation_m = std::max(out.deviation_m, std::abs(out.travel_m - first));
+    out.travel_m = first, out.bias_N = 0;
+  }
+  return out;
+}
+
+// Scatter about their mean of the means that a fit takes as free.
+double free_scatter_N(const PressCurve& curve, const ContactEstimate& fit) {
+  Eigen::Index n = 0;
+  while (n < curve.travel_m.size() && curve.travel_m[n] < fit.travel_m) ++n;
+  const auto part = curve.push_N.head(n).array();
+  return n > 2 ? std::sqrt((part - part.mean()).square().mean()) : 0;
+}
+
+// The longest range that the power law still fits, else the one that it fits best: a material that
+// stiffens ends it early, waves on the free part keep it from becoming too short.
+ContactEstimate fit_power(const PressCurve& curve, double exponent, double share) {
+  double rms_N = 0;
+  if (share > 0) return fit_up_to(curve, exponent, means_up_to(curve, share), rms_N);
+  const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
+  ContactEstimate best;
+  double least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
+  for (share = 1; share > 1e-3; share /= 2) {
+    const Eigen::Index means = means_up_to(curve, share);
+    const ContactEstimate fit = fit_up_to(curve, exponent, means, rms_N);
+    const double misfit = rms_N / (share * largest_N);
+    const bool is_good = rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit;
+    if (is_good || misfit < least) {
+      if (least < kInfinity) other_m = best.travel_m;
+      best = fit, least = misfit;
+    }
+    const double noise_N =
+        std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * free_scatter_N(curve, fit));
+    if (is_good || share / 2 * largest_N < noise_N || means <= kMinMeans + 3) break;
+  }
+  // Where a longer range put it tells what the power law leaves open.
+  if (!best.begins_in_contact && std::isfinite(other_m))
+    best.deviation_m = std::hypot(best.deviation_m, 0.25 * (other_m - best.travel_m));
+  return best;
+}
+
+ContactEstimate by_hertz(const PressCurve& curve, const SignalSettings& settings) {
+  return fit_power(curve, exponent_of(settings.tip), settings.contact_range);
+}
+
+ContactEstimate by_two_lines(const PressCurve& curve, const SignalSettings& settings) {
+  ContactEstimate lines = fit_power(curve, 1, settings.contact_range);
+  lines.amplitude = 0;  // of a line, not of the tip's power law
+  return lines;
+}
+
+ContactEstimate by_threshold(const PressCurve& curve, const SignalSettings&) {
+  const Eigen::Index n = curve.push_N.size(), free = std::max<Eigen::Index>(1, n / 10);
+  ContactEstimate out;
+  out.bias_N = curve.push_N.head(free).mean();
+  const double threshold_N = out.bias_N + kThresholdDeviations * curve.noise_N;
+  Eigen::Index at = n - 1;
+  while (at > 0 && curve.push_N[at - 1] > threshold_N) --at;
+  out.travel_m = curve.travel_m[at];
+  const double step = curve.travel_m[1] - curve.travel_m[0];
+  const Eigen::Index ahead = std::min(at + std::max<Eigen::Index>(1, n / 50), n - 1);
+  const double slope = ahead > at ? (curve.push_N[ahead] - curve.push_N[at]) /
+                                        (curve.travel_m[ahead] - curve.travel_m[at])
+                                  : 0;
+  // It comes late by about what the push needs to rise above the noise.
+  out.deviation_m = step + (slope > 0 ? (threshold_N - out.bias_N) / slope : 0);
+  out.begins_in_contact = at == 0;
+  return out;
+}
+
+// Gavara (2016), doi:10.1038/srep21267: variance after a row over the variance before it.
+ContactEstimate by_ratio_of_variances(const PressCurve& curve, const SignalSettings&) {
+  const Eigen::Index n = curve.push_N.size(), window = std::max<Eigen::Index>(3, n / 10);
+  const auto variance = [&](Eigen::Index first) {
+    const auto part = curve.push_N.segment(first, window).array();
+    return (part - part.mean()).square().sum() / static_cast<double>(window - 1);
+  };
+  const double floor = std::max(curve.noise_N * curve.noise_N, 1e-300);
+  Eigen::VectorXd ratio = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index i = window; i + window <= n; ++i)
+    ratio[i] = variance(i) / std::max(variance(i - window), 0.1 * floor);
+  Eigen::Index best = 0;
+  const double peak = ratio.maxCoeff(&best);
+  ContactEstimate out;
+  out.bias_N = curve.push_N.head(std::max<Eigen::Index>(1, best)).mean();
+  Eigen::Index low = best, high = best;
+  while (low > 0 && ratio[low - 1] > peak / 2) --low;
+  while (high + 1 < n && ratio[high + 1] > peak / 2) ++high;
+  const double step = curve.travel_m[1] - curve.travel_m[0];
+  out.travel_m = curve.travel_m[best];
+  out.deviation_m = step * std::max(1.0, static_cast<double>(high - low) / 2);
+  out.begins_in_contact = best <= window;
+  return out;
+}
+
+ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) {
+  return contact_of_smooth_curve(curve);
+}
+
+// Where the tip is known its power law tells most; where not, the smooth curve alone is honest.
+ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings) {
+  const ContactEstimate hertz = by_hertz(curve, settings);
+  if (settings.radius_m > 0 || settings.tip != Tip::sphere) {
+    ContactEstimate out = hertz;
+    const ContactEstimate lines = by_two_lines(curve, settings);
+    out.deviation_m = std::hypot(out.deviation_m, kModelShare * (lines.travel_m - hertz.travel_m));
+    return out;
+  }
+  ContactEstimate smooth = by_smooth_curve(curve, settings);
+  smooth.amplitude = hertz.amplitude, smooth.bias_N = hertz.bias_N;
+  return smooth;
+}
+constexpr std::array<ContactEstimator, 6> kEstimators{{
+    {"auto", "hertz where the tip is known, else smooth-curve", by_auto},
+    {"hertz", "power law of the tip with free contact point, over the longest range that it fits",
+     by_hertz},
+    {"smooth-curve", "mean over all smooth curves from each contact point", by_smooth_curve},
+    {"two-line", "flat, then a line: the same with exponent 1", by_two_lines},
+    {"threshold", "first mean from which all are five deviations above the free push",
+     by_threshold},
+    {"ratio-of-variances", "largest variance after over variance before (Gavara 2016)",
+     by_ratio_of_variances},
+}};
+
+}  // namespace
+
+double exponent_of(Tip tip) { return tip == Tip::sphere ? 1.5 : tip == Tip::flat ? 1.0 : 2.0; }
+
+std::span<const ContactEstimator> contact_estimators() { return kEstimators; }
+
+const ContactEstimator* contact_estimator_named(std::string_view name) {
+  const auto row = std::find_if(kEstimators.begin(), kEstimators.end(),
+                                [&](const auto& r) { return r.name == name; });
+  return row == kEstimators.end() ? nullptr : &*row;
+}
+
+PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N, int most) {
+  const double first = travel_m.minCoeff(), range = travel_m.maxCoeff() - first;
+  const Eigen::Index bins = std::min<Eigen::Index>(most, travel_m.size());
+  Eigen::VectorXd travel = Eigen::VectorXd::Zero(bins), push = travel, count = travel;
+  for (Eigen::Index i = 0; i < travel_m.size(); ++i) {
+    const double share = range > 0 ? (travel_m[i] - first) / range : 0;
+    const Eigen::Index b =
+        std::min(bins - 1, static_cast<Eigen::Index>(share * static_cast<double>(bins)));
+    travel[b] += travel_m[i], push[b] += push_N[i], count[b] += 1;
+  }
+  PressCurve curve;
+  curve.quantum_N = quantum_of(push_N);
+  const auto filled = static_cast<Eigen::Index>((count.array() > 0).count());
+  curve.travel_m.resize(filled), curve.push_N.resize(filled), curve.count.resize(filled);
+  for (Eigen::Index b = 0, k = 0; b < bins; ++b) {
+    if (!(count[b] > 0)) continue;
+    curve.travel_m[k] = travel[b] / count[b], curve.push_N[k] = push[b] / count[b],
+    curve.count[k++] = count[b];
+  }
+  return curve;
+}
+
+}  // namespace palpate::recordings

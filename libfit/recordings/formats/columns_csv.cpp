@@ -1,0 +1,144 @@
+// Any delimited text whose columns the manifest names.
+
+#include <algorithm>
+
+#include "libfit/recordings/formats/columns.hpp"
+#include "libfit/recordings/formats/importers.hpp"
+
+namespace palpate::importers {
+namespace {
+
+constexpr std::size_t kHeaderLines = 400;  // a preamble is shorter
+
+bool is_comment(std::string_view line, const ReadSettings& settings) {
+  return trimmed(line).empty() ||
+         (!settings.comment.empty() && trimmed(line).starts_with(settings.comment));
+}
+
+struct Header {
+  std::size_t line = 0;  // index
+  char separator = ',';
+  std::vector<std::string> names;
+  bool is_numbered = false;  // no header line: the first row of numbers
+};
+
+std::vector<std::string> names_in(std::string_view line, char separator) {
+  std::vector<std::string> names;
+  for (const auto field : split(line, separator)) names.emplace_back(field);
+  return names;
+}
+
+std::size_t matches(const std::vector<Role>& roles, const std::vector<std::string>& names) {
+  return static_cast<std::size_t>(std::count_if(roles.begin(), roles.end(), [&](const Role& role) {
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      return name == role.name || split_unit(name).first == split_unit(role.name).first;
+    });
+  }));
+}
+
+// The line that names most of the columns, the first of equals; without any the first that could be
+// a header, for its error.
+Header find_header(const TextFile& file, const std::vector<Role>& roles,
+                   const ReadSettings& settings) {
+  const bool is_numbered = std::all_of(roles.begin(), roles.end(),
+                                       [](const Role& r) { return r.name.starts_with('#'); });
+  Header best;
+  std::size_t most = 0;
+  bool has_one = false;
+  for (std::size_t i = 0, seen = 0; i < file.lines() && seen < kHeaderLines; ++i) {
+    std::string_view line = file.line(i);
+    // A header may itself be commented out, as numpy writes it.
+    if (trimmed(line).empty()) continue;
+    ++seen;
+    if (is_comment(line, settings)) {
+      if (is_numbered) continue;
+      line = trimmed(line).substr(settings.comment.size());
+    }
+    const char separator = settings.separator ? settings.separator : guess_separator(line);
+    Header header{i, separator, names_in(line, separator), is_numbered};
+    if (is_numbered) {
+      const bool is_row =
+          std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
+            return parse_number(name, '.') || parse_number(name, ',');
+          });
+      if (is_row && header.names.size() > 1) return header;
+      continue;
+    }
+    const std::size_t count = matches(roles, header.names);
+    if (count > most || (!has_one && header.names.size() > 1))
+      best = header, most = count, has_one = true;
+    if (count == roles.size()) break;
+  }
+  if (best.names.empty() && is_numbered)
+    throw file.error(0, "has no row of numbers",
+                     "Record it again, or remove it from the manifest.");
+  return best;
+}
+
+// A comma is the decimal sign where it separates no fields and the first rows have one in a number.
+char decimal_of(const TextFile& file, const Header& header, const ReadSettings& settings) {
+  if (settings.decimal) return settings.decimal;
+  if (header.separator == ',') return '.';
+  for (std::size_t i = header.line + !header.is_numbered, seen = 0; i < file.lines() && seen < 20;
+       ++i) {
+    if (is_comment(file.line(i), settings)) continue;
+    ++seen;
+    for (const auto field : split(file.line(i), header.separator))
+      if (field.find(',') != std::string_view::npos && parse_number(field, ',')) return ',';
+  }
+  return '.';
+}
+
+}  // namespace
+
+std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
+                                           std::string_view bytes, const ReadSettings& settings) {
+  const TextFile file(path, bytes, settings.encoding);
+  const auto roles = roles_of(settings.columns);
+  const Header header = find_header(file, roles, settings);
+  const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(header.line, what, remedy);
+  };
+  TableLayout layout;
+  layout.first = header.line + !header.is_numbered;
+  layout.separator = header.separator;
+  layout.decimal = decimal_of(file, header, settings);
+  layout.comment = settings.comment;
+  layout.drop_invalid = settings.drop_invalid;
+  layout.may_end_early = true;
+  const auto field = find_columns(roles, header.names, fail);
+  std::vector<double> factors;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < roles.size(); ++i) {
+    names.push_back(header.is_numbered ? roles[i].name : header.names[field[i]]);
+    factors.push_back(factor_of(roles[i], names[i], settings.units, fail));
+  }
+  // With a clock of its own the force has rows of its own: fewer or more, blank where it has none.
+  const auto is_of_force = [&](std::size_t i) {
+    return !settings.columns.force_time.empty() &&
+           (roles[i].meaning == Meaning::force_time || roles[i].meaning == Meaning::force ||
+            roles[i].meaning == Meaning::torque);
+  };
+  std::vector<std::vector<double>> columns(roles.size());
+  std::vector<std::size_t> line;
+  std::size_t dropped = 0;
+  for (const bool is_force : {false, true}) {
+    std::vector<std::size_t> part;
+    for (std::size_t i = 0; i < roles.size(); ++i)
+      if (is_of_force(i) == is_force) part.push_back(i);
+    if (part.empty()) continue;
+    layout.field.clear(), layout.name.clear();
+    for (const std::size_t i : part)
+      layout.field.push_back(field[i]), layout.name.push_back(names[i]);
+    NumberTable table = read_numbers(file, layout);
+    for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);
+    if (!is_force) line = std::move(table.line);
+    dropped += table.dropped_rows;
+  }
+  RawRecording recording =
+      recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  recording.dropped_rows = dropped;
+  return {recording};
+}
+
+}  // namespace palpate::importers

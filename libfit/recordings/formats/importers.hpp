@@ -1,0 +1,65 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/formats/text_file.hpp"
+
+namespace palpate::importers {
+
+/// A row of the table of recording formats.
+struct Importer {
+  std::string_view name;
+  std::string_view summary;
+  /// Whether a file begins like this format (its first bytes, unpacked); nullptr: never chosen by
+  /// itself.
+  bool (*begins)(std::string_view head);
+  /// The recordings of a file. bytes: its content, unpacked. Throws Error naming file and line.
+  std::vector<RawRecording> (*read)(const std::filesystem::path& path, std::string_view bytes,
+                                    const ReadSettings& settings);
+};
+
+/// All formats, in the order in which a file is tried; "csv" takes what no other takes.
+std::span<const Importer> importers();
+
+/// The row of a name, nullptr when there is none.
+const Importer* importer_named(std::string_view name);
+
+/// Bytes of a recording's file as it lies there. Throws Error when it is missing, cannot be read or
+/// is larger than `max_bytes`; nothing of a larger file is read.
+std::string read_bytes(const std::filesystem::path& path, std::uintmax_t max_bytes);
+
+/// Takes bytes apart that are gzip, and leaves others as they are. Throws Error when they are
+/// damaged or unpack to more than `max_bytes`.
+std::string unpacked(const std::filesystem::path& path, std::string bytes,
+                     std::uintmax_t max_bytes);
+
+/// The recordings in the content of a file by its format, or by the format it begins like.
+/// Every recording has at least one row; all numbers are finite and within 1e15 of zero. Safe on
+/// untrusted bytes.
+std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
+                                          const ReadSettings& settings);
+
+// The rows' functions, each in the file of its name.
+std::vector<RawRecording> read_columns_csv(const std::filesystem::path&, std::string_view,
+                                           const ReadSettings&);
+std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path&, std::string_view,
+                                            const ReadSettings&);
+std::vector<RawRecording> read_robot_palpation(const std::filesystem::path&, std::string_view,
+                                               const ReadSettings&);
+std::vector<RawRecording> read_instron(const std::filesystem::path&, std::string_view,
+                                       const ReadSettings&);
+std::vector<RawRecording> read_chiaro(const std::filesystem::path&, std::string_view,
+                                      const ReadSettings&);
+std::vector<RawRecording> read_afm_workshop(const std::filesystem::path&, std::string_view,
+                                            const ReadSettings&);
+std::vector<RawRecording> read_nt_mdt(const std::filesystem::path&, std::string_view,
+                                      const ReadSettings&);
+bool begins_hdf5(std::string_view head);
+bool begins_instron(std::string_view head);
+bool begins_chiaro(std::string_view head);
+bool begins_afm_workshop(std::string_view head);
+bool begins_nt_mdt(std::string_view head);
+
+}  // namespace palpate::importers

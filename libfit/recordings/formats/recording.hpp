@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/core/geometry.hpp"
+
+namespace palpate::importers {
+
+/// Which columns of a file mean what, by the names in its header ("#3" is the third column of a
+/// file without header; a leading minus turns the sign). Empty where the file has none.
+struct ColumnNames {
+  std::string time, depth;
+  std::string force_time;                    ///< clock of the force columns, when it is another
+  std::string retract_depth, retract_force;  ///< of the way back, beside the way in
+  std::vector<std::string> position, force;  ///< three axes; one force column: along the depth
+  std::vector<std::string> contact, normal;  ///< per row: where the press began, inward or outward
+  std::vector<std::string> torque;           ///< three axes, about the tip
+  std::vector<std::string> desired;          ///< where the robot was told to go
+};
+
+/// Units by name; empty where the header has to say it in brackets.
+struct UnitNames {
+  std::string time, position, force;
+  std::string torque = {};
+};
+
+/// Turns the deflection signal of an atomic force microscope into force and indentation.
+struct Cantilever {
+  double stiffness_N_m = 0;
+  double sensitivity_m = 0;  ///< deflection per unit of the signal (V, nA)
+  double stiffness_deviation = 0, sensitivity_deviation = 0;  ///< shares; 0: not stated
+};
+
+/// How one file is to be read. The defaults let a file speak for itself.
+struct ReadSettings {
+  std::string format = "auto";  ///< a name of kImporters
+  ColumnNames columns;
+  UnitNames units;
+  bool is_force_on_tool = false;   ///< else on the body
+  bool is_normal_outward = false;  ///< of columns.normal
+  char separator = 0;              ///< 0: tab, semicolon, comma or blanks, by the header line
+  char decimal = 0;                ///< 0: a point, or a comma where the separator leaves it free
+  std::string encoding = "utf-8";  ///< or "latin-1"
+  std::string comment = "#";       ///< lines that begin so are no rows
+  std::optional<Cantilever> cantilever;
+  bool drop_invalid = false;  ///< leave out unusable rows and count them, instead of refusing
+  std::uintmax_t max_bytes = std::uintmax_t{256} << 20;  ///< of the content, unpacked
+};
+
+/// Signals of one press, drag or path in SI units as recorded: unfiltered, zero and contact
+/// unknown. N position rows on one clock; M force rows on the same one or, with force_time_s, on
+/// another.
+struct RawRecording {
+  std::string name;                  ///< within the file, where it holds several; else empty
+  std::vector<double> time_s;        ///< N; empty when the file has no clock
+  Points position_m{0, 3};           ///< N x 3 of the tip; or none
+  std::vector<double> travel_m;      ///< N along the inward direction; or none
+  std::vector<double> force_time_s;  ///< M; empty: the position rows
+  Points force_N{0, 3};              ///< M x 3 of the tool ON the body; or none
+  std::vector<double> push_N;  ///< M along the inward direction, of the tool ON the body; or none
+  Points torque_Nm{0, 3};      ///< M x 3 about the tip, of the tool ON the body; or none
+  std::vector<std::size_t> line;               ///< N, in the file (1-based)
+  std::optional<Eigen::Index> retract_begins;  ///< row, where the file says it
+  std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
+  std::optional<Vec3> normal;                  ///< inward unit, likewise
+  std::optional<double> probe_radius_m;
+  std::size_t dropped_rows = 0;       ///< left out by drop_invalid
+  bool is_force_from_signal = false;  ///< by Cantilever
+  std::map<std::string, std::string>
+      facts;  ///< what else the file says: instrument, date, its own result
+
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(line.size()); }
+  bool is_axial() const { return position_m.rows() == 0; }
+};
+
+}  // namespace palpate::importers

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/error.hpp"
+#include "libfit/recordings/formats/recording.hpp"
+
+// Lines, fields and numbers of a rig's text file, for the importers alone. Safe on untrusted bytes.
+
+namespace palpate::importers {
+
+/// A text file as lines in UTF-8, ended by LF, CRLF or CR in any mixture.
+/// Throws Error naming file and line when it is empty, binary, or not in its encoding.
+class TextFile {
+ public:
+  TextFile(const std::filesystem::path& path, std::string_view bytes, std::string_view encoding);
+
+  std::size_t lines() const { return line_.size(); }
+  std::string_view line(std::size_t index) const { return line_[index]; }
+  Error error(std::size_t index, const std::string& what, const std::string& remedy) const;
+  Error error(const std::string& what, const std::string& remedy) const;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  std::string converted_;  ///< holds the text when it had to be converted
+  std::vector<std::string_view> line_;
+};
+
+/// Without blanks and quotes around it.
+std::string_view trimmed(std::string_view text);
+std::string in_lower_case(std::string_view text);
+/// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.
+std::vector<std::string_view> split(std::string_view line, char separator);
+/// The separator of a header or data line: tab, semicolon, comma, else blanks.
+char guess_separator(std::string_view line);
+/// A finite number with this decimal sign and nothing else; nothing otherwise ("nan" included).
+std::optional<double> parse_number(std::string_view text, char decimal);
+/// "Load (N)" or "Load [N]" -> {"Load", "N"}; the micro sign becomes u. {name, ""} without
+/// brackets.
+std::pair<std::string, std::string> split_unit(std::string_view name);
+
+/// Columns of numbers below a header line.
+struct NumberTable {
+  std::vector<std::vector<double>> column;  ///< as asked for
+  std::vector<std::size_t> line;            ///< 1-based, of each row
+  std::size_t dropped_rows = 0;
+};
+
+/// How the numbers of a file are laid out.
+struct TableLayout {
+  std::size_t first = 0;  ///< index of the first data line
+  char separator = ',';
+  char decimal = '.';
+  std::string_view comment;
+  std::vector<std::size_t> field;  ///< of each column asked for
+  std::vector<std::string> name;   ///< of each, for errors
+  bool may_end_early = false;      ///< rows with every asked field empty are no rows
+  bool drop_invalid = false;
+};
+
+/// Reads the asked columns until the last line. Throws Error naming file:line and column when a
+/// field is missing, no number, not finite or beyond 1e15; with drop_invalid such rows are counted
+/// instead.
+NumberTable read_numbers(const TextFile& file, const TableLayout& layout);
+
+}  // namespace palpate::importers

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "libfit/recordings/batch/assemble.hpp"
+
+// Steps of `assemble`, for this layer alone.
+
+namespace palpate::recordings {
+
+/// A recording on its way into the samples.
+struct Candidate {
+  std::size_t item = 0;
+  const Conditioned* recording = nullptr;
+  std::string point;               ///< its name
+  Vec3 position_m = Vec3::Zero();  ///< on the body
+  Vec3 inward = Vec3::UnitZ();
+  Mat3 to_body = Mat3::Identity();  ///< turns its deflections and forces into the body's frame
+  double surface_distance_m = 0;
+  std::int32_t point_index = -1, experiment = -1;
+  std::optional<Failure> failure;
+};
+
+/// Finds place and inward normal of each candidate; refuses those that have none or lie elsewhere.
+std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
+                                          const AssembleOptions& options,
+                                          std::vector<Candidate>& candidates);
+
+/// Refuses what no body is made of, or what is a prefix away from the other recordings.
+void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates);
+
+/// One experiment of the samples.
+struct Pooled {
+  std::vector<std::size_t> member;           ///< candidates
+  Points deflection_m{0, 3}, force_N{0, 3};  ///< in the body's frame
+  Points torque_Nm{0, 3};                    ///< likewise; 0 rows where unknown
+  Eigen::VectorXd error_N;
+  std::vector<RowStatus> status;
+  double speed_m_s = 0;
+};
+
+/// Experiments of one point. members: candidates of it, not refused.
+std::vector<Pooled> pool(const std::vector<Candidate>& candidates,
+                         const std::vector<std::size_t>& members,
+                         const std::vector<BatchItem>& items, bool pools_repeats);
+
+/// What rates and ways back do beyond the noise, a sentence each; empty when nothing stands out.
+std::vector<std::string> compare_rates(const std::string& point,
+                                       const std::vector<Pooled>& experiments,
+                                       const std::vector<Candidate>& candidates,
+                                       const std::vector<BatchItem>& items);
+
+/// "file.csv" or "file.csv#name".
+std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);
+
+}  // namespace palpate::recordings

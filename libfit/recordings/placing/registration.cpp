@@ -1,0 +1,141 @@
+#include "libfit/recordings/placing/registration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfit/core/error.hpp"
+#include "libfit/refine/nearest_triangle.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kOnOneLine = 1e-6;  // second singular value over the first
+constexpr int kMaxIterations = 50;
+constexpr double kFarDeviations = 3;
+constexpr double kSettled = 1e-9;  // of the surface's extent
+
+Points moved(const Points& points, const RigidMotion& motion) {
+  Points out(points.rows(), 3);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) out.row(i) = motion(points.row(i));
+  return out;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+// The small motion that minimises distances along the normals of the nearest surface points.
+RigidMotion step_towards(const Points& points,
+                         const std::vector<std::optional<SurfacePlace>>& places) {
+  std::vector<double> sizes;
+  for (const auto& place : places) sizes.push_back(place ? place->distance_m : 0);
+  const double limit_m =
+      kFarDeviations * median(sizes) / 0.6745 + std::numeric_limits<double>::min();
+  const Vec3 centre = points.colwise().mean();
+  const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(),
+                                std::numeric_limits<double>::min());
+  Eigen::Matrix<double, 6, 6> normal_matrix = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const auto& place = places[static_cast<std::size_t>(i)];
+    if (!place || place->distance_m > limit_m) continue;
+    const Vec3 p = (Vec3(points.row(i)) - centre) / scale;
+    Eigen::Matrix<double, 6, 1> row;
+    row << p.cross(place->inward), place->inward;
+    normal_matrix += row * row.transpose();
+    right += row * place->inward.dot(place->position_m - Vec3(points.row(i))) / scale;
+  }
+  // A little damping: a plane leaves three of the six motions free, and those should not move.
+  normal_matrix.diagonal().array() += 1e-9 * normal_matrix.trace();
+  const Eigen::Matrix<double, 6, 1> x = normal_matrix.ldlt().solve(right);
+  const Vec3 turn = x.head<3>();
+  RigidMotion step;
+  if (turn.norm() > 0)
+    step.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  step.translation_m = centre + scale * Vec3(x.tail<3>()) - step.rotation * centre;
+  return step;
+}
+
+}  // namespace
+
+Registration register_landmarks(const Points& from, const Points& to) {
+  if (from.rows() < 3 || from.rows() != to.rows())
+    throw Error("registration", "has " + std::to_string(from.rows()) + " landmarks",
+                "Give at least three pairs.");
+  const Vec3 from_centre = from.colwise().mean(), to_centre = to.colwise().mean();
+  const Points a = from.rowwise() - from_centre.transpose(),
+               b = to.rowwise() - to_centre.transpose();
+  for (const Points* part : {&a, &b}) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> spread{Eigen::MatrixXd(*part)};
+    if (!(spread.singularValues()[1] > kOnOneLine * spread.singularValues()[0]))
+      throw Error("registration", "the landmarks lie on one line", "Add a landmark away from it.");
+  }
+  const Mat3 together = a.transpose() * b;
+  const Eigen::JacobiSVD<Mat3> svd(together, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 mirror = Mat3::Identity();
+  mirror(2, 2) = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1 : 1;
+  Registration out;
+  out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
+  out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
+  const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
+  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())),
+  out.largest_m = left.maxCoeff();
+  return out;
+}
+
+Registration register_to_surface(const Points& points, const Surface& surface,
+                                 const RigidMotion& start) {
+  if (points.rows() < 6)
+    throw Error("registration",
+                "has " + std::to_string(points.rows()) + " contact points to fit to the surface",
+                "Give at least six, or landmarks alone.");
+  Registration out;
+  out.motion = start;
+  const double extent = extent_m(surface.vertices).norm();
+  std::vector<std::optional<SurfacePlace>> places;
+  for (out.iterations = 1; out.iterations <= kMaxIterations; ++out.iterations) {
+    const Points here = moved(points, out.motion);
+    places = project(here, surface);
+    const RigidMotion step = step_towards(here, places);
+    out.motion = {step.rotation * out.motion.rotation, step(out.motion.translation_m)};
+    if ((moved(here, step) - here).rowwise().norm().maxCoeff() < kSettled * extent) break;
+  }
+  places = project(moved(points, out.motion), surface);
+  double squares = 0;
+  for (const auto& place : places) {
+    if (!place) continue;
+    squares += place->distance_m * place->distance_m;
+    out.largest_m = std::max(out.largest_m, place->distance_m);
+  }
+  out.rms_m = std::sqrt(squares / static_cast<double>(points.rows()));
+  return out;
+}
+
+std::vector<std::optional<SurfacePlace>> project(const Points& points, const Surface& surface) {
+  const TriangleTree tree(surface);
+  const Points outward = vertex_normals(surface);
+  std::vector<std::optional<SurfacePlace>> places(static_cast<std::size_t>(points.rows()));
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const auto hit = tree.nearest(points.row(i), std::numeric_limits<double>::max() / 1e160,
+                                  [](auto, const auto&) { return true; });
+    if (!hit) continue;
+    SurfacePlace place{Vec3::Zero(), Vec3::Zero(), hit->point.distance_m};
+    for (int k = 0; k < 3; ++k) {
+      const auto vertex = surface.triangles(hit->triangle, k);
+      place.position_m += hit->point.weight[k] * Vec3(surface.vertices.row(vertex));
+      place.inward -= hit->point.weight[k] * Vec3(outward.row(vertex));
+    }
+    if (!(place.inward.norm() > 1e-12)) continue;
+    place.inward.normalize();
+    places[static_cast<std::size_t>(i)] = place;
+  }
+  return places;
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,199 @@
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr Eigen::Index kMinRows = 5;
+constexpr Eigen::Index kStuckRows = 5;  // equal readings in a row that chance does not make
+constexpr double kCoarse = 2e-3;        // of the force's range: a larger step is a coarse sensor
+constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
+constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
+
+std::string place(const std::string& file, std::size_t line) {
+  return file + ":" + std::to_string(line);
+}
+
+// Rows whose time is later than that of all rows kept before.
+std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
+                                       const std::vector<std::size_t>& line,
+                                       const std::string& file, bool drop_invalid,
+                                       std::size_t& dropped) {
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    if (!rows.empty() && !(time_s[i] > time_s[static_cast<std::size_t>(rows.back())])) {
+      if (!drop_invalid)
+        throw Error(place(file, line[std::min(i, line.size() - 1)]),
+                    time_s[i] == time_s[static_cast<std::size_t>(rows.back())]
+                        ? "the time stamp repeats"
+                        : "time goes back",
+                    "Sort the rows by time and remove double ones, or import with --drop-invalid "
+                    "to skip and count them.");
+      ++dropped;
+      continue;
+    }
+    rows.push_back(static_cast<Eigen::Index>(i));
+  }
+  return rows;
+}
+
+template <class Matrix>
+Matrix picked(const Matrix& from, const std::vector<Eigen::Index>& rows) {
+  Matrix out(static_cast<Eigen::Index>(rows.size()), from.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    out.row(static_cast<Eigen::Index>(i)) = from.row(rows[i]);
+  return out;
+}
+
+template <class T>
+std::vector<T> picked(const std::vector<T>& from, const std::vector<Eigen::Index>& rows) {
+  std::vector<T> out;
+  for (const Eigen::Index row : rows) out.push_back(from[static_cast<std::size_t>(row)]);
+  return out;
+}
+
+Points along_first_axis(const std::vector<double>& values) {
+  Points points = Points::Zero(static_cast<Eigen::Index>(values.size()), 3);
+  points.col(0) = Eigen::Map<const Eigen::VectorXd>(values.data(), points.rows());
+  return points;
+}
+
+// Positions at the times of the force, where both clocks run.
+void interpolate(Signal& signal, const std::vector<double>& force_time_s, const Points& force_N,
+                 const Points& torque_Nm) {
+  const Signal before = signal;
+  signal.time_s.clear(), signal.line.clear();
+  std::vector<Eigen::Index> kept;
+  std::vector<Vec3> position;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < force_time_s.size(); ++i) {
+    const double t = force_time_s[i];
+    if (t < before.time_s.front() || t > before.time_s.back()) continue;
+    while (j + 2 < before.time_s.size() && before.time_s[j + 1] < t) ++j;
+    const double share = (t - before.time_s[j]) / (before.time_s[j + 1] - before.time_s[j]);
+    const auto row = static_cast<Eigen::Index>(j);
+    position.push_back((1 - share) * before.position_m.row(row) +
+                       share * before.position_m.row(row + 1));
+    kept.push_back(static_cast<Eigen::Index>(i));
+    signal.time_s.push_back(t), signal.line.push_back(before.line[j]);
+  }
+  signal.position_m.resize(static_cast<Eigen::Index>(position.size()), 3);
+  for (std::size_t i = 0; i < position.size(); ++i)
+    signal.position_m.row(static_cast<Eigen::Index>(i)) = position[i];
+  signal.force_N = picked(force_N, kept);
+  if (torque_Nm.rows() > 0) signal.torque_Nm = picked(torque_Nm, kept);
+}
+
+// Readings stuck at one value, on the far half of what an axis feels, with the tip moving
+// meanwhile: the near half holds the free part. A coarse sensor stands still on the way, too; of it
+// only its largest value counts.
+void mark_stuck(const Eigen::VectorXd& force, const Points& position_m, double range_m,
+                std::vector<char>& is_saturated) {
+  const double first_N = force.head(std::max<Eigen::Index>(1, force.size() / 20)).mean(),
+               up = force.maxCoeff() - first_N, down = first_N - force.minCoeff();
+  const double sign = up >= down ? 1 : -1, max_N = std::max(up, down);
+  const double min_N = (quantum_of(force) > kCoarse * max_N ? 1 - kExtremeShare : 0.5) * max_N;
+  for (Eigen::Index first = 0, last = 0; first < force.size(); first = last) {
+    for (last = first + 1; last < force.size() && force[last] == force[first]; ++last) {
+    }
+    if (last - first < kStuckRows || sign * (force[first] - first_N) <= min_N) continue;
+    const auto run = position_m.middleRows(first, last - first);
+    if ((run.colwise().maxCoeff() - run.colwise().minCoeff()).norm() > kStuckTravelShare * range_m)
+      std::fill(is_saturated.begin() + first, is_saturated.begin() + last, 1);
+  }
+}
+
+void mark_saturated(Signal& signal, double force_limit_N) {
+  signal.is_saturated.assign(static_cast<std::size_t>(signal.rows()), 0);
+  const double range_m =
+      (signal.position_m.colwise().maxCoeff() - signal.position_m.colwise().minCoeff()).norm();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::VectorXd force = signal.force_N.col(axis);
+    mark_stuck(force, signal.position_m, range_m, signal.is_saturated);
+    for (Eigen::Index i = 0; i < force.size(); ++i)
+      if (std::abs(force[i]) >= force_limit_N) signal.is_saturated[static_cast<std::size_t>(i)] = 1;
+  }
+}
+
+void check_rows(const Signal& signal, const std::string& file) {
+  if (signal.rows() >= kMinRows) return;
+  throw Error(place(file, signal.line.empty() ? 1 : signal.line.front()),
+              "has " + std::to_string(signal.rows()) +
+                  (signal.rows() == 1 ? " sample" : " samples") + ", too few for a curve",
+              "Record at least " + std::to_string(kMinRows) + " rows.");
+}
+
+}  // namespace
+
+Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
+             const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+             std::size_t& dropped) {
+  Signal signal;
+  signal.is_axial = raw.is_axial();
+  signal.position_m = raw.is_axial() ? along_first_axis(raw.travel_m) : raw.position_m;
+  signal.time_s = raw.time_s, signal.line = raw.line;
+  signal.retract_begins = raw.retract_begins;
+  Points force_N = raw.force_N.rows() > 0 ? raw.force_N : along_first_axis(raw.push_N);
+  Points torque_Nm = raw.torque_Nm;
+  if (torque_Nm.rows() > 0 && raw.is_axial())
+    throw Error(file, "has a torque of three axes and a depth of one",
+                "Name `position` columns, or leave the torque out.");
+  const bool is_push_along_normal = raw.force_N.rows() == 0 && !raw.is_axial();
+  if (signal.position_m.rows() == 0 || force_N.rows() == 0)
+    throw Error(
+        file,
+        "names no " + std::string(force_N.rows() == 0 ? "force" : "depth or position") + " column",
+        "Add it to `columns` in the manifest.");
+  if (raw.is_axial() &&
+      raw.force_N.rows() > 0) {  // three axes of force, one of travel: along the normal
+    if (!inward)
+      throw Error(file, "has a depth of one axis and a force of three",
+                  "Say `normal`, or name one force column.");
+    force_N = along_first_axis(
+        std::vector<double>((raw.force_N * *inward).begin(), (raw.force_N * *inward).end()));
+  }
+  check_rows(signal, file);
+  if (!raw.is_axial() && inward) signal.inward = *inward;
+  if (is_push_along_normal) {
+    if (!inward)
+      throw Error(file, "has one force column and positions of three axes",
+                  "Say `normal`: the force is taken along it.");
+    force_N = Points(force_N.col(0) * inward->transpose());
+  }
+
+  if (!signal.time_s.empty()) {
+    const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
+    const bool has_own_clock = !raw.force_time_s.empty();
+    signal.position_m = picked(signal.position_m, rows);
+    signal.time_s = picked(signal.time_s, rows), signal.line = picked(signal.line, rows);
+    if (!has_own_clock) force_N = picked(force_N, rows);
+    if (!has_own_clock && torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, rows);
+    std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
+    if (has_own_clock) {
+      const auto force_rows = rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped);
+      force_time_s = picked(force_time_s, force_rows), force_N = picked(force_N, force_rows);
+      if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
+    }
+    for (double& t : force_time_s) t -= settings.force_delay_s;
+    check_rows(signal, file);
+    if (has_own_clock || settings.force_delay_s != 0)
+      interpolate(signal, force_time_s, force_N, torque_Nm);
+    else
+      signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
+  } else {
+    if (settings.force_delay_s != 0)
+      throw Error(file, "has no time, so a force delay cannot be taken off",
+                  "Name the time column, or leave out `force_delay`.");
+    signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
+  }
+  check_rows(signal, file);
+  mark_saturated(signal, settings.force_limit_N);
+  const Vec3 first = signal.force_N.row(0);
+  signal.position_m -= settings.compliance_m_N * (signal.force_N.rowwise() - first.transpose());
+  return signal;
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,137 @@
+#include "libfit/recordings/signal/phases.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kTurnShare = 0.02;    // of the travel's range: less is noise or drift
+constexpr double kWindowShare = 0.02;  // of the rows, over which the speed is taken
+constexpr double kCycleSlack = 0.1;    // of the travel, by which cycles may differ
+constexpr double kHoldShare = 0.1;     // of the mean speed
+
+// Rows where the travel turns, by the usual zigzag rule; first and last row included.
+std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min_m) {
+  std::vector<Eigen::Index> turns{0};
+  Eigen::Index lowest = 0, highest = 0;
+  int direction = 0;
+  for (Eigen::Index i = 1; i < travel.size(); ++i) {
+    if (travel[i] < travel[lowest]) lowest = i;
+    if (travel[i] > travel[highest]) highest = i;
+    if (direction >= 0 && travel[highest] - travel[i] > min_m) {
+      if (direction > 0 || highest > 0) turns.push_back(highest);
+      direction = -1, lowest = i;
+    } else if (direction <= 0 && travel[i] - travel[lowest] > min_m) {
+      if (direction < 0 || lowest > 0) turns.push_back(lowest);
+      direction = 1, highest = i;
+    }
+  }
+  if (direction > 0 && highest + 1 < travel.size() && highest != turns.back())
+    turns.push_back(highest);
+  turns.push_back(travel.size() - 1);
+  return turns;
+}
+
+std::vector<RowRange> runs_of(const std::vector<Phase>& phases, Phase phase) {
+  const auto rows = static_cast<Eigen::Index>(phases.size());
+  const auto belongs = [&](Eigen::Index i) {  // a hold on the way does not end it
+    const Phase at = phases[static_cast<std::size_t>(i)];
+    return at == phase || at == Phase::hold;
+  };
+  std::vector<RowRange> runs;
+  for (Eigen::Index first = 0, last = 0; first < rows; first = std::max(last, first + 1)) {
+    for (last = first; last < rows && belongs(last); ++last) {
+    }
+    if (last - first >= 2) runs.push_back({first, last});
+  }
+  return runs;
+}
+
+// From its lowest row on to its highest.
+RowRange rising_part(const Eigen::VectorXd& travel, const RowRange& run) {
+  Eigen::Index low = 0, high = 0;
+  const auto part = travel.segment(run.begin, run.rows());
+  part.maxCoeff(&high);
+  part.head(high + 1).minCoeff(&low);
+  return {run.begin + low, run.begin + high + 1};
+}
+
+}  // namespace
+
+std::vector<Phase> find_phases(const Signal& signal) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  const Eigen::Index rows = travel.size();
+  std::vector<Phase> phases(static_cast<std::size_t>(rows), Phase::hold);
+  const double range_m = travel.maxCoeff() - travel.minCoeff();
+  std::vector<Eigen::Index> turns = turning_rows(travel, kTurnShare * range_m);
+  if (signal.retract_begins) turns = {0, *signal.retract_begins, rows - 1};
+  for (std::size_t k = 0; k + 1 < turns.size(); ++k) {
+    const double gain_m = travel[turns[k + 1]] - travel[turns[k]];
+    const bool is_in = signal.retract_begins ? k == 0 : gain_m > 0;
+    std::fill(phases.begin() + turns[k], phases.begin() + turns[k + 1] + 1,
+              is_in ? Phase::approach : Phase::retract);
+  }
+  if (signal.retract_begins || rows < 20) return phases;
+  const Points sideways = signal.position_m - travel * signal.inward.transpose();
+  const auto half = std::max<Eigen::Index>(
+      1, static_cast<Eigen::Index>(kWindowShare * static_cast<double>(rows) / 2));
+  double path_m = 0;
+  for (Eigen::Index i = half; i < rows; i += half)
+    path_m += (signal.position_m.row(i) - signal.position_m.row(i - half)).norm();
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Eigen::Index a = std::max<Eigen::Index>(0, i - half), b = std::min(rows - 1, i + half);
+    const double in_m = std::abs(travel[b] - travel[a]),
+                 side_m = (sideways.row(b) - sideways.row(a)).norm();
+    const double mean_m = path_m * static_cast<double>(b - a) / static_cast<double>(rows);
+    if (side_m > in_m && side_m > kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::slide;
+    else if (in_m < kHoldShare * mean_m && side_m < kHoldShare * mean_m)
+      phases[static_cast<std::size_t>(i)] = Phase::hold;
+  }
+  return phases;
+}
+
+RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  RowRange best;
+  double max_m = 0;
+  for (const RowRange& run : runs_of(phases, Phase::approach)) {
+    const RowRange rising = rising_part(travel, run);
+    if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m)
+      max_m = gain_m, best = rising;
+  }
+  return best;
+}
+
+std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
+                                  const RowRange& approach) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  const double low_m = travel[approach.begin], high_m = travel[approach.end - 1],
+               slack_m = kCycleSlack * (high_m - low_m);
+  std::vector<RowRange> cycles;
+  for (const Phase phase : {Phase::approach, Phase::retract})
+    for (const RowRange& run : runs_of(phases, phase)) {
+      const auto part = travel.segment(run.begin, run.rows());
+      if (part.minCoeff() > low_m + slack_m || part.maxCoeff() < high_m - slack_m) continue;
+      if (phase == Phase::approach && run.begin <= approach.begin && approach.end <= run.end)
+        continue;  // itself
+      cycles.push_back(phase == Phase::approach ? rising_part(travel, run) : run);
+    }
+  return cycles;
+}
+
+RowRange retract_after(const Signal&, const std::vector<Phase>& phases, const RowRange& approach) {
+  const auto rows = static_cast<Eigen::Index>(phases.size());
+  Eigen::Index begin = approach.end;
+  while (begin < rows && phases[static_cast<std::size_t>(begin)] != Phase::retract) {
+    if (phases[static_cast<std::size_t>(begin)] == Phase::approach && begin > approach.end + 2)
+      return {};
+    ++begin;
+  }
+  Eigen::Index end = begin;
+  while (end < rows && phases[static_cast<std::size_t>(end)] != Phase::approach) ++end;
+  return {begin, end};
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libfit/core/error.hpp"
+#include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/signal/settings.hpp"
+
+namespace palpate::recordings {
+
+/// Tip and force on one clock, N rows in the order recorded. A one-axis recording has its travel
+/// and push in the first column, and inward (1, 0, 0).
+struct Signal {
+  std::vector<double> time_s;  ///< N, or empty without a clock
+  Points position_m;           ///< N x 3, the rig's compliance taken off
+  Points force_N;              ///< N x 3, of the tip ON the body
+  Points torque_Nm{0, 3};      ///< N x 3 about the tip, likewise; or none
+  Vec3 inward = Vec3::UnitX();
+  std::vector<std::size_t> line;   ///< N, in the file
+  std::vector<char> is_saturated;  ///< N
+  std::vector<char> is_spike;      ///< N; force replaced by that of its neighbours
+  std::optional<Eigen::Index> retract_begins;
+  bool is_axial = false;
+
+  Eigen::Index rows() const { return position_m.rows(); }
+  Eigen::VectorXd travel_m() const { return position_m * inward; }
+  Eigen::VectorXd push_N() const { return force_N * inward; }
+};
+
+/// Brings position and force to one clock: force rows stay as they are (its delay taken off their
+/// time), the position is interpolated linearly between its own rows. Marks saturated rows: at the
+/// sensor's limit, or stuck at one value far from the free one while the tip goes on. Takes off the
+/// travel that the rig itself gives. inward: unit, where known.
+/// Throws Error (file:line) on time stamps that repeat or go back (with drop_invalid they are left
+/// out and counted in `dropped`), fewer than 5 common rows, and clocks that do not overlap.
+Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
+             const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+             std::size_t& dropped);
+
+/// Replaces single readings of the force that stand out on one side of the three before and the
+/// three after (by 6 deviations of the noise, 5 steps between those neighbours and 2 % of the
+/// range) by the line between their neighbours, marks them, and returns how many they are. Steps,
+/// turning points and plateaus stay. Does nothing where more than a tenth of the rows would go.
+std::size_t replace_spikes(Signal& signal);
+
+/// Low-pass filter without delay: at each row the value of a straight line fitted with Gaussian
+/// weights in time, standard deviation sigma_s (half power at 0.13 / sigma_s), so it keeps ramps
+/// and ends unbiased. Precondition: the signal has a clock. Source: Cleveland and Loader (1996),
+/// local regression.
+void smooth(Signal& signal, double sigma_s);
+
+}  // namespace palpate::recordings

@@ -1,0 +1,177 @@
+#include "libfit/validation/paths.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "libfit/core/error.hpp"
+#include "libfit/refine/nearest_triangle.hpp"
+
+namespace palpate::validation {
+namespace {
+
+constexpr int kPressRows = 6;    // of a straight or oblique press
+constexpr int kSlidingRows = 9;  // the last two thirds slide
+constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
+constexpr double kBeyond = 0.5;  // of the drag, past where it began
+constexpr int kMaxTurns = 32;    // directions tried for a slide that stays where one can reach
+
+// std::uniform_real_distribution may differ between libraries; this does not.
+class Uniform {
+ public:
+  explicit Uniform(std::uint64_t seed) : random_(seed) {}
+  double operator()(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_() >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+struct ReachableArea {
+  std::vector<Eigen::Index> triangle;
+  std::vector<double> sum_m2;  ///< running
+};
+
+ReachableArea reachable_area(const Body& body) {
+  ReachableArea area;
+  double sum = 0;
+  for (Eigen::Index t = 0; t < body.surface.triangles.rows(); ++t) {
+    const auto corner = body.surface.triangles.row(t);
+    bool is_reachable = true;
+    for (int k = 0; k < 3; ++k)
+      is_reachable = is_reachable && body.is_reachable[static_cast<std::size_t>(corner[k])];
+    if (!is_reachable) continue;
+    const Vec3 a = body.surface.vertices.row(corner[0]);
+    sum += 0.5 * (body.surface.vertices.row(corner[1]).transpose() - a)
+                     .cross(body.surface.vertices.row(corner[2]).transpose() - a)
+                     .norm();
+    area.triangle.push_back(t);
+    area.sum_m2.push_back(sum);
+  }
+  if (area.triangle.empty() || !(sum > 0))
+    throw Error("validate", "no triangle of the body can be reached",
+                "Widen the region of [experiments].");
+  return area;
+}
+
+// Whether the contact point stays reachable when it follows a tip this way from there.
+class Reach {
+ public:
+  explicit Reach(const Body& body) : body_(body), tree_(body.surface) {}
+  bool holds(const Vec3& place) const {
+    const auto hit = tree_.nearest(place, std::numeric_limits<double>::infinity(),
+                                   [](std::int32_t, const TrianglePoint&) { return true; });
+    const auto corner = body_.surface.triangles.row(hit->triangle);
+    for (int k = 0; k < 3; ++k)
+      if (!body_.is_reachable[static_cast<std::size_t>(corner[k])]) return false;
+    return true;
+  }
+
+ private:
+  const Body& body_;
+  TriangleTree tree_;
+};
+
+Vec3 tangent_of(const Vec3& normal, double angle_rad) {
+  const Vec3 first = normal.unitOrthogonal();
+  return std::cos(angle_rad) * first + std::sin(angle_rad) * normal.cross(first);
+}
+
+// Rows of depth and travel, from first touch on [m].
+std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double depth, double slope,
+                                                        double drag) {
+  std::vector<std::pair<double, double>> rows;
+  const auto press = [&](int count, double lean) {
+    for (int k = 1; k <= count; ++k) rows.emplace_back(depth * k / count, lean * depth * k / count);
+  };
+  switch (kind) {
+    case PathKind::straight:
+      press(kPressRows, 0);
+      break;
+    case PathKind::oblique:
+      press(kPressRows, slope);
+      break;
+    case PathKind::sliding:
+      for (int k = 1; k <= kSlidingRows; ++k)
+        rows.emplace_back(depth * k / kSlidingRows,
+                          drag * std::max(0, 3 * k - kSlidingRows) / (2.0 * kSlidingRows));
+      break;
+    case PathKind::back_and_forth:
+      press(kDownRows, 0);
+      for (int k = 1; k <= kForthRows; ++k) rows.emplace_back(depth, drag * k / kForthRows);
+      for (int k = 1; k <= kBackRows; ++k)
+        rows.emplace_back(depth, drag - drag * (1 + kBeyond) * k / kBackRows);
+      break;
+  }
+  return rows;
+}
+
+// Beyond the region no test point answers: a slide that ends there compares nothing. The angle is
+// turned until the contact point, wherever it goes, can be reached; left as drawn if it never can.
+Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3& position,
+                  const Vec3& normal, double angle_rad, const Reach& reach) {
+  double least = 0, most = 0;
+  for (const auto& [depth, travel] : rows)
+    least = std::min(least, travel), most = std::max(most, travel);
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const Vec3 tangent = tangent_of(normal, angle_rad + 2 * std::numbers::pi * turn / kMaxTurns);
+    if (reach.holds(position + least * tangent) && reach.holds(position + most * tangent))
+      return tangent;
+  }
+  return tangent_of(normal, angle_rad);
+}
+
+Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const HeldOutRange& range,
+                 const Reach& reach, Uniform& uniform) {
+  const double angle_rad = uniform(0, 2 * std::numbers::pi);
+  const double depth = range.depth_m * uniform(0.5, 0.95);
+  const double slope = std::tan(uniform(20, 45) * std::numbers::pi / 180);
+  const double drag = range.drag_distance_m * uniform(0.5, 1);
+  const auto rows = depth_and_travel(kind, depth, slope, drag);
+  const Vec3 tangent = direction_of(rows, position, normal, angle_rad, reach);
+  Points path(static_cast<Eigen::Index>(rows.size()), 3);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    path.row(static_cast<Eigen::Index>(k)) = rows[k].first * normal + rows[k].second * tangent;
+  return path;
+}
+
+}  // namespace
+
+HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
+  const ReachableArea area = reachable_area(body);
+  const Reach reach(body);
+  const Points outward = vertex_normals(body.surface);
+  Uniform uniform(seed);
+  HeldOut out;
+  out.points.triangles.resize(0, 3);
+  out.points.position.resize(points, 3);
+  out.points.normal.resize(points, 3);
+  for (int i = 0; i < points; ++i) {
+    const double at = uniform(0, area.sum_m2.back());
+    const auto found = std::upper_bound(area.sum_m2.begin(), area.sum_m2.end() - 1, at);
+    const auto corner = body.surface.triangles.row(
+        area.triangle[static_cast<std::size_t>(found - area.sum_m2.begin())]);
+    const double root = std::sqrt(uniform(0, 1)), split = uniform(0, 1);
+    const double weight[3] = {1 - root, root * (1 - split), root * split};
+    Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      position += weight[k] * body.surface.vertices.row(corner[k]).transpose();
+      normal -= weight[k] * outward.row(corner[k]).transpose();
+    }
+    normal.normalize();
+    out.points.position.row(i) = position;
+    out.points.normal.row(i) = normal;
+    out.points.name.push_back(fmt::format("v{:04}", i + 1));
+    out.kind.push_back(static_cast<PathKind>(i % static_cast<int>(kPathKindNames.size())));
+    out.paths.push_back({i, draw_path(out.kind.back(), position, normal, range, reach, uniform)});
+  }
+  return out;
+}
+
+}  // namespace palpate::validation

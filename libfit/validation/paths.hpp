@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/tool_path.hpp"
+
+namespace palpate::validation {
+
+/// The ways a tool goes at held-out points, in turn.
+enum class PathKind : int { straight = 0, oblique = 1, sliding = 2, back_and_forth = 3 };
+inline constexpr std::array<std::string_view, 4> kPathKindNames{"straight", "oblique", "sliding",
+                                                                "back_and_forth"};
+
+/// Experiments that no fit saw, for validation.
+struct HeldOut {
+  TestPoints points;            ///< contact points on the body's facets, blended inward normals
+  std::vector<ToolPath> paths;  ///< one per point
+  std::vector<PathKind> kind;   ///< of each path
+};
+
+struct HeldOutRange {
+  double depth_m = 0;          ///< deepest press; paths reach 0.5 to 0.95 of it
+  double drag_distance_m = 0;  ///< longest drag; slides reach 0.5 to 1 of it
+};
+
+/// Contact points uniform by area over triangles whose three vertices are reachable, each with one
+/// path in a random tangential direction, turned on where the contact point would leave what can be
+/// reached: a straight press; an oblique one, 20 to 45 degrees off
+/// the normal; a press that goes on while it slides; a press dragged there and back beyond where it
+/// began. Seeded, and nothing but the body counts: every asset of a body meets the same ones.
+/// Throws Error when no triangle is reachable.
+HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
+
+}  // namespace palpate::validation

@@ -1,0 +1,188 @@
+#include "libfit/validation/statement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/content_hash.hpp"
+
+namespace palpate::validation {
+namespace {
+
+// Nearest-rank quantile; 0 without values.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return values[std::min(values.size(), std::max<std::size_t>(rank, 1)) - 1];
+}
+
+struct NumberField {
+  std::string_view name;
+  double Statement::*member;
+};
+struct CountField {
+  std::string_view name;
+  std::size_t Statement::*member;
+};
+
+constexpr NumberField kErrorFields[] = {
+    {"median_N", &Statement::median_N},     {"p95_N", &Statement::p95_N},
+    {"max_N", &Statement::max_N},           {"median_rel", &Statement::median_rel},
+    {"p95_rel", &Statement::p95_rel},       {"max_rel", &Statement::max_rel},
+    {"within_jnd", &Statement::within_jnd},
+};
+constexpr CountField kCountFields[] = {
+    {"probes", &Statement::probes},
+    {"rows", &Statement::rows},
+    {"rows_above_floor", &Statement::rows_above_floor},
+    {"reference_failures", &Statement::reference_failures},
+    {"asset_bytes", &Statement::asset_bytes},
+};
+constexpr NumberField kNumberFields[] = {
+    {"reference_p95_rel", &Statement::reference_p95_rel},
+    {"tick_ns", &Statement::tick_ns},
+};
+
+struct NamedField {
+  std::string_view name;
+  double NamedError::*member;
+};
+struct ListField {
+  std::string_view name;
+  std::vector<NamedError> Statement::*member;
+};
+constexpr NamedField kNamedFields[] = {
+    {"median_N", &NamedError::median_N},
+    {"p95_N", &NamedError::p95_N},
+    {"median_rel", &NamedError::median_rel},
+    {"p95_rel", &NamedError::p95_rel},
+};
+constexpr ListField kListFields[] = {
+    {"by_path", &Statement::by_path},
+    {"causes", &Statement::causes},
+    {"baselines", &Statement::baselines},
+};
+
+nlohmann::ordered_json json_of(const std::vector<NamedError>& errors) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const NamedError& error : errors)
+    for (const auto& [name, member] : kNamedFields)
+      json[error.name][std::string(name)] = error.*member;
+  return json;
+}
+
+std::vector<NamedError> named_errors(const nlohmann::ordered_json& json) {
+  std::vector<NamedError> errors;
+  for (const auto& [name, figures] : json.items()) {
+    errors.push_back({name});
+    for (const auto& [field, member] : kNamedFields)
+      errors.back().*member = figures.at(std::string(field));
+  }
+  return errors;
+}
+
+nlohmann::ordered_json json_of(const Statement& statement) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, member] : kErrorFields)
+    json["force_error"][std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kCountFields) json[std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
+  for (const auto& [name, member] : kListFields)
+    json[std::string(name)] = json_of(statement.*member);
+  return json;
+}
+
+// "interpolation 9.1 %, curve_fit 0.3 %"
+std::string list_in_words(const std::vector<NamedError>& errors) {
+  std::string words;
+  for (const NamedError& error : errors)
+    words +=
+        fmt::format("{}{} {:.1f} %", words.empty() ? "" : ", ", error.name, 100 * error.p95_rel);
+  return words;
+}
+
+}  // namespace
+
+NamedError named_error(std::string name, const std::vector<ComparedRow>& rows) {
+  const Statement s = summarize(rows);
+  return {std::move(name), s.median_N, s.p95_N, s.median_rel, s.p95_rel};
+}
+
+std::string to_asset_json(const Statement& statement) {
+  nlohmann::ordered_json json = json_of(statement);
+  json.erase("tick_ns");
+  json.erase("asset_bytes");
+  return json.dump();
+}
+
+Statement summarize(const std::vector<ComparedRow>& rows) {
+  Statement statement;
+  statement.rows = rows.size();
+  std::vector<double> error_N, error_rel, reference_rel;
+  std::size_t within = 0;
+  for (const ComparedRow& row : rows) {
+    const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
+    error_N.push_back(error);
+    if (error <= std::max(kForceFloor_N, kForceJnd * force)) ++within;
+    if (force <= kForceFloor_N) continue;
+    error_rel.push_back(error / force);
+    if (std::isfinite(row.reference_error_N))
+      reference_rel.push_back(row.reference_error_N / force);
+  }
+  statement.rows_above_floor = error_rel.size();
+  statement.median_N = quantile(error_N, 0.5);
+  statement.p95_N = quantile(error_N, 0.95);
+  statement.max_N = quantile(error_N, 1);
+  statement.median_rel = quantile(error_rel, 0.5);
+  statement.p95_rel = quantile(error_rel, 0.95);
+  statement.max_rel = quantile(error_rel, 1);
+  statement.reference_p95_rel = quantile(reference_rel, 0.95);
+  statement.within_jnd =
+      rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
+  return statement;
+}
+
+std::string to_json(const Statement& statement) { return json_of(statement).dump(); }
+
+std::string to_json(const Statement& statement, const std::string& inputs) {
+  nlohmann::ordered_json json = json_of(statement);
+  json[kInputsAttribute] = inputs;
+  return json.dump(2) + "\n";
+}
+
+Statement parse_statement(const std::string& text, const std::string& where) {
+  Statement s;
+  try {
+    const auto json = nlohmann::ordered_json::parse(text);
+    for (const auto& [name, member] : kErrorFields)
+      s.*member = json.at("force_error").at(std::string(name));
+    for (const auto& [name, member] : kCountFields) s.*member = json.at(std::string(name));
+    for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
+    for (const auto& [name, member] : kListFields)
+      s.*member = named_errors(json.at(std::string(name)));
+  } catch (const nlohmann::json::exception& e) {
+    throw Error(where, e.what(), "Make it again with palpate run.");
+  }
+  return s;
+}
+
+std::string in_words(const Statement& s) {
+  std::string words = fmt::format(
+      "force error at {} held-out contact points, {} rows: median {:.3f} N ({:.1f} %), p95 {:.3f} "
+      "N ({:.1f} %), max {:.3f} N ({:.1f} %)\n"
+      "within the force just noticeable to a person, max(0.04 N, 7 %): {:.0f} % of rows\n"
+      "the reference's own estimated error: p95 {:.1f} %; rows it could not solve: {}\n",
+      s.probes, s.rows, s.median_N, 100 * s.median_rel, s.p95_N, 100 * s.p95_rel, s.max_N,
+      100 * s.max_rel, 100 * s.within_jnd, 100 * s.reference_p95_rel, s.reference_failures);
+  if (!s.by_path.empty()) words += "p95 by path: " + list_in_words(s.by_path) + "\n";
+  if (!s.causes.empty()) words += "p95 by cause: " + list_in_words(s.causes) + "\n";
+  if (!s.baselines.empty()) words += "p95 of what is simpler: " + list_in_words(s.baselines) + "\n";
+  return words + fmt::format("{:.0f} ns per tick, {} bytes", s.tick_ns, s.asset_bytes);
+}
+
+}  // namespace palpate::validation

@@ -1,0 +1,165 @@
+#include "libfit/validation/substitute.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace palpate::validation {
+namespace {
+
+// One vertex's controls as an asset holds them: the three curves, the lean, the anisotropy.
+std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
+  std::vector<float> values;
+  const auto append = [&](const Controls& control) {
+    for (Eigen::Index j = 0; j < control.cols(); ++j)
+      values.push_back(static_cast<float>(control(row, j)));
+  };
+  for (const Controls& control : curves.control) append(control);
+  append(curves.lean);
+  append(curves.anisotropy);
+  return values;
+}
+
+std::vector<float> controls_of(const runtime::AssetView& asset) {
+  return {asset.control,
+          asset.control + std::size_t(asset.vertices) * std::size_t(asset.controls_per_vertex)};
+}
+
+// Faded vertices at a border have covered curves that are all zero: they stay so.
+bool answers(const runtime::AssetView& asset, int vertex) {
+  const float* first = asset.control + std::size_t(vertex) * std::size_t(asset.controls_per_vertex);
+  return asset.covered[vertex] && std::any_of(first, first + asset.controls_per_vertex,
+                                              [](float value) { return value != 0; });
+}
+
+// Control values of x -> x are the Greville abscissae, the means of `degree` successive knots.
+std::vector<double> greville_abscissae(const CurveBasis& basis) {
+  std::vector<double> knots(static_cast<std::size_t>(basis.degree), basis.knots_m.front());
+  knots.insert(knots.end(), basis.knots_m.begin() + 1, basis.knots_m.end() - 1);
+  knots.insert(knots.end(), static_cast<std::size_t>(basis.degree), basis.knots_m.back());
+  std::vector<double> abscissae;
+  for (int j = 0; j < basis.size(); ++j) {
+    double sum = 0;
+    for (int k = 0; k < basis.degree; ++k) sum += knots[static_cast<std::size_t>(j + k)];
+    abscissae.push_back(sum / basis.degree);
+  }
+  return abscissae;
+}
+
+}  // namespace
+
+CurveBasis basis_of(const runtime::AssetView& asset, int curve) {
+  const runtime::SplineView& view =
+      curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
+  if (view.pieces == 0) return {2, {}};
+  return {view.degree, {view.knots, view.knots + view.pieces + 1}};
+}
+
+SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& asset,
+                                                     const CurveSet& curves, Eigen::Index row) {
+  SubstitutedAsset out(asset);
+  const std::vector<float> values = row_of(curves, row);
+  out.bases_ = std::unique_ptr<fit::Bases>(new fit::Bases(fit::bases_of(curves)));
+  out.view_.curves = out.bases_->views;
+  out.view_.controls_per_vertex = static_cast<int>(values.size());
+  for (int k = 1; k <= kCurveKinds; ++k)
+    out.view_.control_offset[k] =
+        out.view_.control_offset[k - 1] + curves.basis[static_cast<std::size_t>(k - 1)].size();
+  out.view_.control_offset[runtime::kAnisotropy] =
+      out.view_.control_offset[runtime::kLean] + static_cast<int>(curves.lean.cols());
+  for (int v = 0; v < asset.vertices; ++v)
+    out.control_.insert(out.control_.end(), values.begin(), values.end());
+  out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
+  out.view_.control = out.control_.data();
+  out.view_.covered = out.covered_.data();
+  return out;
+}
+
+SubstitutedAsset SubstitutedAsset::with_mean_response(const runtime::AssetView& asset) {
+  SubstitutedAsset out(asset);
+  const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
+  std::vector<double> sum(stride, 0.0);
+  double count = 0;
+  for (int v = 0; v < asset.vertices; ++v) {
+    if (!answers(asset, v)) continue;
+    ++count;
+    for (std::size_t j = 0; j < stride; ++j) sum[j] += asset.control[std::size_t(v) * stride + j];
+  }
+  out.control_ = controls_of(asset);
+  for (int v = 0; v < asset.vertices; ++v)
+    for (std::size_t j = 0; j < stride && answers(asset, v); ++j)
+      out.control_[std::size_t(v) * stride + j] = static_cast<float>(sum[j] / count);
+  out.view_.control = out.control_.data();
+  return out;
+}
+
+SubstitutedAsset SubstitutedAsset::with_nearest_point(const runtime::AssetView& asset,
+                                                      const CurveSet& curves, const Model& model) {
+  SubstitutedAsset out(asset);
+  out.control_ = controls_of(asset);
+  const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
+  for (int v = 0; v < asset.vertices; ++v) {
+    if (!answers(asset, v)) continue;
+    Eigen::Index strongest = 0;
+    model.blend_weight.row(v).maxCoeff(&strongest);
+    const std::vector<float> values = row_of(curves, model.blend_point(v, strongest));
+    std::copy(values.begin(), values.end(),
+              out.control_.begin() + static_cast<std::ptrdiff_t>(std::size_t(v) * stride));
+  }
+  out.view_.control = out.control_.data();
+  return out;
+}
+
+SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, double at_m) {
+  SubstitutedAsset out(asset);
+  out.control_ = controls_of(asset);
+  const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
+  double& coupling_depth_m = out.view_.curves.coupling_depth_m;
+  const double gain = coupling_depth_m > 0 ? runtime::gain_at(coupling_depth_m, at_m).value : 1.0;
+  coupling_depth_m = 0;  // stiffness does not depend on depth, in any direction
+  for (int curve = 0; curve <= runtime::kLean; ++curve) {
+    const double share = curve == runtime::kLateral ? gain : 1;
+    const CurveBasis basis = basis_of(asset, curve);
+    if (basis.knots_m.empty()) continue;
+    const std::vector<double> at = greville_abscissae(basis);
+    const runtime::SplineView& view =
+        curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
+    const int parts = curve == runtime::kLean ? 3 : 1;  // x, y, z of each control value in turn
+    for (int v = 0; v < asset.vertices; ++v) {
+      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[curve];
+      for (int part = 0; part < parts; ++part) {
+        std::vector<double> values;
+        for (int j = 0; j < basis.size(); ++j) values.push_back(control[parts * j + part]);
+        const double slope = share * runtime::curve_value(view, values.data(), at_m) / at_m;
+        for (int j = 0; j < basis.size(); ++j)
+          control[parts * j + part] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
+      }
+    }
+  }
+  out.view_.control = out.control_.data();
+  return out;
+}
+
+SubstitutedAsset SubstitutedAsset::nudged(const runtime::AssetView& asset, std::uint64_t seed) {
+  SubstitutedAsset out(asset);
+  std::mt19937_64 random(seed);
+  const auto nudge = [&](std::vector<float>& values) {
+    for (float& value : values)
+      if (value != 0)
+        value =
+            std::nextafter(value, (random() & 1) != 0 ? std::numeric_limits<float>::infinity()
+                                                      : -std::numeric_limits<float>::infinity());
+  };
+  const auto coordinates = 3 * std::size_t(asset.vertices);
+  out.vertex_.assign(asset.vertex, asset.vertex + coordinates);
+  out.normal_.assign(asset.normal, asset.normal + coordinates);
+  out.control_ = controls_of(asset);
+  for (auto* values : {&out.vertex_, &out.normal_, &out.control_}) nudge(*values);
+  out.view_.vertex = out.vertex_.data();
+  out.view_.normal = out.normal_.data();
+  out.view_.control = out.control_.data();
+  return out;
+}
+
+}  // namespace palpate::validation

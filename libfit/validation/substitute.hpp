@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/runtime/view.hpp"
+
+namespace palpate::validation {
+
+/// An asset with something else in place of its curves or numbers, for comparisons: same surface,
+/// same engine. Views into the asset it was made from, which must outlive it.
+class SubstitutedAsset {
+ public:
+  const runtime::AssetView& view() const { return view_; }
+
+  /// Every vertex of the surface, covered or not, answers with one row of `curves`, on its bases.
+  static SubstitutedAsset with_one_response(const runtime::AssetView& asset, const CurveSet& curves,
+                                            Eigen::Index row);
+  /// Every covered vertex answers with the mean response of all covered ones.
+  static SubstitutedAsset with_mean_response(const runtime::AssetView& asset);
+  /// Every covered vertex answers with the row of `curves` (on the asset's bases) that weighs most
+  /// in its blend: no interpolation.
+  static SubstitutedAsset with_nearest_point(const runtime::AssetView& asset,
+                                             const CurveSet& curves, const Model& model);
+  /// Each curve is the straight line through 0 and its value at at_m: a linear response computed
+  /// beforehand. A lean is a straight line, too.
+  static SubstitutedAsset linear(const runtime::AssetView& asset, double at_m);
+  /// Every coordinate, normal and control value is moved to a neighbouring float, up or down at
+  /// random: twice what rounding did to them.
+  static SubstitutedAsset nudged(const runtime::AssetView& asset, std::uint64_t seed);
+
+ private:
+  explicit SubstitutedAsset(const runtime::AssetView& asset) : view_(asset) {}
+
+  runtime::AssetView view_;
+  std::unique_ptr<fit::Bases> bases_;
+  std::vector<float> vertex_, normal_, control_;
+  std::vector<std::uint8_t> covered_;
+};
+
+/// Basis of one curve of an asset, or of its lean (kLean; no knots where it has none).
+CurveBasis basis_of(const runtime::AssetView& asset, int curve);
+
+}  // namespace palpate::validation

@@ -1,0 +1,94 @@
+#include "libfem/mesh/surface/simulation_surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "libfem/mesh/surface/surface_checks.hpp"
+#include "libfit/core/error.hpp"
+#include "tests/libfem/mesh/surface/surfaces.hpp"
+
+namespace palpate {
+namespace {
+
+using testing::cube, testing::joined, testing::moved, testing::sphere, testing::subdivided;
+
+TEST(SimulationSurface, a_sphere_keeps_its_volume_within_the_tolerance) {
+  const Surface fine = sphere(0.05, 5);  // 8192 triangles
+  const auto result = simulation_surface(fine, 0.012);
+  EXPECT_EQ(why_not_closed(result.surface), std::nullopt);
+  EXPECT_FALSE(is_self_intersecting(result.surface));
+  EXPECT_NEAR(result.volume_ratio, 1, 0.02);
+  EXPECT_NEAR(result.volume_ratio, volume_m3(result.surface) / volume_m3(fine), 1e-12);
+  EXPECT_LT(result.surface.triangles.rows(), fine.triangles.rows() / 7);
+  // An edge e of chords on a sphere strays by about e^2 / (6 R); edges reach 4/3 of the target.
+  EXPECT_LT(result.deviation_m, 0.016 * 0.016 / (6 * 0.05) * 1.2);
+  for (const auto& p : result.surface.vertices.rowwise()) EXPECT_NEAR(p.norm(), 0.05, 1e-4);
+}
+
+TEST(SimulationSurface, a_cube_keeps_its_edges_and_corners_exactly) {
+  Surface fine = cube(0.1);
+  for (int level = 0; level < 4; ++level) fine = subdivided(fine);
+  const auto result = simulation_surface(fine, 0.02);
+  EXPECT_EQ(result.attempts, 1);
+  EXPECT_NEAR(result.volume_ratio, 1, 1e-12);
+  EXPECT_NEAR(result.deviation_m, 0, 1e-12);
+  EXPECT_LT(result.surface.triangles.rows(), fine.triangles.rows() / 4);
+  std::set<int> corners;
+  for (const auto& p : result.surface.vertices.rowwise())
+    for (int v = 0; v < 8; ++v)
+      if ((p.transpose() - 0.1 * Vec3(v % 2, v / 2 % 2, v / 4)).norm() < 1e-12) corners.insert(v);
+  EXPECT_EQ(corners.size(), 8U);
+}
+
+TEST(SimulationSurface, too_coarse_a_target_is_made_finer_and_says_why) {
+  const auto result = simulation_surface(sphere(0.05, 4), 0.060, {.volume_tolerance = 0.005});
+  EXPECT_GT(result.attempts, 1);
+  EXPECT_NE(result.refused.find("its volume is off by -"), std::string::npos) << result.refused;
+  EXPECT_NEAR(result.volume_ratio, 1, 0.005);
+}
+
+TEST(SimulationSurface, thin_plates_get_edges_of_about_their_thickness) {
+  Surface plate = cube(0.1);
+  plate.vertices.col(2) *= 0.06;  // 100 x 100 x 6 mm
+  for (int level = 0; level < 4; ++level) plate = subdivided(plate);
+  const auto result = simulation_surface(plate, 0.012);
+  double longest = 0;
+  for (const auto& t : result.surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(
+          longest,
+          (result.surface.vertices.row(t[k]) - result.surface.vertices.row(t[(k + 1) % 3])).norm());
+  EXPECT_LT(longest, 0.012);
+  EXPECT_NEAR(result.volume_ratio, 1, 1e-12);
+}
+
+TEST(SimulationSurface, the_same_input_gives_the_same_bits) {
+  const Surface fine = sphere(0.05, 4);
+  const auto a = simulation_surface(fine, 0.012), b = simulation_surface(fine, 0.012);
+  EXPECT_EQ(a.surface.vertices, b.surface.vertices);
+  EXPECT_EQ(a.surface.triangles, b.surface.triangles);
+}
+
+TEST(SimulationSurface, bad_input_is_refused) {
+  EXPECT_THROW(simulation_surface(sphere(0.05, 2), 0), Error);
+  Surface open = sphere(0.05, 2);
+  open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
+  try {
+    simulation_surface(open, 0.01);
+    FAIL() << "an open surface went through";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fact(), "it bounds no volume: 3 edges lie on a border");
+  }
+  const Surface crossing = joined(sphere(0.05, 3), moved(sphere(0.05, 3), Vec3(0.04, 0.01, 0)));
+  try {
+    simulation_surface(crossing, 0.012);
+    FAIL() << "a surface that crosses itself went through";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fact().find("it crosses itself"), 0U) << error.fact();
+  }
+}
+
+}  // namespace
+}  // namespace palpate

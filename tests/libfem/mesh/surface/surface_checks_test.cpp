@@ -1,0 +1,76 @@
+#include "libfem/mesh/surface/surface_checks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "libfem/mesh/surface/surface_tree.hpp"
+#include "tests/libfem/mesh/surface/surfaces.hpp"
+
+namespace palpate {
+namespace {
+
+using testing::cube, testing::inside_out, testing::joined, testing::moved, testing::sphere;
+
+TEST(SurfaceChecks, closed_surfaces_pass) {
+  EXPECT_EQ(why_not_closed(cube(0.1)), std::nullopt);
+  EXPECT_EQ(why_not_closed(sphere(0.1, 2)), std::nullopt);
+  EXPECT_EQ(why_not_closed(joined(sphere(0.1, 2), inside_out(sphere(0.05, 1)))), std::nullopt);
+}
+
+TEST(SurfaceChecks, each_defect_is_named) {
+  EXPECT_EQ(why_not_closed({}), "it has no triangle");
+  EXPECT_EQ(why_not_closed(inside_out(cube(1))), "it points inward: its volume is not positive");
+
+  Surface open = cube(1);
+  open.triangles.conservativeResize(11, 3);
+  EXPECT_EQ(why_not_closed(open), "3 edges lie on a border");
+
+  Surface turned = cube(1);
+  std::swap(turned.triangles(0, 0), turned.triangles(0, 1));
+  EXPECT_EQ(why_not_closed(turned)->find("3 edges join triangles"), 0U);
+
+  Surface wild = cube(1);
+  wild.triangles(3, 1) = 8;
+  EXPECT_EQ(why_not_closed(wild), "a triangle names a vertex that does not exist");
+
+  Surface infinite = cube(1);
+  infinite.vertices(2, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(why_not_closed(infinite), "a coordinate is not a finite number");
+
+  // Two cubes that share a corner vertex only.
+  Surface pinched = joined(cube(1), moved(cube(1), Vec3(1, 1, 1)));
+  for (auto& v : pinched.triangles.reshaped())
+    if (v == 8) v = 7;
+  EXPECT_EQ(why_not_closed(pinched), "1 vertex joins two sheets that otherwise do not touch");
+}
+
+TEST(SurfaceChecks, overlapping_cubes_cross_and_disjoint_ones_do_not) {
+  EXPECT_TRUE(is_self_intersecting(joined(cube(1), moved(cube(1), Vec3(0.5, 0.3, 0.4)))));
+  EXPECT_FALSE(is_self_intersecting(joined(cube(1), moved(cube(1), Vec3(1.5, 0.3, 0.4)))));
+}
+
+TEST(SurfaceTree, nearest_point_and_ray_on_a_cube_are_exact) {
+  const SurfaceTree tree(cube(1));
+  const SurfaceHit hit = tree.closest(Vec3(0.3, 0.6, 1.7));
+  EXPECT_NEAR((hit.point - Vec3(0.3, 0.6, 1)).norm(), 0, 1e-14);
+  EXPECT_NEAR(hit.distance_m, 0.7, 1e-14);
+  const Surface box = cube(1);
+  Vec3 mixed = Vec3::Zero();
+  for (int k = 0; k < 3; ++k)
+    mixed += hit.barycentric[k] * box.vertices.row(box.triangles(hit.triangle, k)).transpose();
+  EXPECT_NEAR((mixed - hit.point).norm(), 0, 1e-14);
+
+  const auto through = tree.ray_distance_m(Vec3(0.3, 0.6, 1), -Vec3::UnitZ(), 1e-6);
+  ASSERT_TRUE(through);
+  EXPECT_NEAR(*through, 1, 1e-12);
+  EXPECT_FALSE(tree.ray_distance_m(Vec3(0.3, 0.6, 1), Vec3::UnitZ(), 1e-6));
+}
+
+TEST(SurfaceTree, deviation_of_concentric_spheres_is_their_gap) {
+  const Surface inner = sphere(0.050, 4), outer = sphere(0.053, 4);
+  EXPECT_NEAR(deviation_m(inner, SurfaceTree(inner), outer), 0.003, 1e-4);
+}
+
+}  // namespace
+}  // namespace palpate

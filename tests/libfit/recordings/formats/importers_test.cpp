@@ -1,0 +1,278 @@
+// Every format, and everything that can be wrong with a file.
+
+#include "libfit/recordings/formats/importers.hpp"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <random>
+
+#include "libfit/io/hdf5/hdf5.hpp"
+#include "tests/libfit/io/scratch.hpp"
+
+namespace palpate::importers {
+namespace {
+
+namespace fs = std::filesystem;
+using testing_io::error_of;
+
+constexpr unsigned kSeed = 99;
+
+class ImportersTest : public testing_io::ScratchTest {
+ protected:
+  ReadSettings axial() const {
+    ReadSettings s;
+    s.columns.time = "t", s.columns.depth = "d", s.columns.force = {"F"};
+    s.units = {"s", "mm", "N"};
+    return s;
+  }
+  std::vector<RawRecording> read(const std::string& text, const ReadSettings& settings,
+                                 const std::string& name = "a.csv") {
+    testing_io::write_quickly(at(name), text);
+    return read_recordings(
+        at(name), unpacked(at(name), read_bytes(at(name), settings.max_bytes), settings.max_bytes),
+        settings);
+  }
+  std::string refusal(const std::string& text, const ReadSettings& settings) {
+    return error_of([&] { read(text, settings); });
+  }
+};
+
+const std::string kPlain = "t,d,F\n0,0,0.5\n0.1,1,1.5\n0.2,2,2.5\n";
+
+TEST_F(ImportersTest, the_same_table_reads_alike_however_it_is_spelled) {
+  ReadSettings brackets = axial();
+  brackets.units = {};
+  const std::vector<std::pair<std::string, ReadSettings>> spellings{
+      {kPlain, axial()},
+      {"\xEF\xBB\xBFt,d,F\r\n0,0,0.5\r\r\n0.1,1,1.5\n0.2,2,2.5", axial()},
+      {"t\td\tF\n0\t0\t0,5\n0,1\t1\t1,5\n0,2\t2\t2,5\n", axial()},
+      {"t;d;F\n0;0;0,5\n0,1;1;1,5\n0,2;2;2,5\n", axial()},
+      {"# a rig\n# t d F\n 0 0  0.5\n0.1 1 1.5\n# hold\n0.2 2 2.5\n", axial()},
+      {"name,value\nspeed,3\n\nt,d,F,extra\n0,0,0.5,x\n0.1,1,1.5,y\n0.2,2,2.5,\n", axial()},
+      {"t (s),d [\xC2\xB5m],F (mN)\n0,0,500\n0.1,1000,1500\n0.2,2000,2500\n", brackets},
+      {"\"t\",\"d\",\"F\"\n\"0\",\"0\",\"+0.5\"\n0.1,1,1.5\n0.2,2,25e-1\n", axial()},
+  };
+  for (const auto& [text, settings] : spellings) {
+    const auto r = read(text, settings);
+    ASSERT_EQ(r.size(), 1u);
+    ASSERT_EQ(r[0].rows(), 3) << text;
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      EXPECT_DOUBLE_EQ(r[0].time_s[k], 0.1 * i) << text;
+      EXPECT_DOUBLE_EQ(r[0].travel_m[k], 1e-3 * i) << text;
+      EXPECT_DOUBLE_EQ(r[0].push_N[k], 0.5 + i) << text;
+    }
+  }
+}
+
+TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
+  ReadSettings latin = axial();
+  latin.encoding = "latin-1", latin.units.position = "";
+  EXPECT_DOUBLE_EQ(read("t,d (\xb5m),F\n0,0,1\n1,5,2\n", latin)[0].travel_m[1], 5e-6);
+  ReadSettings numbered = axial();
+  numbered.columns = {};
+  numbered.columns.depth = "#1", numbered.columns.force = {"-#2"};
+  EXPECT_DOUBLE_EQ(read("1,0 2,0\n3,5 4,0\n",
+                        [&] {
+                          auto s = numbered;
+                          s.separator = ' ';
+                          return s;
+                        }())[0]
+                       .push_N[1],
+                   -4);
+  const std::string name = at("a.csv.gz").string();
+  gzFile packed = gzopen(name.c_str(), "wb");
+  gzwrite(packed, kPlain.data(), static_cast<unsigned>(kPlain.size()));
+  gzclose(packed);
+  EXPECT_EQ(unpacked(at("a.csv.gz"), read_bytes(at("a.csv.gz"), 1 << 20), 1 << 20), kPlain);
+}
+
+TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column) {
+  ReadSettings tool = axial();
+  tool.is_force_on_tool = true, tool.columns.depth = "-d";
+  const auto r = read(kPlain, tool);
+  EXPECT_DOUBLE_EQ(r[0].push_N[2], -2.5);
+  EXPECT_DOUBLE_EQ(r[0].travel_m[2], -2e-3);
+}
+
+TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
+  ReadSettings s = axial();
+  s.columns = {};
+  s.columns.depth = "Zi", s.columns.force = {"Fi"}, s.columns.retract_depth = "Zo",
+  s.columns.retract_force = "Fo";
+  const auto r = read("Zi,Fi,Zo,Fo\n0,0,1,3\n1,4,0,0\n", s);
+  EXPECT_EQ(r[0].travel_m, (std::vector<double>{0, 1e-3, 1e-3, 0}));
+  EXPECT_EQ(r[0].push_N, (std::vector<double>{0, 4, 3, 0}));
+  EXPECT_EQ(*r[0].retract_begins, 2);
+}
+
+TEST_F(ImportersTest, a_force_with_its_own_clock_has_rows_of_its_own) {
+  ReadSettings s = axial();
+  s.columns.force_time = "tf";
+  const auto r = read("t,d,tf,F\n0,0,0,1\n1,1,0.5,2\n,,1,3\n", s)[0];
+  EXPECT_EQ(r.time_s, (std::vector<double>{0, 1}));
+  EXPECT_EQ(r.force_time_s, (std::vector<double>{0, 0.5, 1}));
+  EXPECT_EQ(r.push_N, (std::vector<double>{1, 2, 3}));
+}
+
+TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
+  ReadSettings unknown = axial(), bracket = axial();
+  unknown.units.force = "", bracket.units.force = "mN";
+  EXPECT_EQ(refusal("t,d,Fz\n0,0,1\n", axial()), "a.csv:1: column `F` is missing");
+  EXPECT_EQ(refusal("t,d,F,F\n0,0,1,1\n", axial()), "a.csv:1: column `F` comes twice");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,nan\n", axial()),
+            "a.csv:3: column `F`: `nan` is not a number");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1\n", axial()), "a.csv:3: column `F` has no value here");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,1e300\n", axial()),
+            "a.csv:3: column `F`: `1e300` is out of range");
+  EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,1\xff\n", axial()), "a.csv:3: is not UTF-8 text");
+  EXPECT_EQ(refusal("", axial()), "a.csv:1: is empty");
+  EXPECT_EQ(refusal(" \n\n", axial()), "a.csv:1: is empty");
+  EXPECT_EQ(refusal("t,d,F\n", axial()), "a.csv: has no row of numbers");
+  EXPECT_EQ(refusal(kPlain, unknown), "a.csv:1: column `F` has no unit");
+  EXPECT_EQ(refusal("t,d,F (N)\n0,0,1\n", bracket),
+            "a.csv:1: column `F (N)` is in N, the manifest says mN");
+  EXPECT_EQ(refusal(std::string("t,d\0F\n", 6), axial()), "a.csv:1: is binary data, not text");
+  EXPECT_EQ(refusal("t,d,F\n", {}), "a.csv:1: is in no format that is known by its beginning");
+  EXPECT_EQ(refusal("\x1f\x8b\x08 broken", axial()), "a.csv: is a damaged gzip file");
+  EXPECT_EQ(error_of([&] { read_bytes(at("none.csv"), 100); }), "none.csv: no such file");
+}
+
+TEST_F(ImportersTest, a_two_gigabyte_file_is_refused_without_being_read) {
+  testing_io::write_quickly(at("huge.csv"), "t,d,F\n");
+  fs::resize_file(at("huge.csv"), std::uintmax_t{2} << 30);
+  EXPECT_EQ(error_of([&] { read_bytes(at("huge.csv"), ReadSettings{}.max_bytes); }),
+            "huge.csv: holds more than 256 MiB");
+}
+
+TEST_F(ImportersTest, invalid_rows_are_skipped_and_counted_on_request) {
+  ReadSettings s = axial();
+  s.drop_invalid = true;
+  const auto r = read("t,d,F\n0,0,1\n1,x,2\n2,2,\n3,3,4\n", s);
+  EXPECT_EQ(r[0].rows(), 2);
+  EXPECT_EQ(r[0].dropped_rows, 2u);
+  EXPECT_EQ(r[0].line, (std::vector<std::size_t>{2, 5}));
+}
+
+TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
+  h5::Writer writer(at("a.h5"), "rig", 1, {});
+  const std::vector<double> t{0, 1, 2}, x{0, 0, 0, 1, 2, 3, 4, 5, 6}, f{1, 2, 3};
+  writer.numbers("run/t", "s", t.data(), {3, 0});
+  writer.numbers("run/x", "mm", x.data(), {3, 3});
+  writer.numbers("run/f", "mN", f.data(), {3, 0});
+  writer.commit();
+  ReadSettings s;
+  s.columns.time = "/run/t", s.columns.position = {"/run/x"}, s.columns.force = {"run/f"};
+  const auto r = read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s);
+  EXPECT_DOUBLE_EQ(r[0].position_m(2, 1), 5e-3);
+  EXPECT_DOUBLE_EQ(r[0].push_N[2], 3e-3);
+  s.columns.time = "run/none";
+  EXPECT_EQ(error_of([&] { read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s); }),
+            "a.h5:run/none: data set is missing");
+}
+
+TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
+  std::string text =
+      "contact_x,contact_y,contact_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,desired_x,"
+      "desired_y,desired_z,current_x,current_y,current_z\n";
+  for (int p = 0; p < 2; ++p)
+    for (int i = 0; i < 3; ++i)
+      text += std::to_string(10 * p) + ",0,0,0,0,2,0,0," + std::to_string(i) + "," +
+              std::to_string(10 * p) + ",0," + std::to_string(-i) + "," + std::to_string(10 * p) +
+              ",0," + std::to_string(-0.9 * i) + "\n";
+  ReadSettings s;
+  s.format = "robot-palpation", s.units = {"", "mm", "N"}, s.is_force_on_tool = true,
+  s.is_normal_outward = true;
+  const auto r = read(text, s);
+  ASSERT_EQ(r.size(), 2u);
+  EXPECT_EQ(r[1].name, "contact2");
+  EXPECT_EQ(*r[1].normal, Vec3(0, 0, -1));
+  EXPECT_EQ(*r[1].contact_m, Vec3(0.01, 0, 0));
+  EXPECT_DOUBLE_EQ(r[1].force_N(2, 2), -2);
+  EXPECT_DOUBLE_EQ(r[1].position_m(2, 2), -1.8e-3);
+}
+
+const std::string kChiaro =
+    "Device:\tChiaro\nTip radius (um)\t27.500\r\nE[v=0.500] (Pa)\t117.007\n\rProfile (\xb5m)\n"
+    "Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo "
+    "(nm)\tAuxiliary\r\n0.0\t1\t0\t100\t600\t0\n0.1\t2\t0\t200\t900\t0\n";
+const std::string kAfm =
+    "Force-Distance Curve\r\nX, um:\t1.5\r\nY, um:\t2.0\r\n\r\nExtend Z-Sense(nm),Extend "
+    "T-B(V),Retract Z-Sense(nm),Retract T-B(V)\r\n"
+    "100,0.5,300,0.9\r\n300,0.9,100,0.5\r\n\r\n";
+const std::string kNtMdt = "-200,0\t1,5\t1,4\r\n-100,0\t1,0\t0,9\r\n0,0\t1,0\t1,0\r\n";
+const std::string kInstron =
+    "EF10\nCylinder Diameter: 50mm;\nTime (s),Compression (mm),Load (N),Engineering Strain "
+    "[-]\n0,0,0.1,0\n1,2,3,0\n";
+
+TEST_F(ImportersTest, instruments_are_known_by_their_beginning) {
+  ReadSettings s;
+  s.cantilever = Cantilever{0.5, 1e-7};
+  const auto chiaro = read(kChiaro, s)[0], afm = read(kAfm, s)[0], nt_mdt = read(kNtMdt, s)[0],
+             instron = read(kInstron, s)[0];
+  EXPECT_DOUBLE_EQ(chiaro.travel_m[1], 700e-9);
+  EXPECT_DOUBLE_EQ(chiaro.push_N[1], 2e-6);
+  EXPECT_DOUBLE_EQ(*chiaro.probe_radius_m, 27.5e-6);
+  EXPECT_EQ(chiaro.facts.at("E[v=0.500] (Pa)"), "117.007");
+  EXPECT_NEAR(afm.push_N[1], 0.5 * 1e-7 * 0.4, 1e-18);
+  EXPECT_NEAR(afm.travel_m[1], 300e-9 - 0.4e-7, 1e-18);
+  EXPECT_NEAR(afm.contact_m->x(), 1.5e-6, 1e-18);
+  EXPECT_EQ(*afm.retract_begins, 2);
+  EXPECT_NEAR(nt_mdt.travel_m[0], 0, 1e-18);
+  EXPECT_NEAR(nt_mdt.push_N[2], 0.5 * 1e-7 * 0.5, 1e-18);
+  EXPECT_EQ(instron.facts.at("Cylinder Diameter"), "50mm");
+  EXPECT_DOUBLE_EQ(instron.travel_m[1], 2e-3);
+  EXPECT_EQ(refusal(kAfm, {}), "a.csv:5: the force is a raw cantilever signal");
+}
+
+// The reader of every format on files damaged at random: an Error or numbers in range, never more.
+TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
+  std::mt19937 random(kSeed);
+  ReadSettings s = axial();
+  s.cantilever = Cantilever{0.5, 1e-7};
+  for (const auto& [format, text] : {std::pair<std::string, std::string>{"csv", kPlain},
+                                     {"chiaro", kChiaro},
+                                     {"afm-workshop", kAfm},
+                                     {"nt-mdt", kNtMdt},
+                                     {"instron", kInstron},
+                                     {"auto", kPlain}}) {
+    for (int trial = 0; trial < 3000; ++trial) {
+      std::string damaged = text;
+      for (unsigned k = 0; k < 1 + random() % 4; ++k) {
+        const std::size_t where = random() % damaged.size();
+        switch (random() % 4) {
+          case 0:
+            damaged[where] = static_cast<char>(random());
+            break;
+          case 1:
+            damaged.erase(where, 1 + random() % 8);
+            break;
+          case 2:
+            damaged.insert(where, damaged.substr(random() % damaged.size(), random() % 40));
+            break;
+          default:
+            damaged[where] = "0123456789,.;\t\r\n-\"#e"[random() % 20];
+            break;
+        }
+        if (damaged.empty()) damaged = "x";
+      }
+      s.format = format, s.drop_invalid = random() % 2,
+      s.encoding = random() % 2 ? "utf-8" : "latin-1";
+      try {
+        for (const RawRecording& r : read_recordings("damaged", damaged, s)) {
+          ASSERT_GT(r.rows(), 0) << format << " trial " << trial << " seed " << kSeed;
+          for (const double v : r.travel_m)
+            ASSERT_LE(std::abs(v), 1e13) << format << " trial " << trial << " seed " << kSeed;
+          for (const double v : r.push_N)
+            ASSERT_LE(std::abs(v), 1e16) << format << " trial " << trial << " seed " << kSeed;
+        }
+      } catch (const Error& error) {
+        ASSERT_FALSE(error.remedy().empty());
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::importers

@@ -1,0 +1,228 @@
+// Held-out paths, what an engine answers on them, and what is put in place of its curves.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "libfit/runtime/quadric.hpp"
+#include "libfit/validation/causes.hpp"
+#include "libfit/validation/compared_paths.hpp"
+#include "libfit/validation/predict.hpp"
+#include "libfit/validation/substitute.hpp"
+#include "tools/bench/bodies.hpp"
+
+namespace palpate::validation {
+namespace {
+
+constexpr HeldOutRange kRange{0.006, 0.004};
+
+Body cylinder_body() {
+  Body body;
+  body.surface = bench_cylinder(60, 40, 4).surface;
+  for (Eigen::Index v = 0; v < body.surface.vertices.rows(); ++v) {
+    const double z = body.surface.vertices(v, 2);
+    body.is_reachable.push_back(z > 0.02 && z < 0.08 && body.surface.vertices(v, 0) > 0);
+  }
+  return body;
+}
+
+TEST(HeldOut, points_are_uniform_by_area_within_what_can_be_reached) {
+  const Body body = cylinder_body();
+  const HeldOut held_out = draw_held_out(body, kRange, 4000, 3);
+  int upper = 0;
+  for (const auto& at : held_out.points.position.rowwise()) {
+    EXPECT_GT(at.x(), -1e-12);
+    EXPECT_GE(at.z(), 0.02);
+    EXPECT_LE(at.z(), 0.08);
+    EXPECT_NEAR(std::hypot(at.x(), at.y()), kCylinderRadius_m, 1e-4);
+    upper += at.z() > 0.05;
+  }
+  EXPECT_NEAR(upper, 2000, 4 * std::sqrt(1000.0)) << "four standard deviations, seed 3";
+}
+
+TEST(HeldOut, slides_stay_where_one_can_reach) {
+  const Body body = cylinder_body();
+  double low = 1, high = 0;
+  for (Eigen::Index v = 0; v < body.surface.vertices.rows(); ++v) {
+    if (!body.is_reachable[static_cast<std::size_t>(v)]) continue;
+    low = std::min(low, body.surface.vertices(v, 2));
+    high = std::max(high, body.surface.vertices(v, 2));
+  }
+  const HeldOut held_out = draw_held_out(body, kRange, 400, 5);
+  int near_border = 0;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const Vec3 at = held_out.points.position.row(static_cast<Eigen::Index>(i));
+    near_border += std::min(at.z() - low, high - at.z()) < 0.3 * kRange.drag_distance_m;
+    for (const auto& row : held_out.paths[i].deflections.rowwise()) {
+      const double z = at.z() + row[2];  // normals have no part along the axis
+      EXPECT_GT(z, low - 1e-9) << "seed 5, path " << i;
+      EXPECT_LT(z, high + 1e-9) << "seed 5, path " << i;
+    }
+  }
+  EXPECT_GT(near_border, 5) << "points from which not every direction stays";
+}
+
+TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
+  const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 16, 1);
+  for (std::size_t i = 0; i < 16; ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % 4);
+    const Points& path = held_out.paths[i].deflections;
+    const Vec3 normal = held_out.points.normal.row(static_cast<Eigen::Index>(i));
+    const Eigen::VectorXd depth = path * normal;
+    const Eigen::VectorXd travel = (path - depth * normal.transpose()).rowwise().norm();
+    EXPECT_GT(depth[0], 0);
+    EXPECT_LE(depth.maxCoeff(), 0.95 * kRange.depth_m + 1e-12);
+    EXPECT_GE(depth.maxCoeff(), 0.5 * kRange.depth_m - 1e-12);
+    switch (held_out.kind[i]) {
+      case PathKind::straight:
+        EXPECT_LT(travel.maxCoeff(), 1e-12);
+        break;
+      case PathKind::oblique:
+        EXPECT_NEAR(travel[5] / depth[5], travel[0] / depth[0], 1e-9);
+        EXPECT_GT(travel[5] / depth[5], std::tan(19.9 * M_PI / 180));
+        break;
+      case PathKind::sliding:
+        EXPECT_GT(travel[8], travel[5]);
+        EXPECT_GT(depth[8], depth[5]) << "it goes on pressing while it slides";
+        break;
+      case PathKind::back_and_forth: {
+        const Vec3 first = path.row(7) - path.row(3), last = path.row(13) - path.row(7);
+        EXPECT_NEAR(first.normalized().dot(last.normalized()), -1, 1e-9);
+        EXPECT_GT(last.norm(), 1.4 * first.norm()) << "back beyond where it began";
+        break;
+      }
+    }
+  }
+}
+
+TEST(HeldOut, the_body_and_the_seed_alone_decide) {
+  Body body = cylinder_body();
+  const HeldOut one = draw_held_out(body, kRange, 5, 1);
+  body.test_points.position = Points::Zero(7, 3);
+  EXPECT_EQ(draw_held_out(body, kRange, 5, 1).points.position, one.points.position);
+  EXPECT_NE(draw_held_out(body, kRange, 5, 2).points.position, one.points.position);
+}
+
+Points forces_of(const runtime::AssetView& asset, const HeldOut& held_out) {
+  Points all(0, 3);
+  for (const Followed& followed : follow_paths(asset, held_out, kRange.depth_m)) {
+    all.conservativeResize(all.rows() + followed.force.rows(), 3);
+    all.bottomRows(followed.force.rows()) = followed.force;
+  }
+  return all;
+}
+
+class Substituted : public testing::Test {
+ protected:
+  Model model = bench_cylinder(60, 40, 4);
+  BenchAsset body = make_bench_asset(model);
+  HeldOut held_out = draw_held_out(cylinder_body(), kRange, 8, 1);
+  Points forces = forces_of(body.asset, held_out);
+};
+
+TEST_F(Substituted, a_body_of_one_response_is_that_response_everywhere) {
+  for (Controls& control : model.curves.control)
+    control = control.row(500).replicate(control.rows(), 1).cast<float>().cast<double>();
+  const BenchAsset even = make_bench_asset(model);
+  const auto one = SubstitutedAsset::with_one_response(body.asset, model.curves, 500);
+  EXPECT_EQ(forces_of(one.view(), held_out), forces_of(even.asset, held_out));
+  EXPECT_GT((forces_of(even.asset, held_out) - forces).norm(), 1e-3);
+}
+
+TEST_F(Substituted, the_mean_response_leaves_a_body_of_one_response_as_it_is) {
+  for (Controls& control : model.curves.control)
+    control = control.row(500).replicate(control.rows(), 1).cast<float>().cast<double>();
+  const BenchAsset even = make_bench_asset(model);
+  const auto mean = SubstitutedAsset::with_mean_response(even.asset);
+  EXPECT_EQ(forces_of(mean.view(), held_out), forces_of(even.asset, held_out));
+}
+
+TEST_F(Substituted, nothing_is_lost_where_every_vertex_is_a_test_point) {
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    model.blend_point.conservativeResize(v + 1, 3);
+    model.blend_point.row(v).setConstant(static_cast<std::int32_t>(v));
+  }
+  model.blend_weight = Points::Zero(model.surface.vertices.rows(), 3);
+  model.blend_weight.col(1).setOnes();
+  const auto nearest = SubstitutedAsset::with_nearest_point(body.asset, model.curves, model);
+  EXPECT_EQ(forces_of(nearest.view(), held_out), forces);
+}
+
+TEST_F(Substituted, a_linear_response_is_proportional_to_depth_and_right_at_its_depth) {
+  const auto linear = SubstitutedAsset::linear(body.asset, 0.002);
+  const auto& curved = body.asset.curves.view[0];
+  for (const int vertex : {0, 700, 1500}) {
+    const float* own = body.asset.control + vertex * body.asset.controls_per_vertex;
+    const float* straight = linear.view().control + vertex * body.asset.controls_per_vertex;
+    const double at_2mm = runtime::curve_value(curved, own, 0.002);
+    for (const double depth_m : {0.001, 0.002, 0.005})
+      EXPECT_NEAR(runtime::curve_value(curved, straight, depth_m), at_2mm * depth_m / 0.002,
+                  1e-6 * at_2mm);
+  }
+}
+
+TEST_F(Substituted, a_nudge_of_every_float_changes_forces_by_millionths) {
+  const Points nudged = forces_of(SubstitutedAsset::nudged(body.asset, 1).view(), held_out);
+  EXPECT_GT((nudged - forces).norm(), 0);
+  EXPECT_LT((nudged - forces).rowwise().norm().maxCoeff(),
+            1e-4 * forces.rowwise().norm().maxCoeff());
+}
+
+// Samples that the law itself makes on a plate: every error must come out as what it is.
+Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
+  Samples s;
+  s.point_position = held_out.points.position;
+  s.point_normal = held_out.points.normal;
+  s.point_name = held_out.points.name;
+  const auto followed = follow_paths(asset, held_out, kRange.depth_m);
+  for (std::size_t path = 0; path < followed.size(); ++path)
+    for (Eigen::Index row = 0; row < followed[path].force.rows(); ++row) {
+      const auto at = s.deflection.rows();
+      s.deflection.conservativeResize(at + 1, 3);
+      s.force.conservativeResize(at + 1, 3);
+      s.force_error.conservativeResize(at + 1);
+      s.deflection.row(at) = held_out.paths[path].deflections.row(row);
+      s.force.row(at) = followed[path].force.row(row);
+      s.force_error[at] = 0.001;
+      s.point.push_back(static_cast<std::int32_t>(path));
+      s.experiment.push_back(static_cast<std::int32_t>(path));
+      s.kind.push_back(ExperimentKind::path);
+      s.step.push_back(static_cast<std::int32_t>(row));
+      s.status.push_back(RowStatus::good);
+    }
+  s.torque = Points::Zero(s.deflection.rows(), 3);
+  return s;
+}
+
+TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose) {
+  const Reference reference{held_out, samples_of(body.asset, held_out), {}};
+  const auto engine = follow_paths(body.asset, held_out, kRange.depth_m);
+  for (const NamedError& error : errors_by_path(reference, engine))
+    EXPECT_EQ(error.p95_N, 0) << error.name;
+  const auto baselines =
+      baseline_errors(body.asset, reference, kRange.depth_m, 0.001, nullptr, nullptr);
+  ASSERT_EQ(baselines.size(), 2u) << "without curves and model there is no nearest point";
+  EXPECT_EQ(baselines[0].name, "one_response");
+  EXPECT_GT(baselines[0].p95_rel, 0.05);  // stiffness varies by 30 % around
+  EXPECT_EQ(baselines[1].name, "linear");
+  EXPECT_GT(baselines[1].p95_rel, 0.3);  // f^z grows with the square of the depth
+}
+
+TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
+  Samples presses = samples_of(body.asset, held_out);
+  for (std::int32_t point = 0; point < 8; point += 4) {  // the straight ones
+    const auto one = SubstitutedAsset::with_one_response(body.asset, model.curves, 500);
+    const Points engine = forces_of(one.view(), held_out);
+    const auto rows = predicted_rows(presses, point, model.curves, 500);
+    ASSERT_EQ(rows.size(), 6u);
+    const Eigen::Index first = point == 0 ? 0 : 6 + 6 + 9 + 14;
+    for (Eigen::Index row = 0; row < 6; ++row)  // the tip enters the facet, below the round body
+      EXPECT_LT((rows[static_cast<std::size_t>(row)].engine_N.transpose() - engine.row(first + row))
+                    .norm(),
+                0.02 * engine.row(first + row).norm() + 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::validation

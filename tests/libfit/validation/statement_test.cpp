@@ -1,0 +1,90 @@
+#include "libfit/validation/statement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace palpate::validation {
+namespace {
+
+ComparedRow row(double reference_N, double error_N) {
+  return {Vec3(0, 0, reference_N), Vec3(error_N, 0, reference_N), 0.01 * reference_N};
+}
+
+TEST(statement, an_exact_engine_has_no_error) {
+  const Statement s = summarize({row(1, 0), row(2, 0)});
+  EXPECT_EQ(s.max_N, 0);
+  EXPECT_EQ(s.within_jnd, 1);
+}
+
+TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
+  std::vector<ComparedRow> rows;
+  for (int i = 1; i <= 100; ++i) rows.push_back(row(1, i * 1e-3));
+  rows.push_back(row(0.01, 0.03));  // below the floor: counts in N, not in %
+  const Statement s = summarize(rows);
+  EXPECT_EQ(s.rows_above_floor, 100u);
+  EXPECT_NEAR(s.median_rel, 0.050, 1e-12);
+  EXPECT_NEAR(s.p95_rel, 0.095, 1e-12);
+  EXPECT_NEAR(s.max_rel, 0.100, 1e-12);
+  EXPECT_NEAR(s.within_jnd, 71.0 / 101, 1e-12);
+  EXPECT_NEAR(s.reference_p95_rel, 0.01, 1e-12);
+}
+
+TEST(statement, without_rows_nothing_is_claimed) {
+  const Statement s = summarize({});
+  EXPECT_EQ(s.within_jnd, 0);
+  EXPECT_EQ(s.rows, 0u);
+}
+
+TEST(statement, unknown_reference_errors_do_not_count) {
+  ComparedRow unknown = row(1, 0.01);
+  unknown.reference_error_N = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(summarize({unknown}).reference_p95_rel, 0);
+}
+
+TEST(statement, reads_back_what_it_wrote) {
+  Statement s = summarize({row(1, 0.02), row(3, 0.5)});
+  s.probes = 2, s.tick_ns = 123.5, s.asset_bytes = 4567, s.reference_failures = 1;
+  const Statement back = parse_statement(to_json(s, "0123"), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+}
+
+TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
+  Statement s = summarize({row(1, 0.02)});
+  s.causes = {named_error("interpolation", {row(1, 0.05)}),
+              named_error("curve_fit", {row(2, 0.1)})};
+  s.baselines = {named_error("linear", {row(1, 0.5)})};
+  s.by_path = {named_error("straight", {row(1, 0.02)})};
+  const Statement back = parse_statement(to_json(s), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+  ASSERT_EQ(back.causes.size(), 2u);
+  EXPECT_EQ(back.causes[1].name, "curve_fit");
+  EXPECT_NEAR(back.causes[1].p95_N, 0.1, 1e-12);
+  EXPECT_NEAR(back.causes[1].p95_rel, 0.05, 1e-12);
+  EXPECT_NE(in_words(back).find("p95 by cause: interpolation 5.0 %, curve_fit 5.0 %"),
+            std::string::npos)
+      << in_words(back);
+}
+
+TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_next) {
+  Statement s = summarize({row(1, 0.02)});
+  s.tick_ns = 100, s.asset_bytes = 5;
+  Statement other = s;
+  other.tick_ns = 200, other.asset_bytes = 6;
+  EXPECT_EQ(to_asset_json(s), to_asset_json(other));
+  EXPECT_NE(to_asset_json(s).find("\"p95_rel\""), std::string::npos);
+}
+
+TEST(statement, json_holds_the_names_others_read) {
+  const auto json = nlohmann::json::parse(to_json(summarize({row(1, 0.02)})));
+  for (const char* name :
+       {"median_N", "p95_N", "max_N", "median_rel", "p95_rel", "max_rel", "within_jnd"})
+    EXPECT_TRUE(json.at("force_error").at(name).is_number()) << name;
+  for (const char* name : {"probes", "tick_ns", "asset_bytes"})
+    EXPECT_TRUE(json.at(name).is_number()) << name;
+}
+
+}  // namespace
+}  // namespace palpate::validation

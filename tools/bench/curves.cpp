@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "libfit/core/error.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "tools/bench/bench.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr int kPieces[] = {1, 2, 3, 4, 6, 8, 12};
+constexpr int kTicks = 200000;
+
+struct Line {
+  int degree = 0, pieces = 0;
+  std::size_t bytes = 0;  // of a node
+  double law_ns = 0;      // of a tick of the law, the mesh's part left out
+  FamilyEvidence held_out;
+  double p95_residual = 0;
+};
+
+// Ticks of a press to full depth and a drag as long, on a plane with the curves of one point.
+double time_law_ns(const CurveSet& curves, Eigen::Index point) {
+  const fit::Bases bases = fit::bases_of(curves);
+  const runtime::Quadric plane = fit::quadric_of(Vec3::UnitZ(), Mat3::Zero());
+  const runtime::ControlPointers<double> controls = fit::controls_at(curves, point);
+  const double depth = curves.basis[0].knots_m.back();
+  Points way = Points::Zero(kTicks, 3);
+  for (int i = 0; i < kTicks; ++i) {
+    const double share = double(i) / kTicks;
+    way.row(i) << depth * std::max(0.0, 2 * share - 1), 0, depth * std::min(1.0, 2 * share);
+  }
+  std::vector<runtime::Vec3d> force(kTicks);
+  std::vector<double> times;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    const auto begin = std::chrono::steady_clock::now();
+    runtime::replay_drag<double>(bases.views, controls, plane, way.data(), kTicks, force.data());
+    times.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  return 1e9 * *std::min_element(times.begin(), times.end()) / kTicks;
+}
+
+std::size_t bytes_of_node(const CurveSet& curves) {
+  Eigen::Index controls = curves.lean.cols() + curves.anisotropy.cols();
+  for (const Controls& control : curves.control) controls += control.cols();
+  return static_cast<std::size_t>(controls) * sizeof(float);
+}
+
+Line measure(const Samples& samples, CurveFamily family, int degree, int pieces, int jobs) {
+  FitOptions options{.family = family, .judges_family = true, .degree = degree};
+  options.pieces = {pieces, pieces, pieces};
+  options.jobs = jobs;
+  FitReport report;
+  const FittedCurves fitted = fit_curves(samples, options, {}, &report);
+  Eigen::Index point = 0;
+  while (point + 1 < fitted.position.rows() &&
+         fitted.status[static_cast<std::size_t>(point)] == FitStatus::failed)
+    ++point;
+  return {degree,
+          pieces,
+          bytes_of_node(fitted.curves),
+          time_law_ns(fitted.curves, point),
+          report.family.evidence.front(),
+          report.p95_relative_error};
+}
+
+void write_table(const std::filesystem::path& path, const std::string& family,
+                 const std::vector<Line>& lines) {
+  static constexpr std::string_view kHeader[] = {"family",         "degree",      "pieces",
+                                                 "bytes_per_node", "law_ns",      "held_out_median",
+                                                 "held_out_p95",   "residual_p95"};
+  CsvWriter csv(path, kHeader);
+  for (const Line& line : lines)
+    csv.text(family)
+        .integer(line.degree)
+        .integer(line.pieces)
+        .integer(static_cast<std::int64_t>(line.bytes))
+        .number(std::round(line.law_ns))
+        .number(line.held_out.median_error)
+        .number(line.held_out.p95_error)
+        .number(line.p95_residual)
+        .end_row();
+  csv.commit();
+}
+
+// Median error of rows held out against bytes, both logarithmic, a line for each degree.
+void write_picture(const std::filesystem::path& path, const std::string& title,
+                   const std::vector<Line>& lines) {
+  constexpr double kWide = 560, kHigh = 340, kEdge = 60;
+  double low = 1, high = 0, most = 0;
+  for (const Line& line : lines) {
+    low = std::min(low, line.held_out.median_error);
+    high = std::max(high, line.held_out.median_error);
+    most = std::max(most, double(line.bytes));
+  }
+  const double least = double(lines.front().bytes);
+  low = std::max(low / 1.2, 1e-9), high = std::max(1.2 * high, 2 * low);
+  const auto x_of = [&](double bytes) {
+    return kEdge + (kWide - 150) * std::log(bytes / least) / std::log(std::max(most / least, 2.0));
+  };
+  const auto y_of = [&](double error) {
+    return kHigh - kEdge -
+           (kHigh - 2 * kEdge) * std::log(std::max(error, low) / low) / std::log(high / low);
+  };
+  std::string svg = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' width='{}' height='{}' font-family='sans-serif' "
+      "font-size='11'><text x='{}' y='20'>{}</text><text x='{}' y='{}'>bytes of a node</text>\n",
+      kWide, kHigh, kEdge, title, kEdge, kHigh - 12);
+  for (const double error : {low * 1.2, std::sqrt(low * high), high / 1.2})
+    svg += fmt::format("<text x='{}' y='{:.0f}' text-anchor='end'>{:.2g} %</text>\n", kEdge - 6,
+                       y_of(error) + 4, 100 * error);
+  for (const double bytes : {least, std::sqrt(least * most), most})
+    svg += fmt::format("<text x='{:.0f}' y='{}' text-anchor='middle'>{:.0f}</text>\n", x_of(bytes),
+                       kHigh - 32, bytes);
+  constexpr std::string_view kColours[] = {"#888", "#06c", "#c40", "#080"};
+  for (int degree = 1; degree <= 4; ++degree) {
+    std::string way;
+    double x = 0, y = 0;
+    for (const Line& line : lines)
+      if (line.degree == degree) {
+        x = x_of(double(line.bytes)), y = y_of(line.held_out.median_error);
+        way += fmt::format("{:.1f},{:.1f} ", x, y);
+      }
+    const std::string_view colour = kColours[degree - 1];
+    svg += fmt::format(
+        "<polyline points='{}' fill='none' stroke='{}' stroke-width='2'/>\n"
+        "<text x='{:.0f}' y='{:.0f}' fill='{}'>degree {}</text>\n",
+        way, colour, x + 6, y + 4, colour, degree);
+  }
+  write_file_atomically(path, svg + "</svg>\n");
+}
+
+}  // namespace
+
+void bench_curves(const BenchRequest& request) {
+  if (request.samples.empty())
+    throw Error("bench curves", "there are no samples to fit", "Give --samples samples.h5.");
+  const Samples samples = read_samples(request.samples);
+  FitReport chosen;
+  FitOptions automatic;
+  automatic.jobs = request.jobs;
+  fit_curves(samples, automatic, {}, &chosen);
+  const CurveFamily family = chosen.family.family;
+  const std::string name(kCurveFamilyNames[static_cast<std::size_t>(family)].name);
+  say("{} points, {} rows; family {}: {}", samples.points(), samples.rows(), name,
+      chosen.family.reason);
+  std::vector<Line> lines;
+  for (int degree = 1; degree <= 4; ++degree)
+    for (const int pieces : kPieces) {
+      if (request.is_quick && pieces > 2) break;
+      lines.push_back(measure(samples, family, degree, pieces, request.jobs));
+      const Line& line = lines.back();
+      say("degree {}, {:2} pieces: {:4} bytes a node, {:4.0f} ns, held out {:.2f} % median, {:.2f} "
+          "% p95; residual p95 {:.2f} %",
+          degree, pieces, line.bytes, line.law_ns, 100 * line.held_out.median_error,
+          100 * line.held_out.p95_error, 100 * line.p95_residual);
+    }
+  const std::string stem =
+      "curves_" + (request.part.empty() ? request.samples.stem().string() : request.part);
+  write_table(request.folder / (stem + ".csv"), name, lines);
+  write_picture(request.folder / (stem + ".svg"),
+                stem.substr(7) + ", " + name + ": median error of rows held out", lines);
+  say("wrote {} and {}.svg", (request.folder / (stem + ".csv")).string(), stem);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/refine/refine.hpp"
+#include "tools/bench/bench.hpp"
+#include "tools/bench/bodies.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+struct Size {
+  int around, along;
+};
+constexpr Size kSizes[] = {{100, 99}, {316, 315}, {1000, 999}};  // 10^4, 10^5, 10^6 vertices
+constexpr Size kPoints = {32, 30};                               // 992 test points
+constexpr int kPieces = 12;
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Three digits: more are noise.
+double rounded(double value) {
+  const double scale = std::pow(10, 2 - std::floor(std::log10(value)));
+  return std::round(value * scale) / scale;
+}
+
+std::string machine() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+// The most that this process has had in memory so far [MiB].
+double peak_MiB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+FittedCurves curves_of(const Model& model) {
+  FittedCurves curves;
+  const auto points = static_cast<std::size_t>(model.surface.vertices.rows());
+  curves.position = model.surface.vertices;
+  curves.normal = model.inward_normal;
+  curves.name.assign(points, "p");
+  curves.message.assign(points, "");
+  curves.status.assign(points, FitStatus::good);
+  curves.curves = model.curves;
+  for (Controls& control : curves.curves.control) control = control.cast<float>().cast<double>();
+  return curves;
+}
+
+// Largest relative error of the normal curves' last control value, whose field is known.
+double largest_error(const Model& model) {
+  const double range_m = model.curves.basis[0].knots_m.back();
+  const Controls& control = model.curves.control[0];
+  double largest = 0;
+  for (Eigen::Index v = 0; v < control.rows(); ++v) {
+    const double exact =
+        cylinder_stiffness_N_m(model.surface.vertices.row(v)) * range_m * range_m / 0.01;
+    largest = std::max(largest, std::abs(control(v, control.cols() - 1) / exact - 1));
+  }
+  return largest;
+}
+
+}  // namespace
+
+void bench_refine(const BenchRequest& request) {
+  static constexpr std::string_view kHeader[] = {
+      "vertices",  "test_points", "triangulation",     "cpu_s",
+      "model_MiB", "peak_MiB",    "largest_error_rel", "machine"};
+  CsvWriter csv(request.folder / "refine.csv", kHeader);
+  const Model coarse = bench_cylinder(kPoints.around, kPoints.along, kPieces);
+  const FittedCurves curves = curves_of(coarse);
+  for (const Size& size : kSizes) {
+    if (request.is_quick && &size != &kSizes[0]) break;
+    // One piece: curves of this body would hide in the peak what refinement itself takes.
+    const Surface fine = bench_cylinder(size.around, size.along, 1).surface;
+    const std::vector<char> is_reachable(static_cast<std::size_t>(fine.vertices.rows()), 1);
+    for (const bool is_given : {true, false}) {
+      const double started = cpu_seconds();
+      const Model model =
+          refine(curves, fine, is_reachable, is_given ? coarse.surface.triangles : Triangles(0, 3));
+      const double seconds = cpu_seconds() - started, peak = peak_MiB();
+      double bytes = 0;
+      for (const Controls& control : model.curves.control)
+        bytes += static_cast<double>(control.size()) * sizeof(double);
+      csv.integer(fine.vertices.rows())
+          .integer(curves.position.rows())
+          .text(is_given ? "given" : "made")
+          .number(rounded(seconds))
+          .number(rounded(bytes / (1 << 20)))
+          .number(rounded(peak))
+          .number(rounded(largest_error(model)))
+          .text(machine())
+          .end_row();
+      say("{} vertices, {} triangulation: {:.2f} s of CPU, peak {:.0f} MiB", fine.vertices.rows(),
+          is_given ? "given" : "made", seconds, peak);
+    }
+  }
+  csv.commit();
+}
+
+}  // namespace palpate::tools

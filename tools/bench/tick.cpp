@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "libfit/io/csv/csv.hpp"
+#include "tools/bench/bench.hpp"
+#include "tools/bench/finger_proxy.hpp"
+#include "tools/bench/tick_flops.hpp"
+#include "tools/bench/tick_timing.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr std::size_t kWarmTicks = 50000, kColdTicks = 100;
+
+struct Line {
+  int nodes;
+  std::string_view kind, what, cache;
+  Spread spread;
+};
+
+volatile double kept;  // so that no tick is optimized away
+volatile unsigned kept_byte;
+
+// All kinds on one body: engine, finger proxy, and the floors of reading the bytes and of doing the
+// arithmetic.
+void measure_body(int around, int along, int pieces, bool is_quick, std::vector<Line>& lines) {
+  const BenchAsset body = make_bench_asset(bench_cylinder(around, along, pieces));
+  const runtime::Asset& asset = body.asset;
+  const double overhead_ns = clock_ns();
+  CacheFlush flush;
+  for (const TickKind& kind : kTicksOfKind)
+    for (const bool is_cold : {false, true}) {
+      const std::size_t ticks = (is_cold ? kColdTicks : kWarmTicks) / (is_quick ? 10U : 1U);
+      const auto measure = [&](std::string_view what, auto tick) {
+        lines.push_back(
+            {asset.vertices, kind.name, what, is_cold ? "cold" : "warm",
+             spread_of(time_ticks(kind, ticks, is_cold ? &flush : nullptr, overhead_ns, tick))});
+      };
+      runtime::Contact contact;
+      runtime::Output out;
+      const Vec3 outside = kind.tip(0) * 1.2;
+      runtime::touch(asset, contact, outside.data(), out);
+      measure("engine", [&](const Vec3& tip) {
+        runtime::touch(asset, contact, tip.data(), out);
+        kept = out.force_on_tool_N[0];
+      });
+      FingerProxy proxy(asset, 400, 0.3);
+      proxy.tick(outside.data());
+      measure("finger proxy", [&](const Vec3& tip) { kept = proxy.tick(tip.data()).x; });
+      if (contact.triangle < 0) continue;
+      const auto needed = lines_of_a_tick(asset, contact);
+      measure("reading its bytes", [&](const Vec3&) {
+        unsigned sum = 0;
+        for (const unsigned char* line : needed) sum += *line;
+        kept_byte = sum;
+      });
+      if (is_cold || out.state != runtime::ContactState::stick) continue;
+      const long flops = flops_of_a_tick(asset, contact, kind.tip(300).data());
+      measure("doing its arithmetic", [&](const Vec3&) { kept = do_flops(flops); });
+    }
+  say("{} nodes, {} triangles, {:.1f} MB done", asset.vertices, asset.triangles,
+      1e-6 * double(asset.file_bytes));
+}
+
+std::string machine() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown processor";
+}
+
+void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
+  static constexpr std::string_view kHeader[] = {
+      "nodes", "kind", "what", "cache", "median_ns", "p99_ns", "p999_ns", "worst_ns", "machine"};
+  CsvWriter csv(path, kHeader);
+  const std::string processor = machine();
+  for (const Line& line : lines)
+    csv.integer(line.nodes)
+        .text(line.kind)
+        .text(line.what)
+        .text(line.cache)
+        .number(line.spread.median_ns)
+        .number(line.spread.p99_ns)
+        .number(line.spread.p999_ns)
+        .number(line.spread.worst_ns)
+        .text(processor)
+        .end_row();
+  csv.commit();
+}
+
+}  // namespace
+
+void bench_tick(const BenchRequest& request) {
+  struct Size {
+    int around, along, pieces;
+  };
+  // 250 to a million nodes; the largest with fewer pieces, so that it fits into 1 GB while it is
+  // made.
+  static constexpr Size kSizes[] = {
+      {25, 9, 12}, {75, 32, 12}, {150, 66, 12}, {480, 208, 12}, {1500, 666, 4}};
+  std::vector<Line> lines;
+  const std::size_t sizes = request.is_quick ? 2 : std::size(kSizes);
+  for (std::size_t i = 0; i < sizes; ++i)
+    measure_body(kSizes[i].around, kSizes[i].along, kSizes[i].pieces, request.is_quick, lines);
+  say("{:>8} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "kind", "what", "cache", "median",
+      "p99", "p99.9", "worst ns");
+  for (const Line& line : lines)
+    say("{:8} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.kind, line.what,
+        line.cache, line.spread.median_ns, line.spread.p99_ns, line.spread.p999_ns,
+        line.spread.worst_ns);
+  write_table(request.folder / "tick.csv", lines);
+  say("wrote {}", (request.folder / "tick.csv").string());
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,37 @@
+#include "tools/stages/export.hpp"
+#include "libfit/io/files/model_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Export final : public Command {
+ public:
+  explicit Export(Arguments& arguments) {
+    arguments.positional("model", model_, "model.h5");
+    arguments.option("-o,--output", output_, "File to write, asset.palp for instance", true);
+    arguments.option("--format", format_, "Format, see the list in docs/formats.md");
+    arguments.option("--engine", engine_, "Folder to copy the engine's headers and example into");
+    arguments.flag("--no-guard", no_guard_,
+                   "Let the engine carry out slips that would create energy");
+  }
+
+  int run() override {
+    export_model(read_model(model_), output_, format_,
+                 {.guard = !no_guard_, .inputs = {}, .statement = {}, .engine = engine_});
+    return kDone;
+  }
+
+ private:
+  std::string model_, output_, format_ = "palp", engine_;
+  bool no_guard_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_export(Arguments& arguments) {
+  return std::make_unique<Export>(arguments);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,53 @@
+#include "tools/commands/inspect_asset.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/runtime/format.hpp"
+
+namespace palpate::tools {
+
+bool is_asset_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
+  char magic[4] = {};
+  file.read(magic, sizeof magic);
+  return file && std::memcmp(magic, "PALP", sizeof magic) == 0;
+}
+
+void print_asset(const std::filesystem::path& path) {
+  const AssetFile file = read_asset_file(path);
+  const runtime::Asset& asset = file.asset();
+  const auto covered = std::count(asset.covered, asset.covered + asset.vertices, 1);
+  fmt::print("palpate asset version {}, {} bytes\n", asset.version, file.bytes());
+  fmt::print("  {} vertices ({} covered), {} triangles\n", asset.vertices, covered,
+             asset.triangles);
+  fmt::print("  origin ({}, {}, {}) m, probe radius {} m, guard {}\n", asset.origin_m[0],
+             asset.origin_m[1], asset.origin_m[2], asset.probe_radius_m,
+             asset.has_guard ? "on" : "off");
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    const runtime::SplineView& spline = asset.curves.view[kind];
+    fmt::print("  {:<8} {} pieces of degree {} to {} m\n",
+               kCurveNames[static_cast<std::size_t>(kind)], spline.pieces, spline.degree,
+               spline.knots[spline.pieces]);
+  }
+  if (asset.curves.lean.pieces > 0)
+    fmt::print("  {:<8} {} pieces of degree {} to {} m\n", "lean", asset.curves.lean.pieces,
+               asset.curves.lean.degree, asset.curves.lean.knots[asset.curves.lean.pieces]);
+  if (asset.curves.coupling_depth_m > 0)
+    fmt::print("  coupled: lateral curves are those at {} m, elsewhere times the root of depth\n",
+               asset.curves.coupling_depth_m);
+  if (asset.curves.is_anisotropic)
+    fmt::print("  anisotropic: lateral curves are read by a metric of each vertex\n");
+  fmt::print("  check path: {} ticks, reproduced bit for bit\n", asset.check_ticks);
+  fmt::print("  meta: {}\n", file.meta_json());
+}
+
+}  // namespace palpate::tools

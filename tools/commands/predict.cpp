@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "libfit/refine/nearest_triangle.hpp"
+#include "libfit/validation/predict.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace validation;
+
+// The model's curves at a place of its surface, as a set of one row.
+CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
+  CurveSet out = model.curves;
+  const auto corner = model.surface.triangles.row(hit.triangle);
+  const auto blend = [&](Controls& control) {
+    const Controls all = std::move(control);
+    control = Controls::Zero(1, all.cols());
+    for (int k = 0; k < 3 && all.rows() > 0; ++k)
+      control.row(0) += hit.point.weight[k] * all.row(corner[k]);
+  };
+  for (Controls& control : out.control) blend(control);
+  blend(out.lean);
+  blend(out.anisotropy);
+  return out;
+}
+
+class Predict final : public Command {
+ public:
+  explicit Predict(Arguments& arguments) {
+    arguments.positional("model", model_, "model.h5");
+    arguments.positional("samples", samples_, "samples.h5 of other points on the same body");
+    arguments.option("--without", curves_, "curves.h5: leave out the points that it was fitted at");
+    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+  }
+
+  int run() override {
+    const Model model = read_model(model_);
+    const Samples samples = read_samples(samples_);
+    const double size_m = extent_m(model.surface.vertices).norm();
+    const Points fitted = curves_.empty() ? Points(0, 3) : read_curves(curves_).position;
+    const TriangleTree tree(model.surface);
+    std::vector<ComparedRow> rows;
+    std::size_t predicted = 0, uncovered = 0;
+    for (std::int32_t point = 0; point < samples.points(); ++point) {
+      const Vec3 at = samples.point_position.row(point);
+      const bool is_fitted =
+          fitted.rows() > 0 &&
+          (fitted.rowwise() - at.transpose()).rowwise().norm().minCoeff() < kSamePlace * size_m;
+      if (is_fitted) continue;
+      const auto hit = find(model, tree, at, samples.point_normal.row(point), size_m);
+      if (!hit) {
+        ++uncovered;
+        continue;
+      }
+      const auto more = predicted_rows(samples, point, curves_at(model, *hit), 0);
+      rows.insert(rows.end(), more.begin(), more.end());
+      ++predicted;
+    }
+    if (predicted == 0)
+      throw Error(samples_, "none of its points can be predicted",
+                  "Give samples at points that the model covers and was not fitted at.");
+    Statement statement = summarize(rows);
+    statement.probes = predicted;
+    if (json_)
+      fmt::print("{}\n", to_json(statement));
+    else
+      fmt::print("{} points predicted, {} that the model does not cover\n{}\n", predicted,
+                 uncovered, in_words(statement));
+    return kDone;
+  }
+
+ private:
+  static constexpr double kSamePlace = 1e-6;  // of the body, as refinement pairs points
+
+  // Where a point sits on covered surface that faces as it does.
+  static std::optional<TriangleTree::Hit> find(const Model& model, const TriangleTree& tree,
+                                               const Vec3& at, const Vec3& inward, double size_m) {
+    return tree.nearest(at, 0.01 * size_m, [&](std::int32_t triangle, const TrianglePoint& point) {
+      Vec3 normal = Vec3::Zero();
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t vertex = model.surface.triangles(triangle, k);
+        if (point.weight[k] > 0 && !model.is_covered[static_cast<std::size_t>(vertex)])
+          return false;
+        normal += point.weight[k] * model.inward_normal.row(vertex).transpose();
+      }
+      return normal.dot(inward) > 0;
+    });
+  }
+
+  std::string model_, samples_, curves_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_predict(Arguments& arguments) {
+  return std::make_unique<Predict>(arguments);
+}
+
+}  // namespace palpate::tools

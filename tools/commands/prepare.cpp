@@ -1,0 +1,40 @@
+#include "tools/stages/prepare.hpp"
+#include "libfit/io/files/body_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/check.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Prepare final : public Command {
+ public:
+  explicit Prepare(Arguments& arguments) {
+    arguments.positional("scene", scene_, "scene.toml");
+    arguments.option("-o,--output", output_, "body.h5 to write", true);
+    arguments.flag("--surface-only", surface_only_,
+                   "No volume: enough for measured data; open surfaces welcome");
+  }
+
+  int run() override {
+    const Scene scene = read_scene(scene_);
+    say("prepare {}", scene_);
+    const Body body = prepare_body(scene, surface_only_);
+    if (!surface_only_) check_experiments(scene, body);
+    write_body(output_, body);
+    say("wrote {}", output_);
+    return kDone;
+  }
+
+ private:
+  std::string scene_, output_;
+  bool surface_only_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_prepare(Arguments& arguments) {
+  return std::make_unique<Prepare>(arguments);
+}
+
+}  // namespace palpate::tools

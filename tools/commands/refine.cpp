@@ -1,0 +1,36 @@
+#include "tools/stages/refine.hpp"
+#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/model_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Refine final : public Command {
+ public:
+  explicit Refine(Arguments& arguments) {
+    arguments.positional("curves", curves_, "curves.h5");
+    arguments.option("--body", body_, "body.h5 whose surface the curves are spread over", true);
+    arguments.option("-o,--output", output_, "model.h5 to write", true);
+  }
+
+  int run() override {
+    say("refine {}", curves_);
+    write_model(output_, refine_body(read_curves(curves_), read_body(body_)));
+    say("wrote {}", output_);
+    return kDone;
+  }
+
+ private:
+  std::string curves_, body_, output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_refine(Arguments& arguments) {
+  return std::make_unique<Refine>(arguments);
+}
+
+}  // namespace palpate::tools

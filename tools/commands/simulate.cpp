@@ -1,0 +1,94 @@
+#include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/io/csv/tables.hpp"
+#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/check.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/placement.hpp"
+#include "tools/stages/prepare.hpp"
+#include "tools/stages/simulate.hpp"
+#include "tools/stages/snap_points.hpp"
+
+namespace palpate::tools {
+namespace {
+
+class Simulate final : public Command {
+ public:
+  explicit Simulate(Arguments& arguments) {
+    arguments.positional("input", input_, "scene.toml, or the body.h5 made from it");
+    arguments.option("-o,--output", output_, "samples.h5 to write", true);
+    arguments.option("--points", points_,
+                     "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
+    arguments.option("--paths", paths_,
+                     "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
+    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
+    arguments.flag("--resume", resume_, "Go on from what an interrupted run kept");
+  }
+
+  int run() override {
+    load();
+    check_choices(scene_);
+    check_experiments(scene_, body_);
+    const std::string inputs = point_inputs(scene_, body_);
+    const bool is_placing = scene_.experiments.placement && points_.empty() && paths_.empty();
+    const Samples samples = !paths_.empty() ? follow_paths()
+                            : is_placing
+                                ? place({jobs_, output_, inputs, resume_})
+                                : simulate_body(scene_, body_, {jobs_, output_, inputs, resume_});
+    Attributes attributes;
+    if (paths_.empty()) attributes[kPointInputsAttribute] = inputs;
+    write_samples(output_, samples, attributes);
+    remove_partial(output_);
+    say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
+    say_force_errors(samples, scene_.experiments.force_tolerance);
+    return list_bad_experiments(samples) ? kSomeFailed : kDone;
+  }
+
+ private:
+  void load() {
+    if (input_.ends_with(".h5")) {
+      body_ = read_body(input_);
+      scene_ = parse_scene(body_.scene, input_ + ": scene");
+    } else {
+      scene_ = read_scene(input_);
+      body_ = prepare_body(scene_, false);
+    }
+    if (!points_.empty())
+      body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
+  }
+
+  // The points grow; the body that `refine` needs then is written beside the samples.
+  Samples place(const SimulateRequest& request) {
+    Placement placement = place_and_simulate(scene_, body_, request);
+    body_.test_points = std::move(placement.points);
+    const auto folder = std::filesystem::path(output_).parent_path();
+    write_body(folder / "placed.h5", body_);
+    write_rounds(folder / "placement.csv", placement.rounds);
+    say("wrote {}", (folder / "placed.h5").string());
+    return std::move(placement.samples);
+  }
+
+  Samples follow_paths() {
+    const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
+    ConsoleProgress progress("simulate");
+    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.paths,
+                               {.jobs = job_count(jobs_), .already_done = {}}, {},
+                               progress.progress());
+  }
+
+  std::string input_, output_, points_, paths_;
+  int jobs_ = 0;
+  bool resume_ = false;
+  Scene scene_;
+  Body body_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_simulate(Arguments& arguments) {
+  return std::make_unique<Simulate>(arguments);
+}
+
+}  // namespace palpate::tools

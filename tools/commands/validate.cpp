@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/model_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/check.hpp"
+#include "tools/stages/prepare.hpp"
+#include "tools/stages/validate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace validation;
+
+class Validate final : public Command {
+ public:
+  explicit Validate(Arguments& arguments) {
+    arguments.positional("asset", asset_, "asset.palp");
+    arguments.positional("scene", scene_, "scene.toml that the reference simulates");
+    arguments.option("--points", request_.points, "Contact points");
+    arguments.option("--seed", request_.seed, "Seed of the points and paths");
+    arguments.option("--jobs", request_.jobs, "Threads; 0: all cores");
+    arguments.option("--body", body_, "body.h5 of the scene, where it is at hand");
+    arguments.option("--rows", rows_, "CSV of every compared row");
+    arguments.option("--curves", curves_,
+                     "curves.h5 the asset was made from, and --model: for the baseline without "
+                     "interpolation");
+    arguments.option("--model", model_, "model.h5 the asset was made from");
+    arguments.option("--reference", reference_,
+                     "Folder that keeps what is simulated, to use again");
+    arguments.flag("--no-causes", no_causes_,
+                   "Do not simulate at the points themselves, which splits the error by cause");
+    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+  }
+
+  int run() override {
+    if (request_.points < 1)
+      throw Error("--points", "there must be at least one contact point",
+                  "Give a positive number.");
+    const Scene scene = read_scene(scene_);
+    check_choices(scene);
+    const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
+    check_experiments(scene, body);
+    request_.rows_csv = rows_;
+    request_.reference = reference_;
+    request_.has_causes = !no_causes_;
+    if (!reference_.empty()) std::filesystem::create_directories(reference_);
+    if (curves_.empty() != model_.empty())
+      throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
+                  "Give both --curves and --model, or none.");
+    FittedCurves curves;
+    Model model;
+    if (!curves_.empty()) {
+      curves = read_curves(curves_);
+      model = read_model(model_);
+      request_.curves = &curves;
+      request_.model = &model;
+    }
+    const Statement statement = validate_asset(asset_, scene, body, request_);
+    fmt::print("{}\n", json_ ? to_json(statement) : in_words(statement));
+    return statement.reference_failures ? kSomeFailed : kDone;
+  }
+
+ private:
+  std::string asset_, scene_, body_, rows_, curves_, model_, reference_;
+  ValidateRequest request_;
+  bool json_ = false, no_causes_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_validate(Arguments& arguments) {
+  return std::make_unique<Validate>(arguments);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,229 @@
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libfit/recordings/contact_point/contact_point.hpp"
+#include "libfit/recordings/formats/importers.hpp"
+#include "tools/manifest/keys.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using recordings::BatchItem;
+using recordings::Drift;
+using recordings::Tip;
+
+constexpr double kMaxMebibytes = 1 << 20;
+
+template <class Value>
+struct Named {
+  std::string_view name;
+  Value value;
+};
+constexpr std::array kKinds{Named{"press", ExperimentKind::press},
+                            Named{"drag", ExperimentKind::drag},
+                            Named{"path", ExperimentKind::path}};
+constexpr std::array kDrifts{Named{"none", Drift::none}, Named{"bias", Drift::bias},
+                             Named{"line", Drift::line}};
+constexpr std::array kUses{Named{"approach", recordings::Use::approach},
+                           Named{"retract", recordings::Use::retract},
+                           Named{"mean", recordings::Use::mean}};
+constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
+                           Named{"cone", Tip::cone}};
+constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
+                                 Named{"blank", ' '}};
+constexpr std::array kNormals{Named{"inward", false}, Named{"outward", true}};
+
+// The value that a key's word names; stays as it is where the table has no such key.
+template <class Value, std::size_t N>
+void read_named(SceneTable& table, std::string_view key, const std::array<Named<Value>, N>& all,
+                Value& value) {
+  if (!table.has(key)) return;
+  std::vector<std::string_view> names;
+  for (const auto& row : all) names.push_back(row.name);
+  const std::string name = table.choice(key, "", names);
+  value = std::find_if(all.begin(), all.end(), [&](const auto& row) {
+            return row.name == name;
+          })->value;
+}
+
+void read_position(SceneTable& table, Entry& entry) {
+  const toml::node* node = table.node("position");
+  if (!node) return;
+  const toml::array* list = node->as_array();
+  if (list && list->size() == 3 && list->get(0)->is_string()) {
+    const Vec3 position = table.point("position");
+    entry.item.position_m = position, entry.position.reset();
+  } else {
+    entry.position = numbers(table, "position", 3), entry.item.position_m.reset();
+  }
+}
+
+void read_normal(SceneTable& table, BatchItem& item) {
+  if (!table.has("normal")) return;
+  const auto n = numbers(table, "normal", 3);
+  const Vec3 normal(n[0], n[1], n[2]);
+  if (!(normal.norm() > 1e-12))
+    fail(table, "normal", "normal has no direction",
+         "Give the direction into the body, such as [0, 0, -1].");
+  item.normal = normal.normalized();
+}
+
+void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
+  std::vector<std::string_view> formats{"auto"};
+  for (const auto& row : importers::importers()) formats.push_back(row.name);
+  read.format = table.choice("format", read.format, formats);
+  read_named(table, "separator", kSeparators, read.separator);
+  if (table.has("decimal")) read.decimal = table.choice("decimal", "", {".", ","})[0];
+  read.encoding = table.choice("encoding", read.encoding, {"utf-8", "latin-1"});
+  read.comment = table.text("comment", read.comment);
+  read_named(table, "normals", kNormals, read.is_normal_outward);
+  read.max_bytes = static_cast<std::uintmax_t>(table.number(
+                       "largest_file", static_cast<double>(read.max_bytes >> 20), 1, kMaxMebibytes))
+                   << 20;
+  if (table.has("cantilever")) {
+    SceneTable c = table.table("cantilever", "cantilever");
+    importers::Cantilever cantilever;
+    cantilever.stiffness_N_m = c.number("stiffness", 0, 1e-6, 1e6);
+    cantilever.sensitivity_m = c.quantity("sensitivity", Dimension::length, 0, 0, 1);
+    cantilever.stiffness_deviation = c.number("stiffness_deviation", 0, 0, 1);
+    cantilever.sensitivity_deviation = c.number("sensitivity_deviation", 0, 0, 1);
+    c.finish();
+    read.cantilever = cantilever;
+  }
+}
+
+void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
+  read_named(table, "kind", kKinds, s.kind);
+  std::vector<std::string_view> estimators;
+  for (const auto& row : recordings::contact_estimators()) estimators.push_back(row.name);
+  s.contact = table.choice("contact", s.contact, estimators);
+  s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
+  read_named(table, "drift", kDrifts, s.drift);
+  s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);
+  s.force_delay_s = table.quantity("force_delay", Dimension::time, s.force_delay_s, -1e3, 1e3);
+  s.compliance_m_N = table.number("compliance", s.compliance_m_N, 0, 1e3);
+  if (table.has("force_limit"))
+    s.force_limit_N = table.quantity("force_limit", Dimension::force, 0, 0, 1e9);
+  read_named(table, "use", kUses, s.use);
+  s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
+  s.poisson = table.number("poisson", s.poisson, 0, 0.5);
+  if (table.has("plausible")) {
+    const auto range = table.quantities("plausible", Dimension::pressure, 0, 1e15);
+    if (range.size() != 2 || !(range[0] < range[1]))
+      fail(table, "plausible", "plausible is not a range of two moduli",
+           "Write [\"10 Pa\", \"5 MPa\"].");
+    s.min_young_Pa = range[0], s.max_young_Pa = range[1], s.is_range_given = true;
+  }
+  if (table.has("probe")) {
+    SceneTable probe = table.table("probe", "probe");
+    read_named(probe, "shape", kTips, s.tip);
+    s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 10);
+    probe.finish();
+  }
+}
+
+bool is_table_format(const importers::ReadSettings& read) {
+  const auto& c = read.columns;
+  return read.format == "csv" || read.format == "hdf5" || read.format == "robot-palpation" ||
+         (read.format == "auto" && (!c.depth.empty() || !c.position.empty() || !c.force.empty()));
+}
+
+}  // namespace
+
+[[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
+                       const std::string& remedy) {
+  throw Error(table.where(key), what, remedy);
+}
+
+std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t count) {
+  std::vector<double> out;
+  const toml::node* node = table.node(key);
+  const toml::array* list = node ? node->as_array() : nullptr;
+  for (std::size_t i = 0; list && i < list->size(); ++i)
+    if (const auto number = list->get(i)->value<double>();
+        number && list->get(i)->is_number() && std::isfinite(*number))
+      out.push_back(*number);
+  if (out.size() != count || (list && list->size() != count))
+    fail(table, key, fmt::format("{} of {} is not a list of {} numbers", key, table.name(), count),
+         "Write [1.0, 2.0, ...].");
+  return out;
+}
+
+void read_keys(SceneTable& table, Entry& entry) {
+  entry.file = table.text("file", entry.file);
+  entry.item.point = table.text("point", entry.item.point);
+  if (table.has_only({"file", "point", "position", "normal"})) {  // most of a long manifest
+    read_position(table, entry), read_normal(table, entry.item);
+    return;
+  }
+  read_columns(table.table("columns", "columns"), entry.item.read.columns);
+  read_units(table.table("units", "units"), entry.item.read.units);
+  if (table.has("force_on"))
+    entry.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";
+  read_position(table, entry), read_normal(table, entry.item);
+  read_text_keys(table, entry.item.read), read_signal_keys(table, entry.item.signal);
+  table.finish();
+}
+
+void complete(const SceneTable& table, Entry& entry) {
+  BatchItem& item = entry.item;
+  if (entry.file.empty())
+    throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");
+  const auto& c = item.read.columns;
+  if (is_table_format(item.read)) {
+    if (!entry.is_force_on_tool)
+      throw Error(
+          table.where_table(), "force_on is missing: whose force the sensor reports",
+          "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels).");
+    item.read.is_force_on_tool = *entry.is_force_on_tool;
+    if (item.read.format != "robot-palpation" &&
+        (c.force.empty() || (c.depth.empty() && c.position.empty())))
+      throw Error(
+          table.where("columns"),
+          c.force.empty() ? "columns names no force" : "columns names neither depth nor position",
+          "Add columns = { time = \"t\", position = [\"x\", \"y\", \"z\"], force = [\"fx\", "
+          "\"fy\", \"fz\"] }, or depth = \"d\" for a 1-axis rig.");
+    if (!c.depth.empty() && !c.position.empty() && item.read.format != "robot-palpation")
+      throw Error(table.where("columns"), "columns names both depth and position",
+                  "Leave one out.");
+    if (c.position.size() == 1 && item.read.format == "csv")
+      throw Error(table.where("columns"), "position of columns has one name",
+                  "Give three, or call it depth.");
+  }
+  if (entry.position) {
+    const std::string& unit = item.read.units.position;
+    const auto factor =
+        unit_factor(importers::split_unit(fmt::format("({})", unit)).second, Dimension::length);
+    if (!factor)
+      throw Error(
+          table.where("position"), "position has no unit",
+          "Say units = { position = \"mm\" }, or write [\"12 mm\", \"3.5 mm\", \"40 mm\"].");
+    item.position_m =
+        *factor * Vec3((*entry.position)[0], (*entry.position)[1], (*entry.position)[2]);
+  }
+}
+
+std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
+                                  const fs::path& folder) {
+  if (file.find_first_of("*?") == std::string::npos) return {file};
+  const fs::path parent = fs::path(file).parent_path();
+  const std::string pattern = fs::path(file).filename().string();
+  std::vector<std::string> files;
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(folder / parent, failure))
+    if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0 &&
+        !entry.path().filename().string().ends_with(".import.csv"))
+      files.push_back((parent / entry.path().filename()).string());
+  if (files.empty())
+    throw Error(table.where("file"), "no file matches \"" + file + "\"",
+                "Correct the pattern; names start at the manifest's folder.");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace palpate::tools

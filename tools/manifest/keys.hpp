@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/manifest/manifest.hpp"
+#include "tools/scene/toml_table.hpp"
+
+// The parts of a manifest.toml, each read and checked; read_manifest puts them together.
+
+namespace palpate::tools {
+
+/// A recording's entry on its way: what [defaults] said, then what the entry says.
+struct Entry {
+  recordings::BatchItem item;
+  std::string file;
+  std::optional<std::vector<double>> position;  // in units.position
+  std::vector<std::string> position_text;       // or quantities
+  std::optional<bool> is_force_on_tool;
+};
+
+/// Throws Error at a key of the manifest.
+[[noreturn]] void fail(const SceneTable& table, std::string_view key, const std::string& what,
+                       const std::string& remedy);
+
+/// The numbers of a list, exactly `count`, all finite.
+std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t count);
+
+void read_columns(SceneTable table, importers::ColumnNames& names);
+void read_units(SceneTable table, importers::UnitNames& units);
+
+/// The keys of [defaults] and of [[recording]] alike.
+void read_keys(SceneTable& table, Entry& entry);
+
+/// Checks what an entry must say by the time all of it is known, and turns its position into m.
+void complete(const SceneTable& table, Entry& entry);
+
+/// The files of an entry: itself, or those that its pattern in the last component matches, sorted.
+/// A summary that an import left there is none of them.
+std::vector<std::string> files_of(const SceneTable& table, const std::string& file,
+                                  const std::filesystem::path& folder);
+
+}  // namespace palpate::tools

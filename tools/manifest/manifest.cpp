@@ -1,0 +1,106 @@
+#include "tools/manifest/manifest.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+
+#include "libfit/io/atomic_file.hpp"
+#include "tools/manifest/keys.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+void read_registration(SceneTable table, Manifest& manifest) {
+  manifest.fits_to_surface = table.boolean("icp", false);
+  if (table.has("transform")) {
+    const auto m = numbers(table, "transform", 16);
+    recordings::RigidMotion motion;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) motion.rotation(r, c) = m[static_cast<std::size_t>(4 * r + c)];
+      motion.translation_m[r] = m[static_cast<std::size_t>(4 * r + 3)];
+    }
+    const bool is_rigid =
+        (motion.rotation * motion.rotation.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() <
+            1e-4 &&
+        motion.rotation.determinant() > 0;
+    if (!is_rigid || m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+      fail(table, "transform", "transform is no rigid motion",
+           "Give 16 numbers row by row: rotation, and translation in m in the last column; the "
+           "last row is 0, 0, 0, 1.");
+    manifest.motion = motion;
+  }
+  auto landmarks = table.tables("landmarks", "landmarks of [registration]");
+  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3),
+      manifest.body_landmarks_m = manifest.rig_landmarks_m;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    manifest.rig_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("rig");
+    manifest.body_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("body");
+    landmarks[i].finish();
+  }
+  if (manifest.motion && !landmarks.empty())
+    fail(table, "landmarks", "registration has both a transform and landmarks", "Leave one out.");
+  table.finish();
+  if (manifest.fits_to_surface && !manifest.surface)
+    fail(table, "icp", "icp needs a surface", "Say `surface` and `length_unit`.");
+}
+
+toml::table parse_toml(const fs::path& path) {
+  try {
+    return toml::parse(read_whole_file(path), path.string());
+  } catch (const toml::parse_error& error) {
+    throw Error(fmt::format("{}:{}:{}", path.string(), error.source().begin.line,
+                            error.source().begin.column),
+                std::string(error.description()), "Correct the TOML there.");
+  }
+}
+
+}  // namespace
+
+Manifest read_manifest(const fs::path& path) {
+  Manifest manifest;
+  manifest.path = path;
+  const toml::table document = parse_toml(path);
+  SceneTable root(document, "the manifest", path.string());
+  const fs::path folder = path.parent_path();
+  if (root.has("surface")) {
+    manifest.surface = folder / root.text("surface", "");
+    const std::string unit = root.text("length_unit", "");
+    const auto factor = unit_factor(unit, Dimension::length);
+    const auto quantity = parse_quantity(unit, Dimension::length);
+    if (!factor && !quantity)
+      fail(root, "length_unit",
+           unit.empty() ? "surface has no length_unit"
+                        : "length_unit is \"" + unit + "\", which is no length unit",
+           "Say length_unit = \"mm\", or whatever the surface's numbers are in.");
+    manifest.length_unit_m = factor ? *factor : *quantity;
+  } else {
+    root.text("length_unit", "");
+  }
+  manifest.place_tolerance_m =
+      root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
+  manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
+  read_registration(root.table("registration", "[registration]"), manifest);
+  Entry defaults;
+  SceneTable defaults_table = root.table("defaults", "[defaults]");
+  read_keys(defaults_table, defaults);
+  for (SceneTable& table : root.tables("recording", "[[recording]]")) {
+    Entry entry = defaults;
+    entry.item.place = table.where_table();
+    read_keys(table, entry);
+    complete(table, entry);
+    const auto files = files_of(table, entry.file, folder);
+    for (const std::string& file : files) {
+      recordings::BatchItem item = files.size() == 1 ? std::move(entry.item) : entry.item;
+      item.shown = file, item.file = folder / file;
+      manifest.items.push_back(std::move(item));
+    }
+  }
+  root.finish();
+  if (manifest.items.empty())
+    throw Error(path.string(), "names no recording", "Add [[recording]] with file = \"...\".");
+  return manifest;
+}
+
+}  // namespace palpate::tools

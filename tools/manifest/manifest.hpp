@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/placing/registration.hpp"
+
+namespace palpate::tools {
+
+/// What a manifest.toml says (docs/formats.md).
+struct Manifest {
+  std::filesystem::path path;
+  std::optional<std::filesystem::path> surface;
+  double length_unit_m = 0;  ///< of the surface file
+  std::vector<recordings::BatchItem>
+      items;  ///< in the order written; a file pattern gives one per file
+  std::optional<recordings::RigidMotion> motion;         ///< given
+  Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< or these
+  bool fits_to_surface = false;
+  double place_tolerance_m = 3e-3;
+  bool pools_repeats = true;
+};
+
+/// Reads and checks a manifest. Throws Error with file:line:column on unknown keys (naming the
+/// nearest known one), wrong types, units or names, and recordings that lack what they need.
+/// Recordings' files are not opened here.
+Manifest read_manifest(const std::filesystem::path& path);
+
+}  // namespace palpate::tools

@@ -1,0 +1,73 @@
+#include "tools/scene/material.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace palpate::tools {
+namespace {
+
+constexpr double kHighestModulus = 1e13;  // Pa; ten diamonds
+constexpr double kHighestNumber = 1e6;    // of parameters without unit
+
+[[noreturn]] void refuse_missing(const SceneTable& table, const fem::LawRow& law,
+                                 const fem::ParameterRow& row) {
+  const std::string units = known_units(Dimension::pressure);
+  const std::string form = row.count > 1      ? fmt::format("[...], {} numbers", row.count)
+                           : row.unit.empty() ? "a plain number"
+                                              : fmt::format("\"...\" with a unit ({})", units);
+  throw Error(table.where_table(),
+              fmt::format("{} has no {}, which law {} needs", table.name(), row.name, law.name),
+              fmt::format("Add {} = {}: {}.", row.name, form, row.summary));
+}
+
+// Appends the numbers of one row.
+void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::ParameterRow& row,
+                    std::vector<double>& values) {
+  if (!table.has(row.name)) {
+    if (row.fallback == fem::kRequired) refuse_missing(table, law, row);
+    values.insert(values.end(), static_cast<std::size_t>(row.count), row.fallback);
+    return;
+  }
+  if (!row.instead_of.empty() && table.has(row.instead_of))
+    throw Error(table.where(row.name),
+                fmt::format("{} of {} is given beside {}", row.name, table.name(), row.instead_of),
+                "Keep one of the two.");
+  if (row.count > 1) {
+    const auto count = static_cast<std::size_t>(row.count);
+    for (const double number : table.numbers(row.name, count, -kHighestNumber, kHighestNumber))
+      values.push_back(number);
+  } else if (row.unit.empty()) {
+    values.push_back(table.number(row.name, 0, -kHighestNumber, kHighestNumber));
+  } else {
+    values.push_back(
+        table.quantity(row.name, Dimension::pressure, 0, -kHighestModulus, kHighestModulus));
+  }
+}
+
+}  // namespace
+
+fem::MaterialParameters read_material(SceneTable table) {
+  std::vector<std::string_view> laws;
+  for (const fem::LawRow& row : fem::material_laws()) laws.push_back(row.name);
+  fem::MaterialParameters material;
+  material.law = table.choice("law", material.law, laws);
+  const fem::LawRow& law = fem::find_law(material.law, table.where("law"));
+  // A misspelt key is named before the key that it was meant to be is missed.
+  for (const fem::ParameterRow& row : law.parameters) table.has(row.name);
+  table.finish();
+  for (const fem::ParameterRow& row : law.parameters)
+    read_parameter(table, law, row, material.values);
+  if (const fem::Refusal refusal = law.refusal(material.values); refusal.is_refused()) {
+    const fem::ParameterRow* row = fem::find_parameter(law, refusal.key);
+    throw Error(table.where(refusal.key),
+                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
+                fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
+  }
+  return material;
+}
+
+std::string canonical(const fem::MaterialParameters& material) {
+  return fmt::format("{} {}\n", material.law, fmt::join(material.values, " "));
+}
+
+}  // namespace palpate::tools

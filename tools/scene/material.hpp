@@ -1,0 +1,17 @@
+#pragma once
+
+#include "libfem/materials/materials.hpp"
+#include "tools/scene/toml_table.hpp"
+
+namespace palpate::tools {
+
+/// The material of a table: `law`, and the keys of that law's parameter rows. Returns a value for
+/// every row, SI; NaN for an optional one left out.
+/// Throws Error with file:line:column for an unknown law or key (naming the nearest), a key missing
+/// or of the wrong kind or unit, two keys that exclude each other, and values that the law refuses.
+fem::MaterialParameters read_material(SceneTable table);
+
+/// All that a result depends on, as one line.
+std::string canonical(const fem::MaterialParameters& material);
+
+}  // namespace palpate::tools

@@ -1,0 +1,85 @@
+#include "tools/scene/probe.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "tools/scene/toml_table.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr double kSmallestLength = 1e-9, kAnyLength = 1e6;  // m
+constexpr double kFullTurn_rad = 6.283185307179586;
+
+std::vector<double> read_values(SceneTable& table, const fem::ProbeParameter& parameter) {
+  const double low = parameter.dimension == Dimension::length ? kSmallestLength : 0;
+  const double high = parameter.dimension == Dimension::length ? kAnyLength : kFullTurn_rad;
+  if (parameter.count == 1)
+    return {table.quantity(parameter.key, parameter.dimension, 0, low, high)};
+  return table.quantities(parameter.key, parameter.dimension, low, high);
+}
+
+/// "upright" and "lying", or three numbers.
+Vec3 read_orientation(SceneTable& table) {
+  if (!table.node("orientation")->is_string()) return table.direction("orientation");
+  const std::string word = table.choice("orientation", "upright", {"upright", "lying"});
+  return word == "lying" ? Vec3::UnitX() : Vec3::UnitZ();
+}
+
+}  // namespace
+
+ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) {
+  ProbeSection probe;
+  fem::ProbeSpec& spec = probe.spec;
+  spec.shape = table.text("shape", spec.shape);
+  if (spec.shape != "sphere") spec.values.clear();
+  spec.friction = table.number("friction", spec.friction, 0, 100);
+  if (spec.shape == "point") {
+    table.finish();
+    return probe;
+  }
+  const fem::ShapeRow& row = fem::find_shape(spec.shape, table.where("shape") + ": [probe] shape");
+  const std::vector<std::string_view> own = fem::probe_keys(row);
+  for (const fem::ShapeRow& other : fem::probe_shapes())
+    for (const std::string_view key : fem::probe_keys(other)) {
+      if (std::find(own.begin(), own.end(), key) == own.end() && table.holds(key))
+        fem::refuse_probe_key(row, key, table.where(key) + ": [probe]");
+    }
+  for (const fem::ProbeParameter& parameter : row.parameters)
+    if (table.has(parameter.key))
+      spec.values[std::string(parameter.key)] = read_values(table, parameter);
+  if (!row.is_axisymmetric) {
+    if (table.has("orientation")) spec.orientation = read_orientation(table);
+    if (table.has("heading")) spec.heading = table.direction("heading");
+  }
+  if (row.takes_mesh) {
+    if (!table.has("mesh"))
+      throw Error(table.where_table(), "[probe] has no mesh",
+                  "Add mesh = \"tool.stl\" and length_unit = \"mm\".");
+    const std::filesystem::path file(table.text("mesh", ""));
+    probe.mesh =
+        std::filesystem::absolute(file.is_absolute() ? file : folder / file).lexically_normal();
+    probe.mesh_unit_m = table.length_unit();
+  }
+  table.finish();
+  return probe;
+}
+
+double recorded_radius_m(const ProbeSection& section) {
+  return section.spec.shape == "sphere" ? section.spec.values.at("radius").front() : 0;
+}
+
+std::string canonical(const ProbeSection& section) {
+  std::string out = section.spec.shape;
+  for (const auto& [key, values] : section.spec.values)
+    out += fmt::format(" {}{}", key == "radius" ? "" : key + " ", fmt::join(values, " "));
+  for (const auto& direction : {section.spec.orientation, section.spec.heading})
+    if (direction)
+      out += fmt::format(" ({} {} {})", direction->x(), direction->y(), direction->z());
+  if (section.mesh) out += fmt::format(" unit {}", section.mesh_unit_m);
+  return out + fmt::format(" {}", section.spec.friction);
+}
+
+}  // namespace palpate::tools

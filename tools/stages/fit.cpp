@@ -1,0 +1,234 @@
+#include "tools/stages/fit.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "libfit/refine/match_triangles.hpp"
+#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/refine.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr std::size_t kListed = 15;  // points named before "and N more"
+
+void say_smoothing(const FitReport& report) {
+  for (std::size_t k = 0; k < kCurveKinds; ++k) {
+    const SmoothingReport& kind = report.smoothing[k];
+    if (kind.strength == 0) {
+      if (!kind.evidence.empty())
+        say("  {:<8} not smoothed over neighbours: {}", kCurveNames[k], kind.reason);
+      continue;
+    }
+    say("  {:<8} smoothed over {} neighbours of {} points, strength {:.3g}: {}; moved by {:.2g} of "
+        "their standard errors (median), {:.2g} at point {}",
+        kCurveNames[k], kind.neighbours, kind.points, kind.strength, kind.reason, kind.median_move,
+        kind.largest_move, kind.largest_point);
+  }
+}
+
+void say_report(const FitReport& report) {
+  say("  family   {}: {}", kCurveFamilyNames[static_cast<std::size_t>(report.family.family)].name,
+      report.family.reason);
+  if (!report.degree_reason.empty())
+    say("  degree   {}: {}", report.kind[0].basis.degree, report.degree_reason);
+  for (int kind = 0; kind < kCurveKinds; ++kind) {
+    const auto k = static_cast<std::size_t>(kind);
+    const CurveBasis& basis = report.kind[k].basis;
+    say("  {:<8} {} pieces of degree {} to {:.2f} mm: {}", kCurveNames[k], basis.pieces(),
+        basis.degree, 1e3 * basis.knots_m.back(), report.kind[k].reason);
+  }
+  say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows_used,
+      report.rows, report.rows_not_good, report.rows_not_finite, report.rows_cut);
+  say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",
+      100 * report.median_relative_error, 100 * report.p95_relative_error,
+      100 * report.max_relative_error);
+  say_smoothing(report);
+  for (std::size_t k = 0; k < kCurveKinds; ++k)
+    if (report.widest_point[k] >= 0)
+      say("  {:<8} 90 % band where its rows end: median {:.2g} % of force, widest {:.2g} % at "
+          "point "
+          "{}",
+          kCurveNames[k], 100 * report.median_band[k], 100 * report.widest_band[k],
+          report.widest_point[k]);
+  if (report.kept > 0)
+    say("  kept: {} points whose rows are those of the earlier fit", report.kept);
+  say("  points: {} good, {} poor, {} underdetermined, {} failed ({})", report.good, report.poor,
+      report.underdetermined, report.failed, in_words(report.seconds));
+  const std::size_t shown = std::min<std::size_t>(report.worst.size(), 3);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const WorstPoint& p = report.worst[i];
+    say("  worst: {} at ({:.1f}, {:.1f}, {:.1f}) mm: rms {:.2g} N, {:.1f} % of force; {}", p.name,
+        1e3 * p.position[0], 1e3 * p.position[1], 1e3 * p.position[2], p.rms_residual_N,
+        100 * p.relative_residual, p.reason);
+  }
+}
+
+void say_recordings(const FittedRecordings& recordings) {
+  const std::size_t count = recordings.experiment.size();
+  for (std::size_t i = 0; i < std::min(count, kListed); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    say("  experiment {}: contact {:+.3g} +- {:.2g} mm, bias {:+.3g} +- {:.2g} N, drift {:+.3g} +- "
+        "{:.2g} N",
+        recordings.experiment[i], 1e3 * recordings.contact_m[at],
+        1e3 * recordings.contact_deviation_m[at], recordings.bias_N[at],
+        recordings.bias_deviation_N[at], recordings.drift_N[at], recordings.drift_deviation_N[at]);
+  }
+  if (count > kListed) say("  and {} more experiments", count - kListed);
+}
+
+FitOptions options_of(const FitSection& section, double default_friction, int jobs,
+                      const FittedCurves* warm_start, const SensorChoice& sensor) {
+  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  if (section.family != "auto" &&
+      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
+                "anisotropic (anisotropic, anisotropic-leaning, ...).");
+  FitOptions options;
+  options.warm_start = warm_start;
+  options.frees = sensor.frees;
+  options.contact_deviation_m = sensor.contact_deviation_m;
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (row.name == section.family) options.family = row.family;
+  options.degree = section.degree;
+  options.pieces = {section.pieces, section.pieces, section.pieces};
+  options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
+  options.default_friction = default_friction;
+  options.jobs = job_count(jobs);
+  return options;
+}
+
+// What the samples themselves decide: who is whose neighbour, and that simulated rows are not
+// smoothed by default: what their curves leave is the family's, not noise that neighbours average.
+void add_samples(const Samples& samples, const Body* body, FitOptions& options) {
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
+}
+
+void say_fit(const FittedCurves& curves, const FitReport& report) {
+  if (report.is_stopped) throw Interrupted("fit: nothing was written");
+  say_report(report);
+  say_recordings(curves.recordings);
+  if (report.failed == curves.status.size())
+    throw Error(
+        "fit", fmt::format("none of the {} test points has a usable row", report.failed),
+        "See the list of experiments that are not good; press less deep or in smaller steps.");
+}
+
+// Points whose rows did not change keep their curves, their rows unread; nothing where the file or
+// the earlier curves do not allow it.
+std::optional<FittedCurves> refit_file(const std::filesystem::path& path, FitOptions options,
+                                       const Body* body, const Progress& progress,
+                                       FitReport& report) {
+  if (options.warm_start == nullptr) return std::nullopt;
+  const auto indexed = read_samples_index(path);
+  if (!indexed) return std::nullopt;
+  if (body != nullptr) options.triangles = neighbour_triangles(indexed->points, *body);
+  const auto read_rows = [&](const std::vector<char>& is_wanted) {
+    return read_samples_of(path, *indexed, is_wanted);
+  };
+  return refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options, progress,
+                      &report);
+}
+
+}  // namespace
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
+                         int jobs, const Body* body) {
+  FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
+  add_samples(samples, body, options);
+  FitReport report;
+  FittedCurves curves;
+  {
+    ConsoleProgress progress("fit");
+    curves = fit_curves(samples, options, progress.progress(), &report);
+  }
+  say_fit(curves, report);
+  return curves;
+}
+
+FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
+                      double default_friction, int jobs, const FittedCurves* warm_start,
+                      const SensorChoice& sensor, const Body* body) {
+  FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
+  FitReport report;
+  std::optional<FittedCurves> curves;
+  {
+    ConsoleProgress progress("fit");
+    curves = refit_file(path, options, body, progress.progress(), report);
+    if (!curves) {
+      const Samples samples = read_samples(path);
+      add_samples(samples, body, options);
+      curves = fit_curves(samples, options, progress.progress(), &report);
+    }
+  }
+  say_fit(*curves, report);
+  return std::move(*curves);
+}
+
+SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation) {
+  SensorChoice choice;
+  for (std::size_t begin = 0; begin < frees.size();) {
+    const std::size_t end = std::min(frees.find(',', begin), frees.size());
+    const std::string name = frees.substr(begin, end - begin);
+    const auto row = std::find_if(kSensorPartNames.begin(), kSensorPartNames.end(),
+                                  [&](const SensorPartName& part) { return part.name == name; });
+    if (row == kSensorPartNames.end())
+      throw Error("--free", "there is nothing called \"" + name + "\" to free",
+                  "Use contact, bias, drift, or several with commas between.");
+    choice.frees[static_cast<std::size_t>(row->part)] = true;
+    begin = end + 1;
+  }
+  if (contact_deviation.empty()) return choice;
+  const auto length = parse_quantity(contact_deviation, Dimension::length);
+  if (!length || !(*length > 0))
+    throw Error("--contact-deviation", "\"" + contact_deviation + "\" is no length above 0",
+                "Give a length with its unit, such as \"0.1 mm\".");
+  choice.contact_deviation_m = *length;
+  return choice;
+}
+
+std::optional<double> smoothing_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text == "none") return 0;
+  double strength = -1;
+  const char* const end = text.data() + text.size();
+  const auto found = std::from_chars(text.data(), end, strength);
+  if (found.ec != std::errc{} || found.ptr != end || !(strength >= 0) ||
+      !(strength <= kStrongestSmoothing))
+    throw Error("--smoothing", "\"" + text + "\" is no strength of smoothing",
+                "Use auto, none or a number from 0 to 1e12.");
+  return strength;
+}
+
+Triangles neighbour_triangles(const Samples& samples, const Body& body) {
+  const double size_m = extent_m(body.surface.vertices).norm();
+  const Triangles own = match_triangles(samples.point_position, body.test_points, size_m);
+  if (own.rows() > 0) return own;
+  const RefineOptions options;
+  const auto seeds = place_on_surface(samples.point_position, samples.point_normal, body.surface,
+                                      vertex_normals(body.surface), options.largest_angle_rad,
+                                      options.largest_stray_diagonals * size_m);
+  return triangulate_over(body.surface, nearest_source(body.surface, seeds).source,
+                          samples.point_position, samples.point_normal, options.largest_angle_rad);
+}
+
+std::size_t list_bad_points(const FittedCurves& curves) {
+  std::size_t bad = 0;
+  for (std::size_t p = 0; p < curves.status.size(); ++p) {
+    if (curves.status[p] != FitStatus::underdetermined && curves.status[p] != FitStatus::failed)
+      continue;
+    if (++bad <= kListed) say("  no curves of its own: {}: {}", curves.name[p], curves.message[p]);
+  }
+  if (bad > kListed) say("  and {} more points", bad - kListed);
+  return bad;
+}
+
+}  // namespace palpate::tools

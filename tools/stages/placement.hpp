@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/stages/sample_cache.hpp"
+
+namespace palpate::tools {
+
+/// One round of a placement: how well the points before it predicted the new ones.
+struct PlacementRound {
+  int points = 0;                                   ///< that predicted
+  int new_points = 0;                               ///< that were predicted, then simulated
+  double median_rel = 0, p95_rel = 0, max_rel = 0;  ///< of the force at the new points
+};
+
+struct Placement {
+  TestPoints points;  ///< the body's first points, then those added, triangulated
+  Samples samples;
+  std::vector<PlacementRound> rounds;
+  std::string ended;  ///< why, a sentence
+};
+
+/// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
+/// points on, each round predicts the experiments at places that promise the largest error,
+/// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
+/// errors) or the budget is spent. Says the error of each round. No point is simulated twice, in
+/// this run or a resumed one; the same scene gives the same points whatever the number of threads.
+Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
+
+/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel.
+void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);
+
+}  // namespace palpate::tools

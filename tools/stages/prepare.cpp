@@ -1,0 +1,185 @@
+#include "tools/stages/prepare.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/fill/fill_volume.hpp"
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfem/mesh/surface/test_points.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
+#include "libfit/io/csv/tables.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/snap_points.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
+// the probe and bends its boundary back onto the fine surface, which is why chords may lose this
+// much volume; what is far only has to give way.
+constexpr double kMeshSizeRatio = 0.28;
+constexpr double kChordVolumeLoss = 0.08;
+
+// The boundary of a volume mesh with the vertices it uses.
+Surface boundary_surface(const TetMesh& volume) {
+  const Triangles faces = fem::boundary_triangles(volume.tets);
+  std::vector<std::int32_t> number(static_cast<std::size_t>(volume.nodes.rows()), -1);
+  Surface surface;
+  surface.triangles.resize(faces.rows(), 3);
+  std::vector<std::int32_t> used;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      auto& index = number[static_cast<std::size_t>(faces(f, k))];
+      if (index < 0) {
+        index = static_cast<std::int32_t>(used.size());
+        used.push_back(faces(f, k));
+      }
+      surface.triangles(f, k) = index;
+    }
+  surface.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
+  for (std::size_t v = 0; v < used.size(); ++v)
+    surface.vertices.row(static_cast<Eigen::Index>(v)) = volume.nodes.row(used[v]);
+  return surface;
+}
+
+std::string body_place(const Scene& scene) { return scene.path.string() + ": [body]"; }
+
+void mend(const Scene& scene, bool surface_only, Body& body, const std::string& file) {
+  MendOptions options;
+  options.allow_open = surface_only;
+  options.wrap = scene.body.wrap_m.has_value();
+  options.wrap_alpha_m = scene.body.wrap_m.value_or(0);
+  Mended mended = mend_surface(body.surface, options, file);
+  for (const std::string& change : mended.changes) {
+    say("  mended: {}", change);
+    body.mended.push_back(change);
+  }
+  body.surface = std::move(mended.surface);
+}
+
+void read_meshes(const Scene& scene, bool surface_only, Body& body) {
+  if (scene.body.tetmesh) {
+    TetReadNotes notes;
+    body.volume = read_tet_mesh(*scene.body.tetmesh, scene.body.length_unit_m, &notes);
+    if (notes.flipped_tets)
+      body.mended.push_back(fmt::format("turned {} tets inside out", notes.flipped_tets));
+    if (notes.dropped_nodes)
+      body.mended.push_back(fmt::format("dropped {} unused nodes", notes.dropped_nodes));
+    for (const std::string& change : body.mended) say("  mended: {}", change);
+    body.surface = boundary_surface(body.volume);
+  } else {
+    body.surface = read_surface(*scene.body.surface, scene.body.length_unit_m);
+    mend(scene, surface_only, body, scene.body.surface->string());
+  }
+}
+
+void fill(const Scene& scene, Body& body) {
+  const double volume = volume_m3(body.surface);
+  const double edge = scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume));
+  const SimulationSurface coarse =
+      simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
+  if (!coarse.refused.empty()) say("  simulation surface: {}", coarse.refused);
+  FillOptions options;
+  options.target_edge_m = edge;
+  FillReport report;
+  body.volume = fill_volume(coarse.surface, options, &report);
+  for (const std::string& note : report.notes) say("  {}", note);
+  say("  volume: {} tets, {} nodes, edge about {:.1f} mm, smallest dihedral angle {:.0f} degrees "
+      "({}); surface within {:.2f} mm, volume {:+.2f} %",
+      body.volume.tets.rows(), body.volume.nodes.rows(), to_millimetres(edge),
+      report.min_dihedral_deg, kMeshers[static_cast<std::size_t>(report.mesher)].name,
+      to_millimetres(coarse.deviation_m),
+      100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
+}
+
+// Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
+void hold(const Scene& scene, Body& body) {
+  if (scene.body.fixed.empty())
+    throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
+                "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
+  const Points& nodes = body.volume.nodes;
+  body.is_held.assign(static_cast<std::size_t>(nodes.rows()), 0);
+  for (Eigen::Index n = 0; n < nodes.rows(); ++n)
+    body.is_held[static_cast<std::size_t>(n)] = any_contains(scene.body.fixed, nodes.row(n));
+  const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
+  const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
+  const std::string extent = fmt::format(
+      "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
+      1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
+  if (held < 3)
+    throw Error(
+        body_place(scene),
+        fmt::format("fixed holds {} of {} nodes, so the body could move as a rigid one", held,
+                    nodes.rows()),
+        "Make the fixed regions larger, or a smaller mesh_size so that nodes fall into them. " +
+            extent);
+  if (held == nodes.rows())
+    throw Error(body_place(scene), "fixed holds the whole body",
+                "Make the fixed regions smaller. " + extent);
+  say("  held: {} of {} nodes", held, nodes.rows());
+}
+
+void choose_points(const Scene& scene, Body& body) {
+  const ExperimentsSection& experiments = scene.experiments;
+  const Points& vertices = body.surface.vertices;
+  body.is_reachable.assign(static_cast<std::size_t>(vertices.rows()), 0);
+  for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
+    const Vec3 vertex = vertices.row(v);
+    body.is_reachable[static_cast<std::size_t>(v)] =
+        !any_contains(scene.body.fixed, vertex) &&
+        (!experiments.region || contains(*experiments.region, vertex));
+  }
+  const auto reachable = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
+  if (reachable < 3)
+    throw Error(scene.path.string() + ": [experiments] region",
+                fmt::format("{} of {} surface vertices are reachable", reachable, vertices.rows()),
+                "Move the region onto the surface, and not into what is fixed.");
+  if (experiments.points_file) {
+    body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
+                                    experiments.points_file->string());
+  } else {
+    body.test_points =
+        choose_test_points(body.surface, body.is_reachable,
+                           experiments.test_points.value_or(static_cast<int>(reachable)));
+  }
+  say("  test points: {} on {} reachable vertices of {}", body.test_points.position.rows(),
+      reachable, vertices.rows());
+}
+
+}  // namespace
+
+std::string size_in_words(const Vec3& extent_m, double volume_m3) {
+  const double largest = extent_m.maxCoeff();
+  const auto [scale, unit, cubic, cubic_unit] =
+      largest >= 10 ? std::tuple{1.0, "m", 1.0, "m3"}
+      : largest >= 1e-3
+          ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
+          : std::tuple{1e6, "um", 1e18, "um3"};
+  const Vec3 e = scale * extent_m;
+  std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
+  if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
+  return words;
+}
+
+Body prepare_body(const Scene& scene, bool surface_only) {
+  Body body;
+  body.scene = scene.text;
+  read_meshes(scene, surface_only, body);
+  const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
+  say("  surface: {}, {} vertices, {} triangles",
+      size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
+      body.surface.vertices.rows(), body.surface.triangles.rows());
+  if (!surface_only) {
+    if (body.volume.tets.rows() == 0) fill(scene, body);
+    hold(scene, body);
+  }
+  choose_points(scene, body);
+  return body;
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,78 @@
+#include "tools/stages/reference.hpp"
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/content_hash.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/sample_cache.hpp"
+#include "tools/stages/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace validation;
+
+std::string path_inputs(const ReferenceRequest& request, const HeldOut& held_out) {
+  ContentHash hash;
+  hash.add(request.inputs);
+  const auto add = [&](const Points& rows) {
+    hash.add({reinterpret_cast<const char*>(rows.data()),
+              static_cast<std::size_t>(rows.size()) * sizeof(double)});
+  };
+  add(held_out.points.position);
+  for (const ToolPath& path : held_out.paths) add(path.deflections);
+  return hash.hex();
+}
+
+Samples read_if_same(const std::filesystem::path& path, const std::string& inputs) {
+  if (inputs_of_hdf5(path) != inputs) return {};
+  try {
+    return read_samples(path);
+  } catch (const Error&) {  // damaged: simulated anew
+    return {};
+  }
+}
+
+Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& held_out,
+                                const ReferenceRequest& request) {
+  const std::string inputs = path_inputs(request, held_out);
+  const std::filesystem::path output = request.folder / "reference.h5";
+  const bool is_kept = !request.folder.empty();
+  fem::SimulateOptions options{.jobs = job_count(request.jobs), .already_done = {}};
+  if (is_kept && request.resume) options.already_done = read_if_same(output, inputs);
+  Samples samples;
+  {
+    ConsoleProgress progress("validate");
+    samples = fem::simulate_paths(simulator, held_out.points, held_out.paths, options, {},
+                                  progress.progress());
+  }
+  // An interrupted file has rows of some paths only: the rest is simulated next time.
+  if (is_kept) write_samples(output, samples, {{kInputsAttribute, inputs}});
+  if (is_interrupted()) throw Interrupted("validate: there is no statement yet");
+  return samples;
+}
+
+}  // namespace
+
+Reference simulate_reference(const Scene& scene, const Body& body,
+                             const ReferenceRequest& request) {
+  Reference reference;
+  reference.held_out =
+      draw_held_out(body, {scene.experiments.depth_m, scene.experiments.drag_distance_m},
+                    request.points, static_cast<std::uint64_t>(request.seed));
+  const fem::Simulator simulator = make_simulator(scene, body);
+  reference.paths = simulate_held_out_paths(simulator, reference.held_out, request);
+  if (!request.has_own) return reference;
+  const std::filesystem::path output =
+      request.folder.empty() ? request.folder : request.folder / "reference_own.h5";
+  KnownSamples known({request.jobs, output, request.inputs, request.resume});
+  reference.own = known.at(simulator, reference.held_out.points, experiments_of(scene),
+                           "validate, at the points themselves");
+  if (output.empty()) return reference;
+  write_samples(output, reference.own, {{kPointInputsAttribute, request.inputs}});
+  remove_partial(output);
+  return reference;
+}
+
+}  // namespace palpate::tools

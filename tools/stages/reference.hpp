@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "libfit/core/body.hpp"
+#include "libfit/validation/reference.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+struct ReferenceRequest {
+  int points = 12;
+  int seed = 1;
+  int jobs = 0;
+  bool has_own = true;  ///< also simulate what splits the error by cause
+  /// Folder in which what is simulated is kept and looked for; empty: nowhere.
+  std::filesystem::path folder;
+  std::string inputs;  ///< point_inputs of the scene and the body
+  bool resume = true;
+};
+
+/// Draws the held-out experiments of a scene and simulates them, but for those that the folder
+/// holds already: `reference.h5` and `reference_own.h5`. An interruption (exception Interrupted)
+/// keeps what is done.
+validation::Reference simulate_reference(const Scene& scene, const Body& body,
+                                         const ReferenceRequest& request);
+
+}  // namespace palpate::tools

@@ -1,0 +1,102 @@
+#include "tools/stages/sample_cache.hpp"
+
+#include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/core/sample_points.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr double kKeepInterval_s = 5;  // an interruption by force loses no more than this
+
+std::filesystem::path partial_of(const std::filesystem::path& output) {
+  return output.string() + ".partial";
+}
+
+// Samples of a file whose points come from the same things; none otherwise.
+Samples read_known(const std::filesystem::path& path, const std::string& inputs) {
+  if (attribute_of_hdf5(path, kPointInputsAttribute) != inputs) return {};
+  try {
+    return read_samples(path);
+  } catch (const Error&) {  // damaged: simulated anew
+    return {};
+  }
+}
+
+int experiments_per_point(const fem::Experiments& experiments) {
+  return 1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
+}
+
+}  // namespace
+
+KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
+  if (request.output.empty()) return;
+  const auto partial = partial_of(request.output);
+  const bool has_partial = std::filesystem::exists(partial);
+  if (!request.resume) {
+    if (has_partial) say("  {} of an interrupted run is not used (no --resume)", partial.string());
+    return;
+  }
+  if (has_partial) {
+    interrupted_ = read_known(partial, request.inputs);
+    if (interrupted_.points() == 0)
+      say("  {} was made from something else and is not used", partial.string());
+    else
+      say("  resuming: {} points are done",
+          interrupted_.points() -
+              static_cast<Eigen::Index>(points_without_rows(interrupted_).size()));
+  }
+  if (!std::filesystem::exists(request.output)) return;
+  earlier_ = read_known(request.output, request.inputs);
+  if (earlier_.points() != 0)
+    say("  {} points of {} need not be simulated again where they are wanted", earlier_.points(),
+        request.output.string());
+}
+
+Samples KnownSamples::known_at(const TestPoints& points, int per_point) const {
+  if (interrupted_.points() == 0) return take_points(earlier_, points, per_point);
+  if (earlier_.points() == 0) return take_points(interrupted_, points, per_point);
+  return take_points(joined(interrupted_, earlier_, per_point), points, per_point);
+}
+
+Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& points,
+                         const fem::Experiments& experiments, const std::string& what) {
+  const int per_point = experiments_per_point(experiments);
+  Samples known = known_at(points, per_point);
+  if (points_without_rows(known).empty()) return known;
+  // What is known of other points stays known: rounds of a placement come back to them.
+  const Samples others = take_points(interrupted_, points_beyond(interrupted_, points), per_point);
+  double kept_s = 0;  // the first finished point is kept at once
+  const auto on_done = [&](const std::function<Samples()>& so_far) {
+    if (wall_seconds() - kept_s < kKeepInterval_s) return;
+    keep(joined(so_far(), others, per_point));
+    kept_s = wall_seconds();
+  };
+  ConsoleProgress progress(what);
+  Samples samples =
+      fem::simulate(simulator, points, experiments,
+                    {.jobs = job_count(request_.jobs), .already_done = std::move(known)}, on_done,
+                    progress.progress());
+  interrupted_ = joined(samples, others, per_point);
+  if (is_interrupted()) {
+    keep(interrupted_);
+    throw Interrupted(
+        fmt::format("{}: what is done is kept in {}; go on with --resume (run does so by itself)",
+                    what, partial_of(request_.output).string()));
+  }
+  return samples;
+}
+
+void KnownSamples::keep(const Samples& samples) const {
+  if (request_.output.empty()) return;
+  write_samples(partial_of(request_.output), samples, {{kPointInputsAttribute, request_.inputs}});
+}
+
+void remove_partial(const std::filesystem::path& output) {
+  std::error_code ignored;
+  std::filesystem::remove(partial_of(output), ignored);
+}
+
+}  // namespace palpate::tools

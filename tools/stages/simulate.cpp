@@ -1,0 +1,137 @@
+#include "tools/stages/simulate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libfem/mesh/read/read.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr std::size_t kListed = 15;  // experiments named before "and N more"
+
+}  // namespace
+
+fem::ProbeSpec probe_spec(const ProbeSection& section) {
+  fem::ProbeSpec spec = section.spec;
+  if (section.mesh) spec.mesh = read_surface(*section.mesh, section.mesh_unit_m);
+  return spec;
+}
+
+fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
+  fem::SimulationSetup setup;
+  setup.volume = body.volume;
+  setup.is_held = body.is_held;
+  setup.surface = body.surface;
+  setup.materials.push_back(*scene.material);
+  std::vector<Region> regions;
+  for (const InclusionSection& inclusion : scene.inclusions) {
+    setup.materials.push_back(inclusion.material);
+    regions.push_back(inclusion.region);
+  }
+  // The last inclusion named wins where several overlap.
+  if (!regions.empty())
+    setup.region_at = [regions](const Vec3& place) {
+      for (std::size_t i = regions.size(); i-- > 0;)
+        if (contains(regions[i], place)) return static_cast<int>(i) + 1;
+      return 0;
+    };
+  setup.probe = probe_spec(scene.probe);
+  setup.options.force_tolerance = scene.experiments.force_tolerance;
+  setup.options.equilibrium.element =
+      fem::find_element(scene.body.element, "element of [body]").kind;
+  return setup;
+}
+
+fem::Experiments experiments_of(const Scene& scene) {
+  const ExperimentsSection& e = scene.experiments;
+  return {.depth_m = e.depth_m,
+          .press_steps = e.press_steps,
+          .drag_depths_m = e.drag_directions > 0 ? e.drag_depths_m : std::vector<double>{},
+          .drag_distance_m = e.drag_distance_m,
+          .drag_directions = e.drag_directions,
+          .drag_steps = e.drag_steps};
+}
+
+fem::Simulator make_simulator(const Scene& scene, const Body& body) {
+  return fem::Simulator(make_setup(scene, body));
+}
+
+Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {
+  return KnownSamples(request).at(make_simulator(scene, body), body.test_points,
+                                  experiments_of(scene), "simulate");
+}
+
+namespace {
+
+// "rejected: overlaps"
+std::string reason_of(const Samples& samples, std::size_t row) {
+  std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name);
+  if (!samples.doubt.empty() && samples.doubt[row] != RowDoubt::none &&
+      samples.status[row] != RowStatus::inverted)
+    reason += ": " + std::string(kRowDoubtNames[static_cast<std::size_t>(samples.doubt[row])].name);
+  return reason;
+}
+
+}  // namespace
+
+std::size_t say_force_errors(const Samples& samples, double wanted) {
+  std::vector<std::vector<fem::PointRow>> rows(static_cast<std::size_t>(samples.points()));
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    fem::PointRow row;
+    row.status = samples.status[static_cast<std::size_t>(i)];
+    row.force = samples.force.row(i);
+    row.force_error = samples.force_error[i];
+    rows[static_cast<std::size_t>(samples.point[static_cast<std::size_t>(i)])].push_back(row);
+  }
+  std::vector<double> errors;  // of points that have one
+  for (const auto& of_point : rows)
+    if (const double error = fem::achieved_error(of_point); std::isfinite(error))
+      errors.push_back(error);
+  if (rows.empty()) return 0;
+  std::sort(errors.begin(), errors.end());
+  const auto within = static_cast<std::size_t>(
+      std::upper_bound(errors.begin(), errors.end(), wanted) - errors.begin());
+  const std::size_t missed = wanted > 0 ? rows.size() - within : 0;
+  const std::string target = wanted > 0
+                                 ? fmt::format("; {:.2g} % was asked for, {} of {} points have it",
+                                               100 * wanted, within, rows.size())
+                                 : "";
+  if (errors.empty())
+    say("  no point has rows with an estimate of their force error{}", target);
+  else
+    say("  force error by the rows' own estimate, largest of a point: median {:.2g} %, worst "
+        "{:.2g} %{}",
+        100 * errors[errors.size() / 2], 100 * errors.back(), target);
+  return missed;
+}
+
+std::size_t list_bad_experiments(const Samples& samples) {
+  // First bad row of each experiment, with the first reason that is not a consequence.
+  std::map<std::int32_t, std::pair<Eigen::Index, std::size_t>> bad;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good)
+      ++bad.try_emplace(samples.experiment[static_cast<std::size_t>(row)], row, 0)
+            .first->second.second;
+  std::size_t listed = 0;
+  for (const auto& [experiment, place] : bad) {
+    if (listed++ == kListed) {
+      say("  and {} more experiments with rows that are not good", bad.size() - kListed);
+      break;
+    }
+    const auto row = static_cast<std::size_t>(place.first);
+    const Vec3 at = samples.point_position.row(samples.point[row]);
+    say("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
+        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
+        1e3 * at[2],
+        samples.kind[row] == ExperimentKind::press  ? "press"
+        : samples.kind[row] == ExperimentKind::drag ? "drag"
+                                                    : "path",
+        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
+  }
+  return bad.size();
+}
+
+}  // namespace palpate::tools

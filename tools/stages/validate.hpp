@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/validation/statement.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+struct ValidateRequest {
+  int points = 12;
+  int seed = 1;
+  int jobs = 0;
+  bool has_causes = true;                ///< simulate at the held-out points to split the error
+  std::filesystem::path rows_csv;        ///< every compared row; empty for none
+  std::filesystem::path reference;       ///< folder that keeps what is simulated; empty: none
+  bool resume = true;                    ///< use what that folder holds
+  const FittedCurves* curves = nullptr;  ///< what the asset was made from, for the baseline
+  const Model* model = nullptr;          ///< without interpolation; both or none
+};
+
+/// Fresh experiments against the engine, loaded from the asset's bytes (docs/method.md, section 6):
+/// held-out paths (draw_held_out) simulated and followed by the engine, the error split by cause,
+/// and simpler responses on the same paths.
+validation::Statement validate_asset(const std::filesystem::path& asset, const Scene& scene,
+                                     const Body& body, const ValidateRequest& request);
+
+}  // namespace palpate::tools
