@@ -1,4 +1,5 @@
 #include "libfit/fit/rows/score.hpp"
+#include "libfit/core/rounding.hpp"
 
 #include <cmath>
 #include <limits>
@@ -33,15 +34,13 @@ Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& component
   const Eigen::VectorXd scaled =
       length_m *
       Eigen::Map<const Eigen::VectorXd>(control.data(), static_cast<Eigen::Index>(control.size()));
-  return scaled.cast<float>().cast<double>();
+  return rounded_to_float(scaled);
 }
 
 Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers) {
   if (numbers.size() == 0) return {};
   const auto s = anisotropy_of<double>(tangents_of(inward), numbers.data());
-  return Eigen::Map<const Eigen::VectorXd>(s.data(), runtime::kTensorSize)
-      .cast<float>()
-      .cast<double>();
+  return rounded_to_float(Eigen::Map<const Eigen::VectorXd>(s.data(), runtime::kTensorSize));
 }
 
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/rounding.hpp"
 #include "libfit/runtime/deflection.hpp"
 
 namespace palpate::h5 {
@@ -25,8 +26,7 @@ void check_basis(const Complain& complain, const std::string& group, const Curve
 }
 
 bool is_float32(double value) {
-  return std::abs(value) <= std::numeric_limits<float>::max() &&
-         static_cast<double>(static_cast<float>(value)) == value;
+  return std::abs(value) <= std::numeric_limits<float>::max() && rounded_to_float(value) == value;
 }
 
 /// leading: columns that are zero. rises: along each row.
