@@ -58,10 +58,8 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
-  header.flags = (options.has_guard ? runtime::kFlagGuard : 0) |
-                 (model.curves.is_coupled ? runtime::kFlagCoupled : 0) |
-                 (is_anisotropic(model.curves.family()) ? runtime::kFlagAnisotropic : 0);
-  header.version = runtime::version_with(header.flags);
+  header.flags = options.has_guard ? runtime::kFlagGuard : 0;
+  header.version = runtime::kVersion;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());

@@ -7,7 +7,6 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/deflection.hpp"
 
 namespace palpate {
 namespace {
@@ -93,21 +92,6 @@ void check_lean(const Model& model) {
                   "Fit the curves again with `palpate fit`.");
 }
 
-void check_anisotropy(const Model& model) {
-  const Controls& s = model.curves.anisotropy;
-  if (s.cols() == 0) return;
-  if (s.cols() != runtime::kTensorSize || s.rows() != model.surface.vertices.rows())
-    throw Error("model", "its anisotropy is not a tensor per vertex",
-                "Fit the curves again with `palpate fit`.");
-  for (Eigen::Index v = 0; v < s.rows(); ++v) {
-    const double squared = s.row(v).head<3>().squaredNorm() + 2 * s.row(v).tail<3>().squaredNorm();
-    if (model.is_covered[static_cast<std::size_t>(v)] &&
-        !(squared <= runtime::kMaxAnisotropy * runtime::kMaxAnisotropy))
-      throw Error("model " + at("vertex", v), "its anisotropy is larger than an asset can hold",
-                  "Fit the curves again with `palpate fit`.");
-  }
-}
-
 void round_vertices(const Model& model, AssetSurface& out) {
   const Points& x = model.surface.vertices;
   out.diagonal_m = extent_m(x).norm();
@@ -144,7 +128,6 @@ void round_controls(const Model& model, AssetSurface& out) {
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     for (const Controls& control : model.curves.control) add_row(control, v);
     if (model.curves.lean.cols() > 0) add_row(model.curves.lean, v);
-    if (model.curves.anisotropy.cols() > 0) add_row(model.curves.anisotropy, v);
   }
 }
 
@@ -223,7 +206,6 @@ AssetSurface make_asset_surface(const Model& model, bool fades_borders) {
   check_triangles(model);
   check_controls(model);
   check_lean(model);
-  check_anisotropy(model);
   AssetSurface surface;
   round_vertices(model, surface);
   const auto& triangles = model.surface.triangles;

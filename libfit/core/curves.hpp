@@ -26,40 +26,16 @@ using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 /// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
 /// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a
-/// tool pressed to dz would go if nothing held it sideways. coupled: Z(dz) + G(dz) R(dr) with the
-/// root of the depth for G, 1 at the last knot of the normal curve, where f^r is R'. anisotropic:
-/// R is read at the length of the lateral deflection by a metric I + S, as stiff tissue fibres make
-/// it.
-enum class CurveFamily : std::int8_t {
-  separable = 0,
-  leaning = 1,
-  coupled = 2,
-  coupled_leaning = 3,
-  anisotropic = 4,
-  anisotropic_leaning = 5,
-  anisotropic_coupled = 6,
-  anisotropic_coupled_leaning = 7,
-};
-constexpr bool leans(CurveFamily family) { return (static_cast<int>(family) & 1) != 0; }
-constexpr bool is_coupled(CurveFamily family) { return (static_cast<int>(family) & 2) != 0; }
-constexpr bool is_anisotropic(CurveFamily family) { return (static_cast<int>(family) & 4) != 0; }
-constexpr CurveFamily family_of(bool leans, bool is_coupled, bool is_anisotropic) {
-  return static_cast<CurveFamily>((leans ? 1 : 0) + (is_coupled ? 2 : 0) +
-                                  (is_anisotropic ? 4 : 0));
-}
+/// tool pressed to dz would go if nothing held it sideways.
+enum class CurveFamily : std::int8_t { separable = 0, leaning = 1 };
+constexpr bool leans(CurveFamily family) { return family == CurveFamily::leaning; }
 struct CurveFamilyName {
   CurveFamily family;
   std::string_view name;
 };
-inline constexpr std::array<CurveFamilyName, 8> kCurveFamilyNames{{
+inline constexpr std::array<CurveFamilyName, 2> kCurveFamilyNames{{
     {CurveFamily::separable, "separable"},
     {CurveFamily::leaning, "leaning"},
-    {CurveFamily::coupled, "coupled"},
-    {CurveFamily::coupled_leaning, "coupled-leaning"},
-    {CurveFamily::anisotropic, "anisotropic"},
-    {CurveFamily::anisotropic_leaning, "anisotropic-leaning"},
-    {CurveFamily::anisotropic_coupled, "anisotropic-coupled"},
-    {CurveFamily::anisotropic_coupled_leaning, "anisotropic-coupled-leaning"},
 }};
 
 constexpr std::string_view name_of(CurveFamily family) {
@@ -74,15 +50,9 @@ struct CurveSet {
   /// in float32, nearly tangential. No knots and no columns where the family does not lean.
   CurveBasis lean_basis{2, {}};
   Controls lean;
-  /// The lateral curve is that at the last normal knot; elsewhere it is G of it (method.md M3c).
-  bool is_coupled = false;
-  /// The anisotropy S: # x 6 [1], xx, yy, zz, xy, xz, yz of a symmetric tensor, nearly tangential
-  /// and without trace, each exact in float32 (method.md M3d). No columns where the body has none.
-  Controls anisotropy;
-
   Eigen::Index points() const { return control[0].rows(); }
   CurveFamily family() const {
-    return family_of(!lean_basis.knots_m.empty(), is_coupled, anisotropy.cols() > 0);
+    return lean_basis.knots_m.empty() ? CurveFamily::separable : CurveFamily::leaning;
   }
 };
 

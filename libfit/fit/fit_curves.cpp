@@ -77,28 +77,13 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
   }
 }
 
-// The family asked for or, by evidence, the one the body needs; rows and bases are left as it has
-// them.
+// The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
-                           std::vector<fit::PointRows>& rows, BodyBases& bases) {
-  fit::FamilySetting uncoupled{std::move(rows), std::move(bases)}, coupled;
-  const auto setting = [&](bool is_coupled) -> const fit::FamilySetting& {
-    if (!is_coupled) return uncoupled;
-    if (!coupled.rows.empty()) return coupled;
-    for (const fit::PointRows& point : uncoupled.rows)
-      coupled.rows.push_back(fit::coupled_rows(point, uncoupled.bases.plain[0].knots_m.back()));
-    coupled.bases = make_bases(body, coupled.rows, options);
-    coupled.bases.is_coupled = true;
-    return coupled;
-  };
+                           const std::vector<fit::PointRows>& rows, BodyBases& bases) {
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
-                                       : fit::choose_family(body, setting, options);
-  const fit::FamilySetting& chosen = setting(is_coupled(report.family));
+                                       : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
-    report.evidence.push_back(fit::judge_family(body, chosen, report.family, options));
-  rows = chosen.rows;
-  bases = chosen.bases;
-  bases.is_anisotropic = is_anisotropic(report.family);
+    report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   if (!leans(report.family)) {
     bases.lean_plain.knots_m.clear();
     bases.lean_si.knots_m.clear();
@@ -173,10 +158,8 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
     out.curves.control[kind].resize(points, bases.si[kind].size());
     out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
   }
-  out.curves.is_coupled = bases.is_coupled;
   out.curves.lean_basis = bases.lean_si;
   if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
-  if (bases.is_anisotropic) out.curves.anisotropy.resize(points, runtime::kTensorSize);
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
   out.max_residual_N = out.rms_residual_N;
   out.depth_range_m.setZero(points);
@@ -187,7 +170,6 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
       out.covariance[kind].row(p) = result.covariance[kind];
     }
     if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
-    if (result.anisotropy.size() > 0) out.curves.anisotropy.row(p) = result.anisotropy;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.rows_hash.push_back(result.rows_hash);

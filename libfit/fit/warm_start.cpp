@@ -103,8 +103,6 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
         (is_smoothed ? earlier_->own.covariance : earlier_->covariance)[kind].row(row);
   }
   if (earlier_->curves.lean.size() > 0) result.lean_m = earlier_->curves.lean.row(row);
-  if (earlier_->curves.anisotropy.size() > 0)
-    result.anisotropy = earlier_->curves.anisotropy.row(row);
   result.status = earlier_->status[at];
   result.message = earlier_->message[at];
   result.is_kept = true;

@@ -24,10 +24,10 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
   std::memcpy(&header, bytes, sizeof(Header));
   if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
   if (header.endian_mark != kEndianMark) return Status::other_endianness;
-  if (header.version < kOldestVersion || header.version > kVersion) return Status::other_version;
+  if (header.version != kVersion) return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~known_flags(header.version)) != 0) return Status::layout_wrong;
+  if ((header.flags & ~kFlagGuard) != 0) return Status::layout_wrong;
   std::uint64_t offset[kSections];
   if (lay_out(header, offset) != header.file_bytes) return Status::layout_wrong;
   for (int section = 0; section < kSections; ++section)
@@ -72,17 +72,6 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
-/// Of a vertex: finite, norm within kMaxAnisotropy (and float rounding), zero where not covered.
-inline bool is_good_anisotropy(const AssetView& view, int v) noexcept {
-  const float* s = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex +
-                   view.control_offset[kAnisotropy];
-  double squared = 0;
-  for (int i = 0; i < kTensorSize; ++i)
-    squared +=
-        (i < 3 ? 1 : 2) * (double(s[i]) * double(s[i]));  // off the diagonal each is there twice
-  return squared <= (view.covered[v] ? kMaxAnisotropy * kMaxAnisotropy : 0);
-}
-
 /// Finite, zero at zero, increasing (but for the lean); all zero where not covered.
 inline Status check_controls(const AssetView& view) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
@@ -97,7 +86,6 @@ inline Status check_controls(const AssetView& view) noexcept {
           return Status::controls_wrong;
       if (!view.covered[v] && b[size - 1] != 0) return Status::controls_wrong;
     }
-    if (view.curves.is_anisotropic && !is_good_anisotropy(view, v)) return Status::controls_wrong;
     const float* lean = control + view.control_offset[kLean];
     const int first = view.curves.lean.pieces > 0 ? 3 : 0;
     for (int j = 0; j < 3 * view.curves.lean.size(); ++j) {

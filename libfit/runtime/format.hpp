@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), versions 2 to 4. Little-endian or big-endian as the writer's
+// The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is
 // allowed.
@@ -13,29 +13,10 @@
 namespace palpate {
 namespace runtime {
 
-constexpr std::uint32_t kOldestVersion = 2;
-constexpr std::uint32_t kVersion = 4;
-constexpr std::uint32_t kCoupledVersion = 3;      ///< has kFlagCoupled
-constexpr std::uint32_t kAnisotropicVersion = 4;  ///< has kFlagAnisotropic
+constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint32_t kFlagGuard = 1;        ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagCoupled = 2;      ///< lateral curves times G(dz / last normal knot)
-constexpr std::uint32_t kFlagAnisotropic = 4;  ///< controls end with S, lateral curves read by it
-
-constexpr int kAnisotropyFloats = 6;  ///< of a vertex
-
-/// The flags that a version has.
-inline std::uint32_t known_flags(std::uint32_t version) noexcept {
-  return kFlagGuard | (version < kCoupledVersion ? 0 : kFlagCoupled) |
-         (version < kAnisotropicVersion ? 0 : kFlagAnisotropic);
-}
-/// The oldest version that has these flags: what an asset is written as.
-inline std::uint32_t version_with(std::uint32_t flags) noexcept {
-  std::uint32_t version = kOldestVersion;
-  while (version < kVersion && (flags & ~known_flags(version)) != 0) ++version;
-  return version;
-}
+constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
 constexpr std::int32_t kMaxVertices = 1 << 26;
@@ -50,8 +31,7 @@ enum Section : int {
   kVertices,  ///< float V x 3 [m], relative to the origin
   kNormals,   ///< float V x 3, inward unit u_l
   kCovered,   ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
-  /// float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz; anisotropy S
-  /// [1] where the flag says so: xx, yy, zz, xy, xz, yz, Frobenius norm <= kMaxAnisotropy)
+  /// float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz)
   kControls,
   kTriangles,    ///< int32 F x 3, counter-clockwise from outside
   kNeighbours,   ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
@@ -105,8 +85,7 @@ inline int curve_size(const Header& h, int curve) noexcept {
   return h.pieces[curve] + h.degree[curve];
 }
 inline int controls_per_vertex(const Header& h) noexcept {
-  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3) +
-         ((h.flags & kFlagAnisotropic) != 0 ? kAnisotropyFloats : 0);
+  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3);
 }
 
 inline std::uint64_t table_doubles(const Header& h, int curve) noexcept {

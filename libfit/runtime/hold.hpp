@@ -68,7 +68,6 @@ struct HeldSpot {
   }
   double control(int curve, int j) const noexcept { return mesh_spot().control(curve, j); }
   Vec3d lean(int j) const noexcept { return mesh_spot().lean(j); }
-  double anisotropy(int i) const noexcept { return mesh_spot().anisotropy(i); }
 };
 
 inline int piece_at(const SplineView& view, const HeldSpot& spot, int curve, double x) noexcept {

@@ -28,7 +28,7 @@ struct MeshSpot {
   S length;        ///< of the blended normal before it was made unit
   S n[3];
   const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each curve, the lean and the anisotropy within them
+  const int* offset;     ///< of each curve and the lean within them
   int* piece;            ///< of each curve: the interval last read
   S control(int curve, int j) const noexcept {
     const int at = offset[curve] + j;
@@ -37,7 +37,6 @@ struct MeshSpot {
   Vec3<S> lean(int j) const noexcept {
     return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
   }
-  S anisotropy(int i) const noexcept { return control(kAnisotropy, i); }
 };
 
 template <int kOrder, class S>

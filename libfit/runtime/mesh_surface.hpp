@@ -28,9 +28,8 @@ constexpr unsigned kFlagFrictionless =
 template <class Spot>
 double stored_energy_J(const CurveViews& views, const Spot& spot,
                        const Deflection<double>& d) noexcept {
-  const double lateral_J = energy_at(views, spot, kLateral, metric_length_m(views, d));
-  return energy_at(views, spot, kNormal, d.normal_m) +
-         (views.coupling_depth_m > 0 ? d.gain.value * lateral_J : lateral_J);
+  const double lateral_J = energy_at(views, spot, kLateral, d.lateral_m);
+  return energy_at(views, spot, kNormal, d.normal_m) + lateral_J;
 }
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Vec3d& x) noexcept {

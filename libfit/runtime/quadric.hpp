@@ -28,14 +28,12 @@ Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
           p.x * g[6] + p.y * g[7] + p.z * g[8]};
 }
 
-/// Control values of the three curves at the test point [N], size() of each view's basis, of its
-/// lean [m], x, y, z of each in turn, and its anisotropy, kTensorSize numbers; null where the body
-/// has none.
+/// Control values of the three curves at the test point [N], size() of each view's basis, and of
+/// its lean [m], x, y, z of each in turn; null where the body has none.
 template <class C>
 struct ControlPointers {
   const C* curve[kCurves];
   const C* lean = nullptr;
-  const C* anisotropy = nullptr;
 };
 
 /// Signed depth [m] of a point under the quadric, along u0: > 0 inside the body.
@@ -58,9 +56,6 @@ struct QuadricSpot {
     const std::integral_constant<bool, kIsPlain> plain;
     const C* at = controls.lean + 3 * j;
     return {convert(at[0], plain), convert(at[1], plain), convert(at[2], plain)};
-  }
-  S anisotropy(int i) const noexcept {
-    return convert(controls.anisotropy[i], std::integral_constant<bool, kIsPlain>());
   }
 
  private:

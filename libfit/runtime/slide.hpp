@@ -36,13 +36,12 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
 }
 
 /// What a slip brings to zero: the lateral force - L(dz) [N]; without lateral stiffness, dr itself
-/// (as N). Along a way that shortens dr without turning it, an anisotropic body's falls, too.
+/// (as N).
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {
   if (frictionless) return d.lateral_m;
-  return lateral_size(views, d, lateral_force(views, spot, d)) -
-         curve_at(views, spot, kLimit, d.normal_m);
+  return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
 }
 
 template <class T, class Path>
@@ -57,7 +56,7 @@ template <class T, class Spot>
 struct Footing {
   Spot spot;
   Deflection<T> d;
-  T lateral_N;  ///< f^r(rho), G f^r where coupled
+  T lateral_N;  ///< f^r(dr)
 };
 template <class T, class Spot>
 Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
@@ -71,7 +70,7 @@ bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept
   if (!(value_of(foot.d.lateral_m) > 0)) return false;
   if (is_frictionless(views, foot.spot)) return true;
   const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
-  const double lateral_N = value_of(lateral_size(views, foot.d, foot.lateral_N));
+  const double lateral_N = value_of(foot.lateral_N);
   return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
 }
 

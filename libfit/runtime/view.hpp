@@ -11,16 +11,14 @@
 namespace palpate {
 namespace runtime {
 
-static_assert(kAnisotropyFloats == kTensorSize, "an asset holds what the law reads");
-
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
   std::uint32_t version = 0;  ///< of the bytes
   int vertices = 0, triangles = 0;
   int controls_per_vertex = 0;
-  /// Where each curve, the lean and the anisotropy begin in a vertex's controls.
-  int control_offset[kAnisotropy + 1] = {0, 0, 0, 0, 0};
+  /// Where each curve and the lean begin in a vertex's controls.
+  int control_offset[kLean + 1] = {0, 0, 0, 0};
   const float* vertex = nullptr;
   const float* normal = nullptr;
   const std::uint8_t* covered = nullptr;
@@ -89,10 +87,6 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     spline.integrals = spline.weights + rows * order * order;
     offset += spline.size();
   }
-  view.control_offset[kAnisotropy] = view.control_offset[kLean] + 3 * view.curves.lean.size();
-  view.curves.is_anisotropic = (h.flags & kFlagAnisotropic) != 0;
-  if ((h.flags & kFlagCoupled) != 0)
-    view.curves.coupling_depth_m = view.curves.view[kNormal].knots[h.pieces[kNormal]];
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

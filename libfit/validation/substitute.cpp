@@ -8,7 +8,7 @@
 namespace palpate::validation {
 namespace {
 
-// One vertex's controls as an asset holds them: the three curves, the lean, the anisotropy.
+// One vertex's controls as an asset holds them: the three curves, the lean.
 std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   std::vector<float> values;
   const auto append = [&](const Controls& control) {
@@ -17,7 +17,6 @@ std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   };
   for (const Controls& control : curves.control) append(control);
   append(curves.lean);
-  append(curves.anisotropy);
   return values;
 }
 
@@ -66,8 +65,6 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
   for (int k = 1; k <= kCurveKinds; ++k)
     out.view_.control_offset[k] =
         out.view_.control_offset[k - 1] + curves.basis[static_cast<std::size_t>(k - 1)].size();
-  out.view_.control_offset[runtime::kAnisotropy] =
-      out.view_.control_offset[runtime::kLean] + static_cast<int>(curves.lean.cols());
   for (int v = 0; v < asset.vertices; ++v)
     out.control_.insert(out.control_.end(), values.begin(), values.end());
   out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
@@ -115,11 +112,7 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   SubstitutedAsset out(asset);
   out.control_ = controls_of(asset);
   const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
-  double& coupling_depth_m = out.view_.curves.coupling_depth_m;
-  const double gain = coupling_depth_m > 0 ? runtime::gain_at(coupling_depth_m, at_m).value : 1.0;
-  coupling_depth_m = 0;  // stiffness does not depend on depth, in any direction
   for (int curve = 0; curve <= runtime::kLean; ++curve) {
-    const double share = curve == runtime::kLateral ? gain : 1;
     const CurveBasis basis = basis_of(asset, curve);
     if (basis.knots_m.empty()) continue;
     const std::vector<double> at = greville_abscissae(basis);
@@ -131,7 +124,7 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
       for (int part = 0; part < parts; ++part) {
         std::vector<double> values;
         for (int j = 0; j < basis.size(); ++j) values.push_back(control[parts * j + part]);
-        const double slope = share * runtime::curve_value(view, values.data(), at_m) / at_m;
+        const double slope = runtime::curve_value(view, values.data(), at_m) / at_m;
         for (int j = 0; j < basis.size(); ++j)
           control[parts * j + part] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
       }

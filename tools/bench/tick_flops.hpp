@@ -43,7 +43,6 @@ struct CountedSpot {
   runtime::Vec3<Counted> lean(int j) const noexcept {
     return runtime::widened<Counted>(spot->lean(j));
   }
-  Counted anisotropy(int i) const noexcept { return Counted(spot->anisotropy(i)); }
 };
 /// Areas below the interval are at hand as well.
 inline Counted area_before(const runtime::SplineView&, const CountedSpot&, int, int, int) noexcept {

@@ -41,11 +41,6 @@ void print_asset(const std::filesystem::path& path) {
   if (asset.curves.lean.pieces > 0)
     fmt::print("  {:<8} {} pieces of degree {} to {} m\n", "lean", asset.curves.lean.pieces,
                asset.curves.lean.degree, asset.curves.lean.knots[asset.curves.lean.pieces]);
-  if (asset.curves.coupling_depth_m > 0)
-    fmt::print("  coupled: lateral curves are those at {} m, elsewhere times the root of depth\n",
-               asset.curves.coupling_depth_m);
-  if (asset.curves.is_anisotropic)
-    fmt::print("  anisotropic: lateral curves are read by a metric of each vertex\n");
   fmt::print("  check path: {} ticks, reproduced bit for bit\n", asset.check_ticks);
   fmt::print("  meta: {}\n", file.meta_json());
 }

@@ -29,7 +29,6 @@ CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
   };
   for (Controls& control : out.control) blend(control);
   blend(out.lean);
-  blend(out.anisotropy);
   return out;
 }
 

@@ -88,8 +88,7 @@ FitOptions options_of(const FitSection& section, double default_friction, int jo
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
-                "anisotropic (anisotropic, anisotropic-leaning, ...).");
+                "Use auto, separable or leaning.");
   FitOptions options;
   options.warm_start = warm_start;
   options.frees = sensor.frees;

@@ -45,15 +45,13 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
   }
   if (!bases.lean_si.knots_m.empty())
     result.lean_m = Eigen::VectorXd::Zero(3 * bases.lean_si.size());
-  if (bases.is_anisotropic) result.anisotropy = Eigen::VectorXd::Zero(runtime::kTensorSize);
   result.message = why;
   return result;
 }
 
 PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
-  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain, bases.is_coupled,
-                                    bases.is_anisotropic, options);
+  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain, options);
   if (!curves.problem.empty()) return curves;
   solve_point(point, plain, options, curves);
   if (!curves.is_identified[2])  // made up from f^z, which may have moved
@@ -73,11 +71,10 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
   result.lean_m = stored_lean(point.inward, curves.lean, length_m);
-  result.anisotropy = stored_anisotropy(point.inward, curves.anisotropy);
 
   add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
-  result.score = score_point(samples, point, length_m, si, result.control, result.lean_m,
-                             result.anisotropy, result.sensor);
+  result.score =
+      score_point(samples, point, length_m, si, result.control, result.lean_m, result.sensor);
   result.is_scored = true;
   if (curves.is_identified[2] && result.score.slipped_rows == 0)
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");

@@ -16,23 +16,18 @@ namespace palpate::fit {
 struct BodyBases {
   std::array<CurveBasis, kCurveKinds> plain, si;
   CurveBasis lean_plain{2, {}}, lean_si{2, {}};
-  bool is_coupled = false, is_anisotropic = false;
   std::array<BasisReport, kCurveKinds> report;
 };
 
 /// The bases with their tables, over the body's length and in metres.
-inline Bases plain_bases(const BodyBases& b) {
-  return Bases(b.plain, b.lean_plain, b.is_coupled, b.is_anisotropic);
-}
-inline Bases si_bases(const BodyBases& b) {
-  return Bases(b.si, b.lean_si, b.is_coupled, b.is_anisotropic);
-}
+inline Bases plain_bases(const BodyBases& b) { return Bases(b.plain, b.lean_plain); }
+inline Bases si_bases(const BodyBases& b) { return Bases(b.si, b.lean_si); }
 
 /// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it
 /// failed.
 struct PointResult {
   std::array<Eigen::VectorXd, kCurveKinds> control;
-  Eigen::VectorXd lean_m, anisotropy;
+  Eigen::VectorXd lean_m;
   FitStatus status = FitStatus::failed;
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown

@@ -11,11 +11,10 @@
 namespace palpate::fit {
 
 /// The bases as tables, with the views the engine's templates take. lean: without knots where the
-/// body does not lean. A coupled body's gain is 1 at the last knot of the normal basis.
+/// body does not lean.
 /// Not copyable: views point into the tables.
 struct Bases {
-  explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {},
-                 bool is_coupled = false, bool is_anisotropic = false);
+  explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {});
   Bases(const Bases&) = delete;
   Bases& operator=(const Bases&) = delete;
 
@@ -26,22 +25,17 @@ struct Bases {
   runtime::CurveViews views;
 };
 
-inline Bases::Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean,
-                    bool is_coupled, bool is_anisotropic) {
+inline Bases::Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     tables[kind] = tabulate(basis[kind]);
     views.view[kind] = view(tables[kind]);
   }
-  if (is_coupled) views.coupling_depth_m = basis[0].knots_m.back();
-  views.is_anisotropic = is_anisotropic;
   if (lean.knots_m.empty()) return;
   lean_table = tabulate(lean);
   views.lean = view(lean_table);
 }
 
-inline Bases bases_of(const CurveSet& curves) {
-  return Bases(curves.basis, curves.lean_basis, curves.is_coupled, is_anisotropic(curves.family()));
-}
+inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curves.lean_basis); }
 
 /// Control values of a lean, x, y, z of each in turn, from its components along a point's tangents
 /// (two of each control value but the first, which is 0).
@@ -54,29 +48,12 @@ std::vector<T> lean_controls(const std::array<Vec3, 2>& tangents, const C* compo
   return control;
 }
 
-/// The anisotropy S of two unbounded numbers v: s (a (t t' - b b') + b (t b' + b t')) over a
-/// point's tangents t, b with (a, b) = 0.63 v / sqrt(1 + v.v); no trace, norm below 0.9.
-template <class T, class C>
-std::array<T, runtime::kTensorSize> anisotropy_of(const std::array<Vec3, 2>& tangents, const C* v) {
-  using std::sqrt;
-  constexpr double kMax = 0.63;  // times sqrt(2), the norm, just below runtime::kMaxAnisotropy
-  const T scale = T(kMax) / sqrt(T(1) + v[0] * v[0] + v[1] * v[1]);
-  const Mat3 along = tangents[0] * tangents[0].transpose() - tangents[1] * tangents[1].transpose();
-  const Mat3 across = tangents[0] * tangents[1].transpose() + tangents[1] * tangents[0].transpose();
-  constexpr int kAt[runtime::kTensorSize][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-  std::array<T, runtime::kTensorSize> out;
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = scale * (v[0] * along(kAt[i][0], kAt[i][1]) + v[1] * across(kAt[i][0], kAt[i][1]));
-  return out;
-}
-
 /// Where the numbers of a row of a curve set are.
 inline runtime::ControlPointers<double> controls_at(const CurveSet& curves, Eigen::Index row) {
   runtime::ControlPointers<double> out{};
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     out.curve[kind] = curves.control[kind].row(row).data();
   if (curves.lean.cols() > 0) out.lean = curves.lean.row(row).data();
-  if (curves.anisotropy.cols() > 0) out.anisotropy = curves.anisotropy.row(row).data();
   return out;
 }
 
@@ -143,9 +120,8 @@ inline int count_unknown(const Sensor& deviation) {
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and, in a body that leans, the lean's
-/// components along `tangents` and, in an anisotropic one, the two numbers of anisotropy_of, all in
-/// one parameter block; what is unknown of the sensor in a second one. For
-/// ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
+/// components along `tangents`, all in one parameter block; what is unknown of the sensor in a
+/// second one. For ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
 struct ReplayResidual {
   const Bases* bases;
   runtime::Quadric quadric;
@@ -171,9 +147,6 @@ struct ReplayResidual {
     }
     const int lean_components = bases->leans() ? 2 * (bases->views.lean.size() - 1) : 0;
     const std::vector<T> lean = lean_controls<T>(tangents, next, lean_components);
-    next += lean_components;
-    std::array<T, runtime::kTensorSize> anisotropy{};
-    if (bases->views.is_anisotropic) anisotropy = anisotropy_of<T>(tangents, next);
     std::array<T, 3> sensor{T(0), T(0), T(0)};
     const auto unknown = as_array(experiment->unknown);
     int at = 0;
@@ -181,10 +154,9 @@ struct ReplayResidual {
       if (unknown[k] > 0) sensor[k] = parameters[1][at++];
     const auto rows = static_cast<int>(experiment->row.size());
     std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
-    replay<T>(
-        bases->views,
-        {{control[0].data(), control[1].data(), control[2].data()}, lean.data(), anisotropy.data()},
-        quadric, experiment->deflection.front().data(), rows, sensor, at > 0, force.data());
+    replay<T>(bases->views,
+              {{control[0].data(), control[1].data(), control[2].data()}, lean.data()}, quadric,
+              experiment->deflection.front().data(), rows, sensor, at > 0, force.data());
     const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];

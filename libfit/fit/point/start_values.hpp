@@ -17,8 +17,7 @@ struct PointCurves {
   /// Components of the lean's control values along the point's tangents, two of each but the first;
   /// empty in the separable family.
   Eigen::VectorXd lean;
-  Eigen::VectorXd anisotropy;     ///< the two numbers of anisotropy_of; none in other families
-  double lean_strength = kFaint;  ///< of the faint pull of the lean and the anisotropy to 0
+  double lean_strength = kFaint;  ///< of the faint pull of the lean to 0
   std::vector<Sensor> sensor;     ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
   /// their force, and the weights of each experiment's rows.
@@ -31,10 +30,9 @@ struct PointCurves {
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
 /// curves no row speaks of. lean: basis of the lean, without knots where the body
-/// does not lean. is_coupled: rows are coupled_rows of the last normal knot. An anisotropy begins
-/// at 0.
+/// does not lean.
 PointCurves start_values(const PointData& point, const PointRows& rows,
                          const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         bool is_coupled, bool is_anisotropic, const FitOptions& options);
+                         const FitOptions& options);
 
 }  // namespace palpate::fit

@@ -36,24 +36,13 @@ Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& component
   return scaled.cast<float>().cast<double>();
 }
 
-Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers) {
-  if (numbers.size() == 0) return {};
-  const auto s = anisotropy_of<double>(tangents_of(inward), numbers.data());
-  return Eigen::Map<const Eigen::VectorXd>(s.data(), runtime::kTensorSize)
-      .cast<float>()
-      .cast<double>();
-}
-
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
                        const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m, const Eigen::VectorXd& anisotropy,
-                       const std::vector<Sensor>& sensor) {
+                       const Eigen::VectorXd& lean_m, const std::vector<Sensor>& sensor) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
   const runtime::ControlPointers<double> controls{
-      {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()},
-      lean_m.data(),
-      anisotropy.data()};
+      {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()}, lean_m.data()};
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (std::size_t at = 0; at < point.experiments.size(); ++at) {

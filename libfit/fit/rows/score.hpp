@@ -13,11 +13,8 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
 /// PointCurves::lean, times length_m [m]. Empty for none.
 Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
 
-/// The anisotropy as an asset stores it, from PointCurves::anisotropy. Empty for none.
-Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers);
-
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
-/// lean_m: as stored_lean; anisotropy: as stored_anisotropy. sensor: of each experiment in SI,
+/// lean_m: as stored_lean. sensor: of each experiment in SI,
 /// taken off its rows; empty for none.
 struct PointScore {
   double rms_N = 0, max_N = 0;
@@ -30,7 +27,6 @@ struct PointScore {
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m,
                        const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m, const Eigen::VectorXd& anisotropy,
-                       const std::vector<Sensor>& sensor = {});
+                       const Eigen::VectorXd& lean_m, const std::vector<Sensor>& sensor = {});
 
 }  // namespace palpate::fit

@@ -3,14 +3,10 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/runtime/deflection.hpp"
-
 namespace palpate::h5 {
 namespace {
 
 constexpr std::string_view kLeanGroup = "curves/lean";
-const std::string kAnisotropyName = "curves/anisotropy";
-constexpr std::size_t kTensorSize = runtime::kTensorSize;
 
 std::string group_of(int kind) {
   return "curves/" + std::string(kCurveNames[static_cast<std::size_t>(kind)]);
@@ -79,18 +75,6 @@ void write_curves_of(Writer& writer, const std::string& group, const char* unit,
   writer.attribute(group, "degree", basis.degree);
 }
 
-void check_anisotropy(const Complain& complain, const Controls& anisotropy, Eigen::Index points) {
-  check_rows(complain, kAnisotropyName, anisotropy.rows(), points);
-  if (anisotropy.cols() != static_cast<Eigen::Index>(kTensorSize))
-    throw complain(kAnisotropyName, "has not 6 columns");
-  check_values(complain, kAnisotropyName, anisotropy, 0, false);
-  const Eigen::ArrayXd norm = (anisotropy.leftCols(3).rowwise().squaredNorm() +
-                               2 * anisotropy.rightCols(3).rowwise().squaredNorm())
-                                  .cwiseSqrt();
-  if ((norm > runtime::kMaxAnisotropy).any())
-    throw complain(kAnisotropyName, "has a norm above 0.9");
-}
-
 void check_columns(const Complain& complain, const std::string& name, const Controls& controls,
                    int columns) {
   if (controls.cols() != columns)
@@ -108,12 +92,6 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.basis[k] = read_basis(reader, group_of(kind));
     curves.control[k] = read_controls(reader, group_of(kind), "N", points, curves.basis[k].size());
   }
-  curves.is_coupled = is_coupled(family);
-  if (is_anisotropic(family)) {
-    const auto values = reader.numbers(kAnisotropyName, "1", {points, kTensorSize});
-    curves.anisotropy = Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points),
-                                                   static_cast<Eigen::Index>(kTensorSize));
-  }
   if (!leans(family)) return curves;
   const std::string group(kLeanGroup);
   curves.lean_basis = read_basis(reader, group);
@@ -130,9 +108,6 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   }
   if (leans(curves.family()))
     write_curves_of(writer, std::string(kLeanGroup), "m", curves.lean_basis, curves.lean);
-  if (is_anisotropic(curves.family()))
-    writer.numbers(kAnisotropyName, "1", curves.anisotropy.data(),
-                   {static_cast<std::size_t>(curves.anisotropy.rows()), kTensorSize});
 }
 
 void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
@@ -149,7 +124,6 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
     check_basis(complain, group_of(kind), curves.basis[k]);
     check_controls(complain, name, curves.control[k], curves.basis[k], points);
   }
-  if (is_anisotropic(curves.family())) check_anisotropy(complain, curves.anisotropy, points);
   if (!leans(curves.family())) return;
   const std::string group(kLeanGroup), name = group + "/controls";
   check_basis(complain, group, curves.lean_basis);

@@ -8,15 +8,13 @@
 namespace palpate::h5 {
 
 /// Curves under curves/normal, curves/lateral and curves/limit: knots (m), controls (N, a row per
-/// point) and the attribute `degree`; of a leaning family likewise curves/lean, controls in m; of
-/// an anisotropic one curves/anisotropy.
+/// point) and the attribute `degree`; of a leaning family likewise curves/lean, controls in m.
 /// Throws Error when the root attribute `family` is unknown.
 CurveSet read_curve_set(const Reader& reader, std::size_t points);
 void write_curve_set(Writer& writer, const CurveSet& curves);
 
 /// Bases can be tabulated; every row of controls has the basis's size, starts at 0, never falls
-/// (but for the lean and the anisotropy), is finite and held exactly by float32; anisotropies are
-/// within the engine's bound.
+/// (but for the lean), is finite and held exactly by float32.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
 /// The same of one kind's control values under `name`, of P = points rows and basis.size() columns.

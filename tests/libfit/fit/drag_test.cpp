@@ -12,8 +12,6 @@ struct Truth {
   std::array<Eigen::VectorXd, kCurveKinds> control;
   CurveBasis lean_basis{2, {}};
   std::vector<double> lean_m{};  ///< control values, x, y, z of each
-  bool is_coupled = false;
-  std::vector<double> anisotropy{};
 };
 
 // Increments between half and one and a half of a straight line's; friction 0.3 to 0.5.
@@ -33,14 +31,12 @@ Truth random_truth(unsigned seed) {
 // Records what the engine's template says for a drag or press.
 void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth, ExperimentKind kind,
             const std::vector<Vec3>& rows) {
-  const fit::Bases bases(truth.basis, truth.lean_basis, truth.is_coupled,
-                         !truth.anisotropy.empty());
+  const fit::Bases bases(truth.basis, truth.lean_basis);
   std::vector<runtime::Vec3d> force(rows.size());
   runtime::replay_drag<double>(
       bases.views,
       {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()},
-       truth.lean_m.data(),
-       truth.anisotropy.data()},
+       truth.lean_m.data()},
       fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
       static_cast<int>(rows.size()), force.data());
   std::vector<Vec3> recorded;
@@ -136,49 +132,6 @@ TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
     const Eigen::VectorXd found = fitted.curves.lean.row(0);
     for (std::size_t j = 0; j < truth.lean_m.size(); ++j)
       EXPECT_NEAR(found[static_cast<Eigen::Index>(j)], truth.lean_m[j], 1e-7) << where << ' ' << j;
-    EXPECT_LT(report.max_relative_error, 1e-5) << where;
-  }
-}
-
-TEST(drag, recovers_a_coupled_body_and_says_that_it_is_one) {
-  for (unsigned seed = 41; seed <= 46; ++seed) {
-    Truth truth = random_truth(seed);
-    truth.is_coupled = true;
-    const Vec3 inward(0.2, -1, 0.3);
-    if (seed % 2 == 0) make_lean(truth, inward);
-    Recorder rig;
-    record_point(rig, truth, inward, 0, 0);
-    FitReport report;
-    FitOptions options = with_knots(truth);
-    options.tolerance = 0;
-    const FittedCurves fitted = fit_curves(rig.samples, options, {}, &report);
-    const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), family_of(seed % 2 == 0, true, false))
-        << where << ": " << report.family.reason;
-    expect_recovered(fitted, 0, truth, where);
-    EXPECT_LT(report.max_relative_error, 1e-5) << where;
-  }
-}
-
-TEST(drag, recovers_an_anisotropic_body_and_says_that_it_is_one) {
-  for (unsigned seed = 51; seed <= 56; ++seed) {
-    Truth truth = random_truth(seed);
-    const Vec3 inward(0.2, -1, 0.3);
-    const double numbers[2] = {0.5 - 0.2 * (seed % 3), 0.6};
-    const auto s = fit::anisotropy_of<double>(fit::tangents_of(inward.normalized()), numbers);
-    truth.anisotropy.assign(s.begin(), s.end());
-    if (seed % 2 == 0) make_lean(truth, inward);
-    Recorder rig;
-    record_point(rig, truth, inward, 0, 0);
-    FitReport report;
-    const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
-    const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), family_of(seed % 2 == 0, false, true))
-        << where << ": " << report.family.reason;
-    for (Eigen::Index i = 0; i < runtime::kTensorSize; ++i)
-      EXPECT_NEAR(fitted.curves.anisotropy(0, i), truth.anisotropy[static_cast<std::size_t>(i)],
-                  1e-5)
-          << where << ' ' << i;
     EXPECT_LT(report.max_relative_error, 1e-5) << where;
   }
 }

@@ -102,14 +102,6 @@ inline void add_lean(CurveSet& curves, unsigned seed) {
     for (Eigen::Index j = 3; j < 9; ++j) curves.lean(i, j) = metres(random);
 }
 
-/// Gives curves an anisotropy that float32 holds exactly and an asset may hold.
-inline void add_anisotropy(CurveSet& curves, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> part(-0.29F, 0.29F);
-  curves.anisotropy = Controls::Zero(curves.points(), 6);
-  for (double& s : curves.anisotropy.reshaped()) s = part(random);
-}
-
 inline FittedCurves example_curves() {
   FittedCurves f;
   f.position = awkward_points(3, 10);

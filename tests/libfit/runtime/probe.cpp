@@ -23,8 +23,7 @@ static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
       control[j] = double(asset.control[v * asset.controls_per_vertex + j]);
     const int* at = asset.control_offset;
     const ControlPointers<double> controls{{control + at[0], control + at[1], control + at[2]},
-                                           control + at[kLean],
-                                           control + at[kAnisotropy]};
+                                           control + at[kLean]};
     Vec3d force[kRows];
     hash += static_cast<std::uint64_t>(
         replay_drag<double>(asset.curves, controls, quadric, way, kRows, force));

@@ -151,11 +151,6 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_and_fibrous_bodie
       leaning_plate.asset, 0.004, [&](double t) { return Vec3(over_plate(t) + Vec3(0, 0, 0.004)); },
       6, leaning);
   expect_many(leaning, {{"stick", 100}, {"slip", 500}});
-  Tally fibrous;
-  make_anisotropic(lean, 0.5, [](const Vec3& x) { return Vec3(1, 10 * x[0], 0); });
-  const Loaded fibrous_plate = load(lean);
-  wind(fibrous_plate.asset, 0, over_plate, 5, fibrous);
-  expect_many(fibrous, {{"stick", 100}, {"slip", 500}});
 }
 
 TEST(tangent, of_a_slip_that_the_guard_held_back_is_finite) {

@@ -1,7 +1,6 @@
 #pragma once
 
-// The assets that stand for their versions for ever: small, leaning, refined unevenly; that of
-// version 3 is coupled, too, that of version 4 anisotropic as well.
+// The asset that stands for its version: small, leaning, refined unevenly.
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -53,12 +52,8 @@ inline Model golden_model() {
 }
 
 inline AssetBytes golden_asset(int version) {
-  Model model = golden_model();
-  model.curves.is_coupled = version >= 3;
-  if (version >= 4)
-    make_anisotropic(model, 0.4, [](const Vec3& x) { return Vec3(-x[1], x[0], 0.01); });
   const std::string meta = "{\"golden\": \"version " + std::to_string(version) + "\"}";
-  return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = meta}), 64);
+  return with_fewer_check_ticks(make_asset_bytes(golden_model(), {.meta_json = meta}), 64);
 }
 
 }  // namespace palpate::test
