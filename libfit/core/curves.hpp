@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,50 +11,66 @@
 #include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/surface.hpp"
+#include "libfit/runtime/families/families.hpp"
 
 namespace palpate {
 
-/// The three curves of a contact point (docs/method.md, sections 2 to 4), all in N over m:
+/// The curves that every family begins with (docs/method.md, sections 2 to 4), all in N over m:
 /// normal f^z(dz), lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
 enum class CurveKind : int { normal = 0, lateral = 1, limit = 2 };
-inline constexpr int kCurveKinds = 3;
+inline constexpr int kCurveKinds = runtime::kCurves;
 inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal", "lateral",
                                                                        "limit"};
 
-/// # x size() control values [N] of one curve kind, a row per point. Every value is one that a
-/// float32 holds exactly, so what was fitted and scored is what an asset stores.
+/// Numbers of one part of a curve set, a row per point. Every value is one that a float32 holds
+/// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
-/// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a
-/// tool pressed to dz would go if nothing held it sideways.
-enum class CurveFamily : std::int8_t { separable = 0, leaning = 1 };
-constexpr bool leans(CurveFamily family) { return family == CurveFamily::leaning; }
+/// The nearest number that a float32 holds. Through memory: g++ 12 at -O3 drops some of several
+/// `.cast<float>().cast<double>()` in a row.
+inline double as_float32(double x) {
+  const volatile float rounded = static_cast<float>(x);
+  return static_cast<double>(rounded);
+}
+
+/// How forces and the stored energy of a contact point are made of its parts: a row of
+/// libfit/runtime/families/families.hpp.
+using CurveFamily = runtime::Family;
+
 struct CurveFamilyName {
   CurveFamily family;
   std::string_view name;
 };
-inline constexpr std::array<CurveFamilyName, 2> kCurveFamilyNames{{
-    {CurveFamily::separable, "separable"},
-    {CurveFamily::leaning, "leaning"},
-}};
+inline constexpr auto kCurveFamilyNames = [] {
+  std::array<CurveFamilyName, runtime::kFamilies> names{};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = {static_cast<CurveFamily>(i), runtime::row_of(static_cast<CurveFamily>(i)).name};
+  return names;
+}();
+constexpr std::string_view name_of(CurveFamily family) { return runtime::row_of(family).name; }
 
-constexpr std::string_view name_of(CurveFamily family) {
-  return kCurveFamilyNames[static_cast<std::size_t>(family)].name;
+/// What a node of a family owns, part by part; the first kCurveKinds are the curve kinds.
+inline std::span<const runtime::Part> parts_of(CurveFamily family) {
+  const runtime::FamilyRow& row = runtime::row_of(family);
+  return {row.part, static_cast<std::size_t>(row.parts)};
+}
+/// Control values that a node has of a part, each of part.width numbers.
+inline int size_of(const runtime::Part& part, const CurveBasis& basis) {
+  return part.is_curve() ? basis.size() : part.count;
 }
 
-/// Curves of many points on bases shared by the body.
+/// Curves of many points on bases shared by the body, part by part of their family.
 struct CurveSet {
-  std::array<CurveBasis, kCurveKinds> basis;
-  std::array<Controls, kCurveKinds> control;
-  /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact
-  /// in float32, nearly tangential. No knots and no columns where the family does not lean.
-  CurveBasis lean_basis{2, {}};
-  Controls lean;
+  CurveFamily family = CurveFamily::separable;
+  std::vector<CurveBasis> basis =
+      std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
+  /// Of each part: # x width size_of() numbers, control value by control value.
+  std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
+
+  CurveSet() = default;
+  explicit CurveSet(CurveFamily of)
+      : family(of), basis(parts_of(of).size()), control(parts_of(of).size()) {}
   Eigen::Index points() const { return control[0].rows(); }
-  CurveFamily family() const {
-    return lean_basis.knots_m.empty() ? CurveFamily::separable : CurveFamily::leaning;
-  }
 };
 
 /// How the fit of one test point went.

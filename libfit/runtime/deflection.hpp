@@ -2,26 +2,28 @@
 #pragma once
 
 // Where a tool stands against its contact point: depth and lateral deflection in the frame of the
-// spot, from where the body leans to (docs/method.md, sections 1 and 2). One template for the
-// engine (scalar double) and the fitter (scalar double or ceres::Jet). A Spot is a place where a
-// contact point can stand: .point [m], .normal (inward unit), .control(curve, j) [N], .lean(j) [m].
+// spot (docs/method.md, sections 1 and 2). One template for the engine (scalar double) and the
+// fitter (scalar double or ceres::Jet).
+// A Spot is a place where a contact point can stand: .point [m], .normal (inward unit),
+// .control(part, j): number j of a part of the family there.
 
+#include "families/part.hpp"
 #include "scalar.hpp"
 #include "spline.hpp"
 
 namespace palpate {
 namespace runtime {
 
-constexpr int kNormal = 0, kLateral = 1, kLimit = 2;  ///< f^z(dz), f^r(dr), L(dz)
+/// The parts that every family begins with: f^z(dz), f^r(dr), L(dz).
+constexpr int kNormal = 0, kLateral = 1, kLimit = 2;
 constexpr int kCurves = 3;
-constexpr int kLean = 3;  ///< where the lean l(dz) stands after them
 
 constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral direction is noise
 
-/// The bases of the three curves and of the lean, shared by the body.
+/// The family of a body and the bases of its parts; no pieces: numbers, or not a part of it.
 struct CurveViews {
-  SplineView view[kCurves];
-  SplineView lean;  ///< of l(dz); no pieces: the body does not lean
+  int family = 0;
+  SplineView view[kMaxParts];
 };
 
 /// A tool's deflection in the frame of its contact point.
@@ -33,44 +35,36 @@ struct Deflection {
   T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
 };
 
-/// l and dl/d(dz) of a spot.
 template <class T>
-struct Lean {
-  Vec3<T> value_m, slope;
-};
-template <class T, class Spot>
-Lean<T> lean_at(const SplineView& view, const Spot& spot, const T& depth_m) noexcept {
-  const SplineWeights<T> w = spline_weights(view, find_piece(view, value_of(depth_m)), depth_m);
-  const Vec3<T> nothing{T(0), T(0), T(0)};
-  Lean<T> out{nothing, nothing};
-  for (int k = 0; k <= view.degree; ++k) {
-    const Vec3<T> control = spot.lean(w.first + k);
-    out.value_m = out.value_m + control * w.value[k];
-    out.slope = out.slope + control * w.slope[k];
-  }
-  return out;
-}
-
-/// The deflection of a tool at x [m] whose contact point is the spot.
-template <class T, class Spot>
-Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
+Deflection<T> deflection_of(const T& normal_m, const Vec3<T>& lateral) noexcept {
   using std::sqrt;
-  const Vec3<T> delta = x - spot.point;
-  const Vec3<T> nothing{T(0), T(0), T(0)};
-  Deflection<T> out{dot(delta, spot.normal), T(0), nothing, T(0)};
-  Vec3<T> lateral = delta - spot.normal * out.normal_m;
-  const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
-  Vec3<T> slope = nothing;
-  if (leans) {
-    const Lean<T> lean = lean_at(views.lean, spot, out.normal_m);
-    lateral = lateral - (lean.value_m - spot.normal * dot(lean.value_m, spot.normal));
-    slope = lean.slope;
-  }
+  Deflection<T> out{normal_m, T(0), {T(0), T(0), T(0)}, T(0)};
   const T squared = dot(lateral, lateral);
   if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) return out;
   out.lateral_m = sqrt(squared);
   out.lateral = lateral * (1.0 / out.lateral_m);
-  if (leans) out.lean_rate = dot(slope, out.lateral);
+  return out;
+}
+
+/// A vector curve of a spot and its derivative.
+template <class T>
+struct VectorAt {
+  Vec3<T> value, slope;
+};
+/// At x > 0 of a part of width 3.
+template <class T, class Spot>
+VectorAt<T> vector_curve_at(const SplineView& view, const Spot& spot, int part,
+                            const T& x) noexcept {
+  const SplineWeights<T> w = spline_weights(view, find_piece(view, value_of(x)), x);
+  const Vec3<T> nothing{T(0), T(0), T(0)};
+  VectorAt<T> out{nothing, nothing};
+  for (int k = 0; k <= view.degree; ++k) {
+    const int j = 3 * (w.first + k);
+    const Vec3<T> control{spot.control(part, j), spot.control(part, j + 1),
+                          spot.control(part, j + 2)};
+    out.value = out.value + control * w.value[k];
+    out.slope = out.slope + control * w.slope[k];
+  }
   return out;
 }
 

@@ -1,9 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a contact point answers to a deflection: the forces of its curves and what they store
-// (docs/method.md, section 2), one template for the engine (scalar double) and the fitter (scalar
-// double or ceres::Jet). Forces are those of the tool ON the body.
+// The curves of a contact point at a deflection: forces and what they store (docs/method.md,
+// section 2), one template for the engine (scalar double) and the fitter (scalar double or
+// ceres::Jet). Forces are those of the tool ON the body.
 
 #include "deflection.hpp"
 
@@ -111,21 +111,6 @@ T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) no
 template <class T, class Spot>
 T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
   return curve_at(views, spot, kLateral, d.lateral_m);
-}
-
-/// Gradient of Z(dz) + R(dr), force of the tool on the body [N] (docs/method.md, section 2):
-/// (f^z - f^r u^r . dl/d(dz)) u + f^r u^r. Zero where dz <= 0.
-/// lateral_N: f^r, where the caller knows it already.
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
-                 const T& lateral_N) noexcept {
-  if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
-  return spot.normal * normal_N + d.lateral * lateral_N;
-}
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  return response(views, spot, d, lateral_force(views, spot, d));
 }
 
 }  // namespace runtime

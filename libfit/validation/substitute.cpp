@@ -8,7 +8,7 @@
 namespace palpate::validation {
 namespace {
 
-// One vertex's controls as an asset holds them: the three curves, the lean.
+// One vertex's controls as an asset holds them, part by part.
 std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   std::vector<float> values;
   const auto append = [&](const Controls& control) {
@@ -16,7 +16,6 @@ std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
       values.push_back(static_cast<float>(control(row, j)));
   };
   for (const Controls& control : curves.control) append(control);
-  append(curves.lean);
   return values;
 }
 
@@ -48,9 +47,8 @@ std::vector<double> greville_abscissae(const CurveBasis& basis) {
 
 }  // namespace
 
-CurveBasis basis_of(const runtime::AssetView& asset, int curve) {
-  const runtime::SplineView& view =
-      curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
+CurveBasis basis_of(const runtime::AssetView& asset, int part) {
+  const runtime::SplineView& view = asset.curves.view[part];
   if (view.pieces == 0) return {2, {}};
   return {view.degree, {view.knots, view.knots + view.pieces + 1}};
 }
@@ -62,9 +60,11 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
   out.bases_ = std::unique_ptr<fit::Bases>(new fit::Bases(fit::bases_of(curves)));
   out.view_.curves = out.bases_->views;
   out.view_.controls_per_vertex = static_cast<int>(values.size());
-  for (int k = 1; k <= kCurveKinds; ++k)
-    out.view_.control_offset[k] =
-        out.view_.control_offset[k - 1] + curves.basis[static_cast<std::size_t>(k - 1)].size();
+  int offset = 0;
+  for (std::size_t part = 0; part < curves.control.size(); ++part) {
+    out.view_.control_offset[part] = offset;
+    offset += static_cast<int>(curves.control[part].cols());
+  }
   for (int v = 0; v < asset.vertices; ++v)
     out.control_.insert(out.control_.end(), values.begin(), values.end());
   out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
@@ -112,21 +112,21 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   SubstitutedAsset out(asset);
   out.control_ = controls_of(asset);
   const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
-  for (int curve = 0; curve <= runtime::kLean; ++curve) {
-    const CurveBasis basis = basis_of(asset, curve);
+  const auto parts = parts_of(static_cast<CurveFamily>(asset.curves.family));
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const CurveBasis basis = basis_of(asset, static_cast<int>(part));
     if (basis.knots_m.empty()) continue;
     const std::vector<double> at = greville_abscissae(basis);
-    const runtime::SplineView& view =
-        curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
-    const int parts = curve == runtime::kLean ? 3 : 1;  // x, y, z of each control value in turn
+    const int width = parts[part].width;
     for (int v = 0; v < asset.vertices; ++v) {
-      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[curve];
-      for (int part = 0; part < parts; ++part) {
+      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[part];
+      for (int k = 0; k < width; ++k) {
         std::vector<double> values;
-        for (int j = 0; j < basis.size(); ++j) values.push_back(control[parts * j + part]);
-        const double slope = runtime::curve_value(view, values.data(), at_m) / at_m;
+        for (int j = 0; j < basis.size(); ++j) values.push_back(control[width * j + k]);
+        const double slope =
+            runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
         for (int j = 0; j < basis.size(); ++j)
-          control[parts * j + part] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
+          control[width * j + k] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
       }
     }
   }

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 // Which layers a layer may include; its own always, nested folders with their parents.
 const std::map<std::string, std::set<std::string>> kAllowed{
     {"libfit/runtime", {}},
-    {"libfit/core", {}},
+    {"libfit/core", {"libfit/runtime"}},
     {"libfit/io", {"libfit/core", "libfit/runtime"}},
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},

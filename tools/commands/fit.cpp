@@ -18,8 +18,9 @@ class Fit final : public Command {
                      "Degree of the curves, 1 to 4; 0: by held-out rows");
     arguments.option("--pieces", section_.pieces,
                      "Pieces of every curve; 0: as few as the data support");
-    arguments.option("--family", section_.family,
-                     "Curve family: auto (by held-out rows), separable or leaning");
+    arguments.option(
+        "--family", section_.family,
+        "Curve family: auto (by held-out rows) or one of those in docs/method.md, section 2");
     arguments.option(
         "--warm-start", warm_start_,
         "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");

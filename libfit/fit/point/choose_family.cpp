@@ -22,18 +22,25 @@ PointData without_rows(PointData point, std::size_t parity) {
 void add_errors(const PointData& point, const Bases& bases, const PointCurves& curves,
                 std::size_t parity, std::vector<double>& errors) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient);
-  std::array<Eigen::VectorXd, kCurveKinds> control;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-    control[kind] = controls_of(curves.increments[kind]);
-  const std::vector<double> lean = lean_controls<double>(
-      tangents_of(point.inward), curves.lean.data(), static_cast<int>(curves.lean.size()));
+  std::vector<std::vector<double>> control;
+  for (const Eigen::VectorXd& increments : curves.increments) {
+    const Eigen::VectorXd values = controls_of(increments);
+    control.emplace_back(values.begin(), values.end());
+  }
+  const auto parts = parts_of(bases.family);
+  const double* next = curves.more.data();
+  for (std::size_t part = kCurveKinds; part < parts.size(); ++part) {
+    const int size = parts[part].is_curve() ? bases.views.view[part].size() : parts[part].count;
+    const int count = count_unknowns(parts[part], size);
+    control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), next, count));
+    next += count;
+  }
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
-    replay<double>(bases.views,
-                   {{control[0].data(), control[1].data(), control[2].data()}, lean.data()},
-                   quadric, e.deflection.front().data(), static_cast<int>(force.size()),
-                   as_array(curves.sensor[k]), is_any(curves.sensor[k]), force.data());
+    replay<double>(bases.views, pointers_to<double>(control), quadric, e.deflection.front().data(),
+                   static_cast<int>(force.size()), as_array(curves.sensor[k]),
+                   is_any(curves.sensor[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
       errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));
@@ -45,7 +52,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
 
 FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& rows,
                             BodyBases bases, CurveFamily family, const FitOptions& options) {
-  if (!leans(family)) bases.lean_plain.knots_m.clear();
+  bases = of_family(std::move(bases), family);
   const Bases plain = plain_bases(bases);
   std::vector<double> errors;
   const std::size_t stride = (body.points.size() + kMaxPoints - 1) / kMaxPoints;

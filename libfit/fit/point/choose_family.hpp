@@ -5,7 +5,7 @@
 namespace palpate::fit {
 
 /// Relative error of rows that the curves did not see: every other row of each experiment is held
-/// out in turn, its path still replayed. At most 24 points, evenly taken. bases: with the lean's.
+/// out in turn, its path still replayed. At most 24 points, evenly taken.
 FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& rows,
                             BodyBases bases, CurveFamily family, const FitOptions& options);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libfit/fit/point/replay.hpp"
 #include "libfit/fit/words.hpp"
 #include "libfit/runtime/response.hpp"
 
@@ -141,8 +142,8 @@ double deflection_at(const SplineTables& tables, const Eigen::VectorXd& incremen
 }
 
 // The lean that gives presses the lateral force they have, by linear least squares.
-void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBasis& basis,
-                PointCurves& out) {
+Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
+                           const CurveBasis& basis, const PointCurves& out) {
   const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
   const auto tangents = tangents_of(point.inward);
   const Eigen::Index n = basis.size() - 1;
@@ -165,14 +166,15 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
     }
   }
   const Eigen::MatrixXd components = normal.ldlt().solve(right);
-  out.lean.resize(2 * n);
-  for (Eigen::Index j = 0; j < n; ++j) out.lean.segment<2>(2 * j) = components.row(j);
+  Eigen::VectorXd lean(2 * n);
+  for (Eigen::Index j = 0; j < n; ++j) lean.segment<2>(2 * j) = components.row(j);
+  return lean;
 }
 
 }  // namespace
 
 PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
+                         const std::vector<CurveBasis>& bases, CurveFamily family,
                          const FitOptions& options) {
   PointCurves out;
   out.sensor.resize(point.experiments.size());
@@ -180,7 +182,15 @@ PointCurves start_values(const PointData& point, const PointRows& rows,
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  if (!lean.knots_m.empty()) start_lean(point, bases[1], lean, out);
+  const auto parts = parts_of(family);
+  for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+    const bool is_lean = parts[i].is_curve() && parts[i].width == 3 && parts[i].starts_at_zero;
+    const Eigen::VectorXd start =
+        is_lean ? start_lean(point, bases[1], bases[i], out)
+                : Eigen::VectorXd::Zero(count_unknowns(parts[i], size_of(parts[i], bases[i])));
+    out.more.conservativeResize(out.more.size() + start.size());
+    out.more.tail(start.size()) = start;
+  }
   return out;
 }
 

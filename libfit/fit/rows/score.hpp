@@ -9,12 +9,13 @@ namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
                                 bool is_strictly_rising);
 
-/// Control values of a lean as an asset stores them: exact in float32. components: as
-/// PointCurves::lean, times length_m [m]. Empty for none.
-Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
+/// Numbers of a part as an asset stores them: exact in float32, within the part's bounds. unknowns:
+/// as part_controls wants them, in units of length_m and force_N.
+Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
+                            const Eigen::VectorXd& unknowns, double length_m, double force_N);
 
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
-/// lean_m: as stored_lean. sensor: of each experiment in SI,
+/// controls: of each part. sensor: of each experiment in SI,
 /// taken off its rows; empty for none.
 struct PointScore {
   double rms_N = 0, max_N = 0;
@@ -25,8 +26,7 @@ struct PointScore {
   std::size_t worst_row = 0;
 };
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
-                       const Bases& bases_m,
-                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m, const std::vector<Sensor>& sensor = {});
+                       const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
+                       const std::vector<Sensor>& sensor = {});
 
 }  // namespace palpate::fit

@@ -12,10 +12,10 @@ namespace {
 double gradient_error(const std::vector<Vec3>& rows, const Mat3& gradient,
                       const std::array<Eigen::VectorXd, kCurveKinds>& increments, FitLoss loss,
                       const Eigen::VectorXd& lean = Eigen::VectorXd()) {
-  const CurveBasis lean_basis{2,
-                              lean.size() > 0 ? std::vector<double>{0, 1} : std::vector<double>{}};
-  const fit::Bases bases(
-      {CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}}, CurveBasis{3, {0, 1}}}, lean_basis);
+  std::vector<CurveBasis> basis{CurveBasis{3, {0, 0.5, 1}}, CurveBasis{3, {0, 0.3, 0.6}},
+                                CurveBasis{3, {0, 1}}};
+  if (lean.size() > 0) basis.push_back({2, {0, 1}});
+  const fit::Bases bases(basis, lean.size() > 0 ? CurveFamily::leaning : CurveFamily::separable);
   fit::Experiment e;
   e.deflection = rows;
   e.force.assign(rows.size(), Vec3(0.1, -0.05, 0.6));

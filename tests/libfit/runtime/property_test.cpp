@@ -40,10 +40,9 @@ void randomize(Model& model, std::mt19937& random, double friction, bool leans, 
     }
   }
   if (!leans) return;
-  model.curves.lean_basis = {2, {0, kRange_m}};
-  model.curves.lean = Controls::Zero(vertices, 9);
+  Controls& lean = make_leaning(model, {0, kRange_m});
   for (Eigen::Index v = 0; v < vertices; ++v)
-    for (int j = 3; j < 9; ++j) model.curves.lean(v, j) = 0.0005 + 0.0001 * unit(random);
+    for (int j = 3; j < 9; ++j) lean(v, j) = 0.0005 + 0.0001 * unit(random);
 }
 
 Loaded random_body(unsigned seed, double friction, bool leans, bool is_round, Field field) {

@@ -38,14 +38,12 @@ inline Model golden_model() {
                                                         : 1.5) *
                                            (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
   }
-  model.curves.lean_basis = {2, {0, 0.01}};
-  model.curves.lean = Controls::Zero(vertices, 9);
+  Controls& lean = make_leaning(model, {0, 0.01});
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    model.curves.lean(v, 6) = 0.002;
+    lean(v, 6) = 0.002;
     if (model.surface.vertices(v, 2) > -0.02 || model.surface.vertices(v, 0) > 0) continue;
     model.is_covered[static_cast<std::size_t>(v)] = 0;
     for (Controls& control : model.curves.control) control.row(v).setZero();
-    model.curves.lean.row(v).setZero();
   }
   model.probe_radius_m = 0.005;
   return model;
