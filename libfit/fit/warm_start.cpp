@@ -100,7 +100,7 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const bool is_smoothed = earlier_->own.control[kind].rows() > 0;
     result.control[kind] =
-        (is_smoothed ? earlier_->own.control : earlier_->curves.control)[kind].row(row);
+        (is_smoothed ? earlier_->own.control[kind] : earlier_->curves.control[kind]).row(row);
     result.covariance[kind] =
         (is_smoothed ? earlier_->own.covariance : earlier_->covariance)[kind].row(row);
   }
