@@ -9,18 +9,17 @@
 // To add one: the header, its number and its row below.
 
 #include "leaning.hpp"
-#include "pushing.hpp"
 #include "separable.hpp"
 
 namespace palpate {
 namespace runtime {
 
 /// Numbers of the rows of the table; assets store them.
-enum class Family : int { separable = 0, leaning = 1, pushing = 2 };
+enum class Family : int { separable = 0, leaning = 1 };
 
 template <class... Each>
 struct FamilyList {};
-using Families = FamilyList<Separable, Leaning, Pushing>;
+using Families = FamilyList<Separable, Leaning>;
 
 struct FamilyRow {
   const char* name;
