@@ -9,7 +9,7 @@ namespace {
 
 // Curves of the held-out points from their own experiments, on given knots.
 FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int split, int jobs) {
-  FitOptions options;
+  FitOptions options = options_for(own);
   options.family = family_of(asset.curves.lean.pieces > 0, asset.curves.coupling_depth_m > 0,
                              asset.curves.is_anisotropic);
   options.degree = asset.curves.view[0].degree;

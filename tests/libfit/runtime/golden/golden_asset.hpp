@@ -48,7 +48,7 @@ inline Model golden_model() {
     for (Controls& control : model.curves.control) control.row(v).setZero();
     model.curves.lean.row(v).setZero();
   }
-  model.probe_radius_m = 0.005;
+  model.probe = sphere_spec(0.005);
   return model;
 }
 
