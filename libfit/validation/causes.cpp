@@ -9,7 +9,7 @@ namespace {
 
 // Curves of the held-out points from their own experiments, on given knots.
 FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int split, int jobs) {
-  FitOptions options;
+  FitOptions options = options_for(own);
   options.family = static_cast<CurveFamily>(asset.curves.family);
   options.degree = asset.curves.view[0].degree;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {

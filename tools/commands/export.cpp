@@ -2,6 +2,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -18,8 +19,13 @@ class Export final : public Command {
   }
 
   int run() override {
+    ExportSection settings;
+    if (no_guard_) settings.guard = false;
     export_model(read_model(model_), output_, format_,
-                 {.guard = !no_guard_, .inputs = {}, .statement = {}, .engine = engine_});
+                 {.settings = settings,
+                  .fingerprint = asset_fingerprint(settings, model_),
+                  .statement = {},
+                  .engine = engine_});
     return kDone;
   }
 

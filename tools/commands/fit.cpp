@@ -4,6 +4,7 @@
 #include "libfit/io/files/curves_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 
 namespace palpate::tools {
@@ -42,10 +43,13 @@ class Fit final : public Command {
         warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
-    const FittedCurves curves = fit_file(
-        samples_, section_, ProbeSection{}.spec.friction, jobs_, earlier ? &*earlier : nullptr,
-        sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
-    write_curves(output_, curves, {}, warm_start_);
+    const FittedCurves curves =
+        fit_file(samples_, section_, jobs_, earlier ? &*earlier : nullptr,
+                 sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
+    Attributes attributes;
+    if (!earlier && frees_.empty() && contact_deviation_.empty())
+      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
+    write_curves(output_, curves, attributes, warm_start_);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }

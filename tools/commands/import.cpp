@@ -47,7 +47,9 @@ class Import final : public Command {
     const auto surface = read_surface_of(manifest);
     const AssembleOptions options = place_options(manifest, surface);
     const auto results = read_all(manifest, options);
-    const Assembled assembled = assemble(manifest.items, results, options);
+    Assembled assembled = assemble(manifest.items, results, options);
+    assembled.samples.probe = probe_of(manifest, results);
+    assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
     report(manifest, results, assembled);

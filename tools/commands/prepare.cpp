@@ -3,6 +3,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/check.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -17,11 +18,13 @@ class Prepare final : public Command {
   }
 
   int run() override {
-    const Scene scene = read_scene(scene_);
+    const Scene scene = open_scene(scene_);
     say("prepare {}", scene_);
     const Body body = prepare_body(scene, surface_only_);
     if (!surface_only_) check_experiments(scene, body);
-    write_body(output_, body);
+    write_body(
+        output_, body,
+        surface_only_ ? Attributes{} : Attributes{{kInputsAttribute, body_fingerprint(scene)}});
     say("wrote {}", output_);
     return kDone;
   }

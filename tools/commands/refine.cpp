@@ -4,6 +4,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -18,7 +19,8 @@ class Refine final : public Command {
 
   int run() override {
     say("refine {}", curves_);
-    write_model(output_, refine_body(read_curves(curves_), read_body(body_)));
+    write_model(output_, refine_body(read_curves(curves_), read_body(body_)),
+                {{kInputsAttribute, model_fingerprint(curves_, body_)}});
     say("wrote {}", output_);
     return kDone;
   }

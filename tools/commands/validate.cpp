@@ -20,8 +20,8 @@ class Validate final : public Command {
   explicit Validate(Arguments& arguments) {
     arguments.positional("asset", asset_, "asset.palp");
     arguments.positional("scene", scene_, "scene.toml that the reference simulates");
-    arguments.option("--points", request_.points, "Contact points");
-    arguments.option("--seed", request_.seed, "Seed of the points and paths");
+    arguments.option("--points", request_.settings.points, "Contact points");
+    arguments.option("--seed", request_.settings.seed, "Seed of the points and paths");
     arguments.option("--jobs", request_.jobs, "Threads; 0: all cores");
     arguments.option("--body", body_, "body.h5 of the scene, where it is at hand");
     arguments.option("--rows", rows_, "CSV of every compared row");
@@ -37,16 +37,16 @@ class Validate final : public Command {
   }
 
   int run() override {
-    if (request_.points < 1)
+    if (request_.settings.points < 1)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
-    const Scene scene = read_scene(scene_);
+    const Scene scene = open_scene(scene_);
     check_choices(scene);
     const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
     request_.reference = reference_;
-    request_.has_causes = !no_causes_;
+    request_.settings.causes = !no_causes_;
     if (!reference_.empty()) std::filesystem::create_directories(reference_);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",
