@@ -85,8 +85,12 @@ class Run final : public Command {
       return;
     Body body = read_body(file("body.h5"));
     const std::string points = point_inputs(scene_, body);
-    const SimulateRequest request{
-        .jobs = jobs_, .output = output, .inputs = points, .resume = !force_};
+    const SimulateRequest request {
+      .jobs = jobs_;
+      .output = output;
+      .inputs = points;
+      .resume = !force_
+    };
     Samples samples;
     if (scene_.experiments.placement) {
       Placement placement = place_and_simulate(scene_, body, request);
