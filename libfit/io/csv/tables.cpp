@@ -84,12 +84,12 @@ PointTable read_point_table(const std::filesystem::path& path) {
   return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3)};
 }
 
-std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
   const CsvTable table = read_csv(path, kToolPathRules);
   const Points point = columns(table, "x_m", "y_m", "z_m");
   const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
   const auto& name = table.text("path");
-  std::vector<ToolPath> paths;
+  std::vector<PathInTable> paths;
   std::set<std::string> seen;
   for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
     if (!seen.insert(name[first]).second)

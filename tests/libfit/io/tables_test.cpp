@@ -119,12 +119,12 @@ TEST_F(Tables, random_bytes_are_refused_or_read_but_never_crash) {
 }
 
 TEST_F(Tables, tool_paths_come_back) {
-  std::vector<ToolPath> a{{"around, \"twice\"", Vec3(0.1, 0.2, 1.0 / 3), awkward_points(4, 1)},
-                          {"1", Vec3(0, 0, 0), awkward_points(1, 2)}};
+  std::vector<PathInTable> a{{"around, \"twice\"", Vec3(0.1, 0.2, 1.0 / 3), awkward_points(4, 1)},
+                             {"1", Vec3(0, 0, 0), awkward_points(1, 2)}};
   static constexpr std::string_view kHeader[] = {"path", "x_m",  "y_m", "z_m",
                                                  "dx_m", "dy_m", "dz_m"};
   CsvWriter csv(at("T.csv"), kHeader);
-  for (const ToolPath& path : a)
+  for (const PathInTable& path : a)
     for (Eigen::Index i = 0; i < path.deflection.rows(); ++i) {
       csv.text(path.name);
       put(csv, path.point);
