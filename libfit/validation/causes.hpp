@@ -4,8 +4,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/runtime/view.hpp"
-#include "libfit/validation/follow.hpp"
-#include "libfit/validation/reference.hpp"
+#include "libfit/validation/replay.hpp"
 #include "libfit/validation/statement.hpp"
 
 namespace palpate::validation {
@@ -16,7 +15,7 @@ namespace palpate::validation {
 /// curves failed are left out.
 /// engine: the asset's answers along the reference's paths.
 std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     const std::vector<Followed>& engine, double depth_m, int jobs);
+                                     const Replayed& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
 /// error: nearest_point (no interpolation; only where curves and model are given),
@@ -26,7 +25,6 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
                                         const Model* model);
 
 /// Errors of answers along the reference's paths by kind of path, in the order of kPathKindNames.
-std::vector<NamedError> errors_by_path(const Reference& reference,
-                                       const std::vector<Followed>& engine);
+std::vector<NamedError> errors_by_path(const Reference& reference, const Replayed& engine);
 
 }  // namespace palpate::validation

@@ -8,12 +8,6 @@
 
 namespace palpate::validation {
 
-/// Forces below this are left out of the statement: a person does not feel them (docs/method.md,
-/// 8).
-inline constexpr double kForceFloor_N = 0.04;
-/// Just noticeable difference of force, relative; with kForceFloor_N as its floor.
-inline constexpr double kForceJnd = 0.07;
-
 /// One row of a comparison: what the reference says and what the engine answers [N], both on the
 /// body.
 struct ComparedRow {

@@ -8,7 +8,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "libfit/refine/nearest_triangle.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 
@@ -46,7 +46,7 @@ class Predict final : public Command {
     const double size_m = extent_m(model.surface.vertices).norm();
     const Points fitted = curves_.empty() ? Points(0, 3) : read_curves(curves_).position;
     const TriangleTree tree(model.surface);
-    std::vector<ComparedRow> rows;
+    Replayed replayed(samples);
     std::size_t predicted = 0, uncovered = 0;
     for (std::int32_t point = 0; point < samples.points(); ++point) {
       const Vec3 at = samples.point_position.row(point);
@@ -59,14 +59,13 @@ class Predict final : public Command {
         ++uncovered;
         continue;
       }
-      const auto more = predicted_rows(samples, point, curves_at(model, *hit), 0);
-      rows.insert(rows.end(), more.begin(), more.end());
+      replay_point(samples, point, curves_at(model, *hit), 0, replayed);
       ++predicted;
     }
     if (predicted == 0)
       throw Error(samples_, "none of its points can be predicted",
                   "Give samples at points that the model covers and was not fitted at.");
-    Statement statement = summarize(rows);
+    Statement statement = summarize(compare(samples, replayed));
     statement.probes = predicted;
     if (json_)
       fmt::print("{}\n", to_json(statement));
