@@ -116,7 +116,7 @@ void fill_metric(const Spot& spot, Deflection<T>& d) noexcept {
   d.pull_size = sqrt(dot(d.pull, d.pull));
 }
 
-/// The deflection of a tool at x [m] whose contact point is the spot.
+/// The deflection of a tool at x [m] whose contact point is the spot: (M2), from a lean (M3a).
 template <class T, class Spot>
 Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
