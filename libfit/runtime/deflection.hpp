@@ -53,7 +53,7 @@ Gain<T> gain_at(double coupling_depth_m, const T& depth_m) noexcept {
   return {(root - kGainRoot) * (1.0 / kGainSpan), (0.5 / (kGainSpan * coupling_depth_m)) / root};
 }
 
-/// A tool's deflection in the frame of its contact point.
+/// A tool's deflection in the frame of its contact point (M2, M3a).
 template <class T>
 struct Deflection {
   T normal_m;       ///< dz, > 0 in contact
@@ -116,7 +116,7 @@ void fill_metric(const Spot& spot, Deflection<T>& d) noexcept {
   d.pull_size = sqrt(dot(d.pull, d.pull));
 }
 
-/// The deflection of a tool at x [m] whose contact point is the spot: (M2), from a lean (M3a).
+/// The deflection of a tool at x [m] whose contact point is the spot.
 template <class T, class Spot>
 Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;

@@ -114,7 +114,7 @@ T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& 
   return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
 }
 
-/// Gradient of Z(dz) + G(dz) R(rho), force of the tool on the body [N] (M3, M3b):
+/// Gradient of Z(dz) + G(dz) R(rho), force of the tool on the body [N] (docs/method.md, section 2):
 /// (f^z + G' R - f pull . dl/d(dz)) u + f pull with f = G f^r; pull is u^r where the body is not
 /// anisotropic. Zero where dz <= 0.
 /// lateral_N: f, where the caller knows it already.
@@ -128,6 +128,7 @@ Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>&
         normal_N + d.gain.slope * energy_at(views, spot, kLateral, metric_length_m(views, d));
   return spot.normal * normal_N + (views.is_anisotropic ? d.pull : d.lateral) * lateral_N;
 }
+/// The same, the lateral force computed here (M3, M3b).
 template <class T, class Spot>
 Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
   return response(views, spot, d, lateral_force(views, spot, d));

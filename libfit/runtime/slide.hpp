@@ -35,7 +35,7 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
   return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
 }
 
-/// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr itself
+/// What a slip brings to zero: the lateral force - L(dz) [N]; without lateral stiffness, dr itself
 /// (as N). Along a way that shortens dr without turning it, an anisotropic body's falls, too.
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
@@ -131,7 +131,7 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 /// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
-/// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m].
+/// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m] (M8).
 /// foot: the footing of surface.standing() at x, on entry and on return.
 /// A slip is made of straight segments: a new one begins where the path crosses into another
 /// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
