@@ -53,7 +53,7 @@ Gain<T> gain_at(double coupling_depth_m, const T& depth_m) noexcept {
   return {(root - kGainRoot) * (1.0 / kGainSpan), (0.5 / (kGainSpan * coupling_depth_m)) / root};
 }
 
-/// A tool's deflection in the frame of its contact point (M2, M3a).
+/// A tool's deflection in the frame of its contact point.
 template <class T>
 struct Deflection {
   T normal_m;       ///< dz, > 0 in contact
@@ -129,7 +129,7 @@ Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T
   Vec3<T> lateral = delta - spot.normal * out.normal_m;
   const bool leans = views.lean.pieces > 0 && value_of(out.normal_m) > 0;
   Vec3<T> slope = nothing;
-  if (leans) {
+  if (leans) {  // (M3a) in place of (M2)
     const Lean<T> lean = lean_at(views.lean, spot, out.normal_m);
     lateral = lateral - (lean.value_m - spot.normal * dot(lean.value_m, spot.normal));
     slope = lean.slope;

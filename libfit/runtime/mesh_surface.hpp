@@ -63,9 +63,9 @@ class MeshSurface {
   Spot standing() const noexcept { return resting().at(T(0)); }
 
   /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
-  /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral deflection
-  /// by s. At a border only its part along the edge. Blocked where a ball is too large for the
-  /// hollow.
+  /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
+  /// deflection by s. At a border only its part along the edge. Blocked where a ball is too large
+  /// for the hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
     Path path = resting();
     path.end_m = T(1e300);

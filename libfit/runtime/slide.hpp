@@ -131,13 +131,13 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 /// How a slip ended. unfinished: the segments ran out, the next tick goes on from the state.
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
-/// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m] (M8).
-/// foot: the footing of surface.standing() at x, on entry and on return.
-/// A slip is made of straight segments: a new one begins where the path crosses into another
-/// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
-/// most kMaxRootSteps + 4 evaluations of the curves. Derivatives are those of the branches taken.
-/// Stops where sliding would not shorten dr: deeper than the centre of a convex body's curvature
-/// the contact point would flee (the elements' max_depth_m keeps well below).
+/// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m]
+/// (M8). foot: the footing of surface.standing() at x, on entry and on return. A slip is made of
+/// straight segments: a new one begins where the path crosses into another triangle and where dr
+/// would run out first. Work: at most kMaxSegments segments, each with at most kMaxRootSteps + 4
+/// evaluations of the curves. Derivatives are those of the branches taken. Stops where sliding
+/// would not shorten dr: deeper than the centre of a convex body's curvature the contact point
+/// would flee (the elements' max_depth_m keeps well below).
 template <class T, class Surface, class Spot>
 SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
                Footing<T, Spot>& foot) noexcept {

@@ -65,8 +65,8 @@ inline int first_control(const SplineView& spline, int piece) noexcept {
   return piece < spline.pieces ? piece : spline.pieces - 1;
 }
 
-/// Weights at x >= 0 on a known interval (M6) (`scalar` of a Jet decides the interval, so derivatives
-/// are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
+/// Weights at x >= 0 on a known interval (M6) (`scalar` of a Jet decides the interval, so
+/// derivatives are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
 template <class T>
 SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x) noexcept {
   SplineWeights<T> out;
