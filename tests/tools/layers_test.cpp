@@ -58,7 +58,7 @@ const std::vector<Row> kRooms{
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/realtime", "tools/bench"}},
+      "tools/realtime"}},
     {"tools/main", {"tools/command", "tools/console"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},
