@@ -1,5 +1,6 @@
 #include "tools/stages/reference.hpp"
 
+#include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/samples_file.hpp"

@@ -105,12 +105,12 @@ void write_point_table(const std::filesystem::path& path, const PointTable& poin
   csv.commit();
 }
 
-std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
   const CsvTable table = read_csv(path, kToolPathRules);
   const Points point = columns(table, "x_m", "y_m", "z_m");
   const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
   const auto& name = table.text("path");
-  std::vector<ToolPath> paths;
+  std::vector<PathInTable> paths;
   std::set<std::string> seen;
   for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
     if (!seen.insert(name[first]).second)
@@ -127,7 +127,7 @@ std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
   return paths;
 }
 
-void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths) {
+void write_tool_paths(const std::filesystem::path& path, const std::vector<PathInTable>& paths) {
   CsvWriter csv(path, header(kToolPathRules));
   for (const auto& tool : paths)
     for (Eigen::Index i = 0; i < tool.deflection.rows(); ++i) {

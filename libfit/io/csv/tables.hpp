@@ -25,13 +25,13 @@ void write_point_table(const std::filesystem::path& path, const PointTable& poin
 
 /// One tool path of PATHS.csv, `path,x_m,y_m,z_m,dx_m,dy_m,dz_m`: a test point and successive
 /// deflections there, K x 3 [m]. Rows of a path follow one another and repeat its point.
-struct ToolPath {
+struct PathInTable {
   std::string name;
   Vec3 point;
   Points deflection;
 };
-std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path);
-void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths);
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path);
+void write_tool_paths(const std::filesystem::path& path, const std::vector<PathInTable>& paths);
 
 /// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
 struct TipPath {

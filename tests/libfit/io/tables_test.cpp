@@ -106,8 +106,8 @@ TEST_F(Tables, random_bytes_are_refused_or_read_but_never_crash) {
 }
 
 TEST_F(Tables, tool_paths_come_back) {
-  std::vector<ToolPath> a{{"around, \"twice\"", Vec3(0.1, 0.2, 1.0 / 3), awkward_points(4, 1)},
-                          {"1", Vec3(0, 0, 0), awkward_points(1, 2)}};
+  std::vector<PathInTable> a{{"around, \"twice\"", Vec3(0.1, 0.2, 1.0 / 3), awkward_points(4, 1)},
+                             {"1", Vec3(0, 0, 0), awkward_points(1, 2)}};
   write_tool_paths(at("T.csv"), a);
   const auto b = read_tool_paths(at("T.csv"));
   ASSERT_EQ(b.size(), 2u);
