@@ -114,7 +114,7 @@ int replay_shifted(const runtime::CurveViews& views, const runtime::ControlPoint
   return slipped;
 }
 
-/// Forces of one experiment, its sensor's reading included; returns how many rows slipped.
+/// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
            const runtime::Quadric& quadric, const double* deflection, int rows,
