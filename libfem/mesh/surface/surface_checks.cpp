@@ -4,13 +4,10 @@
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
-
-std::string counted(std::int64_t count, const char* one, const char* several) {
-  return std::to_string(count) + " " + (count == 1 ? one : several);
-}
 
 double one_sided_deviation_m(const Surface& from, const Surface& to, const BoxTree& boxes) {
   double largest = 0;

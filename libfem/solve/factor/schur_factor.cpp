@@ -118,7 +118,8 @@ bool SchurFactor::factor(const SymmetricBlockMatrix& K,
   use_one_thread();
   State& state = *state_;
   std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
-  std::sort(have.begin(), have.end()), std::sort(wanted.begin(), wanted.end());
+  std::sort(have.begin(), have.end());
+  std::sort(wanted.begin(), wanted.end());
   if (state.plan.order.empty() || have != wanted) state.analyse(K, wanted);
   state.is_factored = state.factor(K);
   return state.is_factored;

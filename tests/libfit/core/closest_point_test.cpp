@@ -49,12 +49,16 @@ TEST(closest_point, finds_what_trying_all_triangles_finds) {
       return i % 2 == 0 || sphere.vertices(sphere.triangles(at.triangle, 0), 2) > 0;
     };
     SurfacePoint best;
+    double squared_best = std::numeric_limits<double>::infinity();
     for (std::int32_t t = 0; t < sphere.triangles.rows(); ++t) {
       SurfacePoint point = nearest_on_triangle(p, sphere.vertices.row(sphere.triangles(t, 0)),
                                                sphere.vertices.row(sphere.triangles(t, 1)),
                                                sphere.vertices.row(sphere.triangles(t, 2)));
       point.triangle = t;
-      if (point.distance_m < best.distance_m && upper(point)) best = point;
+      const double squared = (point.position - p).squaredNorm();
+      if (!(squared < squared_best) || !upper(point)) continue;
+      squared_best = squared;
+      best = point;
     }
     const auto hit = closest_point(sphere, boxes, p, 100, upper);
     ASSERT_TRUE(hit);
