@@ -10,6 +10,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/progress.hpp"
+#include "libfit/core/relative_error.hpp"
 #include "libfit/core/row_index.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/neighbours/smoothing_report.hpp"
@@ -54,7 +55,7 @@ struct FitOptions {
   /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
   double tolerance = 0.02;
   /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
-  double poor_above = 0.07;
+  double poor_above = kForceJnd;
   FitLoss loss = FitLoss::huber;
   /// Weight floor as a fraction of the point's typical force: rows are weighted by
   /// 1 / sqrt(force_error^2 + floor^2).

@@ -10,10 +10,10 @@ namespace {
 class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
-    arguments.positional("model", model_, "model.h5");
-    arguments.option("-o,--output", output_, "File to write, asset.palp for instance", true);
-    arguments.option("--format", format_, "Format, see the list in docs/formats.md");
-    arguments.option("--engine", engine_, "Folder to copy the engine's headers and example into");
+    arguments.positional("model", model_, "Model to export, model.h5");
+    arguments.option("-o,--output", output_, "File to write, such as asset.palp", true);
+    arguments.option("--format", format_, "Format to write: palp or vtu");
+    arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
     arguments.flag("--no-guard", no_guard_,
                    "Let the engine carry out slips that would create energy");
   }

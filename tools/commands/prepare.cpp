@@ -11,10 +11,10 @@ namespace {
 class Prepare final : public Command {
  public:
   explicit Prepare(Arguments& arguments) {
-    arguments.positional("scene", scene_, "scene.toml");
+    arguments.positional("scene", scene_, "Scene to read, scene.toml");
     arguments.option("-o,--output", output_, "body.h5 to write", true);
     arguments.flag("--surface-only", surface_only_,
-                   "No volume: enough for measured data; open surfaces welcome");
+                   "Make no volume mesh, which is enough for measured data and for open surfaces");
   }
 
   int run() override {

@@ -12,8 +12,9 @@ namespace {
 class Refine final : public Command {
  public:
   explicit Refine(Arguments& arguments) {
-    arguments.positional("curves", curves_, "curves.h5");
-    arguments.option("--body", body_, "body.h5 whose surface the curves are spread over", true);
+    arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
+    arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
+                     true);
     arguments.option("-o,--output", output_, "model.h5 to write", true);
   }
 

@@ -30,10 +30,12 @@ namespace fs = std::filesystem;
 class Run final : public Command {
  public:
   explicit Run(Arguments& arguments) {
-    arguments.positional("scene", scene_path_, "scene.toml");
-    arguments.option("-o,--output", folder_, "Folder for everything that is made", true);
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
-    arguments.flag("--force", force_, "Do every stage again");
+    arguments.positional("scene", scene_path_, "Scene to read, scene.toml");
+    arguments.option("-o,--output", folder_, "Folder for all files of the run", true);
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.flag("--force", force_,
+                   "Repeat every stage, also those whose inputs have not changed");
   }
 
   int run() override {

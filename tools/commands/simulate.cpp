@@ -18,14 +18,16 @@ namespace {
 class Simulate final : public Command {
  public:
   explicit Simulate(Arguments& arguments) {
-    arguments.positional("input", input_, "scene.toml, or the body.h5 made from it");
+    arguments.positional("input", input_, "Scene to read, scene.toml, or the body.h5 made from it");
     arguments.option("-o,--output", output_, "samples.h5 to write", true);
     arguments.option("--points", points_,
-                     "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
-    arguments.option("--paths", paths_,
-                     "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
-    arguments.flag("--resume", resume_, "Go on from what an interrupted run kept");
+                     "Table of points in metres to experiment at, P.csv: x_m,y_m,z_m[,nx,ny,nz]");
+    arguments.option(
+        "--paths", paths_,
+        "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.flag("--resume", resume_, "Go on from the rows that an interrupted run kept");
   }
 
   int run() override {

@@ -118,7 +118,9 @@ void read_signal_keys(SceneTable& table, Entry& entry) {
     if (range.size() != 2 || !(range[0] < range[1]))
       fail(table, "plausible", "plausible is not a range of two moduli",
            "Write [\"10 Pa\", \"5 MPa\"].");
-    s.min_young_Pa = range[0], s.max_young_Pa = range[1], s.is_range_given = true;
+    s.min_young_Pa = range[0];
+    s.max_young_Pa = range[1];
+    s.is_range_given = true;
   }
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");

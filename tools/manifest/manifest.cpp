@@ -132,7 +132,8 @@ Manifest read_manifest(const fs::path& path) {
     const auto files = files_of(table, entry.file, folder);
     for (const std::string& file : files) {
       recordings::BatchItem item = files.size() == 1 ? std::move(entry.item) : entry.item;
-      item.shown = file, item.file = folder / file;
+      item.shown = file;
+      item.file = folder / file;
       manifest.items.push_back(std::move(item));
     }
   }

@@ -49,10 +49,22 @@ Box read_box(SceneTable& table) {
 std::optional<Region> find_region(SceneTable& table) {
   std::optional<Region> region;
   int named = 0;
-  if (table.has("below")) ++named, region = read_half_space(table.table("below", "below"), true);
-  if (table.has("above")) ++named, region = read_half_space(table.table("above", "above"), false);
-  if (table.has("sphere")) ++named, region = read_ball(table.table("sphere", "sphere"));
-  if (table.has("box")) ++named, region = read_box(table);
+  if (table.has("below")) {
+    ++named;
+    region = read_half_space(table.table("below", "below"), true);
+  }
+  if (table.has("above")) {
+    ++named;
+    region = read_half_space(table.table("above", "above"), false);
+  }
+  if (table.has("sphere")) {
+    ++named;
+    region = read_ball(table.table("sphere", "sphere"));
+  }
+  if (table.has("box")) {
+    ++named;
+    region = read_box(table);
+  }
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
                 "Keep one of below, above, box, sphere.");

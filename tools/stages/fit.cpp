@@ -108,11 +108,12 @@ FitOptions all_options(const Samples& samples, const FitSection& section, int jo
 
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
   const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
-                "anisotropic (anisotropic, anisotropic-leaning, ...).");
+                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
   FitOptions options = options_for(samples);
   for (const CurveFamilyName& row : kCurveFamilyNames)
     if (row.name == section.family) options.family = row.family;

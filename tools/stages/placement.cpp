@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "libfit/core/relative_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/expected_error.hpp"
@@ -10,7 +11,7 @@
 #include "libfit/refine/next_points.hpp"
 #include "libfit/refine/point_seeds.hpp"
 #include "libfit/refine/refine.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/simulate.hpp"
@@ -68,13 +69,11 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points,
 PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
   const auto before = static_cast<std::int32_t>(samples.points()) -
                       static_cast<std::int32_t>(grown.vertices.size());
-  std::vector<ComparedRow> rows;
-  for (std::size_t i = 0; i < grown.vertices.size(); ++i) {
-    const auto more = predicted_rows(samples, before + static_cast<std::int32_t>(i), model.curves,
-                                     grown.vertices[i]);
-    rows.insert(rows.end(), more.begin(), more.end());
-  }
-  const Statement statement = summarize(rows);
+  Replayed predicted(samples);
+  for (std::size_t i = 0; i < grown.vertices.size(); ++i)
+    replay_point(samples, before + static_cast<std::int32_t>(i), model.curves, grown.vertices[i],
+                 predicted);
+  const Statement statement = summarize(compare(samples, predicted));
   return {before, static_cast<int>(grown.vertices.size()), statement.median_rel, statement.p95_rel,
           statement.max_rel};
 }

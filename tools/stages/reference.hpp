@@ -4,7 +4,7 @@
 #include <string>
 
 #include "libfit/core/body.hpp"
-#include "libfit/validation/reference.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {

@@ -1,21 +1,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "libfem/mesh/tet_quality.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
-
-std::string millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", 1e3 * length_m);
-  return text;
-}
 
 void need(bool is_so, const char* where, const std::string& what, const std::string& remedy) {
   if (!is_so) throw Error(where, what, remedy);

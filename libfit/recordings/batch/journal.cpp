@@ -107,17 +107,24 @@ void write(Writer& w, const Conditioned& r) {
 
 Conditioned read_recording(Reader& in) {
   Conditioned r;
-  r.name = in.text(), r.is_axial = in.plain<bool>();
-  in.numbers(r.deflection_m), in.numbers(r.force_N), in.numbers(r.error_N);
-  in.numbers(r.torque_Nm), r.is_force_from_signal = in.plain<bool>();
+  r.name = in.text();
+  r.is_axial = in.plain<bool>();
+  in.numbers(r.deflection_m);
+  in.numbers(r.force_N);
+  in.numbers(r.error_N);
+  in.numbers(r.torque_Nm);
+  r.is_force_from_signal = in.plain<bool>();
   r.status.resize(in.count(1));
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
-  r.contact_m = in.place(), r.inward = in.place();
+  r.contact_m = in.place();
+  r.inward = in.place();
   r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
   r.estimator = in.text();
   r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
   r.hysteresis = in.plain<double>();
-  r.young_Pa = in.plain<double>(), r.apparent_Pa = in.plain<double>(), r.grade = in.plain<Grade>();
+  r.young_Pa = in.plain<double>();
+  r.apparent_Pa = in.plain<double>();
+  r.grade = in.plain<Grade>();
   r.reasons.resize(in.count(8));
   for (std::string& reason : r.reasons) reason = in.text();
   r.dropped_rows = in.plain<std::uint64_t>();
