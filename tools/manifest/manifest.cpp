@@ -68,8 +68,7 @@ ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
 
 }  // namespace
 
-std::optional<ProbeSpec> probe_of(const Manifest& manifest,
-                                  const std::vector<recordings::ItemResult>& results) {
+ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results) {
   std::optional<ProbeSpec> common;
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const recordings::Conditioned& recording : results[i].recordings) {
@@ -84,7 +83,11 @@ std::optional<ProbeSpec> probe_of(const Manifest& manifest,
             "samples of their own.");
       common = probe;
     }
-  return common;
+  if (common) return *common;
+  ProbeSpec unknown;
+  unknown.shape = "point";
+  unknown.friction = manifest.friction;
+  return unknown;
 }
 
 double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }
