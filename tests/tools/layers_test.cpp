@@ -49,11 +49,12 @@ const std::vector<Row> kLayers{
 };
 
 const std::vector<Row> kRooms{
+    {"tools/build_identity", {}},
     {"tools/command", {}},
     {"tools/console", {}},
     {"tools/scene", {}},
     {"tools/manifest", {"tools/scene"}},
-    {"tools/stages", {"tools/console", "tools/scene", "tools/manifest"}},
+    {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
     {"tools/realtime", {"tools/console"}},
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/commands",
