@@ -60,8 +60,8 @@ struct FitOptions {
   /// Weight floor as a fraction of the point's typical force: rows are weighted by
   /// 1 / sqrt(force_error^2 + floor^2).
   double weight_floor = 1e-3;
-  double default_friction = 0.3;  ///< L / f^z where no row slips
-  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of an incompressible half-space.
+  double default_friction = kDefaultFriction;  ///< L / f^z where no row slips
+  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of a half-space, here an incompressible one.
   double default_lateral_ratio = 2.0 / 3.0;
   /// Parts of each experiment's recording that are fitted with the curves, by SensorPart; each is
   /// bounded by four standard deviations of what is known of it beforehand.
@@ -82,6 +82,10 @@ struct FitOptions {
   /// curves.
   const FittedCurves* warm_start = nullptr;
 };
+
+/// Options with what the samples say of their probe and body, the rest at its defaults: friction,
+/// and the lateral ratio of a half-space of the body's Poisson's ratio.
+FitOptions options_for(const Samples& samples);
 
 /// How knots got where they are: equal pieces, equal shares of the curves' bend, or where curves
 /// with knots there are nearest to the rows.

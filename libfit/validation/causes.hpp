@@ -9,7 +9,7 @@
 
 namespace palpate::validation {
 
-/// What the error of an asset is made of (docs/method.md, section 6), a figure per cause:
+/// What the error of an asset is made of (M11b), a figure per cause:
 /// interpolation, curve_fit, curve_family, friction_law and float_precision.
 /// reference.own must hold presses and drags at the held-out points. Paths at points whose own
 /// curves failed are left out.

@@ -39,7 +39,7 @@ struct Statement {
   std::vector<NamedError> baselines;  ///< of simpler responses on the same rows
 };
 
-/// Error figures of the rows; the other fields are the caller's. Quantiles are nearest-rank.
+/// Error figures of the rows (M11a); the other fields are the caller's. Quantiles are nearest-rank.
 Statement summarize(const std::vector<ComparedRow>& rows);
 
 /// The four figures of some rows.

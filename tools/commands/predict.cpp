@@ -28,18 +28,18 @@ CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
       control.row(0) += hit.point.weight[k] * all.row(corner[k]);
   };
   for (Controls& control : out.control) blend(control);
-  blend(out.lean);
-  blend(out.anisotropy);
   return out;
 }
 
 class Predict final : public Command {
  public:
   explicit Predict(Arguments& arguments) {
-    arguments.positional("model", model_, "model.h5");
-    arguments.positional("samples", samples_, "samples.h5 of other points on the same body");
-    arguments.option("--without", curves_, "curves.h5: leave out the points that it was fitted at");
-    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+    arguments.positional("model", model_, "Model that predicts, model.h5");
+    arguments.positional("samples", samples_,
+                         "Samples at other points of the same body, samples.h5");
+    arguments.option("--without", curves_,
+                     "curves.h5 whose points are left out, because the model was fitted there");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {

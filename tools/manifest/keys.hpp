@@ -17,6 +17,7 @@ struct Entry {
   std::string file;
   std::optional<std::vector<double>> position;  // in units.position
   std::optional<bool> is_force_on_tool;
+  std::optional<double> friction;  // of the probe on the body
 };
 
 /// Throws Error at a key of the manifest.

@@ -13,6 +13,7 @@
 #include "libfit/refine/refine.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fit.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -26,15 +27,9 @@ constexpr int kMinBatch = 4, kMaxBatch = 64;
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
                         const FittedCurves* before) {
-  FitOptions options;
+  FitOptions options = fit_options(samples, scene.fit, jobs);
   options.warm_start = before;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (row.name == scene.fit.family) options.family = row.family;
-  options.degree = scene.fit.degree;
-  options.pieces = {scene.fit.pieces, scene.fit.pieces, scene.fit.pieces};
-  options.tolerance = scene.fit.tolerance;
-  options.default_friction = scene.probe.spec.friction;
-  options.jobs = job_count(jobs);
+  options.smoothing = 0;
   return fit_curves(samples, options);
 }
 
@@ -89,7 +84,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   const PlacementSection& wanted = *scene.experiments.placement;
   const fem::Simulator simulator = make_simulator(scene, body);
   const fem::Experiments experiments = experiments_of(scene);
-  KnownSamples known(request);
+  SampleCache known(request);
   Placement placement;
   placement.points = body.test_points;
   placement.samples = known.at(simulator, placement.points, experiments, "simulate");

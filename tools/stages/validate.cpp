@@ -41,14 +41,12 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
                          const ValidateRequest& request) {
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
-  const double depth_m = scene.experiments.depth_m;
+  const double depth_m = scene.experiments.each.depth_m;
   const Reference reference = simulate_reference(scene, body,
-                                                 {.points = request.points,
-                                                  .seed = request.seed,
+                                                 {.settings = request.settings,
                                                   .jobs = request.jobs,
-                                                  .has_own = request.has_causes,
                                                   .folder = request.reference,
-                                                  .inputs = point_inputs(scene, body),
+                                                  .fingerprint = point_fingerprint(scene, body),
                                                   .resume = request.resume});
   const Replayed engine = replay_paths(asset, reference, depth_m);
   if (!request.rows_csv.empty()) write_rows(request.rows_csv, reference, engine);
@@ -57,10 +55,10 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
   statement.by_path = errors_by_path(reference, engine);
-  if (request.has_causes)
+  if (request.settings.causes)
     statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
   statement.baselines =
-      baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.press_steps,
+      baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.each.press_steps,
                       request.curves, request.model);
   statement.tick_ns = time_ticks_ns(asset, reference.held_out, depth_m);
   statement.asset_bytes = asset.file_bytes;

@@ -94,7 +94,7 @@ void check_experiments(const SimulationSetup& setup, const Experiments& experime
   const char* where = "[experiments]";
   need(std::isfinite(experiments.depth_m) && experiments.depth_m > 0, where,
        "depth must be positive", "Give the deepest press with its unit.");
-  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 12.");
+  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 10.");
   need(position.allFinite() && std::abs(normal.norm() - 1) < 1e-6, where,
        "a test point has no position or no unit normal", "Prepare the body again.");
   for (const double depth : experiments.drag_depths_m)

@@ -75,6 +75,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   Conditioned out;
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
+  out.tip_radius_m = settings.radius_m;
   out.name = raw.name;
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;

@@ -14,7 +14,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 4\n";   // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 5\n";   // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // Values one after another, native order: a journal does not travel between machines.
@@ -109,7 +109,7 @@ void write(Writer& w, const Conditioned& r) {
   w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
   w.plain<std::uint64_t>(r.reasons.size());
   for (const std::string& reason : r.reasons) w.text(reason);
-  w.plain<std::uint64_t>(r.dropped_rows);
+  w.plain<std::uint64_t>(r.dropped_rows).plain(r.tip_radius_m);
 }
 
 Conditioned read_recording(Reader& in) {
@@ -137,6 +137,7 @@ Conditioned read_recording(Reader& in) {
   r.reasons.resize(in.count(8));
   for (std::string& reason : r.reasons) reason = in.text();
   r.dropped_rows = in.plain<std::uint64_t>();
+  r.tip_radius_m = in.plain<double>();
   return r;
 }
 
