@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/refine/nearest_triangle.hpp"
 
 namespace palpate::validation {
 namespace {
@@ -62,10 +62,9 @@ ReachableArea reachable_area(const Body& body) {
 // Whether the contact point stays reachable when it follows a tip this way from there.
 class Reach {
  public:
-  explicit Reach(const Body& body) : body_(body), tree_(body.surface) {}
+  explicit Reach(const Body& body) : body_(body), boxes_(triangle_boxes(body.surface)) {}
   bool holds(const Vec3& place) const {
-    const auto hit = tree_.nearest(place, std::numeric_limits<double>::infinity(),
-                                   [](std::int32_t, const TrianglePoint&) { return true; });
+    const auto hit = closest_point(body_.surface, boxes_, place);
     const auto corner = body_.surface.triangles.row(hit->triangle);
     for (int k = 0; k < 3; ++k)
       if (!body_.is_reachable[corner[k]]) return false;
@@ -74,7 +73,7 @@ class Reach {
 
  private:
   const Body& body_;
-  TriangleTree tree_;
+  BoxTree boxes_;
 };
 
 Vec3 tangent_of(const Vec3& normal, double angle_rad) {

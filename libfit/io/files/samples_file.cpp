@@ -154,7 +154,8 @@ void read_rows(const h5::Reader& reader, const h5::Rows& wanted, Samples& s) {
   s.status =
       read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status, wanted);
   if (reader.has("rows/doubt"))
-    s.doubt = read_named(reader, "rows/doubt", rows, kRowDoubtNames, &RowDoubtName::doubt, wanted);
+    s.doubt =
+        read_named(reader, "rows/doubt", rows, kStepCheckNames, &StepCheckName::doubt, wanted);
 }
 
 template <class Enum>
@@ -271,7 +272,7 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   writer.attribute("rows/status", "names", names_of(kRowStatusNames));
   if (!s.doubt.empty()) {
     write_codes(writer, "rows/doubt", s.doubt);
-    writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
+    writer.attribute("rows/doubt", "names", names_of(kStepCheckNames));
   }
   write_index(writer, s);
   write_probe(writer, s.probe, complain_about(path));
