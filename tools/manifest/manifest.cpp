@@ -32,8 +32,8 @@ void read_registration(SceneTable table, Manifest& manifest) {
     manifest.motion = motion;
   }
   auto landmarks = table.tables("landmarks", "landmarks of [registration]");
-  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3),
-      manifest.body_landmarks_m = manifest.rig_landmarks_m;
+  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3);
+  manifest.body_landmarks_m = manifest.rig_landmarks_m;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     manifest.rig_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("rig");
     manifest.body_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("body");
