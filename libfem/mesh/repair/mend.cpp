@@ -13,7 +13,6 @@ namespace palpate {
 namespace {
 
 using repair::Changes;
-using repair::counted;
 using repair::Soup;
 
 constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
