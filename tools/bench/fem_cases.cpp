@@ -28,7 +28,7 @@ FemCase fem_block(double poisson, double friction, std::array<int, 3> cells) {
   out.setup.is_held = held_below(out.setup.volume.nodes, 1e-6);
   out.setup.surface = {out.setup.volume.nodes, fem::boundary_triangles(out.setup.volume.tets)};
   out.setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
-  out.setup.probe = fem::sphere_spec(kRadius_m, friction);
+  out.setup.probe = sphere_spec(kRadius_m, friction);
   out.place = Vec3(0.0511, 0.0487, 0.04);
   out.normal = -Vec3::UnitZ();
   return out;
@@ -41,7 +41,7 @@ FemCase fem_cylinder(double poisson, double friction) {
   const TetMesh finer = fem::structured_cylinder(kCylinderRadius_m, kCylinderHeight_m, 36, 3);
   out.setup.surface = {finer.nodes, fem::boundary_triangles(finer.tets)};
   out.setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
-  out.setup.probe = fem::sphere_spec(kRadius_m, friction);
+  out.setup.probe = sphere_spec(kRadius_m, friction);
   out.place = Vec3::Zero();
   out.normal = -Vec3::UnitZ();
   return out;

@@ -30,26 +30,27 @@ constexpr std::array kBenchmarks{
               bench_refine},
     Benchmark{"fit", "curves per second by rows and test points, beside plain least squares",
               bench_fit},
-    Benchmark{"curves", "error of rows held out against pieces, degree, bytes and time",
+    Benchmark{"curves", "error of held-out rows against pieces, degree, bytes and time",
               bench_curves},
 };
 
 int run_program(int argc, char** argv) {
-  std::string names, which = "which:", name, folder = "docs/bench", part, samples;
+  std::string names, which = "Benchmark to run:", name, folder = "docs/bench", part, samples;
   int jobs = 0;
   bool is_quick = false;
   for (const Benchmark& row : kBenchmarks) {
     names += (names.empty() ? "" : ", ") + std::string(row.name);
     which += fmt::format(" {} ({})", row.name, row.summary);
   }
-  CLI::App app("Palpate's benchmarks: speed against error; tables and pictures", "palpate bench");
+  CLI::App app("Measure speed and error, and write tables and pictures", "palpate bench");
   app.add_option("benchmark", name, which)->required();
-  app.add_option("-o,--output", folder, "folder for tables and pictures")->capture_default_str();
-  app.add_option("--jobs", jobs, "threads, where the benchmark has any; 0: all cores")
+  app.add_option("-o,--output", folder, "Folder for tables and pictures")->capture_default_str();
+  app.add_option("--jobs", jobs,
+                 "Number of threads of benchmarks that use several; 0 uses all cores")
       ->capture_default_str();
-  app.add_option("--part", part, "of a benchmark that has parts, such as fem: this one alone");
-  app.add_option("--samples", samples, "samples.h5, for curves");
-  app.add_flag("--quick", is_quick, "smaller sizes, for a look");
+  app.add_option("--part", part, "Part of the benchmark to run alone, such as ripple of fem");
+  app.add_option("--samples", samples, "samples.h5 that the benchmark curves fits");
+  app.add_flag("--quick", is_quick, "Use smaller sizes");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

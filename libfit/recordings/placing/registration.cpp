@@ -79,7 +79,7 @@ Registration register_landmarks(const Points& from, const Points& to) {
   out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
   out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
-  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())),
+  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size()));
   out.largest_m = left.maxCoeff();
   return out;
 }

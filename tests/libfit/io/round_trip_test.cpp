@@ -295,10 +295,10 @@ TEST_F(RoundTrip, describe_lists_schema_shapes_and_units) {
   const FileDescription d = describe(at("s.h5"));
   EXPECT_EQ(d.version, 1);
   EXPECT_EQ(d.attributes, kAttributes);
-  ASSERT_EQ(d.data_sets.size(), 17u);
-  EXPECT_EQ(d.data_sets[2].name, "points/name");
-  EXPECT_EQ(d.data_sets[2].type, "text");
-  const auto& force = d.data_sets[10];
+  ASSERT_EQ(d.data_sets.size(), 25u);
+  EXPECT_EQ(d.data_sets[3].name, "points/name");
+  EXPECT_EQ(d.data_sets[3].type, "text");
+  const auto& force = d.data_sets[18];
   EXPECT_EQ(force.name, "rows/force");
   EXPECT_EQ(force.type, "float64");
   EXPECT_EQ(h5::to_string(force.shape), "6 x 3");
