@@ -115,7 +115,7 @@ Outcome reach(Following& following, PathState& moving, const Vec3& tip, bool mus
   return {};
 }
 
-/// The row of an accepted state: sums of the equilibrium after an Uzawa update (M4).
+/// The row of an accepted state: sums of the equilibrium after an Uzawa update (method, 10).
 PathRow record(Following& following, const PathState& moving, const Vec3& deflection) {
   const StepRules& rules = following.rules;
   const BodyState& state = moving.state;
