@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/probe.hpp"
 #include "libfit/core/surface.hpp"
 #include "libfit/runtime/families/families.hpp"
 
@@ -25,13 +27,6 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 /// Numbers of one part of a curve set, a row per point. Every value is one that a float32 holds
 /// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// The nearest number that a float32 holds. Through memory: g++ 12 at -O3 drops some of several
-/// `.cast<float>().cast<double>()` in a row.
-inline double as_float32(double x) {
-  const volatile float rounded = static_cast<float>(x);
-  return static_cast<double>(rounded);
-}
 
 /// How forces and the stored energy of a contact point are made of its parts: a row of
 /// libfit/runtime/families/families.hpp.
@@ -121,6 +116,7 @@ struct FittedCurves {
   /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
   std::vector<std::string> rows_hash;
   FitScores scores;
+  std::optional<ProbeSpec> probe;  ///< of the samples
 };
 
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.
@@ -132,7 +128,7 @@ struct Model {
   /// V x 3 test points that the vertex blends and their weights (sum 1; 0 where not covered).
   Triangles blend_point;
   Points blend_weight;
-  double probe_radius_m = 0;  ///< of the experiments' probe; 0 for a point or unknown
+  std::optional<ProbeSpec> probe;  ///< of the experiments; none where unknown
 };
 
 }  // namespace palpate

@@ -9,7 +9,8 @@ namespace palpate {
 RowIndex index_rows(const Samples& s) {
   const auto points = static_cast<std::size_t>(s.points());
   RowIndex out;
-  out.first_row.assign(points, 0), out.row_count.assign(points, 0);
+  out.first_row.assign(points, 0);
+  out.row_count.assign(points, 0);
   out.first_experiment.assign(points, 0);
   std::vector<std::uint64_t> state(points, 0);
   for (std::size_t i = 0; i < s.point.size(); ++i) {
@@ -17,7 +18,10 @@ RowIndex index_rows(const Samples& s) {
     if (p >= points) continue;
     const auto at = static_cast<Eigen::Index>(i);
     const auto row = static_cast<std::int32_t>(i);
-    if (out.row_count[p] == 0) out.first_row[p] = row, out.first_experiment[p] = s.experiment[i];
+    if (out.row_count[p] == 0) {
+      out.first_row[p] = row;
+      out.first_experiment[p] = s.experiment[i];
+    }
     out.is_contiguous &= row == out.first_row[p] + out.row_count[p];
     ++out.row_count[p];
     const auto relative = static_cast<std::uint32_t>(s.experiment[i] - out.first_experiment[p]);

@@ -10,6 +10,7 @@
 #include <limits>
 #include <mutex>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/basis/choose_degree.hpp"
 #include "libfit/fit/fit_options.hpp"
@@ -20,7 +21,6 @@
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/fit/warm_start.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate {
 namespace {

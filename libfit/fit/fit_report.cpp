@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

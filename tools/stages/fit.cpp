@@ -82,37 +82,6 @@ void say_recordings(const FittedRecordings& recordings) {
   if (count > kListed) say("  and {} more experiments", count - kListed);
 }
 
-FitOptions options_of(const FitSection& section, double default_friction, int jobs,
-                      const FittedCurves* warm_start, const SensorChoice& sensor) {
-  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
-  std::vector<std::string_view> names;
-  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
-  if (section.family != "auto" &&
-      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
-    throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
-  FitOptions options;
-  options.warm_start = warm_start;
-  options.frees = sensor.frees;
-  options.contact_deviation_m = sensor.contact_deviation_m;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (row.name == section.family) options.family = row.family;
-  options.degree = section.degree;
-  options.pieces = {section.pieces, section.pieces, section.pieces};
-  options.tolerance = section.tolerance;
-  options.smoothing = section.smoothing;
-  options.default_friction = default_friction;
-  options.jobs = job_count(jobs);
-  return options;
-}
-
-// What the samples themselves decide: who is whose neighbour, and that simulated rows are not
-// smoothed by default: what their curves leave is the family's, not noise that neighbours average.
-void add_samples(const Samples& samples, const Body* body, FitOptions& options) {
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
-  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
-}
-
 void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
@@ -123,28 +92,44 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
-// Points whose rows did not change keep their curves, their rows unread; nothing where the file or
-// the earlier curves do not allow it.
-std::optional<FittedCurves> refit_file(const std::filesystem::path& path, FitOptions options,
-                                       const Body* body, const Progress& progress,
-                                       FitReport& report) {
-  if (options.warm_start == nullptr) return std::nullopt;
-  const auto indexed = read_samples_index(path);
-  if (!indexed) return std::nullopt;
-  if (body != nullptr) options.triangles = neighbour_triangles(indexed->points, *body);
-  const auto read_rows = [&](const std::vector<char>& is_wanted) {
-    return read_samples_of(path, *indexed, is_wanted);
-  };
-  return refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options, progress,
-                      &report);
+// What a fit is told besides: of recordings, and who is whose neighbour.
+FitOptions all_options(const Samples& samples, const FitSection& section, int jobs,
+                       const FittedCurves* warm_start, const SensorChoice& sensor,
+                       const Body* body) {
+  FitOptions options = fit_options(samples, section, jobs);
+  options.warm_start = warm_start;
+  options.frees = sensor.frees;
+  options.contact_deviation_m = sensor.contact_deviation_m;
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
+  return options;
 }
 
 }  // namespace
 
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const Body* body) {
-  FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
-  add_samples(samples, body, options);
+FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
+  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
+  if (section.family != "auto" &&
+      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
+  FitOptions options = options_for(samples);
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (row.name == section.family) options.family = row.family;
+  options.degree = section.degree;
+  options.pieces = {section.pieces, section.pieces, section.pieces};
+  options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
+  // What simulated rows leave is the family's, not noise that neighbours average.
+  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
+  options.jobs = job_count(jobs);
+  return options;
+}
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
+                         const Body* body) {
+  const FitOptions options = all_options(samples, section, jobs, nullptr, {}, body);
   FitReport report;
   FittedCurves curves;
   {
@@ -152,22 +137,35 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
     curves = fit_curves(samples, options, progress.progress(), &report);
   }
   say_fit(curves, report);
+  curves.probe = samples.probe;
   return curves;
 }
 
-FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
-                      double default_friction, int jobs, const FittedCurves* warm_start,
-                      const SensorChoice& sensor, const Body* body) {
-  FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
+FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section, int jobs,
+                      const FittedCurves* warm_start, const SensorChoice& sensor,
+                      const Body* body) {
   FitReport report;
   std::optional<FittedCurves> curves;
   {
     ConsoleProgress progress("fit");
-    curves = refit_file(path, options, body, progress.progress(), report);
+    // Points whose rows did not change keep their curves, their rows unread, where the file and the
+    // earlier curves allow it.
+    const auto indexed = warm_start != nullptr ? read_samples_index(path) : std::nullopt;
+    if (indexed) {
+      const auto read_rows = [&](const std::vector<char>& is_wanted) {
+        return read_samples_of(path, *indexed, is_wanted);
+      };
+      FitOptions options = all_options(indexed->points, section, jobs, warm_start, sensor, body);
+      options.smoothing = section.smoothing;  // whether rows were recorded is not known yet
+      curves = refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options,
+                            progress.progress(), &report);
+      if (curves) curves->probe = indexed->points.probe;
+    }
     if (!curves) {
       const Samples samples = read_samples(path);
-      add_samples(samples, body, options);
-      curves = fit_curves(samples, options, progress.progress(), &report);
+      curves = fit_curves(samples, all_options(samples, section, jobs, warm_start, sensor, body),
+                          progress.progress(), &report);
+      curves->probe = samples.probe;
     }
   }
   say_fit(*curves, report);

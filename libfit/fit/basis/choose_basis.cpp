@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/basis/place_knots.hpp"
 #include "libfit/fit/spline/evenly.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

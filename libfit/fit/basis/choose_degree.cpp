@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "libfit/fit/words.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fit {
 namespace {

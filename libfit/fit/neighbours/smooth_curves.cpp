@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/fit/fit_options.hpp"
 #include "libfit/fit/neighbours/choose_smoothing.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

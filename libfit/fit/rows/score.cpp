@@ -4,13 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/rounding.hpp"
+
 namespace palpate::fit {
-namespace {
-
-constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
-
-}  // namespace
-
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
                                 bool is_strictly_rising) {
   Eigen::VectorXd control = controls_of(increments) * force_N;
@@ -34,7 +31,7 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
   Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
   for (std::size_t j = 0; j < control.size(); ++j)
     stored[static_cast<Eigen::Index>(j)] =
-        as_float32(std::clamp(unit * control[j], part.min, part.max));
+        rounded_to_float(std::clamp(unit * control[j], part.min, part.max));
   return stored;
 }
 
@@ -59,8 +56,8 @@ PointScore score_point(const Samples& samples, const PointData& point, double le
       const Vec3 measured = samples.force.row(e.row[i]);
       const double size = (Vec3(force[i].x, force[i].y, force[i].z) - measured).norm();
       square += size * size, force_square += measured.squaredNorm(), ++rows;
-      score.relative_errors.push_back(size /
-                                      std::max(measured.norm(), kRelativeFloor * point.force_N));
+      score.relative_errors.push_back(
+          relative_error(size, measured.norm(), kLightForce * point.force_N));
       if (size > score.max_N || rows == 1) {
         score.max_N = size;
         score.worst_experiment = e.id;

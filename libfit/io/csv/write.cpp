@@ -1,9 +1,9 @@
 #include <array>
 #include <cassert>
-#include <charconv>
 #include <cmath>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
 
 namespace palpate {
@@ -18,13 +18,6 @@ std::string quoted_if_needed(std::string_view value) {
 }
 
 }  // namespace
-
-std::string to_text(double value) {
-  std::array<char, 32> digits;  // the longest double takes 24
-  const auto [end, status] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  assert(status == std::errc());
-  return std::string(digits.data(), end);
-}
 
 CsvWriter::CsvWriter(const std::filesystem::path& path, std::span<const std::string_view> header)
     : path_(path), file_(path), columns_(header.size()) {

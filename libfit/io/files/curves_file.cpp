@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "libfit/io/files/curve_set_columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 #include "libfit/io/files/smoothing_columns.hpp"
 
 namespace palpate {
@@ -205,6 +206,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   read_smoothing(reader, f);
   f.recordings = read_recordings(reader);
   f.scores = read_scores(reader, points);
+  f.probe = read_probe(reader);
   check(f, complain_about(reader));
   return f;
 }
@@ -233,6 +235,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_smoothing(writer, f);
   write_recordings(writer, f.recordings);
   write_scores(writer, f.scores);
+  write_probe(writer, f.probe, complain_about(path));
   writer.commit();
 }
 

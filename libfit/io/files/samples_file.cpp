@@ -1,11 +1,13 @@
 #include "libfit/io/files/samples_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_set>
 
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/columns.hpp"
 #include "libfit/io/files/measured_columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -130,6 +132,9 @@ void read_points_of(const h5::Reader& reader, Samples& s) {
   const auto points = static_cast<std::size_t>(s.points());
   s.point_normal = read_points(reader, "points/normal", h5::kNoUnit, points);
   s.point_name = reader.strings("points/name", points);
+  s.probe = read_probe(reader);
+  if (reader.has("body/poisson"))
+    s.poisson = reader.numbers("body/poisson", h5::kNoUnit, {1, 0}).front();
   if (!reader.has("points/normal_gradient")) return;
   const auto values = reader.numbers("points/normal_gradient", "1/m", {points, 9});
   s.point_normal_gradient =
@@ -149,7 +154,8 @@ void read_rows(const h5::Reader& reader, const h5::Rows& wanted, Samples& s) {
   s.status =
       read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status, wanted);
   if (reader.has("rows/doubt"))
-    s.doubt = read_named(reader, "rows/doubt", rows, kRowDoubtNames, &RowDoubtName::doubt, wanted);
+    s.doubt =
+        read_named(reader, "rows/doubt", rows, kStepCheckNames, &StepCheckName::doubt, wanted);
 }
 
 template <class Enum>
@@ -266,9 +272,11 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   writer.attribute("rows/status", "names", names_of(kRowStatusNames));
   if (!s.doubt.empty()) {
     write_codes(writer, "rows/doubt", s.doubt);
-    writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
+    writer.attribute("rows/doubt", "names", names_of(kStepCheckNames));
   }
   write_index(writer, s);
+  write_probe(writer, s.probe, complain_about(path));
+  if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});
   write_measured(writer, s.recordings);
   writer.commit();
 }

@@ -1,9 +1,9 @@
 #include "libfit/io/files/smoothing_columns.hpp"
 
-#include <array>
 #include <charconv>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/io/files/curve_set_columns.hpp"
 
 namespace palpate::h5 {
@@ -13,12 +13,6 @@ constexpr const char* kStrength = "smoothing";
 constexpr const char* kReason = "smoothing_reason";
 
 std::string group_of(std::size_t kind) { return "curves/" + std::string(kCurveNames[kind]); }
-
-std::string text_of(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
 
 Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
                     Eigen::Index rows, Eigen::Index columns, bool may_be_nan) {
@@ -61,7 +55,7 @@ void write_smoothing(Writer& writer, const FittedCurves& curves) {
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const std::string group = group_of(kind);
     if (curves.smoothing_reason[kind].empty()) continue;
-    writer.attribute(group, kStrength, text_of(curves.smoothing[kind]));
+    writer.attribute(group, kStrength, to_text(curves.smoothing[kind]));
     writer.attribute(group, kReason, curves.smoothing_reason[kind]);
     if (curves.own.control[kind].rows() == 0) continue;
     write_table(writer, group + "/own_controls", "N", curves.own.control[kind]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/grade.hpp"
 #include "libfit/recordings/batch/rows.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
@@ -74,7 +75,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   Conditioned out;
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
-  out.name = raw.name, out.is_axial = raw.is_axial(), out.dropped_rows = raw.dropped_rows;
+  out.tip_radius_m = settings.radius_m;
+  out.name = raw.name;
+  out.is_axial = raw.is_axial();
+  out.dropped_rows = raw.dropped_rows;
   out.is_force_from_signal = raw.is_force_from_signal;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
@@ -96,7 +100,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
     if (!(way.norm() > 0))
       throw Error(place(file, signal, 0), "the tip does not move before the force is largest",
                   "Say `normal` in the manifest.");
-    signal.inward = way.normalized(), out.inward = signal.inward;
+    signal.inward = way.normalized();
+    out.inward = signal.inward;
   }
   if (settings.smooth_s > 0) {
     if (signal.time_s.empty())
@@ -122,7 +127,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   check_contact(signal, way, file);
   const ContactEstimate contact = contact_of(signal, way, settings, raw, out.estimator);
   const double correlation = take_off_bias(signal, way, contact, settings, out);
-  out.contact_travel_m = contact.travel_m, out.contact_deviation_m = contact.deviation_m;
+  out.contact_travel_m = contact.travel_m;
+  out.contact_deviation_m = contact.deviation_m;
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, way, contact.travel_m);
@@ -146,7 +152,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   const double saturated = saturated_share(out);
   if (saturated > kMaxSaturated)
     throw Error(place(file, signal, range.end - 1),
-                "the force is saturated over " + three_digits(100 * saturated) + " % of the depth",
+                "the force is saturated over " + number(100 * saturated) + " % of the depth",
                 "Use a sensor with a larger range, or press less deep.");
   out.young_Pa = kNan;
   if (contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)

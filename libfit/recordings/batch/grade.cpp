@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 
 namespace palpate::recordings {
@@ -19,30 +20,31 @@ constexpr double kContactShare = 0.02;  // contact deviation over depth of a goo
 void grade(const SignalSettings& settings, const ContactEstimate& contact, double correlation,
            Conditioned& out) {
   const auto note = [&](Grade least, const std::string& reason) {
-    out.grade = std::max(out.grade, least), out.reasons.push_back(reason);
+    out.grade = std::max(out.grade, least);
+    out.reasons.push_back(reason);
   };
   const auto good =
       static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
   double depth_m = 0, force_N = 0;
   for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
-    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good)
-      depth_m = std::max(depth_m, out.deflection_m.row(i).norm()),
+    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good) {
+      depth_m = std::max(depth_m, out.deflection_m.row(i).norm());
       force_N = std::max(force_N, out.force_N.row(i).norm());
+    }
   if (good < out.deflection_m.rows())
     note(Grade::fair, std::to_string(out.deflection_m.rows() - good) + " of " +
                           std::to_string(out.deflection_m.rows()) + " rows are saturated");
   if (force_N < kMinSignal * out.noise_N)
-    note(Grade::poor,
-         "the largest force is " + three_digits(force_N / out.noise_N) + " times the noise");
+    note(Grade::poor, "the largest force is " + number(force_N / out.noise_N) + " times the noise");
   if (depth_m > 0 && contact.deviation_m > kContactShare * depth_m)
     note(contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
-         "the contact point is uncertain by " + three_digits(100 * contact.deviation_m / depth_m) +
+         "the contact point is uncertain by " + number(100 * contact.deviation_m / depth_m) +
              " % of the depth");
   if (out.dropped_rows > 0)
     note(Grade::fair, std::to_string(out.dropped_rows) + " unusable rows were left out");
   if (correlation > 0.9)
     note(Grade::fair, "the noise before contact is a slow wave (neighbours correlate by " +
-                          three_digits(correlation) + ")");
+                          number(correlation) + ")");
   out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 
 namespace palpate::recordings {
@@ -25,9 +26,9 @@ double rise_of(const PressCurve& curve) {
 }  // namespace
 
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
-  return file + ":" +
-         std::to_string(signal.line[static_cast<std::size_t>(
-             std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
+  return file_line(
+      file,
+      signal.line[static_cast<std::size_t>(std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
 }
 
 // The way in without its last rows where the force falls already: a soft cantilever springs back
@@ -75,21 +76,21 @@ void check_contact(const Signal& signal, const Approach& way, const std::string&
   const double rise_N = rise_of(way.curve), seen_N = kSeenInNoise * way.noise_N;
   if (rise_N < -seen_N && rise_N < 0)
     throw Error(place(file, signal, way.range.end - 1),
-                "the force falls as the tip goes in, to " + three_digits(rise_N) +
+                "the force falls as the tip goes in, to " + number(rise_N) +
                     " N: the sign of force or depth is reversed",
                 "Say force_on = \"tool\" or \"body\", whichever it is not yet, or turn the depth "
                 "around: depth = \"-NAME\".");
   const auto first = signal.is_saturated.begin() + way.range.begin,
              last = signal.is_saturated.begin() + way.range.end;
   if (!(rise_N > seen_N) && std::find(first, last, 1) != last)
-    throw Error(place(file, signal, std::find(first, last, 1) - signal.is_saturated.begin()),
-                "the force is saturated before it rises out of its noise of " +
-                    three_digits(way.noise_N) + " N",
-                "Use a sensor with a larger range.");
+    throw Error(
+        place(file, signal, std::find(first, last, 1) - signal.is_saturated.begin()),
+        "the force is saturated before it rises out of its noise of " + number(way.noise_N) + " N",
+        "Use a sensor with a larger range.");
   if (!(rise_N > seen_N) || !(rise_N > 0))
     throw Error(place(file, signal, way.range.end - 1),
-                "no contact: the force rises by " + three_digits(rise_N) +
-                    " N on the way in, its noise is " + three_digits(way.noise_N) + " N",
+                "no contact: the force rises by " + number(rise_N) +
+                    " N on the way in, its noise is " + number(way.noise_N) + " N",
                 "Press deeper, or remove the recording.");
 }
 

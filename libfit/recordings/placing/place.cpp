@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/plausible.hpp"
 
 namespace palpate::recordings {
@@ -15,17 +17,7 @@ constexpr double kOutlier = 100;          // of the median modulus of a batch: a
 constexpr std::size_t kMinToCompare = 5;  // recordings
 constexpr double kTypical_Pa = 1e4;       // a soft tissue, when there is nothing to compare with
 
-std::string in_millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
-
-std::string in_pascal(double pressure_Pa) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g Pa", pressure_Pa);
-  return text;
-}
+std::string in_pascal(double pressure_Pa) { return number(pressure_Pa, 2) + " Pa"; }
 
 void refuse(Candidate& candidate, const std::vector<BatchItem>& items, const std::string& what,
             const std::string& remedy) {
@@ -61,10 +53,10 @@ bool find_position(const BatchItem& item, const RigidMotion& motion, const Assem
     const double off_m = (motion(*contact) - *item.position_m).norm();
     if (off_m > options.place_tolerance_m) {
       refuse(c, items,
-             "touches " + in_millimetres(off_m) +
+             "touches " + millimetres(off_m) +
                  " from the position that the manifest names: it is a recording of another point",
              "Correct `position`, or raise place_tolerance (" +
-                 in_millimetres(options.place_tolerance_m) + ").");
+                 millimetres(options.place_tolerance_m) + ").");
       return false;
     }
   }
@@ -109,12 +101,11 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
       if (c.failure) continue;
       if (!places[i] || places[i]->distance_m > options.place_tolerance_m) {
         refuse(c, items,
-               "lies " +
-                   (places[i] ? in_millimetres(places[i]->distance_m) : std::string("nowhere")) +
+               "lies " + (places[i] ? millimetres(places[i]->distance_m) : std::string("nowhere")) +
                    " from the surface",
                "Register the rig to the body ([registration] of the manifest), or raise "
                "place_tolerance (" +
-                   in_millimetres(options.place_tolerance_m) + ").");
+                   millimetres(options.place_tolerance_m) + ").");
         continue;
       }
       c.surface_distance_m = places[i]->distance_m;
@@ -139,9 +130,6 @@ void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candida
   for (const Candidate& c : candidates)
     if (!c.failure && std::isfinite(c.recording->apparent_Pa))
       sizes[rig_of(c)].push_back(c.recording->apparent_Pa);
-  for (auto& [rig, moduli] : sizes)
-    std::nth_element(moduli.begin(),
-                     moduli.begin() + static_cast<std::ptrdiff_t>(moduli.size() / 2), moduli.end());
   for (Candidate& c : candidates) {
     if (c.failure) continue;
     const SignalSettings& s = items[c.item].signal;
@@ -149,7 +137,7 @@ void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candida
     const double found_Pa = c.recording->apparent_Pa;
     const std::vector<double>& moduli = sizes[rig_of(c)];
     const double median_Pa =
-        moduli.size() >= kMinToCompare && !s.is_range_given ? moduli[moduli.size() / 2] : kNan;
+        moduli.size() >= kMinToCompare && !s.is_range_given ? upper_median(moduli) : kNan;
     const bool is_alone = std::isfinite(median_Pa) &&
                           std::abs(std::log10(found_Pa / median_Pa)) > std::log10(kOutlier);
     const bool is_implausible = !(found_Pa >= s.min_young_Pa && found_Pa <= s.max_young_Pa);

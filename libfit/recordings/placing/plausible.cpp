@@ -25,7 +25,10 @@ std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
   double least = std::log10(kNear);
   const auto consider = [&](double modulus_Pa, const std::string& key, std::string_view unit) {
     const double off = std::abs(std::log10(modulus_Pa / expected_Pa));
-    if (off < least - 1e-9) least = off, best = LikelyUnit{key, std::string(unit)};
+    if (off < least - 1e-9) {
+      least = off;
+      best = LikelyUnit{key, std::string(unit)};
+    }
   };
   for (const auto unit : kForces)
     if (const double factor = *unit_factor(unit, Dimension::force); factor != force)

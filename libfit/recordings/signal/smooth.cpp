@@ -17,8 +17,11 @@ Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& v
   for (Eigen::Index i = begin; i < end; ++i) {
     const double s = (time_s[static_cast<std::size_t>(i)] - t) / sigma_s;
     const double w = std::exp(-0.5 * s * s);
-    w0 += w, w1 += w * s, w2 += w * s * s;
-    v0 += w * values.row(i), v1 += w * s * values.row(i);
+    w0 += w;
+    w1 += w * s;
+    w2 += w * s * s;
+    v0 += w * values.row(i);
+    v1 += w * s * values.row(i);
   }
   const double determinant = w0 * w2 - w1 * w1;
   return determinant > 1e-9 * w0 * w0 ? Eigen::RowVector3d((w2 * v0 - w1 * v1) / determinant)

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
@@ -14,12 +15,6 @@ constexpr double kSpikeShare = 0.02;  // of the force's range
 constexpr double kMaxSpikes = 0.1;    // of the rows: more is no exception but the signal
 constexpr double kTail = 0.05;        // left out on both ends for the range
 
-double middle_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_of(double a, double b, double c) {
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
@@ -31,7 +26,7 @@ double min_spike_N(const Eigen::VectorXd& force) {
     bent.push_back(std::abs(force[i - 1] - 2 * force[i] + force[i + 1]));
   std::sort(sorted.begin(), sorted.end());
   const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(sorted.size()));
-  return std::max(kSpikeInNoise * middle_of(bent) / 0.6745 / std::sqrt(6.0),
+  return std::max(kSpikeInNoise * upper_median(bent) / 0.6745 / std::sqrt(6.0),
                   kSpikeShare * (sorted[sorted.size() - 1 - tail] - sorted[tail]));
 }
 

@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The separable family: W = Z(dz) + R(dr) (docs/method.md, M3). The depth does not change the
+// The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the
 // lateral stiffness, nor the lateral deflection the normal one.
 
 #include "../slide.hpp"
@@ -23,8 +23,8 @@ struct Separable {
     return deflection_of(normal_m, delta - spot.normal * normal_m);
   }
 
-  /// Force of the tool on the body [N], the gradient of the energy: f^z u + f^r u^r; zero where
-  /// dz <= 0. lateral_N: f^r.
+  /// Force of the tool on the body [N], the gradient of the energy (M3): f^z u + f^r u^r; zero
+  /// where dz <= 0. lateral_N: f^r.
   template <class T, class Spot>
   static Vec3<T> force(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
                        const T& lateral_N) noexcept {

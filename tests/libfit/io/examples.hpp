@@ -6,6 +6,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/core/rounding.hpp"
 #include "libfit/core/samples.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the
@@ -31,8 +32,23 @@ inline Points unit_vectors(Eigen::Index rows, unsigned seed) {
   return points;
 }
 
+/// A mesh with everything a probe may say; make_probe would refuse it, files must not.
+inline ProbeSpec example_probe() {
+  ProbeSpec probe;
+  probe.shape = "m\u00e4sh";
+  probe.values = {{"half_angle", {0.1}}, {"semi_axes", {1.0 / 3, 5e-324, 7}}};
+  probe.mesh.vertices = awkward_points(4, 21);
+  probe.mesh.triangles.resize(1, 3);
+  probe.mesh.triangles << 3, 0, 2;
+  probe.heading = Vec3(-0.0, 1.0 / 3, 1e300);
+  probe.friction = 0.8;
+  return probe;
+}
+
 inline Samples example_samples() {
   Samples s;
+  s.probe = example_probe();
+  s.poisson = 0.45;
   s.point_position = awkward_points(3, 1);
   s.point_normal = unit_vectors(3, 2);
   s.point_name = {"p001", "", "Pr\u00fcfpunkt, \"3\""};
@@ -71,7 +87,10 @@ inline Body example_body() {
   body.volume.region = Eigen::VectorXi::Constant(1, 2);
   body.is_held = {0, 0, 1, 1};
   body.mended = {"3 duplicate vertices were joined", ""};
-  body.scene = "[body]\nsurface = \"lever \u03bc.obj\"\n\n";
+  body.probe = example_probe();
+  body.settings["material/law"] = {"", {}, "lever \u03bc"};
+  body.settings["material/c20"] = {"Pa", {std::numeric_limits<double>::quiet_NaN()}, ""};
+  body.settings["experiments/drag_depths"] = {"m", {}, ""};
   return body;
 }
 
@@ -119,13 +138,14 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
     const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;
     for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
       out.control[i].col(j).setConstant(
-          as_float32(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+          rounded_to_float(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
   }
   return out;
 }
 
 inline FittedCurves example_curves() {
   FittedCurves f;
+  f.probe = example_probe();
   f.position = awkward_points(3, 10);
   f.normal = unit_vectors(3, 11);
   f.name = {"p1", "p2", "p3"};
@@ -174,7 +194,7 @@ inline Model example_model() {
   model.blend_weight.resize(5, 3);
   model.blend_weight << 1, 0, 0, 0.5, 0.25, 0.25, 0.3, 0.3, 0.4, 0, 1, 0, 0, 0, 0;
   for (auto& control : model.curves.control) control.row(4).setZero();
-  model.probe_radius_m = 0.005;
+  model.probe = example_probe();
   return model;
 }
 
