@@ -183,11 +183,12 @@ TEST_F(Exporting, neighbours_point_at_each_other_on_closed_surfaces) {
 TEST_F(Exporting, the_engine_folder_holds_every_file_of_the_engine) {
   write_engine_folder(folder / "engine");
   int files = 0;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime")) {
-    if (entry.path().filename() == "CMakeLists.txt") continue;
+  const fs::path runtime = fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime";
+  for (const auto& entry : fs::recursive_directory_iterator(runtime)) {
+    if (entry.is_directory() || entry.path().filename() == "CMakeLists.txt") continue;
     ++files;
-    EXPECT_EQ(content(folder / "engine" / entry.path().filename()), content(entry.path()))
+    EXPECT_EQ(content(folder / "engine" / entry.path().lexically_relative(runtime)),
+              content(entry.path()))
         << entry.path();
   }
   EXPECT_EQ(static_cast<std::size_t>(files), engine_files().size());
