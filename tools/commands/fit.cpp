@@ -2,6 +2,8 @@
 
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/fit_cache_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fit.hpp"
@@ -39,14 +41,22 @@ class Fit final : public Command {
 
   int run() override {
     say("fit {}", samples_);
-    const std::optional<FittedCurves> earlier =
-        warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
+    std::optional<FittedCurves> earlier;
+    std::optional<FitCache> earlier_cache;
+    if (!warm_start_.empty()) {
+      earlier = read_curves(warm_start_);
+      earlier_cache = read_fit_cache(warm_start_, *earlier);
+    }
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
-    const FittedCurves curves = fit_file(
-        samples_, section_, ProbeSection{}.spec.friction, jobs_, earlier ? &*earlier : nullptr,
-        sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
-    write_curves(output_, curves, {}, warm_start_);
+    FitCache cache;
+    const FittedCurves curves =
+        fit_samples(read_samples(samples_), section_, ProbeSection{}.spec.friction, jobs_,
+                    body ? &*body : nullptr,
+                    {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
+                    nuisance_choice(frees_, contact_deviation_), &cache);
+    write_curves(output_, curves);
+    write_fit_cache(output_, cache);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }

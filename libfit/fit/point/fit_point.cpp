@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "libfit/fit/basis/basis_bias.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/point/solve_point.hpp"

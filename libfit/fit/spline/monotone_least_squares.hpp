@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
-#include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/options.hpp"
 #include "libfit/runtime/spline.hpp"
 
 namespace palpate::fit {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +16,7 @@ constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is t
 constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
 
 std::string place(const std::string& file, std::size_t line) {
-  return file + ":" + std::to_string(line);
+  return fmt::format("{}:{}", file, line);
 }
 
 // Rows whose time is later than that of all rows kept before.
@@ -121,9 +123,9 @@ void mark_saturated(Signal& signal, double force_limit_N) {
 void check_rows(const Signal& signal, const std::string& file) {
   if (signal.rows() >= kMinRows) return;
   throw Error(place(file, signal.line.empty() ? 1 : signal.line.front()),
-              "has " + std::to_string(signal.rows()) +
-                  (signal.rows() == 1 ? " sample" : " samples") + ", too few for a curve",
-              "Record at least " + std::to_string(kMinRows) + " rows.");
+              fmt::format("has {}{}, too few for a curve", signal.rows(),
+                          signal.rows() == 1 ? " sample" : " samples"),
+              fmt::format("Record at least {} rows.", kMinRows));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "libfit/recordings/signal/scatter.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -76,10 +78,6 @@ Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
                                                              : line;
 }
 
-std::string three_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string three_digits(double value) { return fmt::format("{:.3g}", value); }
 
 }  // namespace palpate::recordings
