@@ -88,7 +88,8 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       for (int a = 0; a < shape.nodes; ++a)
         jacobian += mesh_.nodes.row(cells_(cells[lane], a)).transpose() * point.by_xi.row(a);
       const double det = jacobian.determinant();
-      sum += det, least = std::min(least, det);
+      sum += det;
+      least = std::min(least, det);
       const Eigen::MatrixXd gradient = point.by_xi * jacobian.inverse();
       for (int a = 0; a < shape.nodes; ++a)
         for (int j = 0; j < 3; ++j)

@@ -88,13 +88,17 @@ SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
     const Vec3 y = w[0] * a + w[1] * b + w[2] * c;
     const double here = (y - x).squaredNorm();
     if (!(here < best || (here == best && f < triangle))) return;
-    best = here, triangle = f, weights = w, place = y;
+    best = here;
+    triangle = f;
+    weights = w;
+    place = y;
   });
   int zeros = 0, zero = 0, whole = 0;
   for (int k = 0; k < 3; ++k)
-    if (weights[k] == 0)
-      ++zeros, zero = k;
-    else
+    if (weights[k] == 0) {
+      ++zeros;
+      zero = k;
+    } else
       whole = k;
   const Vec3 normal = zeros == 0   ? Vec3(face_normal_.row(triangle))
                       : zeros == 1 ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
@@ -163,10 +167,17 @@ SignedDistance MeshField::smooth(const Vec3& x) const {
     for (int j = 0; j < 4; ++j) {
       const double* row = &coefficient_[place(first[0], first[1] + j, first[2] + k)];
       double g = 0, gx = 0, gxx = 0;
-      for (int i = 0; i < 4; ++i)
-        g += wx.value[i] * row[i], gx += wx.first[i] * row[i], gxx += wx.second[i] * row[i];
-      f += wy.value[j] * g, fx += wy.value[j] * gx, fxx += wy.value[j] * gxx;
-      fy += wy.first[j] * g, fxy += wy.first[j] * gx, fyy += wy.second[j] * g;
+      for (int i = 0; i < 4; ++i) {
+        g += wx.value[i] * row[i];
+        gx += wx.first[i] * row[i];
+        gxx += wx.second[i] * row[i];
+      }
+      f += wy.value[j] * g;
+      fx += wy.value[j] * gx;
+      fxx += wy.value[j] * gxx;
+      fy += wy.first[j] * g;
+      fxy += wy.first[j] * gx;
+      fyy += wy.second[j] * g;
     }
     out.distance_m += wz.value[k] * f;
     out.gradient += Vec3(wz.value[k] * fx, wz.value[k] * fy, wz.first[k] * f);

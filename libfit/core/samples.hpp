@@ -2,16 +2,31 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/measured.hpp"
+#include "libfit/core/probe.hpp"
 
 namespace palpate {
 
 enum class ExperimentKind : std::int8_t { press = 0, drag = 1, path = 2 };
+
+/// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
+/// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
+/// rows that lie closer at the beginning, where the interface sticks and slips in part.
+struct Experiments {
+  double depth_m = 0.010;
+  int press_steps = 10;
+  std::vector<double> drag_depths_m;
+  double drag_distance_m = 0.008;
+  int drag_directions = 2;
+  int drag_steps = 8;
+};
 
 /// Whether a row can be believed. Recorded, never dropped: only `good` rows are fitted.
 enum class RowStatus : std::int8_t {
@@ -85,6 +100,8 @@ struct Samples {
   std::vector<RowStatus> status;         ///< N
   std::vector<RowDoubt> doubt;           ///< N, or none at all where nothing checked
 
+  std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
+  double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
 
   Eigen::Index rows() const { return deflection.rows(); }

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -66,24 +66,19 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
   out.position = samples.point_position;
   out.normal = samples.point_normal;
   out.name = samples.point_name;
+  out.curves = CurveSet(bases.family);
   out.curves.basis = bases.si;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    out.curves.control[kind].resize(points, bases.si[kind].size());
+  const auto parts = parts_of(bases.family);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     out.covariance[kind].resize(points, packed_size(bases.si[kind].size() - 1));
-  }
-  out.curves.is_coupled = bases.is_coupled;
-  out.curves.lean_basis = bases.lean_si;
-  if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
-  if (bases.is_anisotropic) out.curves.anisotropy.resize(points, runtime::kTensorSize);
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-      out.curves.control[kind].row(p) = result.control[kind];
+    for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
       out.covariance[kind].row(p) = result.covariance[kind];
-    }
-    if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
-    if (result.anisotropy.size() > 0) out.curves.anisotropy.row(p) = result.anisotropy;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth_m;

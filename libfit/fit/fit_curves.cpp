@@ -7,6 +7,7 @@
 #include <chrono>
 #include <mutex>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
 #include "libfit/fit/neighbours/smooth_curves.hpp"
@@ -43,8 +44,6 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
     if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
     bases.report[kind].basis = bases.si[kind];
   }
-  bases.lean_plain.knots_m = {0, bases.plain[0].knots_m.back()};  // a parabola over the depth
-  bases.lean_si.knots_m = {0, bases.si[0].knots_m.back()};
   return bases;
 }
 
@@ -55,13 +54,11 @@ void settle_nuisances(const fit::BodyData& body, const FitOptions& options,
   if (!fit::has_nuisances(body)) return;
   for (int round = 0; round < kNuisanceRounds; ++round) {
     const fit::Bases plain(bases.plain);
-    BodyBases separable = bases;
-    separable.lean_plain.knots_m.clear();
     std::vector<fit::PointRows> corrected(rows.size());
     parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
       const fit::PointData& point = body.points[p];
       if (!point.problem.empty()) return;
-      const fit::PointCurves found = fit::identify(point, rows[p], separable, plain, options);
+      const fit::PointCurves found = fit::identify(point, rows[p], bases, plain, options);
       corrected[p] = fit::curve_rows(
           found.problem.empty() ? fit::without_nuisances(point, found.sensor) : point);
     });
@@ -70,32 +67,14 @@ void settle_nuisances(const fit::BodyData& body, const FitOptions& options,
   }
 }
 
-// The family asked for or, by evidence, the one the body needs; rows and bases are left as it has
-// them.
+// The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
-                           std::vector<fit::PointRows>& rows, BodyBases& bases) {
-  fit::FamilySetting uncoupled{std::move(rows), std::move(bases)}, coupled;
-  const auto setting = [&](bool is_coupled) -> const fit::FamilySetting& {
-    if (!is_coupled) return uncoupled;
-    if (!coupled.rows.empty()) return coupled;
-    for (const fit::PointRows& point : uncoupled.rows)
-      coupled.rows.push_back(fit::coupled_rows(point, uncoupled.bases.plain[0].knots_m.back()));
-    coupled.bases = make_bases(body, coupled.rows, options);
-    coupled.bases.is_coupled = true;
-    return coupled;
-  };
+                           const std::vector<fit::PointRows>& rows, BodyBases& bases) {
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
-                                       : fit::choose_family(body, setting, options);
-  const fit::FamilySetting& chosen = setting(is_coupled(report.family));
+                                       : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
-    report.evidence.push_back(fit::judge_family(body, chosen, report.family, options));
-  rows = chosen.rows;
-  bases = chosen.bases;
-  bases.is_anisotropic = is_anisotropic(report.family);
-  if (!leans(report.family)) {
-    bases.lean_plain.knots_m.clear();
-    bases.lean_si.knots_m.clear();
-  }
+    report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
+  bases = fit::of_family(std::move(bases), report.family);
   return report;
 }
 
@@ -130,14 +109,14 @@ void score_given(const Samples& samples, const fit::BodyData& body, const BodyBa
   parallel_for(jobs, results.size(), [&](std::size_t p) {
     PointResult& result = results[p];
     bool is_given = result.is_kept;
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-      const Eigen::VectorXd control = fitted.curves.control[kind].row(static_cast<Eigen::Index>(p));
-      is_given = is_given || control != result.control[kind];
-      result.control[kind] = control;
+    for (std::size_t i = 0; i < result.control.size(); ++i) {
+      const Eigen::VectorXd control = fitted.curves.control[i].row(static_cast<Eigen::Index>(p));
+      is_given = is_given || control != result.control[i];
+      result.control[i] = control;
     }
     if (is_given && result.is_scored)
       result.score = fit::score_point(samples, body.points[p], body.length_m, si, result.control,
-                                      result.lean_m, result.anisotropy, result.sensor);
+                                      result.sensor);
   });
 }
 

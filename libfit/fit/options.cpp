@@ -1,8 +1,26 @@
 #include "libfit/fit/options.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kMinFriction = 1e-3;  // a limit curve that is zero would never stick
+
+}  // namespace
+
+FitOptions options_for(const Samples& samples) {
+  FitOptions options;
+  if (samples.probe) options.default_friction = std::max(samples.probe->friction, kMinFriction);
+  if (!std::isnan(samples.poisson))
+    options.default_lateral_ratio = 2 * (1 - samples.poisson) / (2 - samples.poisson);
+  return options;
+}
+
+}  // namespace palpate
 
 namespace palpate::fit {
 namespace {

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "libfit/core/fit_cache.hpp"
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/samples.hpp"
 
 namespace palpate {
 
@@ -50,13 +52,13 @@ struct FitOptions {
   /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
   double tolerance = 0.02;
   /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
-  double poor_above = 0.07;
+  double poor_above = kForceJnd;
   FitLoss loss = FitLoss::huber;
   /// Weight floor as a fraction of the point's typical force: rows are weighted by
   /// 1 / sqrt(force_error^2 + floor^2).
   double weight_floor = 1e-3;
-  double default_friction = 0.3;  ///< L / f^z where no row slips
-  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of an incompressible half-space.
+  double default_friction = kDefaultFriction;  ///< L / f^z where no row slips
+  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of a half-space, here an incompressible one.
   double default_lateral_ratio = 2.0 / 3.0;
   /// Parts of each experiment's recording that are fitted with the curves, by Nuisance; each is
   /// bounded by four standard deviations of what is known of it beforehand.
@@ -79,6 +81,10 @@ struct FitOptions {
   /// Without it all are fitted again. Must outlive the call.
   const FitCache* warm_cache = nullptr;
 };
+
+/// Options with what the samples say of their probe and body, the rest at its defaults: friction,
+/// and the lateral ratio of a half-space of the body's Poisson's ratio.
+FitOptions options_for(const Samples& samples);
 
 namespace fit {
 

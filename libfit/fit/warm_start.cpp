@@ -96,7 +96,7 @@ FitOptions as_before(FitOptions options) {
       throw Error("warm start", "has curves of several degrees", "Fit without a warm start.");
     options.knots_m[kind] = curves.basis[kind].knots_m;
   }
-  options.family = curves.family();
+  options.family = curves.family;
   return options;
 }
 
@@ -117,6 +117,8 @@ PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::siz
   const FittedCurves& fitted = *options.warm_start;
   const auto at = static_cast<std::size_t>(earlier);
   PointResult result;
+  for (const Controls& control : fitted.curves.control)
+    result.control.emplace_back(control.row(earlier));
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const bool is_smoothed = fitted.smoothing[kind] > 0;
     result.control[kind] =
@@ -126,9 +128,6 @@ PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::siz
         (is_smoothed ? options.warm_cache->own_covariance[kind] : fitted.covariance[kind])
             .row(earlier);
   }
-  if (fitted.curves.lean.size() > 0) result.lean_m = fitted.curves.lean.row(earlier);
-  if (fitted.curves.anisotropy.size() > 0)
-    result.anisotropy = fitted.curves.anisotropy.row(earlier);
   result.status = fitted.status[at];
   result.message = fitted.message[at];
   result.is_kept = true;

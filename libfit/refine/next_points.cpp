@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "libfit/core/relative_error.hpp"
 #include "libfit/runtime/spline.hpp"
 
 namespace palpate {
@@ -136,9 +137,8 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
         error += 0.5 * both * second_difference(model.blend_point(v, k), model.blend_point(v, l));
     }
     for (int f = 0; f < kFeatures; ++f) {
-      const double force_N = std::max(at_vertices(v, f % kDepths), floor_N);
-      errors[static_cast<std::size_t>(v)] =
-          std::max(errors[static_cast<std::size_t>(v)], error[f] / force_N);
+      const double relative = relative_error(error[f], at_vertices(v, f % kDepths), floor_N);
+      errors[static_cast<std::size_t>(v)] = std::max(errors[static_cast<std::size_t>(v)], relative);
     }
   }
   return errors;

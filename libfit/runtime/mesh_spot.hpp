@@ -13,14 +13,13 @@ namespace runtime {
 
 /// How a ball's centre stands from its contact point. At first touch the centre is p and the
 /// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
-/// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
-/// section 12).
+/// there (M15). Where normals and facets agree, reach is the radius and skew is nothing.
 struct Arm {
   double reach_m = 0;            ///< along the inward normal
   double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
 };
 
-/// A spot of the mesh: everything blended by area coordinates n [1].
+/// A spot of the mesh: everything blended by area coordinates n [1], so energies, too (M4).
 template <class S>
 struct MeshSpot {
   Vec3<S> point;   ///< where the tool's reference point is with no deflection
@@ -28,16 +27,12 @@ struct MeshSpot {
   S length;        ///< of the blended normal before it was made unit
   S n[3];
   const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each curve, the lean and the anisotropy within them
+  const int* offset;     ///< of each part within them
   int* piece;            ///< of each curve: the interval last read
   S control(int curve, int j) const noexcept {
     const int at = offset[curve] + j;
     return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
   }
-  Vec3<S> lean(int j) const noexcept {
-    return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
-  }
-  S anisotropy(int i) const noexcept { return control(kAnisotropy, i); }
 };
 
 template <int kOrder, class S>
@@ -52,6 +47,7 @@ LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int fi
 
 template <class S>
 int piece_at(const SplineView& view, const MeshSpot<S>& spot, int curve, double x) noexcept {
+  if (curve >= kCurves) return find_piece(view, x);
   return spot.piece[curve] = find_piece(view, x, spot.piece[curve]);
 }
 
@@ -73,7 +69,8 @@ struct Facet {
 };
 
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
-/// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
+/// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
+/// itself.
 template <class P, bool kIsBall>
 struct MeshPath {
   const Facet* facet;

@@ -23,15 +23,7 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;  ///< no lateral stiffness here: slides as if frictionless
 
-/// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
-/// polynomials.
-template <class Spot>
-double stored_energy_J(const CurveViews& views, const Spot& spot,
-                       const Deflection<double>& d) noexcept {
-  const double lateral_J = energy_at(views, spot, kLateral, metric_length_m(views, d));
-  return energy_at(views, spot, kNormal, d.normal_m) +
-         (views.coupling_depth_m > 0 ? d.gain.value * lateral_J : lateral_J);
-}
+/// Stored energy of a spot [J] with the tool at x (M4).
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Vec3d& x) noexcept {
   return stored_energy_J(views, spot, deflection(views, spot, x));
@@ -63,9 +55,9 @@ class MeshSurface {
   Spot standing() const noexcept { return resting().at(T(0)); }
 
   /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
-  /// its rest positions) along the spot's normal, so that s metres shorten the lateral deflection
-  /// by s. At a border only its part along the edge. Blocked where a ball is too large for the
-  /// hollow.
+  /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
+  /// deflection by s. At a border only its part along the edge. Blocked where a ball is too large
+  /// for the hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
     Path path = resting();
     path.end_m = T(1e300);
@@ -88,7 +80,8 @@ class MeshSurface {
     return path;
   }
 
-  /// Goes to path(s), s <= end, and over the edge when s reaches it.
+  /// Goes to path(s), s <= end, and over the edge when s reaches it. The guard lets no slip pass
+  /// that would raise the stored energy (M10).
   Move move(const Path& path, T s, const Vec3<T>& x) noexcept {
     const auto& plain = path.plain();
     const Vec3d tip = values_of(x);

@@ -116,12 +116,15 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
 // turned until the contact point, wherever it goes, can be reached; left as drawn if it never can.
 Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3& position,
                   const Vec3& normal, double angle_rad, const Reach& reach) {
-  double least = 0, most = 0;
-  for (const auto& [depth, travel] : rows)
-    least = std::min(least, travel), most = std::max(most, travel);
+  double min_travel = 0, max_travel = 0;
+  for (const auto& [depth, travel] : rows) {
+    min_travel = std::min(min_travel, travel);
+    max_travel = std::max(max_travel, travel);
+  }
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Vec3 tangent = tangent_of(normal, angle_rad + 2 * std::numbers::pi * turn / kMaxTurns);
-    if (reach.holds(position + least * tangent) && reach.holds(position + most * tangent))
+    if (reach.holds(position + min_travel * tangent) &&
+        reach.holds(position + max_travel * tangent))
       return tangent;
   }
   return tangent_of(normal, angle_rad);

@@ -65,7 +65,8 @@ TEST_P(ElementPress, plain_and_averaged_elements_enclose_the_truth_and_the_blend
     EXPECT_LT(averaged[k], kDoubt) << k + 1 << " mm";
     EXPECT_GT(plain[k], -kDoubt) << k + 1 << " mm";
     EXPECT_LT(std::abs(blend[k]), 0.02) << k + 1 << " mm";
-    sum_plain += std::abs(plain[k]), sum_blend += std::abs(blend[k]);
+    sum_plain += std::abs(plain[k]);
+    sum_blend += std::abs(blend[k]);
   }
   EXPECT_LT(sum_blend, 0.5 * sum_plain);
 }

@@ -91,7 +91,8 @@ class Newton {
       const double scale = force.cwiseAbs().maxCoeff() + to * problem_.load.cwiseAbs().maxCoeff();
       const Eigen::VectorXd residual = free_.restricted(to * problem_.load - force);
       if (residual.cwiseAbs().maxCoeff() <= 1e-10 * scale) {
-        out.u = u, out.min_J = body_.min_J();
+        out.u = u;
+        out.min_J = body_.min_J();
         out.reaction = force - to * problem_.load;
         return true;
       }
@@ -117,7 +118,10 @@ class Newton {
       const Points right =
           share * problem_.load - force - Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
       const Eigen::SparseMatrix<double> K = free_.lower(K_);
-      if (!is_analysed_) solver_.analyzePattern(K), is_analysed_ = true;
+      if (!is_analysed_) {
+        solver_.analyzePattern(K);
+        is_analysed_ = true;
+      }
       solver_.factorize(K);
       if (solver_.info() != Eigen::Success) continue;
       direction = solver_.solve(free_.restricted(right));

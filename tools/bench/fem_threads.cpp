@@ -73,8 +73,14 @@ BenchTable fem_threads(const BenchRequest& request) {
       const double wall_s = wall_seconds() - start;
       const std::vector<double> cpu = clock.seconds();
       double sum = 0, busiest = 0;
-      for (const double s : cpu) sum += s, busiest = std::max(busiest, s);
-      if (threads == 1) alone[count] = samples, alone_s[count] = sum;
+      for (const double s : cpu) {
+        sum += s;
+        busiest = std::max(busiest, s);
+      }
+      if (threads == 1) {
+        alone[count] = samples;
+        alone_s[count] = sum;
+      }
       table.rows.push_back({fmt::format("{}", count), fmt::format("{}", cpu.size()),
                             fmt::format("{:.2f}", wall_s), fmt::format("{:.2f}", sum),
                             fmt::format("{:.2f}", busiest), fmt::format("{:.2f}", sum / count),

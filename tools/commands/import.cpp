@@ -28,14 +28,16 @@ class Import final : public Command {
  public:
   explicit Import(Arguments& arguments) {
     arguments.positional("manifest", manifest_,
-                         "manifest.toml: the recordings and how to read them");
+                         "Manifest of the recordings and how to read them, manifest.toml");
     arguments.option("-o,--output", output_,
-                     "samples.h5 to write; samples.import.csv, .json and .journal beside it", true);
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
+                     "samples.h5 to write, with samples.import.csv, .json and .journal beside it",
+                     true);
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", drop_invalid_,
-                   "Leave out rows that are no numbers or go back in time, and count them");
-    arguments.flag("--force", force_, "Read every recording again, whatever the journal holds");
-    arguments.flag("--json", json_, "One JSON object on stdout");
+                   "Leave out rows that are not numbers or go back in time, and count them");
+    arguments.flag("--force", force_, "Read every recording again and ignore the journal");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
@@ -47,7 +49,9 @@ class Import final : public Command {
     const auto surface = read_surface_of(manifest);
     const AssembleOptions options = place_options(manifest, surface);
     const auto results = read_all(manifest, options);
-    const Assembled assembled = assemble(manifest.items, results, options);
+    Assembled assembled = assemble(manifest.items, results, options);
+    assembled.samples.probe = probe_of(manifest, results);
+    assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
     report(manifest, results, assembled);

@@ -8,7 +8,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "libfit/refine/nearest_triangle.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 
@@ -28,18 +28,18 @@ CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
       control.row(0) += hit.point.weight[k] * all.row(corner[k]);
   };
   for (Controls& control : out.control) blend(control);
-  blend(out.lean);
-  blend(out.anisotropy);
   return out;
 }
 
 class Predict final : public Command {
  public:
   explicit Predict(Arguments& arguments) {
-    arguments.positional("model", model_, "model.h5");
-    arguments.positional("samples", samples_, "samples.h5 of other points on the same body");
-    arguments.option("--without", curves_, "curves.h5: leave out the points that it was fitted at");
-    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+    arguments.positional("model", model_, "Model that predicts, model.h5");
+    arguments.positional("samples", samples_,
+                         "Samples at other points of the same body, samples.h5");
+    arguments.option("--without", curves_,
+                     "curves.h5 whose points are left out, because the model was fitted there");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
@@ -48,7 +48,7 @@ class Predict final : public Command {
     const double size_m = extent_m(model.surface.vertices).norm();
     const Points fitted = curves_.empty() ? Points(0, 3) : read_curves(curves_).position;
     const TriangleTree tree(model.surface);
-    std::vector<ComparedRow> rows;
+    Replayed replayed(samples);
     std::size_t predicted = 0, uncovered = 0;
     for (std::int32_t point = 0; point < samples.points(); ++point) {
       const Vec3 at = samples.point_position.row(point);
@@ -61,14 +61,13 @@ class Predict final : public Command {
         ++uncovered;
         continue;
       }
-      const auto more = predicted_rows(samples, point, curves_at(model, *hit), 0);
-      rows.insert(rows.end(), more.begin(), more.end());
+      replay_point(samples, point, curves_at(model, *hit), 0, replayed);
       ++predicted;
     }
     if (predicted == 0)
       throw Error(samples_, "none of its points can be predicted",
                   "Give samples at points that the model covers and was not fitted at.");
-    Statement statement = summarize(rows);
+    Statement statement = summarize(compare(samples, replayed));
     statement.probes = predicted;
     if (json_)
       fmt::print("{}\n", to_json(statement));

@@ -18,6 +18,7 @@ struct Entry {
   std::optional<std::vector<double>> position;  // in units.position
   std::vector<std::string> position_text;       // or quantities
   std::optional<bool> is_force_on_tool;
+  std::optional<double> friction;  // of the probe on the body
 };
 
 /// Throws Error at a key of the manifest.

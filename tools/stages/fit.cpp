@@ -81,36 +81,6 @@ void say_recordings(const FittedRecordings& recordings) {
   if (count > kListed) say("  and {} more experiments", count - kListed);
 }
 
-FitOptions options_of(const FitSection& section, double default_friction, int jobs,
-                      const WarmStart& warm, const NuisanceChoice& nuisances) {
-  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
-  if (section.family != "auto" &&
-      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
-    throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
-                "anisotropic (anisotropic, anisotropic-leaning, ...).");
-  FitOptions options;
-  options.warm_start = warm.curves, options.warm_cache = warm.cache;
-  options.estimates = nuisances.estimates;
-  options.contact_deviation_m = nuisances.contact_deviation_m;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (row.name == section.family) options.family = row.family;
-  options.degree = section.degree;
-  options.pieces = {section.pieces, section.pieces, section.pieces};
-  options.tolerance = section.tolerance;
-  options.smoothing = section.smoothing;
-  options.default_friction = default_friction;
-  options.jobs = job_count(jobs);
-  return options;
-}
-
-// What the samples themselves decide: who is whose neighbour, and that simulated rows are not
-// smoothed by default: what their curves leave is the family's, not noise that neighbours average.
-void add_samples(const Samples& samples, const Body* body, FitOptions& options) {
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
-  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
-}
-
 void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
@@ -123,11 +93,36 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
 
 }  // namespace
 
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const Body* body, const WarmStart& warm,
-                         const NuisanceChoice& nuisances, FitCache* cache) {
-  FitOptions options = options_of(section, default_friction, jobs, warm, nuisances);
-  add_samples(samples, body, options);
+FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
+  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
+  if (section.family != "auto" &&
+      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
+  FitOptions options = options_for(samples);
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (row.name == section.family) options.family = row.family;
+  options.degree = section.degree;
+  options.pieces = {section.pieces, section.pieces, section.pieces};
+  options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
+  // What simulated rows leave is the family's, not noise that neighbours average.
+  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
+  options.jobs = job_count(jobs);
+  return options;
+}
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
+                         const Body* body, const WarmStart& warm, const NuisanceChoice& nuisances,
+                         FitCache* cache) {
+  FitOptions options = fit_options(samples, section, jobs);
+  options.warm_start = warm.curves;
+  options.warm_cache = warm.cache;
+  options.estimates = nuisances.estimates;
+  options.contact_deviation_m = nuisances.contact_deviation_m;
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
   FitReport report;
   FittedCurves curves;
   {
@@ -135,6 +130,7 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, doub
     curves = fit_curves(samples, options, progress.progress(), &report, cache);
   }
   say_fit(curves, report);
+  curves.probe = samples.probe;
   return curves;
 }
 

@@ -7,6 +7,7 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/fit_cache.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -34,12 +35,18 @@ struct WarmStart {
   const FitCache* cache = nullptr;
 };
 
-/// Curves at the test points, with basis, residuals and worst points said on stderr.
+/// What a fit is told: by the samples (friction of their probe, Poisson's ratio of their body; that
+/// simulated ones are not smoothed by default), and by [fit]. The one place where stages fill
+/// FitOptions. Throws Error on an unknown family.
+FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs);
+
+/// Curves at the test points, with basis, residuals and worst points said on stderr. They carry the
+/// probe of the samples.
 /// body: its surface says which points are neighbours, else their places do; may be null.
 /// cache: filled for a later warm start, where wanted.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const Body* body = nullptr, const WarmStart& warm = {},
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
+                         const Body* body = nullptr, const WarmStart& warm = {},
                          const NuisanceChoice& nuisances = {}, FitCache* cache = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a

@@ -2,16 +2,9 @@
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
-namespace {
-
-std::string counted(std::int64_t count, const char* one, const char* several) {
-  return std::to_string(count) + " " + (count == 1 ? one : several);
-}
-
-}  // namespace
-
 std::optional<std::string> why_not_closed(const Surface& surface) {
   const auto& triangles = surface.triangles;
   if (triangles.rows() == 0) return "it has no triangle";

@@ -52,7 +52,7 @@ struct BodyState {
   double elastic_energy_J = 0;
 };
 
-/// Equilibrium of one body under one probe.
+/// Equilibrium of one body under one probe (M13).
 /// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
 /// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
 /// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the

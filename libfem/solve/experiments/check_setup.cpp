@@ -1,21 +1,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "libfem/mesh/tet_quality.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
-
-std::string millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", 1e3 * length_m);
-  return text;
-}
 
 void need(bool is_so, const char* where, const std::string& what, const std::string& remedy) {
   if (!is_so) throw Error(where, what, remedy);
@@ -100,7 +94,7 @@ void check_experiments(const SimulationSetup& setup, const Experiments& experime
   const char* where = "[experiments]";
   need(std::isfinite(experiments.depth_m) && experiments.depth_m > 0, where,
        "depth must be positive", "Give the deepest press with its unit.");
-  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 12.");
+  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 10.");
   need(position.allFinite() && std::abs(normal.norm() - 1) < 1e-6, where,
        "a test point has no position or no unit normal", "Prepare the body again.");
   for (const double depth : experiments.drag_depths_m)

@@ -15,7 +15,10 @@ constexpr double kTau = 6.283185307179586;
 
 int Script::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
   PointRow row;
-  row.kind = kind, row.experiment = experiment, row.step = step, row.deflection = deflection;
+  row.kind = kind;
+  row.experiment = experiment;
+  row.step = step;
+  row.deflection = deflection;
   row.force_error = kNaN;
   rows.push_back(row);
   return static_cast<int>(rows.size()) - 1;
@@ -78,7 +81,8 @@ Script path_script(const Points& deflections, const Vec3& normal) {
         {here, script.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
     const Vec3 lateral = here - depth * normal;
     script.ways.push_back({before, lateral, std::min(depth, depth_before)});
-    before = lateral, depth_before = depth;
+    before = lateral;
+    depth_before = depth;
   }
   return script;
 }

@@ -19,7 +19,7 @@ struct MeshLimit {
 /// with size proportional to distance from first touch is too stiff by nearly the same share at
 /// every depth, while differences of single rows scatter with how the rim of the contact happens to
 /// cut elements: so excess is the mean of all rows, and a row's own deviation from it only adds to
-/// its error (method, 10). Forces below a hundredth of the largest do not count for the mean. No
+/// its error (M13b, M13c). Forces below a hundredth of the largest do not count for the mean. No
 /// extrapolation where the twin is off by more than a tenth: the error is then all of the
 /// difference.
 /// min_order: that the error may have. Where materials share elements it is 1: the jump of

@@ -8,6 +8,7 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/experiment_script.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
+#include "libfit/core/relative_error.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -17,8 +18,7 @@ namespace {
 /// % of the force at the mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3,
 /// as does one size below the whole punch (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr double kLightForce = 0.05;  // of the largest: below it errors count absolutely
-constexpr int kRingPieces = 24;       // chords are within 0.01 of the radius
+constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
 }  // namespace
 
@@ -101,7 +101,8 @@ double achieved_error(const std::vector<PointRow>& rows) {
   for (const PointRow& row : rows) {
     if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
     if (!std::isfinite(row.force_error)) return kUnknown;
-    error = std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+    error =
+        std::max(error, relative_error(row.force_error, row.force.norm(), kLightForce * largest_N));
   }
   return error;
 }

@@ -12,17 +12,7 @@
 
 namespace palpate::fem {
 
-/// What is done at every test point (method, section 5): a press to depth_m in equal steps, and at
-/// each drag depth a drag of drag_distance_m along each direction, at constant depth, with rows
-/// that lie closer at the beginning, where the interface sticks and slips in part.
-struct Experiments {
-  double depth_m = 0;
-  int press_steps = 12;
-  std::vector<double> drag_depths_m;
-  double drag_distance_m = 0;
-  int drag_directions = 2;
-  int drag_steps = 8;
-};
+using palpate::Experiments;
 
 /// How fine, how exact.
 struct SolverOptions {

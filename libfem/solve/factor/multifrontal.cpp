@@ -100,7 +100,8 @@ BlockList blocks_by_place(const SymmetricBlockMatrix& K, const Elimination& plan
   };
   visit([&](std::int32_t at, std::int32_t, std::int32_t) { ++out.start[at + 1]; });
   for (std::size_t k = 0; k < plan.order.size(); ++k) out.start[k + 1] += out.start[k];
-  out.node.resize(out.start.back()), out.block.resize(out.start.back());
+  out.node.resize(out.start.back());
+  out.block.resize(out.start.back());
   std::vector<std::int32_t> next(out.start.begin(), out.start.end() - 1);
   visit([&](std::int32_t at, std::int32_t node, std::int32_t b) {
     out.node[next[at]] = node;

@@ -121,7 +121,8 @@ bool SchurFactor::factor(const SymmetricBlockMatrix& K,
   const PhaseTimer timer(state_->profile, Phase::factor);
   State& state = *state_;
   std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
-  std::sort(have.begin(), have.end()), std::sort(wanted.begin(), wanted.end());
+  std::sort(have.begin(), have.end());
+  std::sort(wanted.begin(), wanted.end());
   if (state.plan.order.empty() || have != wanted) state.analyse(K, wanted);
   state.is_factored = state.factor(K);
   return state.is_factored;

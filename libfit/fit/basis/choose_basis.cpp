@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/basis/place_knots.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/fit/neighbours/choose_smoothing.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -83,7 +83,7 @@ std::size_t plateau_begin(const WayOut& way) {
   }
   if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return way.row.size();
 
-  const double plateau = kPlateauForce * quantile(way.force, 0.9);
+  const double plateau = kPlateauForce * lower_quantile(way.force, 0.9);
   for (const std::size_t k : moved)
     if (way.force[k] >= plateau) return k;
   return way.row.size();
@@ -146,15 +146,6 @@ PointRows curve_rows(const PointData& point) {
       if (depth_of(point, e.deflection[i]) > kContactDepth) add_stick_row(point, e, i, 0, 0, out);
   }
   return out;
-}
-
-PointRows coupled_rows(PointRows rows, double coupling_depth) {
-  for (CurveRow& row : rows.curve[1]) {
-    const double gain = runtime::gain_at(coupling_depth, row.depth).value;
-    row.f /= gain;
-    row.weight *= gain;
-  }
-  return rows;
 }
 
 int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share) {

@@ -118,7 +118,7 @@ double typical_force_N(const PointData& point) {
   std::vector<double> sizes;
   for (const Experiment& e : point.experiments)
     for (const Vec3& f : e.force) sizes.push_back(f.norm());
-  return quantile(std::move(sizes), 0.95);
+  return lower_quantile(std::move(sizes), 0.95);
 }
 
 std::vector<double> known_errors(const Samples& s, const PointData& point) {

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cctype>
 #include <charconv>
@@ -11,6 +10,7 @@
 #include <optional>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
@@ -215,13 +215,6 @@ CsvTable read_csv(const std::filesystem::path& path, std::span<const CsvColumnRu
     throw Error(path.string() + ":1", "is empty",
                 fmt::format("The first line must name the columns: {}.", names_of(rules)));
   return table;
-}
-
-std::string to_text(double value) {
-  std::array<char, 32> digits;  // the longest double takes 24
-  const auto [end, status] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  assert(status == std::errc());
-  return std::string(digits.data(), end);
 }
 
 CsvWriter::CsvWriter(const std::filesystem::path& path, std::span<const std::string_view> header)

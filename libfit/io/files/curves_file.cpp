@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libfit/io/files/curve_set_columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -188,6 +189,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   }
   read_smoothing(reader, f);
   f.recordings = read_recordings(reader);
+  f.probe = read_probe(reader);
   check(f, complain_about(reader));
   return f;
 }
@@ -210,6 +212,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
       write_table(writer, covariance_name(kind), "N^2", f.covariance[kind]);
   write_smoothing(writer, f);
   write_recordings(writer, f.recordings);
+  write_probe(writer, f.probe, complain_about(path));
   writer.commit();
 }
 

@@ -32,8 +32,9 @@ FitCache read_checked(const Reader& reader, const FittedCurves& curves) {
         read_table(reader, own_name(kind, "controls"), "N", curves.position.rows(), basis.size());
     cache.own_covariance[kind] = read_table(reader, own_name(kind, "covariance"), "N^2",
                                             covariance.rows(), covariance.cols(), true);
-    check_controls(complain_about(reader), own_name(kind, "controls"), cache.own_control[kind],
-                   basis, curves.position.rows());
+    check_controls(complain_about(reader), own_name(kind, "controls"),
+                   parts_of(curves.curves.family)[kind], cache.own_control[kind], basis,
+                   curves.position.rows());
   }
   return cache;
 }

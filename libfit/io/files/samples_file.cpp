@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_set>
 
 #include "libfit/io/files/columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -186,6 +188,9 @@ void read_points_of(const h5::Reader& reader, Samples& s) {
   const auto points = static_cast<std::size_t>(s.points());
   s.point_normal = read_points(reader, "points/normal", h5::kNoUnit, points);
   s.point_name = reader.strings("points/name", points);
+  s.probe = read_probe(reader);
+  if (reader.has("body/poisson"))
+    s.poisson = reader.numbers("body/poisson", h5::kNoUnit, {1, 0}).front();
   if (!reader.has("points/normal_gradient")) return;
   const auto values = reader.numbers("points/normal_gradient", "1/m", {points, 9});
   s.point_normal_gradient =
@@ -251,6 +256,8 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
     write_codes(writer, "rows/doubt", s.doubt);
     writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
   }
+  write_probe(writer, s.probe, complain_about(path));
+  if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});
   write_measured(writer, s.recordings);
   writer.commit();
 }

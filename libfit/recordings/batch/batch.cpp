@@ -9,6 +9,7 @@
 #include <ctime>
 #include <mutex>
 
+#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/batch/journal.hpp"
@@ -100,7 +101,7 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
 std::string canonical(const BatchItem& item) {
   std::string text;
   const auto put = [&](std::string_view value) {
-    text += fmt::format("{}:", value.size()), text += value;
+    text += fmt::format("{}:{}", value.size(), value);
   };
   const auto put_number = [&](double value) { put(to_text(value)); };
   const auto put_all = [&](const std::vector<std::string>& values) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/rows.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
@@ -118,7 +119,8 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
 void grade(const SignalSettings& settings, const ContactEstimate& contact, double correlation,
            Conditioned& out) {
   const auto note = [&](Grade least, const std::string& reason) {
-    out.grade = std::max(out.grade, least), out.reasons.push_back(reason);
+    out.grade = std::max(out.grade, least);
+    out.reasons.push_back(reason);
   };
   const auto good =
       static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
@@ -131,17 +133,16 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
     note(Grade::fair, fmt::format("{} of {} rows are saturated", out.deflection_m.rows() - good,
                                   out.deflection_m.rows()));
   if (force_N < kMinSignal * out.noise_N)
-    note(Grade::poor,
-         "the largest force is " + three_digits(force_N / out.noise_N) + " times the noise");
+    note(Grade::poor, "the largest force is " + number(force_N / out.noise_N) + " times the noise");
   if (depth_m > 0 && contact.deviation_m > kContactShare * depth_m)
     note(contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
-         "the contact point is uncertain by " + three_digits(100 * contact.deviation_m / depth_m) +
+         "the contact point is uncertain by " + number(100 * contact.deviation_m / depth_m) +
              " % of the depth");
   if (out.dropped_rows > 0)
     note(Grade::fair, fmt::format("{} unusable rows were left out", out.dropped_rows));
   if (correlation > 0.9)
     note(Grade::fair, "the noise before contact is a slow wave (neighbours correlate by " +
-                          three_digits(correlation) + ")");
+                          number(correlation) + ")");
   out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 
@@ -153,7 +154,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   Conditioned out;
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
-  out.name = raw.name, out.is_axial = raw.is_axial(), out.dropped_rows = raw.dropped_rows;
+  out.tip_radius_m = settings.radius_m;
+  out.name = raw.name;
+  out.is_axial = raw.is_axial();
+  out.dropped_rows = raw.dropped_rows;
   out.is_force_from_signal = raw.is_force_from_signal;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
@@ -174,7 +178,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
     if (!(move.norm() > 0))
       throw Error(place(file, signal, 0), "the tip does not move before the force is largest",
                   "Say `normal` in the manifest.");
-    signal.inward = move.normalized(), out.inward = signal.inward;
+    signal.inward = move.normalized();
+    out.inward = signal.inward;
   }
   if (settings.smooth_s > 0) {
     if (signal.time_s.empty())
@@ -200,7 +205,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   check_contact(signal, approach, file);
   const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
   const double correlation = take_off_bias(signal, approach, contact, settings, out);
-  out.contact_travel_m = contact.travel_m, out.contact_deviation_m = contact.deviation_m;
+  out.contact_travel_m = contact.travel_m;
+  out.contact_deviation_m = contact.deviation_m;
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, approach, contact.travel_m);
@@ -224,7 +230,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   const double saturated = saturated_share(out);
   if (saturated > kMaxSaturated)
     throw Error(place(file, signal, range.end - 1),
-                "the force is saturated over " + three_digits(100 * saturated) + " % of the depth",
+                "the force is saturated over " + number(100 * saturated) + " % of the depth",
                 "Use a sensor with a larger range, or press less deep.");
   out.young_Pa = kNan;
   if (contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)

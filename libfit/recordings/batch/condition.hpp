@@ -37,6 +37,7 @@ struct Conditioned {
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
   bool is_force_from_signal = false;  ///< of a cantilever
+  double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal

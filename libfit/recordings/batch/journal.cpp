@@ -14,7 +14,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 4\n";   // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 5\n";   // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // Values one after another, native order: a journal does not travel between machines.
@@ -102,25 +102,33 @@ void write(Writer& w, const Conditioned& r) {
   w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
   w.plain<std::uint64_t>(r.reasons.size());
   for (const std::string& reason : r.reasons) w.text(reason);
-  w.plain<std::uint64_t>(r.dropped_rows);
+  w.plain<std::uint64_t>(r.dropped_rows).plain(r.tip_radius_m);
 }
 
 Conditioned read_recording(Reader& in) {
   Conditioned r;
-  r.name = in.text(), r.is_axial = in.plain<bool>();
-  in.numbers(r.deflection_m), in.numbers(r.force_N), in.numbers(r.error_N);
-  in.numbers(r.torque_Nm), r.is_force_from_signal = in.plain<bool>();
+  r.name = in.text();
+  r.is_axial = in.plain<bool>();
+  in.numbers(r.deflection_m);
+  in.numbers(r.force_N);
+  in.numbers(r.error_N);
+  in.numbers(r.torque_Nm);
+  r.is_force_from_signal = in.plain<bool>();
   r.status.resize(in.count(1));
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
-  r.contact_m = in.place(), r.inward = in.place();
+  r.contact_m = in.place();
+  r.inward = in.place();
   r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
   r.estimator = in.text();
   r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
   r.hysteresis = in.plain<double>();
-  r.young_Pa = in.plain<double>(), r.apparent_Pa = in.plain<double>(), r.grade = in.plain<Grade>();
+  r.young_Pa = in.plain<double>();
+  r.apparent_Pa = in.plain<double>();
+  r.grade = in.plain<Grade>();
   r.reasons.resize(in.count(8));
   for (std::string& reason : r.reasons) reason = in.text();
   r.dropped_rows = in.plain<std::uint64_t>();
+  r.tip_radius_m = in.plain<double>();
   return r;
 }
 

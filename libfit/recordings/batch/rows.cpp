@@ -21,7 +21,10 @@ Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Inde
   for (Eigen::Index i = touched; i < used.rows(); ++i) {
     const double step_m = (Vec3(part.row(i)) - last).norm();
     at[i] = path_m + step_m;
-    if (step_m > stride_m) path_m += step_m, last = part.row(i);
+    if (step_m > stride_m) {
+      path_m += step_m;
+      last = part.row(i);
+    }
   }
   return at;
 }
@@ -71,7 +74,9 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
       add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
   std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
   const auto rows = static_cast<Eigen::Index>(means.size());
-  out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.deflection_m.resize(rows, 3);
+  out.force_N.resize(rows, 3);
+  out.error_N.resize(rows);
   out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Mean& mean = means[static_cast<std::size_t>(i)];

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 
 namespace palpate::recordings {
@@ -27,8 +28,8 @@ double rise_of(const PressCurve& curve) {
 }  // namespace
 
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
-  return fmt::format(
-      "{}:{}", file,
+  return file_line(
+      file,
       signal.line[static_cast<std::size_t>(std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
 }
 
@@ -79,7 +80,7 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
   const double rise_N = rise_of(approach.curve), seen_N = kSeenInNoise * approach.noise_N;
   if (rise_N < -seen_N && rise_N < 0)
     throw Error(place(file, signal, approach.range.end - 1),
-                "the force falls as the tip goes in, to " + three_digits(rise_N) +
+                "the force falls as the tip goes in, to " + number(rise_N) +
                     " N: the sign of force or depth is reversed",
                 "Say force_on = \"tool\" or \"body\", whichever it is not yet, or turn the depth "
                 "around: depth = \"-NAME\".");
@@ -88,12 +89,12 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
   if (!(rise_N > seen_N) && std::find(first, last, 1) != last)
     throw Error(place(file, signal, std::find(first, last, 1) - signal.is_saturated.begin()),
                 "the force is saturated before it rises out of its noise of " +
-                    three_digits(approach.noise_N) + " N",
+                    number(approach.noise_N) + " N",
                 "Use a sensor with a larger range.");
   if (!(rise_N > seen_N) || !(rise_N > 0))
     throw Error(place(file, signal, approach.range.end - 1),
-                "no contact: the force rises by " + three_digits(rise_N) +
-                    " N on the way in, its noise is " + three_digits(approach.noise_N) + " N",
+                "no contact: the force rises by " + number(rise_N) +
+                    " N on the way in, its noise is " + number(approach.noise_N) + " N",
                 "Press deeper, or remove the recording.");
 }
 

@@ -53,8 +53,10 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
   };
   TableLayout layout;
   layout.first = header + 1;
-  layout.field = {0, 1, 2, 3}, layout.name = names;
-  layout.drop_invalid = settings.drop_invalid, layout.may_end_early = true;
+  layout.field = {0, 1, 2, 3};
+  layout.name = names;
+  layout.drop_invalid = settings.drop_invalid;
+  layout.may_end_early = true;
   const NumberTable table = read_numbers(file, layout);
 
   RawRecording r;

@@ -64,7 +64,8 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   };
   const auto roles = roles_of(with_defaults(settings.columns));
   TableLayout layout;
-  layout.first = header.line + 1, layout.separator = header.separator;
+  layout.first = header.line + 1;
+  layout.separator = header.separator;
   layout.decimal = settings.decimal ? settings.decimal : '.';
   layout.comment = settings.comment, layout.drop_invalid = settings.drop_invalid,
   layout.may_end_early = true;

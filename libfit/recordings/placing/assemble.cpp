@@ -16,7 +16,8 @@ std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const Conditioned& recording : results[i].recordings) {
       Candidate c;
-      c.item = i, c.recording = &recording;
+      c.item = i;
+      c.recording = &recording;
       c.point = items[i].point.empty() ? items[i].file.stem().string() : items[i].point;
       if (!recording.name.empty()) c.point += "#" + recording.name;
       candidates.push_back(std::move(c));
@@ -61,8 +62,10 @@ void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& 
 void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
                  ExperimentKind kind, Samples& samples, std::vector<const Pooled*>& parts) {
   for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
-    samples.point.push_back(point), samples.experiment.push_back(experiment);
-    samples.kind.push_back(kind), samples.step.push_back(static_cast<std::int32_t>(i));
+    samples.point.push_back(point);
+    samples.experiment.push_back(experiment);
+    samples.kind.push_back(kind);
+    samples.step.push_back(static_cast<std::int32_t>(i));
     samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
   }
   parts.push_back(&pooled);
@@ -100,7 +103,8 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
     const Conditioned& r = *c.recording;
     out.experiment.push_back(c.experiment), out.file.push_back(shown(items, c)),
         out.hash.push_back(results[c.item].hash);
-    out.contact_m[i] = r.contact_travel_m, out.contact_deviation_m[i] = r.contact_deviation_m;
+    out.contact_m[i] = r.contact_travel_m;
+    out.contact_deviation_m[i] = r.contact_deviation_m;
     out.estimator.push_back(r.estimator);
     out.speed_m_s[i] = r.speed_m_s, out.noise_N[i] = r.noise_N, out.hysteresis[i] = r.hysteresis,
     out.young_Pa[i] = r.young_Pa;

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
@@ -48,7 +49,8 @@ std::optional<At> interpolate(const Pooled& p, const Eigen::VectorXd& depth_m, d
   for (Eigen::Index i = 0; i < depth_m.size(); ++i) {
     if (p.status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
     if (depth_m[i] < at_m) {
-      before_m = depth_m[i], before = row_of(p, i);
+      before_m = depth_m[i];
+      before = row_of(p, i);
       continue;
     }
     const double share = depth_m[i] > before_m ? (at_m - before_m) / (depth_m[i] - before_m) : 1;
@@ -93,18 +95,25 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
     for (std::size_t k = 0; k < repeats.size(); ++k) {
       const auto at = interpolate(repeats[k], depth[k], at_m * (1 - 1e-12));
       if (!at) continue;
-      d_sum += at->deflection, f_sum += at->force, t_sum += at->torque;
-      squares += at->force.squaredNorm(), own += at->error_N * at->error_N;
+      d_sum += at->deflection;
+      f_sum += at->force;
+      t_sum += at->torque;
+      squares += at->force.squaredNorm();
+      own += at->error_N * at->error_N;
       ++n;
     }
     if (n < 2) continue;
     const Vec3 mean = f_sum / n;
-    deflections.push_back(d_sum / n), forces.push_back(mean), torques.push_back(t_sum / n);
+    deflections.push_back(d_sum / n);
+    forces.push_back(mean);
+    torques.push_back(t_sum / n);
     errors.push_back(
         std::sqrt(std::max(0.0, (squares - n * mean.squaredNorm()) / (n - 1)) + own / n));
   }
   const auto n = static_cast<Eigen::Index>(forces.size());
-  out.deflection_m.resize(n, 3), out.force_N.resize(n, 3), out.error_N.resize(n);
+  out.deflection_m.resize(n, 3);
+  out.force_N.resize(n, 3);
+  out.error_N.resize(n);
   out.torque_Nm.resize(has_torque ? n : 0, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)],
@@ -116,11 +125,7 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
   return out;
 }
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
-std::string in_millimetres_per_second(double speed_m_s) {
-  return fmt::format("{:.3g} mm/s", 1e3 * speed_m_s);
-}
+std::string in_millimetres_per_second(double speed_m_s) { return millimetres(speed_m_s) + "/s"; }
 
 }  // namespace
 
@@ -190,20 +195,23 @@ std::vector<std::string> compare_rates(const std::string& point,
       error += std::hypot(at->error_N, slow->error_N[i]);
     }
     if (std::abs(difference) > kSeenInErrors * error && std::abs(difference) > kMinEffect * force)
-      notes.push_back(
-          "point " + point + ": the force at " + in_millimetres_per_second(fast->speed_m_s) +
-          " is " + percent(std::abs(difference) / force) + (difference > 0 ? " above" : " below") +
-          " that at " + in_millimetres_per_second(slow->speed_m_s) + ", more than the noise");
+      notes.push_back("point " + point + ": the force at " +
+                      in_millimetres_per_second(fast->speed_m_s) + " is " +
+                      percent(std::abs(difference) / force, 0) +
+                      (difference > 0 ? " above" : " below") + " that at " +
+                      in_millimetres_per_second(slow->speed_m_s) + ", more than the noise");
   }
   double loss = 0;
   int n = 0;
   for (const Pooled& p : experiments)
     for (const std::size_t m : p.member)
       if (const Conditioned& r = *candidates[m].recording;
-          std::isfinite(r.hysteresis) && r.noise_N * 20 < r.force_N.rowwise().norm().maxCoeff())
-        loss += r.hysteresis, ++n;
+          std::isfinite(r.hysteresis) && r.noise_N * 20 < r.force_N.rowwise().norm().maxCoeff()) {
+        loss += r.hysteresis;
+        ++n;
+      }
   if (n > 0 && std::abs(loss / n) > kMinEffect)
-    notes.push_back("point " + point + ": " + percent(loss / n) +
+    notes.push_back("point " + point + ": " + percent(loss / n, 0) +
                     " of the work of pressing is not given back on the way out");
   return notes;
 }

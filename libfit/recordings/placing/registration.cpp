@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/refine/nearest_triangle.hpp"
 
 namespace palpate::recordings {
@@ -26,19 +27,13 @@ Points moved(const Points& points, const RigidMotion& motion) {
   return out;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 // The small motion that minimises distances along the normals of the nearest surface points.
 RigidMotion step_towards(const Points& points,
                          const std::vector<std::optional<SurfacePlace>>& places) {
   std::vector<double> sizes;
   for (const auto& place : places) sizes.push_back(place ? place->distance_m : 0);
   const double limit_m =
-      kFarDeviations * median(sizes) / 0.6745 + std::numeric_limits<double>::min();
+      kFarDeviations * upper_median(sizes) / 0.6745 + std::numeric_limits<double>::min();
   const Vec3 centre = points.colwise().mean();
   const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(),
                                 std::numeric_limits<double>::min());

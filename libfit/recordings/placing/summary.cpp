@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/csv/csv.hpp"
 
@@ -37,12 +38,6 @@ const Conditioned* recording_of(const std::vector<ItemResult>& results, const Ou
   return nullptr;
 }
 
-std::string joined(const std::vector<std::string>& reasons) {
-  std::string text;
-  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
-  return text;
-}
-
 // A number, or an empty field: readers refuse NaN.
 void put(CsvWriter& csv, double value) {
   if (std::isfinite(value))
@@ -65,11 +60,12 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
     const std::string line = line_of(*o.failure);
     row["where"] = o.failure->where;
     row["line"] = line.empty() ? Json(nullptr) : Json(std::stoll(line));
-    row["reason"] = o.failure->what, row["remedy"] = o.failure->remedy;
+    row["reason"] = o.failure->what;
+    row["remedy"] = o.failure->remedy;
     return row;
   }
   row["experiment"] = o.experiment, row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)],
-  row["reason"] = joined(r->reasons);
+  row["reason"] = listed(r->reasons, "; ");
   row["contact_m"] = number(r->contact_travel_m),
   row["contact_deviation_m"] = number(r->contact_deviation_m), row["estimator"] = r->estimator;
   row["speed_m_s"] = number(r->speed_m_s), row["noise_N"] = number(r->noise_N),
@@ -86,9 +82,11 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
     ++grades[static_cast<std::size_t>(grade)];
   Json json;
   json["files"] = items.size();
-  json["imported"] = a.samples.recordings.size(), json["failed"] = a.failed();
+  json["imported"] = a.samples.recordings.size();
+  json["failed"] = a.failed();
   for (std::size_t g = 0; g < 3; ++g) json["grades"][std::string(kGradeNames[g])] = grades[g];
-  json["points"] = a.samples.points(), json["rows"] = a.samples.rows();
+  json["points"] = a.samples.points();
+  json["rows"] = a.samples.rows();
   if (a.registration)
     json["registration"] = {{"rms_m", a.registration->rms_m},
                             {"largest_m", a.registration->largest_m},
@@ -135,7 +133,7 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
         .text(o.point);
     csv.text(o.failure ? "refused" : "imported")
         .text(o.failure ? "" : kGradeNames[static_cast<std::size_t>(r->grade)]);
-    csv.text(o.failure ? o.failure->what : joined(r->reasons))
+    csv.text(o.failure ? o.failure->what : listed(r->reasons, "; "))
         .text(o.failure ? o.failure->remedy : "");
     if (o.failure)
       for (int k = 0; k < 8; ++k) csv.text("");

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
@@ -17,12 +18,6 @@ constexpr double kSpikeShare = 0.02;  // of the force's range
 constexpr double kMaxSpikes = 0.1;    // of the rows: more is no exception but the signal
 constexpr double kTail = 0.05;        // left out on both ends for the range
 
-double middle_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_of(double a, double b, double c) {
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
@@ -34,7 +29,7 @@ double min_spike_N(const Eigen::VectorXd& force) {
     bent.push_back(std::abs(force[i - 1] - 2 * force[i] + force[i + 1]));
   std::sort(sorted.begin(), sorted.end());
   const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(sorted.size()));
-  return std::max(kSpikeInNoise * middle_of(bent) / 0.6745 / std::sqrt(6.0),
+  return std::max(kSpikeInNoise * upper_median(bent) / 0.6745 / std::sqrt(6.0),
                   kSpikeShare * (sorted[sorted.size() - 1 - tail] - sorted[tail]));
 }
 
@@ -99,8 +94,11 @@ Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& v
   for (Eigen::Index i = begin; i < end; ++i) {
     const double s = (time_s[static_cast<std::size_t>(i)] - t) / sigma_s;
     const double w = std::exp(-0.5 * s * s);
-    w0 += w, w1 += w * s, w2 += w * s * s;
-    v0 += w * values.row(i), v1 += w * s * values.row(i);
+    w0 += w;
+    w1 += w * s;
+    w2 += w * s * s;
+    v0 += w * values.row(i);
+    v1 += w * s * values.row(i);
   }
   const double determinant = w0 * w2 - w1 * w1;
   return determinant > 1e-9 * w0 * w0 ? Eigen::RowVector3d((w2 * v0 - w1 * v1) / determinant)

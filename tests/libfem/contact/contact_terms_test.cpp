@@ -118,6 +118,8 @@ constexpr Case kCases[] = {{"frictionless", 0, 1e-3},
                            {"partly_sliding", kFriction, 2e-3},
                            {"sliding", kSlippery, 3e-3}};
 
+void PrintTo(const Case& param, std::ostream* out) { *out << param.name; }
+
 class ContactTerms : public testing::TestWithParam<Case> {};
 
 TEST_P(ContactTerms, force_is_the_derivative_of_energy_for_the_limit_held) {

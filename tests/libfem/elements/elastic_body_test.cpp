@@ -14,6 +14,9 @@
 #include "tests/libfem/materials/examples.hpp"
 
 namespace palpate::fem {
+
+static void PrintTo(const ElementRow& row, std::ostream* out) { *out << row.name; }
+
 namespace {
 
 // Every row of kElements walks through this suite.
@@ -378,7 +381,8 @@ TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only
     expected += weight * here.law->energy(here.constants, F);
     if (&here == &soft) continue;  // one point: its own mean
     expected -= weight * U;
-    mean_J += F.determinant(), ++watery_points;
+    mean_J += F.determinant();
+    ++watery_points;
   }
   ASSERT_EQ(watery_points, 3);
   double U, U1, U2;

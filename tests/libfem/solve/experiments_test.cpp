@@ -52,7 +52,8 @@ TEST(PressAndDrag, press_force_points_into_the_body_and_rises_faster_than_depth)
     EXPECT_GT(force, before);
     EXPECT_GT(slope, before_slope);
     EXPECT_LT((row.force - force * kInward).norm(), 0.05 * force);  // no side is preferred
-    before = force, before_slope = slope;
+    before = force;
+    before_slope = slope;
   }
 }
 

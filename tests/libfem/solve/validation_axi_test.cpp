@@ -25,6 +25,8 @@ constexpr Case kCases[] = {{0.45,
                             {0.058636, 0.168528, 0.312130, 0.482380, 0.674115, 0.883201, 1.106157,
                              1.339524, 1.579860, 1.824296}}};
 
+void PrintTo(const Case& param, std::ostream* out) { *out << "poisson " << param.poisson; }
+
 class ValidationAxi : public testing::TestWithParam<Case> {};
 
 /// Frictionless ball of 10 mm pressed 1, 2 .. 10 mm into the top of a cylinder of 10 kPa, bottom

@@ -66,8 +66,11 @@ TEST(ValidationForceError, bounds_the_true_error_in_nineteen_rows_of_twenty_and_
       const double bound = row.force_error / size;
       std::printf("%-20s %d/%d: error %.2f %%, bound %.2f %%\n", c.name, row.experiment, row.step,
                   100 * error, 100 * bound);
-      ++rows, covered += error <= bound;
-      worst = std::max(worst, error), squares += error * error, bounds += bound;
+      ++rows;
+      covered += error <= bound;
+      worst = std::max(worst, error);
+      squares += error * error;
+      bounds += bound;
     }
   }
   const double coverage = double(covered) / rows, rms = std::sqrt(squares / rows);

@@ -83,7 +83,7 @@ TEST_F(Exporting, unknown_formats_are_refused_with_the_names) {
 
 TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
   model.surface.vertices.rowwise() += Eigen::RowVector3d(120.5, -3.25, 7);  // far from the origin
-  model.probe_radius_m = 0.005;
+  model.probe = sphere_spec(0.005);
   const fs::path path = folder / "m.palp";
   export_palp(model, path, {.has_guard = false, .meta_json = "{\"scene\": \"x\"}"});
   const AssetFile file = read_asset_file(path);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <random>
 
@@ -30,8 +31,23 @@ inline Points unit_vectors(Eigen::Index rows, unsigned seed) {
   return points;
 }
 
+/// A mesh with everything a probe may say; make_probe would refuse it, files must not.
+inline ProbeSpec example_probe() {
+  ProbeSpec probe;
+  probe.shape = "m\u00e4sh";
+  probe.values = {{"half_angle", {0.1}}, {"semi_axes", {1.0 / 3, 5e-324, 7}}};
+  probe.mesh.vertices = awkward_points(4, 21);
+  probe.mesh.triangles.resize(1, 3);
+  probe.mesh.triangles << 3, 0, 2;
+  probe.heading = Vec3(-0.0, 1.0 / 3, 1e300);
+  probe.friction = 0.8;
+  return probe;
+}
+
 inline Samples example_samples() {
   Samples s;
+  s.probe = example_probe();
+  s.poisson = 0.45;
   s.point_position = awkward_points(3, 1);
   s.point_normal = unit_vectors(3, 2);
   s.point_name = {"p001", "", "Pr\u00fcfpunkt, \"3\""};
@@ -70,7 +86,10 @@ inline Body example_body() {
   body.volume.region = Eigen::VectorXi::Constant(1, 2);
   body.is_held = {0, 0, 1, 1};
   body.mended = {"3 duplicate vertices were joined", ""};
-  body.scene = "[body]\nsurface = \"lever \u03bc.obj\"\n\n";
+  body.probe = example_probe();
+  body.settings["material/law"] = {"", {}, "lever \u03bc"};
+  body.settings["material/c20"] = {"Pa", {std::numeric_limits<double>::quiet_NaN()}, ""};
+  body.settings["experiments/drag_depths"] = {"m", {}, ""};
   return body;
 }
 
@@ -96,22 +115,36 @@ inline CurveSet example_curve_set(Eigen::Index points, unsigned seed) {
 inline void add_lean(CurveSet& curves, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> metres(-0.01F, 0.01F);
-  curves.lean_basis.knots_m = {0, 0.01};
-  curves.lean = Controls::Zero(curves.points(), 9);
+  curves.family = CurveFamily::leaning;
+  curves.basis.push_back({2, {0, 0.01}});
+  curves.control.push_back(Controls::Zero(curves.points(), 9));
   for (Eigen::Index i = 0; i < curves.points(); ++i)
-    for (Eigen::Index j = 3; j < 9; ++j) curves.lean(i, j) = metres(random);
+    for (Eigen::Index j = 3; j < 9; ++j) curves.control.back()(i, j) = metres(random);
 }
 
-/// Gives curves an anisotropy that float32 holds exactly and an asset may hold.
-inline void add_anisotropy(CurveSet& curves, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> part(-0.29F, 0.29F);
-  curves.anisotropy = Controls::Zero(curves.points(), 6);
-  for (double& s : curves.anisotropy.reshaped()) s = part(random);
+/// The same three curves in a family, the numbers of its other parts admissible and unlike.
+inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
+  CurveSet out(family);
+  const auto parts = parts_of(family);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i < kCurveKinds) {
+      out.basis[i] = curves.basis[i], out.control[i] = curves.control[i];
+      continue;
+    }
+    if (parts[i].is_curve()) out.basis[i] = {2, {0, 0.01}};
+    out.control[i] =
+        Controls::Zero(curves.points(), parts[i].width * size_of(parts[i], out.basis[i]));
+    const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;
+    for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
+      out.control[i].col(j).setConstant(
+          as_float32(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+  }
+  return out;
 }
 
 inline FittedCurves example_curves() {
   FittedCurves f;
+  f.probe = example_probe();
   f.position = awkward_points(3, 10);
   f.normal = unit_vectors(3, 11);
   f.name = {"p1", "p2", "p3"};
@@ -158,7 +191,7 @@ inline Model example_model() {
   model.blend_weight.resize(5, 3);
   model.blend_weight << 1, 0, 0, 0.5, 0.25, 0.25, 0.3, 0.3, 0.4, 0, 1, 0, 0, 0, 0;
   for (auto& control : model.curves.control) control.row(4).setZero();
-  model.probe_radius_m = 0.005;
+  model.probe = example_probe();
   return model;
 }
 

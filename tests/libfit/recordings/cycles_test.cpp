@@ -45,7 +45,8 @@ TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
   EXPECT_LT(middle.error_N.mean(), 0.7 * in.error_N.mean());
   settings.kind = ExperimentKind::drag;
   importers::RawRecording drag = cycles_with_spikes(false);
-  drag.position_m.resize(1600, 3), drag.force_N.resize(1600, 3);
+  drag.position_m.resize(1600, 3);
+  drag.force_N.resize(1600, 3);
   for (int i = 0; i < 1600; ++i)
     drag.position_m.row(i) << 0, 0, -drag.travel_m[static_cast<std::size_t>(i)],
         drag.force_N.row(i) << 0, 0, -drag.push_N[static_cast<std::size_t>(i)];

@@ -22,7 +22,9 @@ class ImportersTest : public testing_io::ScratchTest {
  protected:
   ReadSettings axial() const {
     ReadSettings s;
-    s.columns.time = "t", s.columns.depth = "d", s.columns.force = {"F"};
+    s.columns.time = "t";
+    s.columns.depth = "d";
+    s.columns.force = {"F"};
     s.units = {"s", "mm", "N"};
     return s;
   }
@@ -68,11 +70,13 @@ TEST_F(ImportersTest, the_same_table_reads_alike_however_it_is_spelled) {
 
 TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
   ReadSettings latin = axial();
-  latin.encoding = "latin-1", latin.units.position = "";
+  latin.encoding = "latin-1";
+  latin.units.position = "";
   EXPECT_DOUBLE_EQ(read("t,d (\xb5m),F\n0,0,1\n1,5,2\n", latin)[0].travel_m[1], 5e-6);
   ReadSettings numbered = axial();
   numbered.columns = {};
-  numbered.columns.depth = "#1", numbered.columns.force = {"-#2"};
+  numbered.columns.depth = "#1";
+  numbered.columns.force = {"-#2"};
   EXPECT_DOUBLE_EQ(read("1,0 2,0\n3,5 4,0\n",
                         [&] {
                           auto s = numbered;
@@ -90,7 +94,8 @@ TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
 
 TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column) {
   ReadSettings tool = axial();
-  tool.is_force_on_tool = true, tool.columns.depth = "-d";
+  tool.is_force_on_tool = true;
+  tool.columns.depth = "-d";
   const auto r = read(kPlain, tool);
   EXPECT_DOUBLE_EQ(r[0].push_N[2], -2.5);
   EXPECT_DOUBLE_EQ(r[0].travel_m[2], -2e-3);
@@ -118,7 +123,8 @@ TEST_F(ImportersTest, a_force_with_its_own_clock_has_rows_of_its_own) {
 
 TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   ReadSettings unknown = axial(), bracket = axial();
-  unknown.units.force = "", bracket.units.force = "mN";
+  unknown.units.force = "";
+  bracket.units.force = "mN";
   EXPECT_EQ(refusal("t,d,Fz\n0,0,1\n", axial()), "a.csv:1: column `F` is missing");
   EXPECT_EQ(refusal("t,d,F,F\n0,0,1,1\n", axial()), "a.csv:1: column `F` comes twice");
   EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,nan\n", axial()),
@@ -163,7 +169,9 @@ TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
   writer.numbers("run/f", "mN", f.data(), {3, 0});
   writer.commit();
   ReadSettings s;
-  s.columns.time = "/run/t", s.columns.position = {"/run/x"}, s.columns.force = {"run/f"};
+  s.columns.time = "/run/t";
+  s.columns.position = {"/run/x"};
+  s.columns.force = {"run/f"};
   const auto r = read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s);
   EXPECT_DOUBLE_EQ(r[0].position_m(2, 1), 5e-3);
   EXPECT_DOUBLE_EQ(r[0].push_N[2], 3e-3);
