@@ -1,3 +1,5 @@
+cmake_minimum_required(VERSION 3.25)
+
 # Writes OUTPUT, the definition of build_identity(): the VERSION in a release, else a hash of the
 # sources under SOURCE_DIR and of the compiler's SETTINGS. Left alone where it would not change.
 # cmake -DOUTPUT=... -DSOURCE_DIR=... -DVERSION=... -DRELEASE=... -DSETTINGS=... -P build_identity.cmake

@@ -53,6 +53,12 @@ class CliArguments final : public Arguments {
   void flag(const std::string& flags, bool& target, const std::string& help) override {
     app_.add_flag(flags, target, help);
   }
+  void remaining(std::vector<std::string>& target, const std::string& help) override {
+    app_.prefix_command();
+    app_.set_help_flag();
+    app_.footer("Arguments " + help);
+    app_.callback([this, &target] { target = app_.remaining(); });
+  }
 
  private:
   CLI::App& app_;

@@ -109,14 +109,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batches_.push_back(std::move(batch));
 }
 
-std::int64_t ElasticBody::memory_bytes() const {
-  std::size_t packs = displacement_rows_.size() + force_rows_.size();
-  for (const Batch& batch : batches_)
-    packs +=
-        batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
-  return static_cast<std::int64_t>(packs * sizeof(Pack) + places_.size() * sizeof(BlockPlace));
-}
-
 void ElasticBody::use(InstructionSet set) {
   set_ = set;
   for (Batch& batch : batches_) batch.kernels = cell_kernels(batch.element, set);
@@ -196,7 +188,7 @@ double ElasticBody::add_force(const Points& u, Points& force) const {
   return energy;
 }
 
-double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
+double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Points& force,
                                   SymmetricBlockMatrix& K, double max_pressure) const {
   const int blocks = blocks_of(static_cast<int>(cells_.cols()));
   double* rows = reinterpret_cast<double*>(force_rows_.data());
@@ -204,7 +196,7 @@ double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
       visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
                            const Pack* displacement, CellResult& result) {
         cells.max_pressure_Pa = max_pressure * batch.shear_modulus_Pa;
-        batch.kernels.stiffness(cells, law, displacement, bend, result);
+        batch.kernels.stiffness(cells, law, displacement, geometric_scale, result);
         batch.kernels.scatter(result.force, batch.points.data(), rows);
         for (int lane = 0; lane < kLanes; ++lane) {
           if (batch.cell[lane] < 0) continue;

@@ -27,13 +27,6 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 /// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The nearest number that a float32 holds. Through memory: g++ 12 at -O3 drops some of several
-/// `.cast<float>().cast<double>()` in a row.
-inline double as_float32(double x) {
-  const volatile float rounded = static_cast<float>(x);
-  return static_cast<double>(rounded);
-}
-
 /// How forces and the stored energy of a contact point are made of its parts: a row of
 /// libfit/runtime/families/families.hpp.
 using CurveFamily = runtime::Family;

@@ -13,8 +13,8 @@ inline constexpr double kForceJnd = 0.07;
 /// this floor.
 inline constexpr double kLightForce = 0.05;
 
-/// The one relative error (docs/method.md, section 6): |difference| over |reference|, and where the
-/// reference is below a floor, over the floor. Without one the first rows of a press, where force
+/// The one relative error (M11a): |difference| over |reference|, and where the reference is below a
+/// floor, over the floor. Without one the first rows of a press, where force
 /// goes to zero, would be all that a quantile sees. error, force and floor: in one unit, not
 /// negative.
 inline double relative_error(double error, double force, double floor) {

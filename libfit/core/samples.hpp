@@ -40,7 +40,7 @@ enum class RowStatus : std::int8_t {
 
 /// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
 /// others say why a row is `rejected` or `inverted`.
-enum class RowDoubt : std::int8_t {
+enum class StepCheck : std::int8_t {
   none = 0,
   inverted = 1,       ///< det F <= 0 somewhere
   overlaps = 2,       ///< the body reaches too far into the probe
@@ -50,18 +50,18 @@ enum class RowDoubt : std::int8_t {
   falls = 6,          ///< on a stable branch past a limit point: deeper presses have less force
 };
 
-struct RowDoubtName {
-  RowDoubt doubt;
+struct StepCheckName {
+  StepCheck doubt;
   std::string_view name;
 };
-inline constexpr std::array<RowDoubtName, 7> kRowDoubtNames{{
-    {RowDoubt::none, "none"},
-    {RowDoubt::inverted, "inverted"},
-    {RowDoubt::overlaps, "overlaps"},
-    {RowDoubt::no_area, "no_area"},
-    {RowDoubt::pulls, "pulls"},
-    {RowDoubt::does_not_rise, "does_not_rise"},
-    {RowDoubt::falls, "falls"},
+inline constexpr std::array<StepCheckName, 7> kStepCheckNames{{
+    {StepCheck::none, "none"},
+    {StepCheck::inverted, "inverted"},
+    {StepCheck::overlaps, "overlaps"},
+    {StepCheck::no_area, "no_area"},
+    {StepCheck::pulls, "pulls"},
+    {StepCheck::does_not_rise, "does_not_rise"},
+    {StepCheck::falls, "falls"},
 }};
 
 struct RowStatusName {
@@ -98,7 +98,7 @@ struct Samples {
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
-  std::vector<RowDoubt> doubt;           ///< N, or none at all where nothing checked
+  std::vector<StepCheck> doubt;          ///< N, or none at all where nothing checked
 
   std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown

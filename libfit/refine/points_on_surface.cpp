@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "libfit/refine/nearest_triangle.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 namespace {
@@ -38,18 +38,19 @@ constexpr double kPositionTolerance = 1e-6;  // of the body: far above rounding,
 std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
                                             const Surface& surface, const Points& outward_normal,
                                             double largest_angle_rad, double max_m) {
-  const TriangleTree tree(surface);
+  const BoxTree boxes = triangle_boxes(surface);
   const double min_cosine = std::cos(largest_angle_rad);
   std::vector<EdgePathSeeds> seeds(static_cast<std::size_t>(position.rows()));
   for (Eigen::Index i = 0; i < position.rows(); ++i) {
     const Vec3 outward = -inward.row(i);
-    const auto faces_alike = [&](std::int32_t triangle, const TrianglePoint& point) {
+    const auto faces_alike = [&](const SurfacePoint& point) {
       Vec3 normal = Vec3::Zero();
       for (int k = 0; k < 3; ++k)
-        normal += point.weight[k] * outward_normal.row(surface.triangles(triangle, k)).transpose();
+        normal +=
+            point.weight[k] * outward_normal.row(surface.triangles(point.triangle, k)).transpose();
       return normal.dot(outward) > min_cosine * normal.norm();
     };
-    const auto hit = tree.nearest(position.row(i), max_m, faces_alike);
+    const auto hit = closest_point(surface, boxes, position.row(i), max_m, faces_alike);
     if (!hit) continue;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t vertex = surface.triangles(hit->triangle, k);

@@ -27,8 +27,7 @@ Replayed replay_with_own(const runtime::AssetView& asset, const Reference& refer
                          const FittedCurves& own, double depth_m) {
   Replayed replayed(reference.paths);
   for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path) {
-    const auto substituted =
-        SubstitutedAsset::with_one_response(asset, own.curves, static_cast<Eigen::Index>(path));
+    const auto substituted = SubstitutedAsset::with_one_response(asset, own.curves, path);
     replay_path(substituted.view(), reference, path, depth_m, replayed);
   }
   return replayed;
@@ -36,7 +35,7 @@ Replayed replay_with_own(const runtime::AssetView& asset, const Reference& refer
 
 // Path of a reference row.
 std::size_t path_of(const Reference& reference, Eigen::Index row) {
-  return static_cast<std::size_t>(reference.paths.point[static_cast<std::size_t>(row)]);
+  return reference.paths.point[row];
 }
 
 }  // namespace
@@ -58,9 +57,9 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
   const Points left = with_finer.force_N - reference.paths.force;
   Points sliding_part = Points::Zero(left.rows(), 3);
   for (Eigen::Index row = 0; row < left.rows(); ++row) {
-    if (!with_finer.is_sliding[static_cast<std::size_t>(row)]) continue;
-    const auto path = static_cast<Eigen::Index>(path_of(reference, row));
-    const Vec3 normal = reference.held_out.points.normal.row(path), all = left.row(row);
+    if (!with_finer.is_sliding[row]) continue;
+    const Vec3 normal = reference.held_out.points.normal.row(path_of(reference, row));
+    const Vec3 all = left.row(row);
     sliding_part.row(row) = all - all.dot(normal) * normal;
   }
   // A difference stands in place of an answer's error.

@@ -20,8 +20,8 @@ class TipWalk {
 
   // What the engine says at each deflection of a path.
   std::vector<runtime::Output> follow(const HeldOut& held_out, std::size_t path, double depth_m) {
-    const auto at = static_cast<Eigen::Index>(path);
-    const Vec3 point = held_out.points.position.row(at), normal = held_out.points.normal.row(at);
+    const Vec3 point = held_out.points.position.row(path),
+               normal = held_out.points.normal.row(path);
     const Points& deflections = held_out.paths[path].deflections;
     std::vector<runtime::Output> answers;
     runtime::Contact contact;
@@ -59,12 +59,11 @@ std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& sam
   std::map<std::int32_t, std::vector<Eigen::Index>> usable;
   std::map<std::int32_t, bool> has_ended;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (samples.point[r] != point) continue;
-    const bool is_good = samples.status[r] == RowStatus::good;
-    bool& ended = has_ended[samples.experiment[r]];
-    if (is_good && !ended) usable[samples.experiment[r]].push_back(row);
-    if (!is_good && samples.kind[r] != ExperimentKind::press) ended = true;
+    if (samples.point[row] != point) continue;
+    const bool is_good = samples.status[row] == RowStatus::good;
+    bool& ended = has_ended[samples.experiment[row]];
+    if (is_good && !ended) usable[samples.experiment[row]].push_back(row);
+    if (!is_good && samples.kind[row] != ExperimentKind::press) ended = true;
   }
   return usable;
 }
@@ -73,19 +72,18 @@ std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& sam
 
 Replayed::Replayed(const Samples& reference)
     : force_N(Points::Zero(reference.rows(), 3)),
-      is_sliding(static_cast<std::size_t>(reference.rows()), 0),
+      is_sliding(reference.rows(), 0),
       is_answered(is_sliding) {}
 
 void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
                  double depth_m, Replayed& replayed) {
   const auto answers = TipWalk(asset).follow(reference.held_out, path, depth_m);
   for (Eigen::Index row = 0; row < reference.paths.rows(); ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (reference.paths.point[r] != static_cast<std::int32_t>(path)) continue;
-    const runtime::Output& out = answers[static_cast<std::size_t>(reference.paths.step[r])];
+    if (reference.paths.point[row] != static_cast<std::int32_t>(path)) continue;
+    const runtime::Output& out = answers[reference.paths.step[row]];
     for (int k = 0; k < 3; ++k) replayed.force_N(row, k) = -out.force_on_tool_N[k];
-    replayed.is_sliding[r] = out.state == runtime::ContactState::slip;
-    replayed.is_answered[r] = 1;
+    replayed.is_sliding[row] = out.state == runtime::ContactState::slip;
+    replayed.is_answered[row] = 1;
   }
 }
 
@@ -113,7 +111,7 @@ void replay_point(const Samples& samples, std::int32_t point, const CurveSet& cu
                                  static_cast<int>(rows.size()), force.data());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       replayed.force_N.row(rows[i]) << force[i].x, force[i].y, force[i].z;
-      replayed.is_answered[static_cast<std::size_t>(rows[i])] = 1;
+      replayed.is_answered[rows[i]] = 1;
     }
   }
 }
@@ -122,15 +120,14 @@ std::vector<ComparedRow> compare(const Samples& reference, const Points& answer_
                                  const std::function<bool(Eigen::Index)>& counts) {
   std::vector<ComparedRow> rows;
   for (Eigen::Index row = 0; row < reference.rows(); ++row)
-    if (reference.status[static_cast<std::size_t>(row)] == RowStatus::good && counts(row))
+    if (reference.status[row] == RowStatus::good && counts(row))
       rows.push_back({reference.force.row(row), answer_N.row(row), reference.force_error[row]});
   return rows;
 }
 
 std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed) {
-  return compare(reference, replayed.force_N, [&](Eigen::Index row) {
-    return replayed.is_answered[static_cast<std::size_t>(row)] != 0;
-  });
+  return compare(reference, replayed.force_N,
+                 [&](Eigen::Index row) { return replayed.is_answered[row] != 0; });
 }
 
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m) {

@@ -23,7 +23,7 @@ constexpr Forces kReference049{0.058636, 0.168528, 0.312130, 0.482380, 0.674115,
 /// it.
 Forces errors_of(ElementKind element, double poisson, const Forces& reference_N) {
   SimulationSetup setup = ball_on_cylinder(poisson);
-  setup.options.twin_ratio = 0;
+  setup.options.coarse_ratio = 0;
   setup.options.contact.stiffness = 2000;
   setup.options.equilibrium.element = element;
   Experiments experiments;

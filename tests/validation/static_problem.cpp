@@ -109,10 +109,10 @@ class Newton {
   // K d = load - force - K change, with less of the indefinite part of K where it has to be.
   bool tangent_direction(const Points& u, double share, const Points& change, Points& force,
                          Eigen::VectorXd& direction) {
-    for (const double bend : {1.0, 0.5, 0.0}) {
+    for (const double geometric_scale : {1.0, 0.5, 0.0}) {
       force = Points::Zero(u.rows(), 3);
       K_.set_zero();
-      body_.add_stiffness(u, bend, force, K_);
+      body_.add_stiffness(u, geometric_scale, force, K_);
       Eigen::VectorXd pulled;
       K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
       const Points right =

@@ -16,7 +16,7 @@ namespace {
 class ThreadClock {
  public:
   void look() {
-    const double now = fem::Profile::now_s();
+    const double now = thread_cpu_s();
     const std::lock_guard<std::mutex> lock(mutex_);
     auto& [first, last] = seen_.try_emplace(std::this_thread::get_id(), now, now).first->second;
     first = std::min(first, now);

@@ -92,7 +92,7 @@ class Import final : public Command {
       options.motion = landmarks.motion;
     }
     options.fits_to_surface = manifest.fits_to_surface;
-    options.place_tolerance_m = manifest.place_tolerance_m,
+    options.place_tolerance_m = manifest.place_tolerance_m;
     options.pools_repeats = manifest.pools_repeats;
     return options;
   }
@@ -143,9 +143,11 @@ class Import final : public Command {
     double squares = 0, largest = 0;
     std::size_t n = 0;
     for (const Outcome& outcome : assembled.outcomes)
-      if (!outcome.failure && outcome.surface_distance_m >= 0)
-        squares += outcome.surface_distance_m * outcome.surface_distance_m,
-            largest = std::max(largest, outcome.surface_distance_m), ++n;
+      if (!outcome.failure && outcome.surface_distance_m >= 0) {
+        squares += outcome.surface_distance_m * outcome.surface_distance_m;
+        largest = std::max(largest, outcome.surface_distance_m);
+        ++n;
+      }
     if (n > 0)
       say("{} recordings lie {:.3g} mm rms from the surface, {:.3g} mm at most", n,
           1e3 * std::sqrt(squares / static_cast<double>(n)), 1e3 * largest);

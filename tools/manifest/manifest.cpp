@@ -32,8 +32,8 @@ void read_registration(SceneTable table, Manifest& manifest) {
     manifest.motion = motion;
   }
   auto landmarks = table.tables("landmarks", "landmarks of [registration]");
-  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3),
-      manifest.body_landmarks_m = manifest.rig_landmarks_m;
+  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3);
+  manifest.body_landmarks_m = manifest.rig_landmarks_m;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     manifest.rig_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("rig");
     manifest.body_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("body");
@@ -68,8 +68,7 @@ ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
 
 }  // namespace
 
-std::optional<ProbeSpec> probe_of(const Manifest& manifest,
-                                  const std::vector<recordings::ItemResult>& results) {
+ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results) {
   std::optional<ProbeSpec> common;
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const recordings::Conditioned& recording : results[i].recordings) {
@@ -84,7 +83,11 @@ std::optional<ProbeSpec> probe_of(const Manifest& manifest,
             "samples of their own.");
       common = probe;
     }
-  return common;
+  if (common) return *common;
+  ProbeSpec unknown;
+  unknown.shape = "point";
+  unknown.friction = manifest.friction;
+  return unknown;
 }
 
 double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }

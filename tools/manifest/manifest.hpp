@@ -27,11 +27,10 @@ struct Manifest {
   double friction = kDefaultFriction;  ///< of the probe
 };
 
-/// The probe of all recordings, as the manifest or their files say; none where nobody knows its
-/// radius. A recording that does not say agrees with those that do.
-/// Throws Error at a recording made with another probe than one before it.
-std::optional<ProbeSpec> probe_of(const Manifest& manifest,
-                                  const std::vector<recordings::ItemResult>& results);
+/// The probe of all recordings, as the manifest or their files say; a "point" where nobody knows
+/// its radius. A recording that does not say agrees with those that do. Throws Error at a recording
+/// made with another probe than one before it.
+ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results);
 
 /// Poisson's ratio of the body, which the first recording says.
 double poisson_of(const Manifest& manifest);

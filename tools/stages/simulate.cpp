@@ -65,9 +65,10 @@ namespace {
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
   std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name);
-  if (!samples.doubt.empty() && samples.doubt[row] != RowDoubt::none &&
+  if (!samples.doubt.empty() && samples.doubt[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
-    reason += ": " + std::string(kRowDoubtNames[static_cast<std::size_t>(samples.doubt[row])].name);
+    reason +=
+        ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.doubt[row])].name);
   return reason;
 }
 

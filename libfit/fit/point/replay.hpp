@@ -132,11 +132,6 @@ int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& 
 }
 inline std::array<double, 3> as_array(const Sensor& s) { return {s.contact, s.bias, s.drift}; }
 inline bool is_any(const Sensor& s) { return s.contact != 0 || s.bias != 0 || s.drift != 0; }
-inline int count_unknown(const Sensor& deviation) {
-  int count = 0;
-  for (const double d : as_array(deviation)) count += d > 0;
-  return count;
-}
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and what is fitted of the family's

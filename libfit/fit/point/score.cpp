@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "libfit/core/relative_error.hpp"
+#include "libfit/core/rounding.hpp"
 
 namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
@@ -30,7 +31,7 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
   Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
   for (std::size_t j = 0; j < control.size(); ++j)
     stored[static_cast<Eigen::Index>(j)] =
-        as_float32(std::clamp(unit * control[j], part.min, part.max));
+        rounded_to_float(std::clamp(unit * control[j], part.min, part.max));
   return stored;
 }
 

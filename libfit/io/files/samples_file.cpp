@@ -209,7 +209,7 @@ void read_rows(const h5::Reader& reader, Samples& s) {
   s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
   s.status = read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status);
   if (reader.has("rows/doubt"))
-    s.doubt = read_named(reader, "rows/doubt", rows, kRowDoubtNames, &RowDoubtName::doubt);
+    s.doubt = read_named(reader, "rows/doubt", rows, kStepCheckNames, &StepCheckName::doubt);
 }
 
 template <class Enum>
@@ -254,7 +254,7 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   writer.attribute("rows/status", "names", names_of(kRowStatusNames));
   if (!s.doubt.empty()) {
     write_codes(writer, "rows/doubt", s.doubt);
-    writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
+    writer.attribute("rows/doubt", "names", names_of(kStepCheckNames));
   }
   write_probe(writer, s.probe, complain_about(path));
   if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});

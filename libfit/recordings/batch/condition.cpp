@@ -126,9 +126,10 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
       static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
   double depth_m = 0, force_N = 0;
   for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
-    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good)
-      depth_m = std::max(depth_m, out.deflection_m.row(i).norm()),
+    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good) {
+      depth_m = std::max(depth_m, out.deflection_m.row(i).norm());
       force_N = std::max(force_N, out.force_N.row(i).norm());
+    }
   if (good < out.deflection_m.rows())
     note(Grade::fair, fmt::format("{} of {} rows are saturated", out.deflection_m.rows() - good,
                                   out.deflection_m.rows()));

@@ -74,11 +74,18 @@ class Reader {
   }
   std::size_t count(std::size_t bytes_each) {
     const auto n = plain<std::uint64_t>();
-    if (n > kMaxCount || n * bytes_each > rest_.size()) return is_bad = true, 0;
+    if (n > kMaxCount || n * bytes_each > rest_.size()) {
+      is_bad = true;
+      return 0;
+    }
     return static_cast<std::size_t>(n);
   }
   std::string_view take(std::size_t bytes) {
-    if (bytes > rest_.size()) return is_bad = true, rest_ = {}, std::string_view{};
+    if (bytes > rest_.size()) {
+      is_bad = true;
+      rest_ = {};
+      return {};
+    }
     const auto part = rest_.substr(0, bytes);
     rest_.remove_prefix(bytes);
     return part;
@@ -118,9 +125,11 @@ Conditioned read_recording(Reader& in) {
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
   r.contact_m = in.place();
   r.inward = in.place();
-  r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
+  r.contact_travel_m = in.plain<double>();
+  r.contact_deviation_m = in.plain<double>();
   r.estimator = in.text();
-  r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
+  r.speed_m_s = in.plain<double>();
+  r.noise_N = in.plain<double>();
   r.hysteresis = in.plain<double>();
   r.young_Pa = in.plain<double>();
   r.apparent_Pa = in.plain<double>();
@@ -150,7 +159,8 @@ ItemResult read_result(Reader& in) {
   result.hash = in.text();
   if (in.plain<char>()) {
     result.failure.emplace();
-    result.failure->where = in.text(), result.failure->what = in.text(),
+    result.failure->where = in.text();
+    result.failure->what = in.text();
     result.failure->remedy = in.text();
   }
   result.recordings.resize(in.count(16));

@@ -209,7 +209,8 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
   curve.count.resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {
     if (!(count[b] > 0)) continue;
-    curve.travel_m[k] = travel[b] / count[b], curve.push_N[k] = push[b] / count[b],
+    curve.travel_m[k] = travel[b] / count[b];
+    curve.push_N[k] = push[b] / count[b];
     curve.count[k++] = count[b];
   }
   return curve;

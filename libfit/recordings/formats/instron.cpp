@@ -26,7 +26,8 @@ std::vector<RawRecording> read_instron(const std::filesystem::path& path, std::s
                                        const ReadSettings& settings) {
   ReadSettings own = settings;
   own.columns = {};
-  own.columns.time = "Time (s)", own.columns.depth = "Compression (mm)",
+  own.columns.time = "Time (s)";
+  own.columns.depth = "Compression (mm)";
   own.columns.force = {"Load (N)"};
   own.units = {};
   own.is_force_on_tool = false;

@@ -67,7 +67,8 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   layout.first = header.line + 1;
   layout.separator = header.separator;
   layout.decimal = settings.decimal ? settings.decimal : '.';
-  layout.comment = settings.comment, layout.drop_invalid = settings.drop_invalid,
+  layout.comment = settings.comment;
+  layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
   layout.field = find_columns(roles, header.names, fail);
   std::vector<double> factors;

@@ -73,14 +73,15 @@ void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experime
 
 void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
   const auto rows = static_cast<Eigen::Index>(samples.point.size());
-  samples.deflection.resize(rows, 3), samples.force.resize(rows, 3),
-      samples.force_error.resize(rows);
+  samples.deflection.resize(rows, 3);
+  samples.force.resize(rows, 3);
+  samples.force_error.resize(rows);
   samples.torque = Points::Zero(rows, 3);
   Eigen::Index at = 0;
   for (const Pooled* part : parts) {
     const Eigen::Index n = part->force_N.rows();
-    samples.deflection.middleRows(at, n) = part->deflection_m,
-                                      samples.force.middleRows(at, n) = part->force_N;
+    samples.deflection.middleRows(at, n) = part->deflection_m;
+    samples.force.middleRows(at, n) = part->force_N;
     samples.force_error.segment(at, n) = part->error_N;
     if (part->torque_Nm.rows() == n) samples.torque.middleRows(at, n) = part->torque_Nm;
     at += n;
@@ -101,12 +102,15 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
   for (Eigen::Index i = 0; i < n; ++i) {
     const Candidate& c = *used[static_cast<std::size_t>(i)];
     const Conditioned& r = *c.recording;
-    out.experiment.push_back(c.experiment), out.file.push_back(shown(items, c)),
-        out.hash.push_back(results[c.item].hash);
+    out.experiment.push_back(c.experiment);
+    out.file.push_back(shown(items, c));
+    out.hash.push_back(results[c.item].hash);
     out.contact_m[i] = r.contact_travel_m;
     out.contact_deviation_m[i] = r.contact_deviation_m;
     out.estimator.push_back(r.estimator);
-    out.speed_m_s[i] = r.speed_m_s, out.noise_N[i] = r.noise_N, out.hysteresis[i] = r.hysteresis,
+    out.speed_m_s[i] = r.speed_m_s;
+    out.noise_N[i] = r.noise_N;
+    out.hysteresis[i] = r.hysteresis;
     out.young_Pa[i] = r.young_Pa;
     out.grade.push_back(static_cast<std::int8_t>(r.grade));
     std::string reasons;

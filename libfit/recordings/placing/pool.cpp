@@ -80,9 +80,10 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
   }
   std::sort(reach.rbegin(), reach.rend());
   Pooled out;
-  for (const Pooled& p : repeats)
-    out.member.push_back(p.member[0]),
-        out.speed_m_s += p.speed_m_s / static_cast<double>(repeats.size());
+  for (const Pooled& p : repeats) {
+    out.member.push_back(p.member[0]);
+    out.speed_m_s += p.speed_m_s / static_cast<double>(repeats.size());
+  }
   const bool has_torque = std::all_of(repeats.begin(), repeats.end(),
                                       [](const Pooled& p) { return p.torque_Nm.rows() > 0; });
   std::vector<Vec3> deflections, forces, torques;
@@ -116,7 +117,7 @@ Pooled together(const std::vector<Pooled>& repeats, const Vec3& inward) {
   out.error_N.resize(n);
   out.torque_Nm.resize(has_torque ? n : 0, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)],
+    out.deflection_m.row(i) = deflections[static_cast<std::size_t>(i)];
     out.force_N.row(i) = forces[static_cast<std::size_t>(i)];
     if (has_torque) out.torque_Nm.row(i) = torques[static_cast<std::size_t>(i)];
     out.error_N[i] = errors[static_cast<std::size_t>(i)];
@@ -190,8 +191,8 @@ std::vector<std::string> compare_rates(const std::string& point,
       if (slow->status[static_cast<std::size_t>(i)] != RowStatus::good) continue;
       const auto at = interpolate(*fast, fast_depth, slow_depth[i]);
       if (!at) continue;
-      difference += (at->force - Vec3(slow->force_N.row(i))).dot(inward),
-          force += slow->force_N.row(i).norm();
+      difference += (at->force - Vec3(slow->force_N.row(i))).dot(inward);
+      force += slow->force_N.row(i).norm();
       error += std::hypot(at->error_N, slow->error_N[i]);
     }
     if (std::abs(difference) > kSeenInErrors * error && std::abs(difference) > kMinEffect * force)

@@ -9,9 +9,9 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/refine/nearest_triangle.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -81,7 +81,7 @@ Registration register_landmarks(const Points& from, const Points& to) {
   out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
   out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
-  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())),
+  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size()));
   out.largest_m = left.maxCoeff();
   return out;
 }
@@ -115,18 +115,16 @@ Registration register_to_surface(const Points& points, const Surface& surface,
 }
 
 std::vector<std::optional<SurfacePlace>> project(const Points& points, const Surface& surface) {
-  const TriangleTree tree(surface);
+  const BoxTree boxes = triangle_boxes(surface);
   const Points outward = vertex_normals(surface);
   std::vector<std::optional<SurfacePlace>> places(static_cast<std::size_t>(points.rows()));
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const auto hit = tree.nearest(points.row(i), std::numeric_limits<double>::max() / 1e160,
-                                  [](auto, const auto&) { return true; });
+    const auto hit = closest_point(surface, boxes, points.row(i));
     if (!hit) continue;
-    SurfacePlace place{Vec3::Zero(), Vec3::Zero(), hit->point.distance_m};
+    SurfacePlace place{hit->position, Vec3::Zero(), hit->distance_m};
     for (int k = 0; k < 3; ++k) {
       const auto vertex = surface.triangles(hit->triangle, k);
-      place.position_m += hit->point.weight[k] * Vec3(surface.vertices.row(vertex));
-      place.inward -= hit->point.weight[k] * Vec3(outward.row(vertex));
+      place.inward -= hit->weight[k] * Vec3(outward.row(vertex));
     }
     if (!(place.inward.norm() > 1e-12)) continue;
     place.inward.normalize();

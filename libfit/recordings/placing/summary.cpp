@@ -66,11 +66,14 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   }
   row["experiment"] = o.experiment, row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)],
   row["reason"] = listed(r->reasons, "; ");
-  row["contact_m"] = number(r->contact_travel_m),
-  row["contact_deviation_m"] = number(r->contact_deviation_m), row["estimator"] = r->estimator;
-  row["speed_m_s"] = number(r->speed_m_s), row["noise_N"] = number(r->noise_N),
+  row["contact_m"] = number(r->contact_travel_m);
+  row["contact_deviation_m"] = number(r->contact_deviation_m);
+  row["estimator"] = r->estimator;
+  row["speed_m_s"] = number(r->speed_m_s);
+  row["noise_N"] = number(r->noise_N);
   row["hysteresis"] = number(r->hysteresis);
-  row["young_Pa"] = number(r->young_Pa), row["surface_distance_m"] = number(o.surface_distance_m),
+  row["young_Pa"] = number(r->young_Pa);
+  row["surface_distance_m"] = number(o.surface_distance_m);
   row["hash"] = results[o.item].hash;
   return row;
 }

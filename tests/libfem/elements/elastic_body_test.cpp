@@ -225,10 +225,10 @@ TEST_P(ElasticBodySuite, bend_0_is_positive_definite_where_the_exact_tangent_is_
   const ElasticBody body = body_of(mesh, kWatery);
   // 1 % of volume lost: pressures of 20 E push the exact tangent through zero.
   const Points u = affine(mesh.nodes, std::cbrt(0.99) * Mat3::Identity());
-  const auto is_positive = [&](double bend) {
+  const auto is_positive = [&](double geometric_scale) {
     Points force = Points::Zero(mesh.nodes.rows(), 3);
     SymmetricBlockMatrix K = body.pattern();
-    body.add_stiffness(u, bend, force, K);
+    body.add_stiffness(u, geometric_scale, force, K);
     return Eigen::LLT<Eigen::MatrixXd>(dense(K)).info() == Eigen::Success;
   };
   EXPECT_FALSE(is_positive(1));

@@ -120,7 +120,8 @@ inline std::vector<ProbeCase> probe_cases() {
   capsule.orientation = Vec3::UnitX();
   capsule.heading = Vec3::UnitX();
   Mat3 turn;  // own x to z (into the body), own z to the heading x
-  turn.col(0) = Vec3::UnitZ(), turn.col(2) = Vec3::UnitX(),
+  turn.col(0) = Vec3::UnitZ();
+  turn.col(2) = Vec3::UnitX();
   turn.col(1) = turn.col(2).cross(turn.col(0));
   cases.push_back(
       {"capsule_lying", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(R, 0, 0), turn)});

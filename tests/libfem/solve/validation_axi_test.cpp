@@ -42,8 +42,8 @@ TEST_P(ValidationAxi,
     const double start = validation::cpu_seconds();
     const PointRows result = simulator.press_and_drag(place, -Vec3::UnitZ(), experiments);
     const double cost_s = validation::cpu_seconds() - start;
-    std::printf("poisson %.2f: %d nodes, twin %d, %.2f s CPU\n", GetParam().poisson,
-                result.cost.nodes, result.cost.twin_nodes, cost_s);
+    std::printf("poisson %.2f: %d nodes, coarse %d, %.2f s CPU\n", GetParam().poisson,
+                result.cost.nodes, result.cost.coarse_nodes, cost_s);
     ASSERT_EQ(result.rows.size(), GetParam().force_N.size());
     for (std::size_t k = 0; k < result.rows.size(); ++k) {
       const PointRow& row = result.rows[k];

@@ -41,11 +41,12 @@ std::vector<Case> cases() {
   return out;
 }
 
-/// Finer by 1.5, itself extrapolated with a twin: its own error is a third of the run's and less.
+/// Finer by 1.5, itself extrapolated with a coarse grid: its own error is a third of the run's and
+/// less.
 SolverOptions truth_options() {
   SolverOptions options;
   options.element_size = options.growth = 0.33;
-  options.twin_ratio = 1.5;
+  options.coarse_ratio = 1.5;
   return options;
 }
 

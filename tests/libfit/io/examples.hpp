@@ -6,6 +6,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/fit_cache.hpp"
+#include "libfit/core/rounding.hpp"
 #include "libfit/core/samples.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the
@@ -137,7 +138,7 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
     const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;
     for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
       out.control[i].col(j).setConstant(
-          as_float32(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+          rounded_to_float(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
   }
   return out;
 }

@@ -65,7 +65,7 @@ TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
 TEST_F(RoundTrip, what_checks_of_rows_found_comes_back_and_needs_one_entry_a_row) {
   Samples a = example_samples();
   for (std::size_t row = 0; row < a.status.size(); ++row)
-    a.doubt.push_back(kRowDoubtNames[row % kRowDoubtNames.size()].doubt);
+    a.doubt.push_back(kStepCheckNames[row % kStepCheckNames.size()].doubt);
   write_samples(at("s.h5"), a, {});
   EXPECT_EQ(read_samples(at("s.h5")).doubt, a.doubt);
   a.doubt.pop_back();
@@ -311,10 +311,10 @@ TEST_F(RoundTrip, describe_lists_schema_shapes_and_units) {
   const FileDescription d = describe(at("s.h5"));
   EXPECT_EQ(d.version, 1);
   EXPECT_EQ(d.attributes, kAttributes);
-  ASSERT_EQ(d.data_sets.size(), 13u);
-  EXPECT_EQ(d.data_sets[0].name, "points/name");
-  EXPECT_EQ(d.data_sets[0].type, "text");
-  const auto& force = d.data_sets[6];
+  ASSERT_EQ(d.data_sets.size(), 21u);
+  EXPECT_EQ(d.data_sets[1].name, "points/name");
+  EXPECT_EQ(d.data_sets[1].type, "text");
+  const auto& force = d.data_sets[14];
   EXPECT_EQ(force.name, "rows/force");
   EXPECT_EQ(force.type, "float64");
   EXPECT_EQ(h5::to_string(force.shape), "6 x 3");

@@ -75,9 +75,12 @@ TEST(registration, landmarks_on_one_line_are_refused) {
 // Presses of one point, conditioned already: push = stiffness * depth.
 Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
   Conditioned r;
-  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0),
+  r.is_axial = true;
+  r.inward = Vec3(0, 0, -1);
+  r.contact_m = Vec3(0.01, 0, 0);
   r.speed_m_s = speed_m_s;
-  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4,
+  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN();
+  r.apparent_Pa = 1e4;
   r.noise_N = 1e-3;
   r.deflection_m = r.force_N = Points::Zero(20, 3);
   r.error_N = Eigen::VectorXd::Constant(20, 1e-3);

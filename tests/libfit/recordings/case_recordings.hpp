@@ -52,7 +52,8 @@ inline recordings::BatchItem case_item(const std::string& truth, const std::stri
   item.shown = item.file.filename().string();
   item.position_m = Vec3::Zero();
   item.normal = Vec3(0, 0, -1);
-  item.read.columns.time = "t_s", item.read.columns.depth = "pos_mm",
+  item.read.columns.time = "t_s";
+  item.read.columns.depth = "pos_mm";
   item.read.columns.force = {"force_N"};
   item.read.units = {"s", "mm", "N"};
   item.read.is_force_on_tool = false;

@@ -75,7 +75,8 @@ TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
 
 TEST(contact, a_recording_that_begins_in_contact_says_so) {
   PressCurve curve = power_curve(1, 1e-3, kSeed);
-  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(),
+  curve.travel_m = curve.travel_m.tail(180).eval();
+  curve.push_N = curve.push_N.tail(180).eval();
   curve.count = curve.count.tail(180).eval();
   EXPECT_TRUE(contact_estimator_named("auto")->estimate(curve, {}).begins_in_contact);
 }

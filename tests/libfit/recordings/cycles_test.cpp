@@ -19,8 +19,9 @@ importers::RawRecording cycles_with_spikes(bool has_spikes) {
     const double travel = 5e-6 * (is_in ? phase : 800 - phase),
                  depth = std::max(0.0, travel - 5e-4),
                  loop = 0.05 * std::sin(M_PI * depth / 1.5e-3) * (is_in ? 1 : -1);
-    raw.time_s.push_back(0.01 * i), raw.travel_m.push_back(travel),
-        raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(0.01 * i);
+    raw.travel_m.push_back(travel);
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.push_N.push_back(2e3 * depth + 3 * loop * 2e3 * depth + 1e-3 * std::sin(40.0 * i) +
                          (has_spikes && i % 50 == 17 ? 0.9 : 0));
   }

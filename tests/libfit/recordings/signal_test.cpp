@@ -17,8 +17,9 @@ importers::RawRecording axial_press(int rows, double rate_hz) {
   importers::RawRecording raw;
   for (int i = 0; i < rows; ++i) {
     const double t = i / rate_hz, travel = 2e-3 * t, depth = std::max(0.0, travel - 1e-3);
-    raw.time_s.push_back(t), raw.travel_m.push_back(travel),
-        raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(t);
+    raw.travel_m.push_back(travel);
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.push_N.push_back(0.05 + 3e4 * std::pow(depth, 1.5) + 1e-4 * std::sin(40.0 * i));
   }
   return raw;
@@ -45,8 +46,9 @@ TEST(signal, clocks_of_different_rate_and_a_late_force_give_the_same_samples) {
   other.time_s.clear(), other.travel_m.clear(), other.line.clear();
   for (int i = 0; i < 90; ++i) {
     const double t = i / 44.0;
-    other.time_s.push_back(t), other.travel_m.push_back(2e-3 * t),
-        other.line.push_back(static_cast<std::size_t>(i) + 2);
+    other.time_s.push_back(t);
+    other.travel_m.push_back(2e-3 * t);
+    other.line.push_back(static_cast<std::size_t>(i) + 2);
   }
   SignalSettings settings;
   settings.force_delay_s = late_s;

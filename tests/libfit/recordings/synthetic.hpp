@@ -111,7 +111,8 @@ inline recordings::BatchItem item_of(const std::filesystem::path& folder, int nu
   item.file = folder / name;
   item.position_m = truth_of(number, seed).position_m;
   item.normal = Vec3(0, 0, -1);
-  item.read.columns.time = "t", item.read.columns.position = {"x", "y", "z"},
+  item.read.columns.time = "t";
+  item.read.columns.position = {"x", "y", "z"};
   item.read.columns.force = {"fx", "fy", "fz"};
   item.read.units = {"s", "mm", "N"};
   item.read.is_force_on_tool = true;

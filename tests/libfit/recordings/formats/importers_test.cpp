@@ -104,7 +104,9 @@ TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column)
 TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
   ReadSettings s = axial();
   s.columns = {};
-  s.columns.depth = "Zi", s.columns.force = {"Fi"}, s.columns.retract_depth = "Zo",
+  s.columns.depth = "Zi";
+  s.columns.force = {"Fi"};
+  s.columns.retract_depth = "Zo";
   s.columns.retract_force = "Fo";
   const auto r = read("Zi,Fi,Zo,Fo\n0,0,1,3\n1,4,0,0\n", s);
   EXPECT_EQ(r[0].travel_m, (std::vector<double>{0, 1e-3, 1e-3, 0}));
@@ -190,7 +192,9 @@ TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
               std::to_string(10 * p) + ",0," + std::to_string(-i) + "," + std::to_string(10 * p) +
               ",0," + std::to_string(-0.9 * i) + "\n";
   ReadSettings s;
-  s.format = "robot-palpation", s.units = {"", "mm", "N"}, s.is_force_on_tool = true,
+  s.format = "robot-palpation";
+  s.units = {"", "mm", "N"};
+  s.is_force_on_tool = true;
   s.is_normal_outward = true;
   const auto r = read(text, s);
   ASSERT_EQ(r.size(), 2u);
@@ -265,7 +269,8 @@ TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
         }
         if (damaged.empty()) damaged = "x";
       }
-      s.format = format, s.drop_invalid = random() % 2,
+      s.format = format;
+      s.drop_invalid = random() % 2;
       s.encoding = random() % 2 ? "utf-8" : "latin-1";
       try {
         for (const RawRecording& r : read_recordings("damaged", damaged, s)) {

@@ -1,4 +1,4 @@
-#include "libfem/solve/experiments/experiment_script.hpp"
+#include "libfem/solve/experiments/experiment_plan.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,7 +13,7 @@ constexpr double kTau = 6.283185307179586;
 
 }  // namespace
 
-int Script::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
+int ExperimentPlan::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
   PointRow row;
   row.kind = kind;
   row.experiment = experiment;
@@ -24,10 +24,10 @@ int Script::add_row(ExperimentKind kind, int experiment, int step, const Vec3& d
   return static_cast<int>(rows.size()) - 1;
 }
 
-Script press_and_drag_script(const Experiments& experiments, const Vec3& normal) {
-  Script script;
-  script.depth_m = experiments.depth_m;
-  script.ways.push_back({});
+ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal) {
+  ExperimentPlan plan;
+  plan.depth_m = experiments.depth_m;
+  plan.segments.push_back({});
   struct Stop {
     double depth_m;
     int row;
@@ -35,7 +35,7 @@ Script press_and_drag_script(const Experiments& experiments, const Vec3& normal)
   std::vector<Stop> stops;
   for (int step = 1; step <= experiments.press_steps; ++step) {
     const double depth = experiments.depth_m * step / experiments.press_steps;
-    stops.push_back({depth, script.add_row(ExperimentKind::press, 0, step - 1, depth * normal)});
+    stops.push_back({depth, plan.add_row(ExperimentKind::press, 0, step - 1, depth * normal)});
   }
   const double same = 1e-9 * experiments.depth_m;
   const auto stop_at = [&](double depth) {
@@ -46,45 +46,45 @@ Script press_and_drag_script(const Experiments& experiments, const Vec3& normal)
     if (stop_at(depth) == stops.end()) stops.push_back({depth, -1});
   std::stable_sort(stops.begin(), stops.end(),
                    [](const Stop& a, const Stop& b) { return a.depth_m < b.depth_m; });
-  script.tracks.emplace_back();
+  plan.paths.emplace_back();
   for (const Stop& stop : stops)
-    script.tracks[0].waypoints.push_back({stop.depth_m * normal, stop.row, true});
+    plan.paths[0].targets.push_back({stop.depth_m * normal, stop.row, true});
 
   int experiment = 1;
   for (const double depth : experiments.drag_depths_m) {
     for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions)) {
-      Track drag{0, static_cast<int>(stop_at(depth) - stops.begin()), {}};
+      ProbePath drag{0, static_cast<int>(stop_at(depth) - stops.begin()), {}};
       for (int step = 1; step <= experiments.drag_steps; ++step) {
         const double share = std::pow(double(step) / experiments.drag_steps, 1.5);
         const Vec3 deflection = depth * normal + share * experiments.drag_distance_m * tangent;
-        drag.waypoints.push_back(
-            {deflection, script.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
+        drag.targets.push_back(
+            {deflection, plan.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
       }
-      script.tracks.push_back(drag);
-      script.ways.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent, depth});
+      plan.paths.push_back(drag);
+      plan.segments.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent, depth});
       ++experiment;
     }
   }
-  return script;
+  return plan;
 }
 
-Script path_script(const Points& deflections, const Vec3& normal) {
-  Script script;
-  script.tracks.emplace_back();
+ExperimentPlan path_plan(const Points& deflections, const Vec3& normal) {
+  ExperimentPlan plan;
+  plan.paths.emplace_back();
   Vec3 before = Vec3::Zero();
   double depth_before = 0;
   for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
     const Vec3 here = deflections.row(i);
     const double depth = here.dot(normal);
-    script.depth_m = std::max(script.depth_m, depth);
-    script.tracks[0].waypoints.push_back(
-        {here, script.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
+    plan.depth_m = std::max(plan.depth_m, depth);
+    plan.paths[0].targets.push_back(
+        {here, plan.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
     const Vec3 lateral = here - depth * normal;
-    script.ways.push_back({before, lateral, std::min(depth, depth_before)});
+    plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
     before = lateral;
     depth_before = depth;
   }
-  return script;
+  return plan;
 }
 
 std::vector<Vec3> drag_tangents(const Vec3& normal, int count) {

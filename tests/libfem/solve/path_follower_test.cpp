@@ -22,13 +22,13 @@ BodyState pressed(double force_N) {
   return state;
 }
 
-RowDoubt judged(const BodyState& before, const BodyState& after, bool must_rise = true) {
-  return judge_step(before, after, must_rise, kDeepest_m);
+StepCheck checked(const BodyState& before, const BodyState& after, bool must_rise = true) {
+  return check_step(before, after, must_rise, kDeepest_m);
 }
 
 TEST(JudgeStep, a_press_that_pushes_harder_is_believed) {
-  EXPECT_EQ(judged(pressed(0), pressed(0.1)), RowDoubt::none);
-  EXPECT_EQ(judged(pressed(0.1), pressed(0.2)), RowDoubt::none);
+  EXPECT_EQ(checked(pressed(0), pressed(0.1)), StepCheck::none);
+  EXPECT_EQ(checked(pressed(0.1), pressed(0.2)), StepCheck::none);
 }
 
 TEST(JudgeStep, each_doubt_has_its_own_name) {
@@ -38,36 +38,36 @@ TEST(JudgeStep, each_doubt_has_its_own_name) {
   overlaps.contact.greatest_penetration_m = 1.01 * kDeepest_m;
   pulls.contact.force_N *= -1;
   no_area.contact.area_m2 = 0;
-  EXPECT_EQ(judged(before, inverted), RowDoubt::inverted);
-  EXPECT_EQ(judged(before, overlaps), RowDoubt::overlaps);
-  EXPECT_EQ(judged(before, pulls), RowDoubt::pulls);
-  EXPECT_EQ(judged(before, no_area), RowDoubt::no_area);
-  EXPECT_EQ(judged(before, pressed(0.1)), RowDoubt::does_not_rise);
-  EXPECT_EQ(judged(before, pressed(0.09)), RowDoubt::does_not_rise);
+  EXPECT_EQ(checked(before, inverted), StepCheck::inverted);
+  EXPECT_EQ(checked(before, overlaps), StepCheck::overlaps);
+  EXPECT_EQ(checked(before, pulls), StepCheck::pulls);
+  EXPECT_EQ(checked(before, no_area), StepCheck::no_area);
+  EXPECT_EQ(checked(before, pressed(0.1)), StepCheck::does_not_rise);
+  EXPECT_EQ(checked(before, pressed(0.09)), StepCheck::does_not_rise);
   std::set<std::string_view> names;
-  for (std::size_t i = 0; i < kRowDoubtNames.size(); ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(kRowDoubtNames[i].doubt), i);
-    names.insert(kRowDoubtNames[i].name);
+  for (std::size_t i = 0; i < kStepCheckNames.size(); ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(kStepCheckNames[i].doubt), i);
+    names.insert(kStepCheckNames[i].name);
   }
-  EXPECT_EQ(names.size(), kRowDoubtNames.size());
+  EXPECT_EQ(names.size(), kStepCheckNames.size());
 }
 
 TEST(JudgeStep, a_drag_may_ease_and_may_leave_the_body) {
-  EXPECT_EQ(judged(pressed(0.1), pressed(0.05), false), RowDoubt::none);
-  EXPECT_EQ(judged(pressed(0.1), pressed(0), false), RowDoubt::none);
+  EXPECT_EQ(checked(pressed(0.1), pressed(0.05), false), StepCheck::none);
+  EXPECT_EQ(checked(pressed(0.1), pressed(0), false), StepCheck::none);
 }
 
 TEST(JudgeStep, a_number_that_is_none_is_not_believed) {
   BodyState state = pressed(0.2);
   state.min_J = std::nan("");
-  EXPECT_EQ(judged(pressed(0.1), state), RowDoubt::inverted);
+  EXPECT_EQ(checked(pressed(0.1), state), StepCheck::inverted);
   state = pressed(0.2);
   state.contact.force_N.setConstant(std::nan(""));
-  EXPECT_EQ(judged(pressed(0.1), state), RowDoubt::pulls);
+  EXPECT_EQ(checked(pressed(0.1), state), StepCheck::pulls);
 }
 
-/// Rows of the press on the block with a penalty, its overlap given back or not.
-std::vector<TrackRow> press(double stiffness, bool gives_back, double friction) {
+/// Rows of the press on the block with a penalty, after an Uzawa update or not.
+std::vector<PathRow> press(double stiffness, bool uzawa_update, double friction) {
   const SimulationSetup setup = block_setup(friction);
   GradeOptions grade;
   grade.path = {{block_top(), block_top(), 0.0025, 0}};
@@ -81,29 +81,28 @@ std::vector<TrackRow> press(double stiffness, bool gives_back, double friction) 
   options.residual = 1e-5;
   Equilibrium equilibrium(mesh, {make_material(setup.materials[0], "test")}, nullptr, probe,
                           contact, options);
-  Track track;
+  ProbePath path;
   for (int row = 0; row < 3; ++row)
-    track.waypoints.push_back({Vec3(0, 0, -1e-3 * (row + 1)), row, true});
-  WalkOptions walk;
-  walk.gives_back = gives_back;
-  return walk_tracks(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {track}, 3, walk);
+    path.targets.push_back({Vec3(0, 0, -1e-3 * (row + 1)), row, true});
+  PathOptions options;
+  options.uzawa_update = uzawa_update;
+  return follow_paths(equilibrium, probe, {block_top(), -Vec3::UnitZ()}, {path}, 3, options);
 }
 
 // Without friction what is left is of second order: under a third of the shift on this coarse mesh,
 // and within the error that the row owns up to.
-TEST(Tracks, force_with_the_overlap_given_back_is_that_of_a_far_stiffer_penalty) {
-  const std::vector<TrackRow> given_back = press(250, true, 0), soft = press(250, false, 0),
-                              stiff = press(4000, true, 0);
+TEST(PathFollower, force_after_an_uzawa_update_is_that_of_a_far_stiffer_penalty) {
+  const std::vector<PathRow> updated = press(250, true, 0), soft = press(250, false, 0),
+                             stiff = press(4000, true, 0);
   for (int row = 0; row < 3; ++row) {
-    ASSERT_EQ(given_back[row].status, RowStatus::good);
-    const double left = (given_back[row].force_N - stiff[row].force_N).norm();
+    ASSERT_EQ(updated[row].status, RowStatus::good);
+    const double left = (updated[row].force_N - stiff[row].force_N).norm();
     const double bias = (soft[row].force_N - stiff[row].force_N).norm();
     EXPECT_GT(bias, 2e-3 * stiff[row].force_N.norm());
     EXPECT_LT(left, bias / 3) << "row " << row;
-    EXPECT_LT(left, given_back[row].penalty_error_N + 5e-4 * stiff[row].force_N.norm());
-    EXPECT_NEAR(
-        (given_back[row].force_N - given_back[row].penalty_shift_N - soft[row].force_N).norm(), 0,
-        1e-4 * soft[row].force_N.norm());
+    EXPECT_LT(left, updated[row].penalty_error_N + 5e-4 * stiff[row].force_N.norm());
+    EXPECT_NEAR((updated[row].force_N - updated[row].penalty_shift_N - soft[row].force_N).norm(), 0,
+                1e-4 * soft[row].force_N.norm());
   }
 }
 

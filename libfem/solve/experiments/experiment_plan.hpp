@@ -8,16 +8,17 @@ namespace palpate::fem {
 
 /// A straight piece of where contact goes on the surface, from the test point, and the shallowest
 /// depth there.
-struct ContactWay {
+struct ContactSegment {
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();
   double depth_m = 0;
 };
 
-/// Rows of one test point and the ways of the probe that fill them.
-struct Script {
+/// Rows of one test point, the paths of the probe that fill them, and the segments of the surface
+/// that contact visits.
+struct ExperimentPlan {
   std::vector<PointRow> rows;
-  std::vector<Track> tracks;
-  std::vector<ContactWay> ways;
+  std::vector<ProbePath> paths;
+  std::vector<ContactSegment> segments;
   double depth_m = 0;  // deepest
 
   /// Appends a row and returns its number.
@@ -25,9 +26,9 @@ struct Script {
 };
 
 /// The press passes every row and every depth where a drag starts; drags branch off there.
-Script press_and_drag_script(const Experiments& experiments, const Vec3& normal);
+ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
 /// One experiment `path` along successive deflections (N x 3 [m]) from first touch.
-Script path_script(const Points& deflections, const Vec3& normal);
+ExperimentPlan path_plan(const Points& deflections, const Vec3& normal);
 
 }  // namespace palpate::fem
