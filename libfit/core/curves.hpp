@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
-#include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/surface.hpp"
@@ -86,12 +85,6 @@ struct FittedRecordings {
   Eigen::VectorXd drift_N, drift_deviation_N;
 };
 
-/// Curves of points by their own rows alone, where smoothing changed them: as `curves.control` and
-/// `covariance` of FittedCurves, no rows for a kind that was not smoothed.
-struct OwnCurves {
-  std::array<Controls, kCurveKinds> control, covariance;
-};
-
 /// Curves at the test points: curves.h5 in memory. P points.
 struct FittedCurves {
   Points position;                ///< P x 3 [m]
@@ -108,14 +101,10 @@ struct FittedCurves {
   /// curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
   /// Strength of smoothing over neighbouring points by kind (method.md, section 16), 0 for none,
-  /// why, and the curves before it, from which a warm start goes on.
+  /// and why.
   std::array<double, kCurveKinds> smoothing{};
   std::array<std::string, kCurveKinds> smoothing_reason;
-  OwnCurves own;
   FittedRecordings recordings;
-  /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
-  std::vector<std::string> rows_hash;
-  FitScores scores;
   std::optional<ProbeSpec> probe;  ///< of the samples
 };
 

@@ -5,8 +5,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/rounding.hpp"
 #include "libfit/refine/blend.hpp"
-#include "libfit/refine/match_triangles.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 
 namespace palpate {
 namespace {

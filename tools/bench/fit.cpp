@@ -138,12 +138,13 @@ void measure_all(int points, int steps, int jobs, std::vector<Line>& lines) {
   measure("bounded least squares", points, 3 * steps, lines,
           [&] { kept = plain_fit(samples, points, steps); });
   FittedCurves fitted;
+  FitCache cache;
   measure("fit", points, 3 * steps, lines,
-          [&] { fitted = fit_curves(samples, bench_options(jobs)); });
+          [&] { fitted = fit_curves(samples, bench_options(jobs), {}, nullptr, &cache); });
   Samples changed = samples;
   for (Eigen::Index i = 0; i < 3 * steps; ++i) changed.force(i, 2) *= 1.1;
   FitOptions warm = bench_options(jobs);
-  warm.warm_start = &fitted;
+  warm.warm_start = &fitted, warm.warm_cache = &cache;
   measure("fit, one point changed", points, 3 * steps, lines, [&] { fit_curves(changed, warm); });
 }
 

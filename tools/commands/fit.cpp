@@ -2,6 +2,8 @@
 
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/fit_cache_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -45,17 +47,24 @@ class Fit final : public Command {
 
   int run() override {
     say("fit {}", samples_);
-    const std::optional<FittedCurves> earlier =
-        warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
+    std::optional<FittedCurves> earlier;
+    std::optional<FitCache> earlier_cache;
+    if (!warm_start_.empty()) {
+      earlier = read_curves(warm_start_);
+      earlier_cache = read_fit_cache(warm_start_, *earlier);
+    }
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
+    FitCache cache;
     const FittedCurves curves =
-        fit_file(samples_, section_, jobs_, earlier ? &*earlier : nullptr,
-                 sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
+        fit_samples(read_samples(samples_), section_, jobs_, body ? &*body : nullptr,
+                    {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
+                    nuisance_choice(frees_, contact_deviation_), &cache);
     Attributes attributes;
     if (!earlier && frees_.empty() && contact_deviation_.empty())
       attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
-    write_curves(output_, curves, attributes, warm_start_);
+    write_curves(output_, curves, attributes);
+    write_fit_cache(output_, cache);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }

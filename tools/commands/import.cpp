@@ -6,7 +6,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/recordings/batch/summary.hpp"
+#include "libfit/recordings/placing/summary.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"

@@ -9,7 +9,6 @@
 #include "libfit/io/files/curves_file.hpp"
 #include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/model_file.hpp"
-#include "libfit/io/files/schemas.hpp"
 #include "libfit/runtime/spline.hpp"
 #include "tools/command.hpp"
 #include "tools/commands/inspect_asset.hpp"

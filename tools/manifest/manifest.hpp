@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libfit/core/probe.hpp"
-#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/registration.hpp"
 

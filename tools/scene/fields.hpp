@@ -7,7 +7,7 @@
 
 #include "libfem/elements/elements.hpp"
 #include "libfit/core/curves.hpp"
-#include "libfit/fit/neighbours/smoothing_report.hpp"
+#include "libfit/fit/options.hpp"
 #include "tools/scene/scene.hpp"
 
 // The settings of a scene, each named once. `visit` hands every member of a section to a visitor

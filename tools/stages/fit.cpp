@@ -7,8 +7,7 @@
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/refine/match_triangles.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/console.hpp"
 
@@ -92,18 +91,6 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
-// What a fit is told besides: of recordings, and who is whose neighbour.
-FitOptions all_options(const Samples& samples, const FitSection& section, int jobs,
-                       const FittedCurves* warm_start, const SensorChoice& sensor,
-                       const Body* body) {
-  FitOptions options = fit_options(samples, section, jobs);
-  options.warm_start = warm_start;
-  options.frees = sensor.frees;
-  options.contact_deviation_m = sensor.contact_deviation_m;
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
-  return options;
-}
-
 }  // namespace
 
 FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
@@ -128,61 +115,36 @@ FitOptions fit_options(const Samples& samples, const FitSection& section, int jo
 }
 
 FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
-                         const Body* body) {
-  const FitOptions options = all_options(samples, section, jobs, nullptr, {}, body);
+                         const Body* body, const WarmStart& warm, const NuisanceChoice& nuisances,
+                         FitCache* cache) {
+  FitOptions options = fit_options(samples, section, jobs);
+  options.warm_start = warm.curves;
+  options.warm_cache = warm.cache;
+  options.estimates = nuisances.estimates;
+  options.contact_deviation_m = nuisances.contact_deviation_m;
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report);
+    curves = fit_curves(samples, options, progress.progress(), &report, cache);
   }
   say_fit(curves, report);
   curves.probe = samples.probe;
   return curves;
 }
 
-FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section, int jobs,
-                      const FittedCurves* warm_start, const SensorChoice& sensor,
-                      const Body* body) {
-  FitReport report;
-  std::optional<FittedCurves> curves;
-  {
-    ConsoleProgress progress("fit");
-    // Points whose rows did not change keep their curves, their rows unread, where the file and the
-    // earlier curves allow it.
-    const auto indexed = warm_start != nullptr ? read_samples_index(path) : std::nullopt;
-    if (indexed) {
-      const auto read_rows = [&](const std::vector<char>& is_wanted) {
-        return read_samples_of(path, *indexed, is_wanted);
-      };
-      FitOptions options = all_options(indexed->points, section, jobs, warm_start, sensor, body);
-      options.smoothing = section.smoothing;  // whether rows were recorded is not known yet
-      curves = refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options,
-                            progress.progress(), &report);
-      if (curves) curves->probe = indexed->points.probe;
-    }
-    if (!curves) {
-      const Samples samples = read_samples(path);
-      curves = fit_curves(samples, all_options(samples, section, jobs, warm_start, sensor, body),
-                          progress.progress(), &report);
-      curves->probe = samples.probe;
-    }
-  }
-  say_fit(*curves, report);
-  return std::move(*curves);
-}
-
-SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation) {
-  SensorChoice choice;
-  for (std::size_t begin = 0; begin < frees.size();) {
-    const std::size_t end = std::min(frees.find(',', begin), frees.size());
-    const std::string name = frees.substr(begin, end - begin);
-    const auto row = std::find_if(kSensorPartNames.begin(), kSensorPartNames.end(),
-                                  [&](const SensorPartName& part) { return part.name == name; });
-    if (row == kSensorPartNames.end())
+NuisanceChoice nuisance_choice(const std::string& names, const std::string& contact_deviation) {
+  NuisanceChoice choice;
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    const std::string name = names.substr(begin, end - begin);
+    const auto row = std::find_if(kNuisanceNames.begin(), kNuisanceNames.end(),
+                                  [&](const NuisanceName& part) { return part.name == name; });
+    if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
-    choice.frees[static_cast<std::size_t>(row->part)] = true;
+    choice.estimates[static_cast<std::size_t>(row->part)] = true;
     begin = end + 1;
   }
   if (contact_deviation.empty()) return choice;

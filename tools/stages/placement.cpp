@@ -6,10 +6,9 @@
 #include "libfit/core/relative_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/refine/expected_error.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/refine.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
@@ -26,11 +25,12 @@ constexpr int kMinBatch = 4, kMaxBatch = 64;
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
-                        const FittedCurves* before) {
+                        const FittedCurves* before, FitCache& cache) {
   FitOptions options = fit_options(samples, scene.fit, jobs);
   options.warm_start = before;
+  options.warm_cache = &cache;
   options.smoothing = 0;
-  return fit_curves(samples, options);
+  return fit_curves(samples, options, {}, nullptr, &cache);
 }
 
 // Points so far with the ones of a batch, and the fine vertex each new one is.
@@ -88,7 +88,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   Placement placement;
   placement.points = body.test_points;
   placement.samples = known.at(simulator, placement.points, experiments, "simulate");
-  FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr);
+  FitCache cache;
+  FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
     const int batch = std::min(std::clamp(count / 4, kMinBatch, kMaxBatch), wanted.budget - count);
@@ -114,7 +115,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     if (round.p95_rel <= wanted.tolerance)
       placement.ended = fmt::format("the tolerance of {} % is met", 100 * wanted.tolerance);
     else
-      curves = fit_so_far(scene, placement.samples, request.jobs, &curves);
+      curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
   return placement;

@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "libfit/core/text.hpp"
-#include "libfit/fit/basis/basis_bias.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/point/solve_point.hpp"

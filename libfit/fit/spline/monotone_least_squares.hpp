@@ -5,7 +5,7 @@
 
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/options.hpp"
 #include "libfit/runtime/spline.hpp"
 
 namespace palpate::fit {

@@ -1,5 +1,7 @@
 #include "libfit/io/csv/tables.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,7 +50,7 @@ std::vector<std::string_view> header(const std::array<CsvColumnRule, N>& rules,
 
 Error error_at(const CsvTable& table, std::size_t row, const std::string& what,
                const std::string& remedy) {
-  return Error(table.path.string() + ":" + std::to_string(table.line[row]), what, remedy);
+  return Error(fmt::format("{}:{}", table.path.string(), table.line[row]), what, remedy);
 }
 
 Points columns(const CsvTable& table, std::string_view x, std::string_view y, std::string_view z) {

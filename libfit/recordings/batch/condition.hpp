@@ -41,7 +41,7 @@ struct Conditioned {
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal
-/// steps of depth (press) or of the tip's way since contact (drag, path).
+/// steps of depth (press) or of the tip's path since contact (drag, path).
 /// inward: unit, where the manifest or a surface says it. Throws Error (file:line, what, remedy) on
 /// recordings from which no curve comes: no contact, reversed sign, saturated over most of the
 /// depth, implausible stiffness, too few rows.

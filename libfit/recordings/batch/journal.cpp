@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/fast_hash.hpp"
+#include "libfit/core/hash.hpp"
 #include "libfit/io/atomic_file.hpp"
 
 namespace palpate::recordings {
@@ -141,16 +141,16 @@ Conditioned read_recording(Reader& in) {
   return r;
 }
 
-std::string entry_of(const std::string& key, const std::string& look, const ItemResult& result) {
+std::string entry_of(const std::string& key, const std::string& stamp, const ItemResult& result) {
   Writer w;
-  w.text(key).text(look).text(result.hash).plain<char>(result.failure.has_value());
+  w.text(key).text(stamp).text(result.hash).plain<char>(result.failure.has_value());
   if (result.failure)
     w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
   w.plain<std::uint64_t>(result.recordings.size());
   for (const Conditioned& recording : result.recordings) write(w, recording);
   Writer framed;
   framed.text(w.bytes);
-  framed.plain(fast_hash(w.bytes));
+  framed.plain(hash_of(w.bytes));
   return framed.bytes;
 }
 
@@ -194,13 +194,13 @@ Journal::Journal(const std::filesystem::path& path) : path_(path) {
         Reader in(std::string_view(before_).substr(bytes_));
         const std::string_view body = in.view();
         const auto hash = in.plain<std::uint64_t>();
-        if (in.is_bad || body.empty() || fast_hash(body) != hash) break;
+        if (in.is_bad || body.empty() || hash_of(body) != hash) break;
         const std::size_t length = 2 * sizeof(std::uint64_t) + body.size();
         bytes_ += length;
         Reader entry(body);
-        const std::string key = entry.text(), look = entry.text();
+        const std::string key = entry.text(), stamp = entry.text();
         if (entry.is_bad) continue;
-        if (!look.empty()) key_of_look_[look] = key;
+        if (!stamp.empty()) key_of_stamp_[stamp] = key;
         kept_[key] = {bytes_ - length, length, entry.rest(), false};
       }
     }
@@ -234,19 +234,19 @@ std::optional<ItemResult> Journal::find(const std::string& key) {
   return parsed(bytes);
 }
 
-std::optional<ItemResult> Journal::find_look(const std::string& look) {
+std::optional<ItemResult> Journal::find_stamp(const std::string& stamp) {
   std::string_view bytes;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = key_of_look_.find(look);
-    if (found != key_of_look_.end()) bytes = use(found->second);
+    const auto found = key_of_stamp_.find(stamp);
+    if (found != key_of_stamp_.end()) bytes = use(found->second);
   }
   return parsed(bytes);
 }
 
-void Journal::add(const std::string& key, const std::string& look, const ItemResult& result) {
+void Journal::add(const std::string& key, const std::string& stamp, const ItemResult& result) {
   if (path_.empty()) return;
-  const std::string entry = entry_of(key, look, result);
+  const std::string entry = entry_of(key, stamp, result);
   const std::lock_guard<std::mutex> lock(mutex_);
   kept_[key] = {bytes_, entry.size(), {}, true};
   std::string_view rest = entry;

@@ -6,23 +6,23 @@
 namespace palpate::recordings {
 namespace {
 
-// Where along the rows' abscissa each signal row lies: depth, or way since contact.
+// Where along the rows' abscissa each signal row lies: depth, or length of the path since contact.
 Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
                          double contact_travel_m, bool is_press) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(used.rows(), -1);
   const Eigen::VectorXd depth =
       signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
   if (is_press) return depth;
-  // Way of the tip, in strides of a hundredth of its range so that noise does not count as way.
+  // Path of the tip, in strides of a hundredth of its range so that noise does not lengthen it.
   const auto part = signal.position_m.middleRows(used.begin, used.rows());
   const double stride_m = 0.01 * (part.colwise().maxCoeff() - part.colwise().minCoeff()).norm();
-  double way_m = 0;
+  double path_m = 0;
   Vec3 last = part.row(touched);
   for (Eigen::Index i = touched; i < used.rows(); ++i) {
     const double step_m = (Vec3(part.row(i)) - last).norm();
-    at[i] = way_m + step_m;
+    at[i] = path_m + step_m;
     if (step_m > stride_m) {
-      way_m += step_m;
+      path_m += step_m;
       last = part.row(i);
     }
   }

@@ -1,5 +1,7 @@
 #include "libfit/recordings/placing/cantilever_effect.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -67,9 +69,9 @@ std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
                               effect->sensitivity * cantilever->sensitivity_deviation));
   }
   if (!cantilever) return {};
-  std::string note = "cantilever of " + std::to_string(stiffness.size()) +
-                     " recordings, as the manifest has it: 10 % more stiffness makes moduli " +
-                     change(0.1 * upper_median(stiffness));
+  std::string note = fmt::format(
+      "cantilever of {} recordings, as the manifest has it: 10 % more stiffness makes moduli {}",
+      stiffness.size(), change(0.1 * upper_median(stiffness)));
   if (upper_median(sensitivity) > 0) {
     note += ", 10 % more sensitivity " + change(0.1 * upper_median(sensitivity));
     if (upper_median(max_m) > 0)

@@ -1,13 +1,17 @@
 #include "libfit/recordings/placing/place.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string_view>
 
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/placing/plausible.hpp"
+#include "libfit/core/units.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -15,7 +19,10 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOutlier = 100;          // of the median modulus of a batch: a prefix is 1000
 constexpr std::size_t kMinToCompare = 5;  // recordings
-constexpr double kTypical_Pa = 1e4;       // a soft tissue, when there is nothing to compare with
+constexpr std::array<std::string_view, 6> kForces{"N", "mN", "uN", "nN", "kN", "gf"};
+constexpr std::array<std::string_view, 5> kLengths{"mm", "m", "um", "nm", "cm"};
+constexpr double kNear = 30;         // bodies differ by this much; prefixes by 1000
+constexpr double kTypical_Pa = 1e4;  // a soft tissue, when there is nothing to compare with
 
 std::string in_pascal(double pressure_Pa) { return number(pressure_Pa, 2) + " Pa"; }
 
@@ -118,13 +125,37 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
   return registration;
 }
 
+std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
+                                      const std::string& force_unit, const std::string& length_unit,
+                                      bool has_radius) {
+  const double force = unit_factor(force_unit, Dimension::force).value_or(1);
+  const double length = unit_factor(length_unit, Dimension::length).value_or(1e-3);
+  const double power = has_radius ? 1.5 : 2;
+  std::optional<LikelyUnit> best;
+  double least = std::log10(kNear);
+  const auto consider = [&](double modulus_Pa, const std::string& key, std::string_view unit) {
+    const double off = std::abs(std::log10(modulus_Pa / expected_Pa));
+    if (off < least - 1e-9) {
+      least = off;
+      best = LikelyUnit{key, std::string(unit)};
+    }
+  };
+  for (const auto unit : kForces)
+    if (const double factor = *unit_factor(unit, Dimension::force); factor != force)
+      consider(found_Pa * factor / force, "units.force", unit);
+  for (const auto unit : kLengths)
+    if (const double factor = *unit_factor(unit, Dimension::length); factor != length)
+      consider(found_Pa * std::pow(length / factor, power), "units.position", unit);
+  return best;
+}
+
 void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates) {
   // By the way they were made: a batch may hold several rigs.
   const auto rig_of = [&](const Candidate& c) {
     const BatchItem& item = items[c.item];
-    return item.read.format + "|" + std::to_string(item.signal.radius_m) + "|" +
-           std::to_string(static_cast<int>(item.signal.kind)) +
-           (item.signal.is_range_given ? "|given" : "|");
+    return fmt::format("{}|{}|{}{}", item.read.format, item.signal.radius_m,
+                       static_cast<int>(item.signal.kind),
+                       item.signal.is_range_given ? "|given" : "|");
   };
   std::map<std::string, std::vector<double>> sizes;
   for (const Candidate& c : candidates)

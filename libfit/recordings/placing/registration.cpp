@@ -1,5 +1,7 @@
 #include "libfit/recordings/placing/registration.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -61,7 +63,7 @@ RigidMotion step_towards(const Points& points,
 
 Registration register_landmarks(const Points& from, const Points& to) {
   if (from.rows() < 3 || from.rows() != to.rows())
-    throw Error("registration", "has " + std::to_string(from.rows()) + " landmarks",
+    throw Error("registration", fmt::format("has {} landmarks", from.rows()),
                 "Give at least three pairs.");
   const Vec3 from_centre = from.colwise().mean(), to_centre = to.colwise().mean();
   const Points a = from.rowwise() - from_centre.transpose(),
@@ -88,7 +90,7 @@ Registration register_to_surface(const Points& points, const Surface& surface,
                                  const RigidMotion& start) {
   if (points.rows() < 6)
     throw Error("registration",
-                "has " + std::to_string(points.rows()) + " contact points to fit to the surface",
+                fmt::format("has {} contact points to fit to the surface", points.rows()),
                 "Give at least six, or landmarks alone.");
   Registration out;
   out.motion = start;

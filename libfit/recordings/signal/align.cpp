@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -119,9 +121,9 @@ void mark_saturated(Signal& signal, double force_limit_N) {
 void check_rows(const Signal& signal, const std::string& file) {
   if (signal.rows() >= kMinRows) return;
   throw Error(file_line(file, signal.line.empty() ? 1 : signal.line.front()),
-              "has " + std::to_string(signal.rows()) +
-                  (signal.rows() == 1 ? " sample" : " samples") + ", too few for a curve",
-              "Record at least " + std::to_string(kMinRows) + " rows.");
+              fmt::format("has {}{}, too few for a curve", signal.rows(),
+                          signal.rows() == 1 ? " sample" : " samples"),
+              fmt::format("Record at least {} rows.", kMinRows));
 }
 
 }  // namespace

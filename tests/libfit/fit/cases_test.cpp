@@ -96,7 +96,7 @@ Found fit_case(const Recording& r, bool knows_contact, FitOptions options) {
     const auto estimate = estimate_contact(r);
     contact_m = estimate.travel_m;
     options.contact_deviation_m = std::max(estimate.deviation_m, 0.05 * r.range_m);
-    options.frees[0] = true;
+    options.estimates[0] = true;
   }
   Recorder rig;
   std::vector<Vec3> deflection, force;

@@ -228,12 +228,13 @@ TEST(smoothing, without_noise_is_none_and_changes_no_bit) {
         6, is_even ? Stiffness([](const Vec3&) { return 300.0; }) : Stiffness(smooth_stiffness), 0,
         0);
     FitReport report;
+    FitCache cache;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
     const FittedCurves fitted =
-        fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report);
+        fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report, &cache);
     for (const SmoothingReport& kind : report.smoothing) EXPECT_EQ(kind.strength, 0);
     expect_same_curves(own, fitted);
-    EXPECT_EQ(fitted.own.control[0].size(), 0);
+    EXPECT_EQ(cache.own_control[0].size(), 0);
   }
 }
 
@@ -352,13 +353,14 @@ TEST(smoothing, of_a_warm_fit_with_one_changed_recording_is_that_of_a_whole_fit)
   Samples& samples = body.rig.samples;
   FitOptions options = with_smoothing(std::nullopt);
   options.pieces = {2, 1, 1};
-  const FittedCurves first = fit_curves(samples, options);
+  FitCache first_cache, whole_cache;
+  const FittedCurves first = fit_curves(samples, options, {}, nullptr, &first_cache);
   EXPECT_GT(first.smoothing[0], 0);
-  EXPECT_EQ(first.own.control[0].rows(), 49);
+  EXPECT_EQ(first_cache.own_control[0].rows(), 49);
   for (Eigen::Index i = 0; i < samples.rows(); ++i)
     if (samples.point[static_cast<std::size_t>(i)] == 17) samples.force.row(i) *= 1.1;
-  const FittedCurves whole = fit_curves(samples, options);
-  options.warm_start = &first;
+  const FittedCurves whole = fit_curves(samples, options, {}, nullptr, &whole_cache);
+  options.warm_start = &first, options.warm_cache = &first_cache;
   FitReport report;
   const FittedCurves warm = fit_curves(samples, options, {}, &report);
   EXPECT_EQ(report.kept, 48U);
@@ -366,10 +368,16 @@ TEST(smoothing, of_a_warm_fit_with_one_changed_recording_is_that_of_a_whole_fit)
     EXPECT_LT((warm.curves.control[kind] - whole.curves.control[kind]).cwiseAbs().maxCoeff(),
               1e-9 * whole.curves.control[kind].maxCoeff());
   EXPECT_EQ(warm.smoothing, whole.smoothing);
+  // Without the points' own curves all are fitted again, and smoothed with the strengths kept.
+  options.warm_cache = nullptr;
+  const FittedCurves without = fit_curves(samples, options, {}, &report);
+  EXPECT_EQ(report.kept, 0U);
+  expect_same_curves(without, warm);
+  options.warm_start = nullptr;
   // Smoothing switched off goes back to the points' own curves.
   options.smoothing = 0;
   const FittedCurves back = fit_curves(samples, options);
-  EXPECT_EQ(back.curves.control[0], whole.own.control[0]);
+  EXPECT_EQ(back.curves.control[0], whole_cache.own_control[0]);
 }
 
 }  // namespace

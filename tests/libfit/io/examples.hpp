@@ -5,7 +5,7 @@
 #include <random>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/curves.hpp"
+#include "libfit/core/fit_cache.hpp"
 #include "libfit/core/rounding.hpp"
 #include "libfit/core/samples.hpp"
 
@@ -162,24 +162,22 @@ inline FittedCurves example_curves() {
   }
   f.smoothing = {0, 12.1, 0};
   f.smoothing_reason = {"rows not seen are predicted no better", "gain 40 %", ""};
-  f.own.control[1] = f.curves.control[1];
-  f.own.control[1].row(2).setZero();
-  f.own.covariance[1] = 2 * f.covariance[1];
   f.recordings.experiment = {4, 7}, f.recordings.point = {0, 2};
   f.recordings.contact_m = Eigen::Vector2d(1e-4, -3e-5);
   f.recordings.contact_deviation_m = Eigen::Vector2d(1e-5, 2e-5);
   for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N, &f.recordings.drift_N,
                        &f.recordings.drift_deviation_N})
     *column = Eigen::Vector2d(0.01, 0);
-  f.scores.relative_residual = Eigen::Vector3d(0.01, std::numeric_limits<double>::quiet_NaN(), 0.1);
-  f.scores.worst_experiment = {0, 0, 2}, f.scores.worst_row = {7, 0, 1};
-  f.scores.rows.resize(3, 4);
-  f.scores.rows << 2, 1, 0, 0, 0, 3, 1, 0, 1, 0, 0, 5;
-  f.scores.curve_end_m = awkward_points(3, 13).cwiseMin(1).cwiseMax(0);
-  f.scores.curve_end_m(0, 2) = std::numeric_limits<double>::quiet_NaN();
-  f.scores.states_errors = {1, 0, 1};
-  f.scores.relative_error = {100, 2000000000, 7};
   return f;
+}
+
+inline FitCache example_cache(const FittedCurves& f) {
+  FitCache cache;
+  cache.fingerprint = {"00", "11", "22"};
+  cache.own_control[1] = f.curves.control[1];
+  cache.own_control[1].row(2).setZero();
+  cache.own_covariance[1] = 2 * f.covariance[1];
+  return cache;
 }
 
 inline Model example_model() {

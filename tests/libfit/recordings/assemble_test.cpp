@@ -1,6 +1,6 @@
 // Where recordings lie on the body, and what becomes of several of one point.
 
-#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/placing/plausible.hpp"
+#include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "libfit/recordings/batch/assemble.hpp"
 #include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/cantilever_effect.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

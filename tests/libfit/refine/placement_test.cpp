@@ -4,10 +4,9 @@
 
 #include <cmath>
 
-#include "libfit/refine/expected_error.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "tests/libfit/refine/blending.hpp"
 
 namespace palpate::testing_refine {
