@@ -65,9 +65,9 @@ class Refit : public testing::Test {
     return palpate(folder_, "fit " + path("samples.h5") + " --pieces 1 -o " + path(output) + more);
   }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  // Both again: samples.h5 over the one before has the bytes of a fresh one, curves those of a fit
-  // of all rows, but for the words on smoothing where that was not ruled out: a warm start keeps
-  // them. Points kept as the fit says.
+  // Both again: samples.h5 over the one before has the bytes of a fresh one, curves the digits of a
+  // fit of all rows, but for the words on smoothing where that was not ruled out: a warm start
+  // keeps them. Points kept as the fit says.
   void expect_as_from_nothing(const std::string& kept) {
     ASSERT_EQ(import("samples.h5").status, 0);
     ASSERT_EQ(import("fresh.h5").status, 0);
@@ -79,13 +79,21 @@ class Refit : public testing::Test {
     EXPECT_EQ(said(by_default.err), said(whole.err));
     EXPECT_NE(warm.err.find("kept: " + kept + " points"), std::string::npos) << warm.err;
     EXPECT_EQ(said(warm.err), said(whole.err));
-    EXPECT_TRUE(content_of(folder_ / "warm.h5") == content_of(folder_ / "whole.h5"));
+    EXPECT_TRUE(table("warm") == table("whole"));
+  }
+  // Every curve with its band, all digits. The files differ in the fingerprint alone, which a warm
+  // start does not store: `run` does not make it.
+  std::string table(const std::string& name) {
+    const Outcome made = palpate(
+        folder_, "tabulate " + path(name + ".h5") + " -o " + path(name + ".csv") + " --band");
+    EXPECT_EQ(made.status, 0) << made.err;
+    return content_of(folder_ / (name + ".csv"));
   }
 
   Folder folder_;
 };
 
-TEST_F(Refit, a_changed_recording_ends_in_the_bytes_of_a_whole_run) {
+TEST_F(Refit, a_changed_recording_ends_in_the_curves_of_a_whole_run) {
   write_batch(folder_, kRecordings);
   ASSERT_EQ(import("samples.h5").status, 0);
   fit("curves.h5"), fit("unsmoothed.h5", " --smoothing none");
@@ -95,7 +103,7 @@ TEST_F(Refit, a_changed_recording_ends_in_the_bytes_of_a_whole_run) {
   expect_as_from_nothing("23");
 }
 
-TEST_F(Refit, recordings_removed_and_added_end_in_the_bytes_of_a_whole_run) {
+TEST_F(Refit, recordings_removed_and_added_end_in_the_curves_of_a_whole_run) {
   write_batch(folder_, kRecordings);
   ASSERT_EQ(import("samples.h5").status, 0);
   fit("curves.h5"), fit("unsmoothed.h5", " --smoothing none");
