@@ -17,7 +17,7 @@ using runtime::Header;
 struct Parts {
   AssetSurface surface;
   Tree tree;
-  std::array<std::vector<double>, kCurveKinds + 1> table;  ///< the last one of the lean
+  std::array<std::vector<double>, runtime::kMaxParts> table;  ///< of the family's curves
   std::vector<runtime::CheckTick> check;
 };
 
@@ -41,15 +41,15 @@ Parts make_parts(const Model& model, const ExportOptions& options) {
   parts.surface = make_asset_surface(model, options.fades_borders);
   parts.tree =
       make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    const CurveBasis& basis = model.curves.basis[kind];
+  for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
+    const CurveBasis& basis = model.curves.basis[part];
+    if (basis.knots_m.empty()) continue;
     if (basis.pieces() > runtime::kMaxPieces)
       throw Error("model",
                   "a curve basis has more than " + std::to_string(runtime::kMaxPieces) + " pieces",
                   "Fit with fewer pieces.");
-    parts.table[kind] = table_of(basis);
+    parts.table[part] = table_of(basis);
   }
-  if (leans(model.curves.family())) parts.table[runtime::kLean] = table_of(model.curves.lean_basis);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
 }
@@ -58,23 +58,19 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
-  header.flags = (options.has_guard ? runtime::kFlagGuard : 0) |
-                 (model.curves.is_coupled ? runtime::kFlagCoupled : 0) |
-                 (is_anisotropic(model.curves.family()) ? runtime::kFlagAnisotropic : 0);
-  header.version = runtime::version_with(header.flags);
+  header.flags = options.has_guard ? runtime::kFlagGuard : 0;
+  header.version = runtime::kVersion;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
   header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
   header.check_ticks = static_cast<std::int32_t>(parts.check.size());
   header.check_path_ticks = kCheckPathTicks;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    header.degree[kind] = model.curves.basis[kind].degree;
-    header.pieces[kind] = model.curves.basis[kind].pieces();
-  }
-  if (leans(model.curves.family())) {
-    header.degree[runtime::kLean] = model.curves.lean_basis.degree;
-    header.pieces[runtime::kLean] = model.curves.lean_basis.pieces();
+  header.family = static_cast<std::int32_t>(model.curves.family);
+  for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
+    if (model.curves.basis[part].knots_m.empty()) continue;
+    header.degree[part] = model.curves.basis[part].degree;
+    header.pieces[part] = model.curves.basis[part].pieces();
   }
   for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
   header.max_step_m = options.max_step_m > 0 ? options.max_step_m : 2 * parts.surface.diagonal_m;
@@ -106,8 +102,8 @@ void put_all(AssetBytes& bytes, const Header& header, const Parts& parts, const 
   put(bytes, header, runtime::kMaxDepth, parts.surface.max_depth_m);
   put(bytes, header, runtime::kTreeNodes, parts.tree.nodes);
   put(bytes, header, runtime::kTreeItems, parts.tree.items);
-  for (int kind = 0; kind <= kCurveKinds; ++kind)
-    put(bytes, header, runtime::kNormalTable + kind, parts.table[static_cast<std::size_t>(kind)]);
+  for (int part = 0; part < runtime::kMaxParts; ++part)
+    put(bytes, header, runtime::kPartTable + part, parts.table[static_cast<std::size_t>(part)]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
 }

@@ -7,7 +7,6 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/deflection.hpp"
 
 namespace palpate {
 namespace {
@@ -22,11 +21,13 @@ void check_sizes(const Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   bool is_fitting = model.inward_normal.rows() == vertices &&
                     static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
-  for (int curve = 0; curve < kCurveKinds; ++curve) {
-    const auto kind = static_cast<std::size_t>(curve);
-    is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
-                 model.curves.control[kind].cols() == model.curves.basis[kind].size();
-  }
+  const auto parts = parts_of(model.curves.family);
+  is_fitting = is_fitting && model.curves.basis.size() == parts.size() &&
+               model.curves.control.size() == parts.size();
+  for (std::size_t i = 0; i < parts.size() && is_fitting; ++i)
+    is_fitting =
+        model.curves.control[i].rows() == vertices &&
+        model.curves.control[i].cols() == parts[i].width * size_of(parts[i], model.curves.basis[i]);
   if (!is_fitting)
     throw Error("model", "the arrays of vertices, normals, coverage and controls differ in size",
                 "Make the model again with `palpate refine`.");
@@ -63,49 +64,19 @@ void check_triangles(const Model& model) {
 }
 
 void check_controls(const Model& model) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    const Controls& control = model.curves.control[kind];
-    for (Eigen::Index v = 0; v < control.rows(); ++v) {
+  const auto parts = parts_of(model.curves.family);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
       if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
-      bool is_good = control(v, 0) == 0 && control.row(v).allFinite();
-      for (Eigen::Index j = 1; j < control.cols(); ++j)
-        is_good = is_good && control(v, j) >= control(v, j - 1);
-      if (!is_good)
-        throw Error(
-            "model " + at("vertex", v),
-            "its " + std::string(kCurveNames[kind]) + " curve does not start at 0 and increase",
-            "Fit the curves again with `palpate fit`.");
+      if (runtime::is_good_part(parts[i], model.curves.control[i].row(v).data(),
+                                size_of(parts[i], model.curves.basis[i]), false))
+        continue;
+      throw Error("model " + at("vertex", v),
+                  std::string("its ") + parts[i].name +
+                      (parts[i].rises ? " curve does not start at 0 and increase"
+                                      : " does not start at 0 or is out of bounds"),
+                  "Fit the curves again with `palpate fit`.");
     }
-  }
-}
-
-void check_lean(const Model& model) {
-  const Controls& lean = model.curves.lean;
-  const bool leans = palpate::leans(model.curves.family());
-  if (lean.cols() != (leans ? 3 * model.curves.lean_basis.size() : 0) ||
-      (leans && lean.rows() != model.surface.vertices.rows()))
-    throw Error("model", "its lean does not match its basis",
-                "Fit the curves again with `palpate fit`.");
-  for (Eigen::Index v = 0; v < lean.rows() && leans; ++v)
-    if (model.is_covered[static_cast<std::size_t>(v)] &&
-        !(lean.row(v).allFinite() && lean.row(v).head<3>().isZero(0)))
-      throw Error("model " + at("vertex", v), "its lean does not start at 0 or is not finite",
-                  "Fit the curves again with `palpate fit`.");
-}
-
-void check_anisotropy(const Model& model) {
-  const Controls& s = model.curves.anisotropy;
-  if (s.cols() == 0) return;
-  if (s.cols() != runtime::kTensorSize || s.rows() != model.surface.vertices.rows())
-    throw Error("model", "its anisotropy is not a tensor per vertex",
-                "Fit the curves again with `palpate fit`.");
-  for (Eigen::Index v = 0; v < s.rows(); ++v) {
-    const double squared = s.row(v).head<3>().squaredNorm() + 2 * s.row(v).tail<3>().squaredNorm();
-    if (model.is_covered[static_cast<std::size_t>(v)] &&
-        !(squared <= runtime::kMaxAnisotropy * runtime::kMaxAnisotropy))
-      throw Error("model " + at("vertex", v), "its anisotropy is larger than an asset can hold",
-                  "Fit the curves again with `palpate fit`.");
-  }
 }
 
 void round_vertices(const Model& model, AssetSurface& out) {
@@ -143,8 +114,6 @@ void round_controls(const Model& model, AssetSurface& out) {
   };
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     for (const Controls& control : model.curves.control) add_row(control, v);
-    if (model.curves.lean.cols() > 0) add_row(model.curves.lean, v);
-    if (model.curves.anisotropy.cols() > 0) add_row(model.curves.anisotropy, v);
   }
 }
 
@@ -222,8 +191,6 @@ AssetSurface make_asset_surface(const Model& model, bool fades_borders) {
   check_vertices(model);
   check_triangles(model);
   check_controls(model);
-  check_lean(model);
-  check_anisotropy(model);
   AssetSurface surface;
   round_vertices(model, surface);
   const auto& triangles = model.surface.triangles;

@@ -11,11 +11,11 @@ namespace palpate {
 /// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
 /// Arrays as in libfit/runtime/format.hpp. counts say what could not be walked on.
 struct AssetSurface {
-  Vec3 origin;                        ///< [m], centre of the bounding box
-  std::vector<float> vertex;          ///< V x 3 [m] about the origin
-  std::vector<float> normal;          ///< V x 3, inward unit
-  std::vector<std::uint8_t> covered;  ///< V
-  std::vector<float> control;         ///< V x (normal, lateral, limit) [N], 0 where not covered
+  Vec3 origin;                                    ///< [m], centre of the bounding box
+  std::vector<float> vertex;                      ///< V x 3 [m] about the origin
+  std::vector<float> normal;                      ///< V x 3, inward unit
+  std::vector<std::uint8_t> covered;              ///< V
+  std::vector<float> control;                     ///< V x the family's parts, 0 where not covered
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
   std::vector<float> max_depth_m;                 ///< F, 0: air
   double diagonal_m = 0;                          ///< of the bounding box

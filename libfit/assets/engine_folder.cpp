@@ -11,8 +11,11 @@ void write_engine_folder(const std::filesystem::path& folder) {
   if (failure)
     throw Error(folder.string(), "the engine's folder cannot be made: " + failure.message(),
                 "Choose a folder that can be written.");
-  for (const EngineFile& file : engine_files())
-    write_file_atomically(folder / std::filesystem::path(file.name), file.text);
+  for (const EngineFile& file : engine_files()) {
+    const auto path = folder / std::filesystem::path(file.name);
+    std::filesystem::create_directories(path.parent_path(), failure);
+    write_file_atomically(path, file.text);
+  }
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,80 +11,66 @@
 #include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/surface.hpp"
+#include "libfit/runtime/families/families.hpp"
 
 namespace palpate {
 
-/// The three curves of a contact point (docs/method.md, sections 2 to 4), all in N over m:
+/// The curves that every family begins with (docs/method.md, sections 2 to 4), all in N over m:
 /// normal f^z(dz), lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
 enum class CurveKind : int { normal = 0, lateral = 1, limit = 2 };
-inline constexpr int kCurveKinds = 3;
+inline constexpr int kCurveKinds = runtime::kCurves;
 inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal", "lateral",
                                                                        "limit"};
 
-/// # x size() control values [N] of one curve kind, a row per point. Every value is one that a
-/// float32 holds exactly, so what was fitted and scored is what an asset stores.
+/// Numbers of one part of a curve set, a row per point. Every value is one that a float32 holds
+/// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// How the stored energy of a contact point is made of its curves (docs/method.md, section 2).
-/// separable: Z(dz) + R(dr). leaning: dr is counted from the lean l(dz), the lateral way that a
-/// tool pressed to dz would go if nothing held it sideways. coupled: Z(dz) + G(dz) R(dr) with the
-/// root of the depth for G, 1 at the last knot of the normal curve, where f^r is R'. anisotropic:
-/// R is read at the length of the lateral deflection by a metric I + S, as stiff tissue fibres make
-/// it.
-enum class CurveFamily : std::int8_t {
-  separable = 0,
-  leaning = 1,
-  coupled = 2,
-  coupled_leaning = 3,
-  anisotropic = 4,
-  anisotropic_leaning = 5,
-  anisotropic_coupled = 6,
-  anisotropic_coupled_leaning = 7,
-};
-constexpr bool leans(CurveFamily family) { return (static_cast<int>(family) & 1) != 0; }
-constexpr bool is_coupled(CurveFamily family) { return (static_cast<int>(family) & 2) != 0; }
-constexpr bool is_anisotropic(CurveFamily family) { return (static_cast<int>(family) & 4) != 0; }
-constexpr CurveFamily family_of(bool leans, bool is_coupled, bool is_anisotropic) {
-  return static_cast<CurveFamily>((leans ? 1 : 0) + (is_coupled ? 2 : 0) +
-                                  (is_anisotropic ? 4 : 0));
+/// The nearest number that a float32 holds. Through memory: g++ 12 at -O3 drops some of several
+/// `.cast<float>().cast<double>()` in a row.
+inline double as_float32(double x) {
+  const volatile float rounded = static_cast<float>(x);
+  return static_cast<double>(rounded);
 }
+
+/// How forces and the stored energy of a contact point are made of its parts: a row of
+/// libfit/runtime/families/families.hpp.
+using CurveFamily = runtime::Family;
+
 struct CurveFamilyName {
   CurveFamily family;
   std::string_view name;
 };
-inline constexpr std::array<CurveFamilyName, 8> kCurveFamilyNames{{
-    {CurveFamily::separable, "separable"},
-    {CurveFamily::leaning, "leaning"},
-    {CurveFamily::coupled, "coupled"},
-    {CurveFamily::coupled_leaning, "coupled-leaning"},
-    {CurveFamily::anisotropic, "anisotropic"},
-    {CurveFamily::anisotropic_leaning, "anisotropic-leaning"},
-    {CurveFamily::anisotropic_coupled, "anisotropic-coupled"},
-    {CurveFamily::anisotropic_coupled_leaning, "anisotropic-coupled-leaning"},
-}};
+inline constexpr auto kCurveFamilyNames = [] {
+  std::array<CurveFamilyName, runtime::kFamilies> names{};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = {static_cast<CurveFamily>(i), runtime::row_of(static_cast<CurveFamily>(i)).name};
+  return names;
+}();
+constexpr std::string_view name_of(CurveFamily family) { return runtime::row_of(family).name; }
 
-constexpr std::string_view name_of(CurveFamily family) {
-  return kCurveFamilyNames[static_cast<std::size_t>(family)].name;
+/// What a node of a family owns, part by part; the first kCurveKinds are the curve kinds.
+inline std::span<const runtime::Part> parts_of(CurveFamily family) {
+  const runtime::FamilyRow& row = runtime::row_of(family);
+  return {row.part, static_cast<std::size_t>(row.parts)};
+}
+/// Control values that a node has of a part, each of part.width numbers.
+inline int size_of(const runtime::Part& part, const CurveBasis& basis) {
+  return part.is_curve() ? basis.size() : part.count;
 }
 
-/// Curves of many points on bases shared by the body.
+/// Curves of many points on bases shared by the body, part by part of their family.
 struct CurveSet {
-  std::array<CurveBasis, kCurveKinds> basis;
-  std::array<Controls, kCurveKinds> control;
-  /// The lean: # x 3 size() [m], x, y, z of each control value in turn, the first zero, each exact
-  /// in float32, nearly tangential. No knots and no columns where the family does not lean.
-  CurveBasis lean_basis{2, {}};
-  Controls lean;
-  /// The lateral curve is that at the last normal knot; elsewhere it is G of it (method.md M3c).
-  bool is_coupled = false;
-  /// The anisotropy S: # x 6 [1], xx, yy, zz, xy, xz, yz of a symmetric tensor, nearly tangential
-  /// and without trace, each exact in float32 (method.md M3d). No columns where the body has none.
-  Controls anisotropy;
+  CurveFamily family = CurveFamily::separable;
+  std::vector<CurveBasis> basis =
+      std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
+  /// Of each part: # x width size_of() numbers, control value by control value.
+  std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
 
+  CurveSet() = default;
+  explicit CurveSet(CurveFamily of)
+      : family(of), basis(parts_of(of).size()), control(parts_of(of).size()) {}
   Eigen::Index points() const { return control[0].rows(); }
-  CurveFamily family() const {
-    return family_of(!lean_basis.knots_m.empty(), is_coupled, anisotropy.cols() > 0);
-  }
 };
 
 /// How the fit of one test point went.

@@ -50,8 +50,6 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
     if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
     bases.report[kind].basis = bases.si[kind];
   }
-  bases.lean_plain.knots_m = {0, bases.plain[0].knots_m.back()};  // a parabola over the depth
-  bases.lean_si.knots_m = {0, bases.si[0].knots_m.back()};
   return bases;
 }
 
@@ -62,13 +60,11 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
   if (!fit::has_unknown_sensors(body)) return;
   for (int round = 0; round < kSensorRounds; ++round) {
     const fit::Bases plain(bases.plain);
-    BodyBases separable = bases;
-    separable.lean_plain.knots_m.clear();
     std::vector<fit::PointRows> corrected(rows.size());
     parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
       const fit::PointData& point = body.points[p];
       if (!point.problem.empty()) return;
-      const fit::PointCurves found = fit::identify(point, rows[p], separable, plain, options);
+      const fit::PointCurves found = fit::identify(point, rows[p], bases, plain, options);
       corrected[p] = fit::curve_rows(
           found.problem.empty() ? fit::without_sensors(point, found.sensor) : point);
     });
@@ -77,32 +73,14 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
   }
 }
 
-// The family asked for or, by evidence, the one the body needs; rows and bases are left as it has
-// them.
+// The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
-                           std::vector<fit::PointRows>& rows, BodyBases& bases) {
-  fit::FamilySetting uncoupled{std::move(rows), std::move(bases)}, coupled;
-  const auto setting = [&](bool is_coupled) -> const fit::FamilySetting& {
-    if (!is_coupled) return uncoupled;
-    if (!coupled.rows.empty()) return coupled;
-    for (const fit::PointRows& point : uncoupled.rows)
-      coupled.rows.push_back(fit::coupled_rows(point, uncoupled.bases.plain[0].knots_m.back()));
-    coupled.bases = make_bases(body, coupled.rows, options);
-    coupled.bases.is_coupled = true;
-    return coupled;
-  };
+                           const std::vector<fit::PointRows>& rows, BodyBases& bases) {
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
-                                       : fit::choose_family(body, setting, options);
-  const fit::FamilySetting& chosen = setting(is_coupled(report.family));
+                                       : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
-    report.evidence.push_back(fit::judge_family(body, chosen, report.family, options));
-  rows = chosen.rows;
-  bases = chosen.bases;
-  bases.is_anisotropic = is_anisotropic(report.family);
-  if (!leans(report.family)) {
-    bases.lean_plain.knots_m.clear();
-    bases.lean_si.knots_m.clear();
-  }
+    report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
+  bases = fit::of_family(std::move(bases), report.family);
   return report;
 }
 
@@ -168,26 +146,21 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
   out.position = samples.point_position;
   out.normal = samples.point_normal;
   out.name = samples.point_name;
+  out.curves = CurveSet(bases.family);
   out.curves.basis = bases.si;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    out.curves.control[kind].resize(points, bases.si[kind].size());
+  const auto parts = parts_of(bases.family);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
-  }
-  out.curves.is_coupled = bases.is_coupled;
-  out.curves.lean_basis = bases.lean_si;
-  if (!bases.lean_si.knots_m.empty()) out.curves.lean.resize(points, 3 * bases.lean_si.size());
-  if (bases.is_anisotropic) out.curves.anisotropy.resize(points, runtime::kTensorSize);
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
   out.max_residual_N = out.rms_residual_N;
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-      out.curves.control[kind].row(p) = result.control[kind];
+    for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
+    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
       out.covariance[kind].row(p) = result.covariance[kind];
-    }
-    if (result.lean_m.size() > 0) out.curves.lean.row(p) = result.lean_m;
-    if (result.anisotropy.size() > 0) out.curves.anisotropy.row(p) = result.anisotropy;
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.rows_hash.push_back(result.rows_hash);

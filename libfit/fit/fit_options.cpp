@@ -55,7 +55,7 @@ FitOptions as_before(FitOptions options) {
             "has curves of several degrees", "Fit without a warm start.");
     options.knots_m[kind] = curves.basis[kind].knots_m;
   }
-  options.family = curves.family();
+  options.family = curves.family;
   return options;
 }
 

@@ -95,16 +95,15 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
   const auto at = static_cast<std::size_t>(row);
   const FitScores& scores = earlier_->scores;
   PointResult result;
+  for (const Controls& control : earlier_->curves.control)
+    result.control.emplace_back(control.row(row));
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const bool is_smoothed = earlier_->own.control[kind].rows() > 0;
     result.control[kind] =
-        (is_smoothed ? earlier_->own.control : earlier_->curves.control)[kind].row(row);
+        (is_smoothed ? earlier_->own.control[kind] : earlier_->curves.control[kind]).row(row);
     result.covariance[kind] =
         (is_smoothed ? earlier_->own.covariance : earlier_->covariance)[kind].row(row);
   }
-  if (earlier_->curves.lean.size() > 0) result.lean_m = earlier_->curves.lean.row(row);
-  if (earlier_->curves.anisotropy.size() > 0)
-    result.anisotropy = earlier_->curves.anisotropy.row(row);
   result.status = earlier_->status[at];
   result.message = earlier_->message[at];
   result.is_kept = true;

@@ -21,10 +21,6 @@ void check(const FittedCurves& curves, const Surface& fine, const std::vector<ch
     refuse("the curves' columns differ in length");
   for (const Controls& control : curves.curves.control)
     if (control.rows() != points) refuse("the curves' columns differ in length");
-  if (leans(curves.curves.family()) && curves.curves.lean.rows() != points)
-    refuse("the curves' columns differ in length");
-  if (curves.curves.anisotropy.cols() > 0 && curves.curves.anisotropy.rows() != points)
-    refuse("the curves' columns differ in length");
   if (static_cast<Eigen::Index>(is_reachable.size()) != fine.vertices.rows())
     refuse("the body's columns differ in length");
   const auto fits = [](const Triangles& t, Eigen::Index end) {
@@ -60,7 +56,7 @@ Controls blend_controls(const Controls& control, const Blend& blend) {
     for (int k = 0; k < 3; ++k)
       if (blend.weight(v, k) > 0)  // a corner without weight may hold anything
         fine.row(v) += blend.weight(v, k) * control.row(blend.point(v, k));
-  return fine.cast<float>().cast<double>();
+  return fine.unaryExpr(&as_float32);
 }
 
 Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
@@ -68,13 +64,10 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   Model model;
   model.surface = fine;
   model.inward_normal = -outward_normal;
+  model.curves = CurveSet(curves.curves.family);
   model.curves.basis = curves.curves.basis;
-  for (std::size_t k = 0; k < model.curves.control.size(); ++k)
-    model.curves.control[k] = blend_controls(curves.curves.control[k], blend);
-  model.curves.lean_basis = curves.curves.lean_basis;
-  model.curves.is_coupled = curves.curves.is_coupled;
-  model.curves.lean = blend_controls(curves.curves.lean, blend);
-  model.curves.anisotropy = blend_controls(curves.curves.anisotropy, blend);
+  for (std::size_t part = 0; part < model.curves.control.size(); ++part)
+    model.curves.control[part] = blend_controls(curves.curves.control[part], blend);
   for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)
     model.is_covered.push_back(blend.weight.row(v).sum() > 0);
   model.blend_point = std::move(blend.point);

@@ -11,7 +11,6 @@ namespace palpate {
 namespace runtime {
 
 constexpr double kMaxCoordinate_m = 1e3;  ///< of vertices about the origin: floats keep 0.1 mm
-constexpr double kMaxNumber = 1e15;       ///< of curve data: products of a few stay finite
 constexpr double kUnitTolerance = 1e-4;   ///< of a normal's squared length; float rounding is 2e-7
 constexpr double kMinFacing = 0.01;       ///< least cosine of a corner's normal to its triangle's
 
@@ -24,10 +23,10 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
   std::memcpy(&header, bytes, sizeof(Header));
   if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
   if (header.endian_mark != kEndianMark) return Status::other_endianness;
-  if (header.version < kOldestVersion || header.version > kVersion) return Status::other_version;
+  if (header.version != kVersion) return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~known_flags(header.version)) != 0) return Status::layout_wrong;
+  if ((header.flags & ~kFlagGuard) != 0) return Status::layout_wrong;
   std::uint64_t offset[kSections];
   if (lay_out(header, offset) != header.file_bytes) return Status::layout_wrong;
   for (int section = 0; section < kSections; ++section)
@@ -72,39 +71,15 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
-/// Of a vertex: finite, norm within kMaxAnisotropy (and float rounding), zero where not covered.
-inline bool is_good_anisotropy(const AssetView& view, int v) noexcept {
-  const float* s = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex +
-                   view.control_offset[kAnisotropy];
-  double squared = 0;
-  for (int i = 0; i < kTensorSize; ++i)
-    squared +=
-        (i < 3 ? 1 : 2) * (double(s[i]) * double(s[i]));  // off the diagonal each is there twice
-  return squared <= (view.covered[v] ? kMaxAnisotropy * kMaxAnisotropy : 0);
-}
-
-/// Finite, zero at zero, increasing (but for the lean); all zero where not covered.
-inline Status check_controls(const AssetView& view) noexcept {
+/// Of every part what the family says; all zero where not covered.
+inline Status check_controls(const AssetView& view, const Header& h) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
     const float* control = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
     if (view.covered[v] > 1) return Status::controls_wrong;
-    for (int curve = 0; curve < kCurves; ++curve) {
-      const float* b = control + view.control_offset[curve];
-      const int size = view.curves.view[curve].size();
-      if (b[0] != 0) return Status::controls_wrong;
-      for (int j = 1; j < size; ++j)
-        if (!(b[j] >= b[j - 1] && is_within(double(b[j]), kMaxNumber)))
-          return Status::controls_wrong;
-      if (!view.covered[v] && b[size - 1] != 0) return Status::controls_wrong;
-    }
-    if (view.curves.is_anisotropic && !is_good_anisotropy(view, v)) return Status::controls_wrong;
-    const float* lean = control + view.control_offset[kLean];
-    const int first = view.curves.lean.pieces > 0 ? 3 : 0;
-    for (int j = 0; j < 3 * view.curves.lean.size(); ++j) {
-      const bool must_be_zero = j < first || !view.covered[v];
-      if (!is_within(double(lean[j]), must_be_zero ? 0 : kMaxCoordinate_m))
+    for (int part = 0; part < family_of(h).parts; ++part)
+      if (!is_good_part(family_of(h).part[part], control + view.control_offset[part],
+                        part_size(h, part), !view.covered[v]))
         return Status::controls_wrong;
-    }
   }
   return Status::ok;
 }
@@ -217,10 +192,9 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
 /// Everything about the sections of an asset whose envelope is good.
 inline Status check_sections(const AssetView& view, const Header& header) noexcept {
   Status status = check_numbers(view);
-  for (int curve = 0; curve < kCurves && status == Status::ok; ++curve)
-    status = check_spline(view.curves.view[curve]);
-  if (status == Status::ok && view.curves.lean.pieces > 0) status = check_spline(view.curves.lean);
-  if (status == Status::ok) status = check_controls(view);
+  for (const SplineView& spline : view.curves.view)
+    if (status == Status::ok && spline.pieces > 0) status = check_spline(spline);
+  if (status == Status::ok) status = check_controls(view, header);
   if (status == Status::ok) status = check_vertices(view);
   if (status == Status::ok) status = check_triangles(view);
   if (status == Status::ok) status = check_normals(view);

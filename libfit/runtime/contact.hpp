@@ -15,15 +15,16 @@ namespace runtime {
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
   bool has_tip = false;
-  double tip_m[3] = {0, 0, 0};     ///< previous tip or centre, relative to the asset's origin
-  int triangle = -1;               ///< -1 in the air
-  double weight[3] = {0, 0, 0};    ///< area coordinates of the contact point
-  Arm arm;                         ///< of a ball in contact
-  double dissipated_J = 0;         ///< by slips, since the Contact is in use
-  double refused_J = 0;            ///< energy that slips would have created, each joule once
-  double withheld_J = 0;           ///< refused at the latest tick
-  std::int64_t refused_ticks = 0;  ///< ticks at which the guard acted
-  Hold hold;                       ///< saves time, changes no bit
+  double tip_m[3] = {0, 0, 0};        ///< previous tip or centre, relative to the asset's origin
+  int triangle = -1;                  ///< -1 in the air
+  double weight[3] = {0, 0, 0};       ///< area coordinates of the contact point
+  Arm arm;                            ///< of a ball in contact
+  double dissipated_J = 0;            ///< by slips, since the Contact is in use
+  double refused_J = 0;               ///< energy that slips would have created, each joule once
+  double withheld_J = 0;              ///< refused at the latest tick
+  std::int64_t refused_ticks = 0;     ///< ticks at which the guard acted
+  double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
+  Hold hold;                          ///< saves time, changes no bit
 };
 
 enum class ContactState { air, stick, slip };
@@ -51,6 +52,7 @@ inline void release(Contact& contact) noexcept {
   contact.withheld_J = 0;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
+  for (double& number : contact.memory) number = 0;
   drop(contact.hold);
 }
 

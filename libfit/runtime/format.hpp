@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The bytes of an asset (.palp), versions 2 to 4. Little-endian or big-endian as the writer's
+// The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is
 // allowed.
@@ -10,32 +10,15 @@
 #include <cstdint>
 #include <cstring>
 
+#include "families/families.hpp"
+
 namespace palpate {
 namespace runtime {
 
-constexpr std::uint32_t kOldestVersion = 2;
-constexpr std::uint32_t kVersion = 4;
-constexpr std::uint32_t kCoupledVersion = 3;      ///< has kFlagCoupled
-constexpr std::uint32_t kAnisotropicVersion = 4;  ///< has kFlagAnisotropic
+constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint32_t kFlagGuard = 1;        ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagCoupled = 2;      ///< lateral curves times G(dz / last normal knot)
-constexpr std::uint32_t kFlagAnisotropic = 4;  ///< controls end with S, lateral curves read by it
-
-constexpr int kAnisotropyFloats = 6;  ///< of a vertex
-
-/// The flags that a version has.
-inline std::uint32_t known_flags(std::uint32_t version) noexcept {
-  return kFlagGuard | (version < kCoupledVersion ? 0 : kFlagCoupled) |
-         (version < kAnisotropicVersion ? 0 : kFlagAnisotropic);
-}
-/// The oldest version that has these flags: what an asset is written as.
-inline std::uint32_t version_with(std::uint32_t flags) noexcept {
-  std::uint32_t version = kOldestVersion;
-  while (version < kVersion && (flags & ~known_flags(version)) != 0) ++version;
-  return version;
-}
+constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
 
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
 constexpr std::int32_t kMaxVertices = 1 << 26;
@@ -50,18 +33,18 @@ enum Section : int {
   kVertices,  ///< float V x 3 [m], relative to the origin
   kNormals,   ///< float V x 3, inward unit u_l
   kCovered,   ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
-  /// float V x (normal, lateral, limit [N]: b_0 = 0, b_j <= b_{j+1}; lean [m]: xyz; anisotropy S
-  /// [1] where the flag says so: xx, yy, zz, xy, xz, yz, Frobenius norm <= kMaxAnisotropy)
+  /// float V x the numbers of the family's parts in turn, control value by control value: bounds
+  /// and order as the parts say (families/part.hpp)
   kControls,
-  kTriangles,    ///< int32 F x 3, counter-clockwise from outside
-  kNeighbours,   ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
-  kMaxDepth,     ///< float F [m], depth up to which slides are well-conditioned; 0: air
-  kTreeNodes,    ///< TreeNode, preorder
-  kTreeItems,    ///< int32, triangles of the leaves
-  kNormalTable,  ///< double: knots, weights, integrals of a SplineView; likewise the next three
-  kLateralTable,
-  kLimitTable,
-  kLeanTable,   ///< empty where the body does not lean
+  kTriangles,   ///< int32 F x 3, counter-clockwise from outside
+  kNeighbours,  ///< int32 F x 3: across the edge from corner k to k+1; -1 at a border
+  kMaxDepth,    ///< float F [m], depth up to which slides are well-conditioned; 0: air
+  kTreeNodes,   ///< TreeNode, preorder
+  kTreeItems,   ///< int32, triangles of the leaves
+  /// double: knots, weights, integrals of a SplineView; likewise of each part, empty where it is no
+  /// curve
+  kPartTable,
+  kLastPartTable = kPartTable + kMaxParts - 1,
   kCheckTicks,  ///< CheckTick: a path and the exact forces on the tool it must bring
   kMeta,        ///< JSON for people: error statement, scene hash; the engine does not read it
   kSections
@@ -89,8 +72,9 @@ struct Header {
   std::uint32_t flags;
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
-  std::int32_t degree[4], pieces[4];           ///< normal, lateral, limit, lean (0 and 0: none)
-  double origin_m[3];                          ///< body coordinates are origin + vertex
+  std::int32_t family, unused;                 ///< row of families/families.hpp; 0
+  std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
+  double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
   double probe_radius_m;  ///< of the probe the curves were measured with; 0 unknown
   std::uint64_t meta_bytes;
@@ -98,22 +82,30 @@ struct Header {
 };
 static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
-static_assert(sizeof(Header) == 136 + 8 * kSections, "the header is packed");
+static_assert(sizeof(Header) == 176 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
-inline int curve_size(const Header& h, int curve) noexcept {
-  return h.pieces[curve] + h.degree[curve];
+/// The parts of the asset's family; the number is possible.
+inline const FamilyRow& family_of(const Header& h) noexcept {
+  return row_of(static_cast<Family>(h.family));
+}
+/// Control values of a part, each of `width` numbers.
+inline int part_size(const Header& h, int part) noexcept {
+  const int count = family_of(h).part[part].count;
+  return count > 0 ? count : h.pieces[part] + h.degree[part];
 }
 inline int controls_per_vertex(const Header& h) noexcept {
-  return curve_size(h, 0) + curve_size(h, 1) + curve_size(h, 2) + 3 * curve_size(h, 3) +
-         ((h.flags & kFlagAnisotropic) != 0 ? kAnisotropyFloats : 0);
+  int sum = 0;
+  for (int part = 0; part < family_of(h).parts; ++part)
+    sum += family_of(h).part[part].width * part_size(h, part);
+  return sum;
 }
 
-inline std::uint64_t table_doubles(const Header& h, int curve) noexcept {
-  if (h.pieces[curve] == 0) return 0;
-  const std::uint64_t rows = static_cast<std::uint64_t>(h.pieces[curve]) + 1;
-  const std::uint64_t order = static_cast<std::uint64_t>(h.degree[curve]) + 1;
-  return rows + rows * order * order + rows * static_cast<std::uint64_t>(curve_size(h, curve));
+inline std::uint64_t table_doubles(const Header& h, int part) noexcept {
+  if (h.pieces[part] == 0) return 0;
+  const std::uint64_t rows = static_cast<std::uint64_t>(h.pieces[part]) + 1;
+  const std::uint64_t order = static_cast<std::uint64_t>(h.degree[part]) + 1;
+  return rows + rows * order * order + rows * static_cast<std::uint64_t>(part_size(h, part));
 }
 
 /// Bytes of a section without padding. The counts are within the bounds above.
@@ -137,15 +129,12 @@ inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
       return sizeof(TreeNode) * static_cast<std::uint64_t>(h.tree_nodes);
     case kTreeItems:
       return 4 * static_cast<std::uint64_t>(h.tree_items);
-    case kNormalTable:
-    case kLateralTable:
-    case kLimitTable:
-    case kLeanTable:
-      return 8 * table_doubles(h, section - kNormalTable);
     case kCheckTicks:
       return sizeof(CheckTick) * static_cast<std::uint64_t>(h.check_ticks);
-    default:
+    case kMeta:
       return h.meta_bytes;
+    default:
+      return 8 * table_doubles(h, section - kPartTable);
   }
 }
 
@@ -161,11 +150,12 @@ inline bool has_possible_counts(const Header& h) noexcept {
   if (h.tree_nodes >= 2 * h.tree_items) return false;
   if (h.check_ticks < 0 || h.check_ticks > kMaxCheckTicks || h.check_path_ticks < 1) return false;
   if (h.meta_bytes > kMaxMetaBytes) return false;
-  for (int curve = 0; curve < 4; ++curve) {
-    const bool is_absent = curve == 3 && h.degree[curve] == 0 && h.pieces[curve] == 0;
-    if (is_absent) continue;
-    if (h.degree[curve] < 1 || h.degree[curve] > 4) return false;
-    if (h.pieces[curve] < 1 || h.pieces[curve] > kMaxPieces) return false;
+  if (h.family < 0 || h.family >= kFamilies || h.unused != 0) return false;
+  for (int part = 0; part < kMaxParts; ++part) {
+    const bool has_basis = part < family_of(h).parts && family_of(h).part[part].is_curve();
+    if (h.degree[part] < (has_basis ? 1 : 0) || h.degree[part] > (has_basis ? 4 : 0)) return false;
+    if (h.pieces[part] < (has_basis ? 1 : 0) || h.pieces[part] > (has_basis ? kMaxPieces : 0))
+      return false;
   }
   return true;
 }

@@ -67,11 +67,10 @@ struct HeldSpot {
     return spot;
   }
   double control(int curve, int j) const noexcept { return mesh_spot().control(curve, j); }
-  Vec3d lean(int j) const noexcept { return mesh_spot().lean(j); }
-  double anisotropy(int i) const noexcept { return mesh_spot().anisotropy(i); }
 };
 
 inline int piece_at(const SplineView& view, const HeldSpot& spot, int curve, double x) noexcept {
+  if (curve >= kCurves) return find_piece(view, x);
   int& piece = spot.hold->curve[curve].piece;
   return piece = find_piece(view, x, piece);
 }
@@ -89,6 +88,7 @@ const HeldCurve& held_curve(const HeldSpot& spot, int curve, int first) noexcept
 
 template <int kOrder>
 LiveControls<kOrder, double> live_controls(const HeldSpot& spot, int curve, int first) noexcept {
+  if (curve >= kCurves) return live_controls<kOrder>(spot.mesh_spot(), curve, first);
   const HeldCurve& held = held_curve<kOrder>(spot, curve, first);
   LiveControls<kOrder, double> out;
   for (int k = 0; k < kOrder; ++k) out.b[k] = held.b[k];
@@ -97,6 +97,7 @@ LiveControls<kOrder, double> live_controls(const HeldSpot& spot, int curve, int 
 
 inline double area_before(const SplineView& view, const HeldSpot& spot, int curve, int piece,
                           int first) noexcept {
+  if (curve >= kCurves) return area_before(view, spot.mesh_spot(), curve, piece, first);
   HeldCurve& held = spot.hold->curve[curve];
   if (held.area_piece != piece) {
     held.area_J = area_before(view, spot.mesh_spot(), curve, piece, first);

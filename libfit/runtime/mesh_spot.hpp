@@ -28,16 +28,12 @@ struct MeshSpot {
   S length;        ///< of the blended normal before it was made unit
   S n[3];
   const float* node[3];  ///< controls of the corners
-  const int* offset;     ///< of each curve, the lean and the anisotropy within them
+  const int* offset;     ///< of each part within them
   int* piece;            ///< of each curve: the interval last read
   S control(int curve, int j) const noexcept {
     const int at = offset[curve] + j;
     return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
   }
-  Vec3<S> lean(int j) const noexcept {
-    return {control(kLean, 3 * j), control(kLean, 3 * j + 1), control(kLean, 3 * j + 2)};
-  }
-  S anisotropy(int i) const noexcept { return control(kAnisotropy, i); }
 };
 
 template <int kOrder, class S>
@@ -52,6 +48,7 @@ LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int fi
 
 template <class S>
 int piece_at(const SplineView& view, const MeshSpot<S>& spot, int curve, double x) noexcept {
+  if (curve >= kCurves) return find_piece(view, x);
   return spot.piece[curve] = find_piece(view, x, spot.piece[curve]);
 }
 

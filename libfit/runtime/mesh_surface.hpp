@@ -23,15 +23,7 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;  ///< no lateral stiffness here: slides as if frictionless
 
-/// Stored energy of a spot [J] at a deflection: the corners' curve energies blended, exact
-/// polynomials.
-template <class Spot>
-double stored_energy_J(const CurveViews& views, const Spot& spot,
-                       const Deflection<double>& d) noexcept {
-  const double lateral_J = energy_at(views, spot, kLateral, metric_length_m(views, d));
-  return energy_at(views, spot, kNormal, d.normal_m) +
-         (views.coupling_depth_m > 0 ? d.gain.value * lateral_J : lateral_J);
-}
+/// Stored energy of a spot [J] with the tool at x.
 inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
                               const Vec3d& x) noexcept {
   return stored_energy_J(views, spot, deflection(views, spot, x));

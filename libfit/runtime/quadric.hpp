@@ -7,7 +7,7 @@
 
 #include <type_traits>
 
-#include "slide.hpp"
+#include "families/families.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -28,14 +28,11 @@ Vec3<T> gradient_times(const Quadric& quadric, const Vec3<T>& p) noexcept {
           p.x * g[6] + p.y * g[7] + p.z * g[8]};
 }
 
-/// Control values of the three curves at the test point [N], size() of each view's basis, of its
-/// lean [m], x, y, z of each in turn, and its anisotropy, kTensorSize numbers; null where the body
-/// has none.
+/// The numbers of each part at the test point, control value by control value; null where the
+/// family has none.
 template <class C>
 struct ControlPointers {
-  const C* curve[kCurves];
-  const C* lean = nullptr;
-  const C* anisotropy = nullptr;
+  const C* part[kMaxParts];
 };
 
 /// Signed depth [m] of a point under the quadric, along u0: > 0 inside the body.
@@ -51,16 +48,8 @@ template <class S, class C, bool kIsPlain>
 struct QuadricSpot {
   Vec3<S> point, normal;
   ControlPointers<C> controls;
-  S control(int curve, int j) const noexcept {
-    return convert(controls.curve[curve][j], std::integral_constant<bool, kIsPlain>());
-  }
-  Vec3<S> lean(int j) const noexcept {
-    const std::integral_constant<bool, kIsPlain> plain;
-    const C* at = controls.lean + 3 * j;
-    return {convert(at[0], plain), convert(at[1], plain), convert(at[2], plain)};
-  }
-  S anisotropy(int i) const noexcept {
-    return convert(controls.anisotropy[i], std::integral_constant<bool, kIsPlain>());
+  S control(int part, int j) const noexcept {
+    return convert(controls.part[part][j], std::integral_constant<bool, kIsPlain>());
   }
 
  private:

@@ -1,9 +1,9 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// What a contact point answers to a deflection: the forces of its curves and what they store
-// (docs/method.md, section 2), one template for the engine (scalar double) and the fitter (scalar
-// double or ceres::Jet). Forces are those of the tool ON the body.
+// The curves of a contact point at a deflection: forces and what they store (docs/method.md,
+// section 2), one template for the engine (scalar double) and the fitter (scalar double or
+// ceres::Jet). Forces are those of the tool ON the body.
 
 #include "deflection.hpp"
 
@@ -107,30 +107,10 @@ T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) no
   }
 }
 
-/// f^r(rho), times G(dz) where the body is coupled [N].
+/// f^r(dr) [N].
 template <class T, class Spot>
 T lateral_force(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  const T force_N = curve_at(views, spot, kLateral, metric_length_m(views, d));
-  return views.coupling_depth_m > 0 ? d.gain.value * force_N : force_N;
-}
-
-/// Gradient of Z(dz) + G(dz) R(rho), force of the tool on the body [N] (docs/method.md, section 2):
-/// (f^z + G' R - f pull . dl/d(dz)) u + f pull with f = G f^r; pull is u^r where the body is not
-/// anisotropic. Zero where dz <= 0.
-/// lateral_N: f, where the caller knows it already.
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
-                 const T& lateral_N) noexcept {
-  if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-  T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
-  if (views.coupling_depth_m > 0)
-    normal_N =
-        normal_N + d.gain.slope * energy_at(views, spot, kLateral, metric_length_m(views, d));
-  return spot.normal * normal_N + (views.is_anisotropic ? d.pull : d.lateral) * lateral_N;
-}
-template <class T, class Spot>
-Vec3<T> response(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-  return response(views, spot, d, lateral_force(views, spot, d));
+  return curve_at(views, spot, kLateral, d.lateral_m);
 }
 
 }  // namespace runtime

@@ -1,9 +1,10 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The stick/slip law (docs/method.md, sections 1 to 4), one template for the engine (scalar double,
-// the surface is a mesh) and the fitter (scalar double or ceres::Jet, the surface is the quadric of
-// quadric.hpp, which also has replay_drag). Forces here are those of the tool ON the body.
+// The stick/slip law of one anchor (docs/method.md, sections 1 to 4), one template for the engine
+// (scalar double, the surface is a mesh) and the fitter (scalar double or ceres::Jet, the surface
+// is the quadric of quadric.hpp, which also has replay_drag). Forces here are those of the tool ON
+// the body.
 //
 // A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
 //   path.at(s)   -> Spot of deflection.hpp
@@ -36,32 +37,31 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
 }
 
 /// What a slip brings to zero: the lateral force - L(dz) [N]; without lateral stiffness, dr itself
-/// (as N). Along a way that shortens dr without turning it, an anisotropic body's falls, too.
+/// (as N).
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {
   if (frictionless) return d.lateral_m;
-  return lateral_size(views, d, lateral_force(views, spot, d)) -
-         curve_at(views, spot, kLimit, d.normal_m);
+  return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
 }
 
-template <class T, class Path>
+template <class F, class T, class Path>
 T slip_excess_along(const CurveViews& views, const Path& path, const Vec3<T>& x, const T& s,
                     bool frictionless) noexcept {
   const auto spot = path.at(s);
-  return slip_excess(views, spot, deflection(views, spot, x), frictionless);
+  return slip_excess(views, spot, F::deflection(views, spot, x), frictionless);
 }
 
-/// A contact point with what a tool at x feels there: made once, read by slip test and response.
+/// A contact point with what a tool at x feels there: made once, read by slip test and force.
 template <class T, class Spot>
 struct Footing {
   Spot spot;
   Deflection<T> d;
-  T lateral_N;  ///< f^r(rho), G f^r where coupled
+  T lateral_N;  ///< f^r(dr)
 };
-template <class T, class Spot>
-Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  const Deflection<T> d = deflection(views, spot, x);
+template <class F, class T, class Spot>
+Footing<T, Spot> footing_as(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
+  const Deflection<T> d = F::deflection(views, spot, x);
   return {spot, d, lateral_force(views, spot, d)};
 }
 
@@ -71,7 +71,7 @@ bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept
   if (!(value_of(foot.d.lateral_m) > 0)) return false;
   if (is_frictionless(views, foot.spot)) return true;
   const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
-  const double lateral_N = value_of(lateral_size(views, foot.d, foot.lateral_N));
+  const double lateral_N = value_of(foot.lateral_N);
   return lateral_N * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
 }
 
@@ -85,13 +85,13 @@ struct SlipRoot {
 /// scale: f^r at the start, what the tolerance is a share of; of the excess itself it would fall
 /// below rounding when slips are small. At most kMaxRootSteps evaluations; unfinished, it returns
 /// the side that holds.
-template <class Path>
+template <class F, class Path>
 SlipRoot slip_root(const CurveViews& views, const Path& path, const Vec3d& x, double end,
                    double scale, bool frictionless) noexcept {
   const Vec3<Dual> tip = widened<Dual>(x);
   double lo = 0, hi = end, s = 0, slope = 0;
   for (int i = 0; i < kMaxRootSteps; ++i) {
-    const Dual excess = slip_excess_along(views, path, tip, Dual(s, 1), frictionless);
+    const Dual excess = slip_excess_along<F>(views, path, tip, Dual(s, 1), frictionless);
     slope = excess.v;
     if (std::fabs(excess.a) <= kRootTolerance * scale) return {s, slope};
     if (excess.a > 0)
@@ -106,23 +106,23 @@ SlipRoot slip_root(const CurveViews& views, const Path& path, const Vec3d& x, do
 
 /// The root as the law's scalar: one Newton step in T gives the implicit derivatives, since the
 /// value is converged. path is in T, root from the same path in double.
-template <class T, class Path>
+template <class F, class T, class Path>
 T differentiable_root(const CurveViews& views, const Path& path, const Vec3<T>& x,
                       const SlipRoot& root, bool frictionless) noexcept {
   if (!(root.slope < 0)) return T(root.s);
-  return T(root.s) - slip_excess_along(views, path, x, T(root.s), frictionless) / root.slope;
+  return T(root.s) - slip_excess_along<F>(views, path, x, T(root.s), frictionless) / root.slope;
 }
-template <class Path>
+template <class F, class Path>
 double differentiable_root(const CurveViews&, const Path&, const Vec3d&, const SlipRoot& root,
                            bool) noexcept {
   return root.s;
 }
 
 /// Whether going to the path's end would lengthen the lateral deflection.
-template <class Path>
+template <class F, class Path>
 bool flees(const CurveViews& views, const Path& path, const Vec3d& x, double lateral_m,
            double end) noexcept {
-  return end > 0 && deflection(views, path.at(end), x).lateral_m > lateral_m;
+  return end > 0 && F::deflection(views, path.at(end), x).lateral_m > lateral_m;
 }
 
 /// What a surface did with a requested move.
@@ -132,15 +132,15 @@ enum class Move { whole, stopped };  ///< stopped: the energy guard held part of
 enum class SlideEnd { stick, slid, stopped, unfinished };
 
 /// Lets the contact point slide until the lateral force is at most L(dz) for the tool at x [m].
-/// foot: the footing of surface.standing() at x, on entry and on return.
-/// A slip is made of straight segments: a new one begins where the path crosses into another
-/// triangle and where dr would run out first. Work: at most kMaxSegments segments, each with at
-/// most kMaxRootSteps + 4 evaluations of the curves. Derivatives are those of the branches taken.
-/// Stops where sliding would not shorten dr: deeper than the centre of a convex body's curvature
-/// the contact point would flee (the elements' max_depth_m keeps well below).
-template <class T, class Surface, class Spot>
-SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
-               Footing<T, Spot>& foot) noexcept {
+/// F: the family, by its deflection. foot: the footing of surface.standing() at x, on entry and on
+/// return. A slip is made of straight segments: a new one begins where the path crosses into
+/// another triangle and where dr would run out first. Work: at most kMaxSegments segments, each
+/// with at most kMaxRootSteps + 4 evaluations of the curves. Derivatives are those of the branches
+/// taken. Stops where sliding would not shorten dr: deeper than the centre of a convex body's
+/// curvature the contact point would flee (the elements' max_depth_m keeps well below).
+template <class F, class T, class Surface, class Spot>
+SlideEnd slide_until_it_holds(const CurveViews& views, const Vec3<T>& x, Surface& surface,
+                              Footing<T, Spot>& foot) noexcept {
   for (int segment = 0; segment < kMaxSegments; ++segment) {
     if (!is_slipping(views, foot)) return segment == 0 ? SlideEnd::stick : SlideEnd::slid;
     const Deflection<T>& d = foot.d;
@@ -149,29 +149,23 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
     const double lateral_m = value_of(d.lateral_m), path_end = value_of(path.end());
     const double end = path_end < lateral_m ? path_end : lateral_m;
     const auto& plain = path.plain();
-    if (path.is_blocked() || flees(views, plain, values_of(x), lateral_m, end))
+    if (path.is_blocked() || flees<F>(views, plain, values_of(x), lateral_m, end))
       return SlideEnd::stopped;
     const double inside = kInside * end;
     const bool holds_within =
-        slip_excess_along(views, plain, values_of(x), inside, frictionless) < 0;
+        slip_excess_along<F>(views, plain, values_of(x), inside, frictionless) < 0;
     T s = path_end < lateral_m ? T(path.end()) : d.lateral_m;
     if (holds_within) {
       const double scale = frictionless ? lateral_m : value_of(foot.lateral_N);
-      const SlipRoot root = slip_root(views, plain, values_of(x), inside, scale, frictionless);
-      s = differentiable_root(views, path, x, root, frictionless);
+      const SlipRoot root = slip_root<F>(views, plain, values_of(x), inside, scale, frictionless);
+      s = differentiable_root<F>(views, path, x, root, frictionless);
     }
     const Move move = surface.move(path, s, x);
-    foot = footing(views, surface.standing(), x);
+    foot = footing_as<F>(views, surface.standing(), x);
     if (move == Move::stopped) return SlideEnd::stopped;
     if (holds_within) return SlideEnd::slid;
   }
   return SlideEnd::unfinished;
-}
-
-template <class T, class Surface>
-SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface) noexcept {
-  auto foot = footing(views, surface.standing(), x);
-  return slide(views, x, surface, foot);
 }
 
 }  // namespace runtime

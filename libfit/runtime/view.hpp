@@ -6,12 +6,9 @@
 #include <cstdint>
 
 #include "format.hpp"
-#include "slide.hpp"
 
 namespace palpate {
 namespace runtime {
-
-static_assert(kAnisotropyFloats == kTensorSize, "an asset holds what the law reads");
 
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
@@ -19,8 +16,7 @@ struct AssetView {
   std::uint32_t version = 0;  ///< of the bytes
   int vertices = 0, triangles = 0;
   int controls_per_vertex = 0;
-  /// Where each curve, the lean and the anisotropy begin in a vertex's controls.
-  int control_offset[kAnisotropy + 1] = {0, 0, 0, 0, 0};
+  int control_offset[kMaxParts] = {};  ///< where each part begins in a vertex's controls
   const float* vertex = nullptr;
   const float* normal = nullptr;
   const std::uint8_t* covered = nullptr;
@@ -77,22 +73,19 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   view.max_depth_m = reinterpret_cast<const float*>(at(kMaxDepth));
   view.tree = reinterpret_cast<const TreeNode*>(at(kTreeNodes));
   view.tree_item = reinterpret_cast<const std::int32_t*>(at(kTreeItems));
-  for (int curve = 0, offset = 0; curve <= kCurves; ++curve) {
-    SplineView& spline = curve == kLean ? view.curves.lean : view.curves.view[curve];
-    const int rows = h.pieces[curve] + 1, order = h.degree[curve] + 1;
-    spline.degree = h.degree[curve];
-    spline.pieces = h.pieces[curve];
-    view.control_offset[curve] = offset;
-    if (spline.pieces == 0) continue;  // no lean
-    spline.knots = reinterpret_cast<const double*>(at(kNormalTable + curve));
+  view.curves.family = h.family;
+  for (int part = 0, offset = 0; part < family_of(h).parts; ++part) {
+    SplineView& spline = view.curves.view[part];
+    const int rows = h.pieces[part] + 1, order = h.degree[part] + 1;
+    view.control_offset[part] = offset;
+    offset += family_of(h).part[part].width * part_size(h, part);
+    if (h.pieces[part] == 0) continue;  // numbers
+    spline.degree = h.degree[part];
+    spline.pieces = h.pieces[part];
+    spline.knots = reinterpret_cast<const double*>(at(kPartTable + part));
     spline.weights = spline.knots + rows;
     spline.integrals = spline.weights + rows * order * order;
-    offset += spline.size();
   }
-  view.control_offset[kAnisotropy] = view.control_offset[kLean] + 3 * view.curves.lean.size();
-  view.curves.is_anisotropic = (h.flags & kFlagAnisotropic) != 0;
-  if ((h.flags & kFlagCoupled) != 0)
-    view.curves.coupling_depth_m = view.curves.view[kNormal].knots[h.pieces[kNormal]];
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

@@ -10,8 +10,7 @@ namespace {
 // Curves of the held-out points from their own experiments, on given knots.
 FittedCurves own_curves(const runtime::AssetView& asset, const Samples& own, int split, int jobs) {
   FitOptions options;
-  options.family = family_of(asset.curves.lean.pieces > 0, asset.curves.coupling_depth_m > 0,
-                             asset.curves.is_anisotropic);
+  options.family = static_cast<CurveFamily>(asset.curves.family);
   options.degree = asset.curves.view[0].degree;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     const std::vector<double> knots = basis_of(asset, static_cast<int>(kind)).knots_m;

@@ -8,7 +8,7 @@
 namespace palpate::validation {
 namespace {
 
-// One vertex's controls as an asset holds them: the three curves, the lean, the anisotropy.
+// One vertex's controls as an asset holds them, part by part.
 std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
   std::vector<float> values;
   const auto append = [&](const Controls& control) {
@@ -16,8 +16,6 @@ std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
       values.push_back(static_cast<float>(control(row, j)));
   };
   for (const Controls& control : curves.control) append(control);
-  append(curves.lean);
-  append(curves.anisotropy);
   return values;
 }
 
@@ -49,9 +47,8 @@ std::vector<double> greville_abscissae(const CurveBasis& basis) {
 
 }  // namespace
 
-CurveBasis basis_of(const runtime::AssetView& asset, int curve) {
-  const runtime::SplineView& view =
-      curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
+CurveBasis basis_of(const runtime::AssetView& asset, int part) {
+  const runtime::SplineView& view = asset.curves.view[part];
   if (view.pieces == 0) return {2, {}};
   return {view.degree, {view.knots, view.knots + view.pieces + 1}};
 }
@@ -63,11 +60,11 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
   out.bases_ = std::unique_ptr<fit::Bases>(new fit::Bases(fit::bases_of(curves)));
   out.view_.curves = out.bases_->views;
   out.view_.controls_per_vertex = static_cast<int>(values.size());
-  for (int k = 1; k <= kCurveKinds; ++k)
-    out.view_.control_offset[k] =
-        out.view_.control_offset[k - 1] + curves.basis[static_cast<std::size_t>(k - 1)].size();
-  out.view_.control_offset[runtime::kAnisotropy] =
-      out.view_.control_offset[runtime::kLean] + static_cast<int>(curves.lean.cols());
+  int offset = 0;
+  for (std::size_t part = 0; part < curves.control.size(); ++part) {
+    out.view_.control_offset[part] = offset;
+    offset += static_cast<int>(curves.control[part].cols());
+  }
   for (int v = 0; v < asset.vertices; ++v)
     out.control_.insert(out.control_.end(), values.begin(), values.end());
   out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
@@ -115,25 +112,21 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
   SubstitutedAsset out(asset);
   out.control_ = controls_of(asset);
   const auto stride = static_cast<std::size_t>(asset.controls_per_vertex);
-  double& coupling_depth_m = out.view_.curves.coupling_depth_m;
-  const double gain = coupling_depth_m > 0 ? runtime::gain_at(coupling_depth_m, at_m).value : 1.0;
-  coupling_depth_m = 0;  // stiffness does not depend on depth, in any direction
-  for (int curve = 0; curve <= runtime::kLean; ++curve) {
-    const double share = curve == runtime::kLateral ? gain : 1;
-    const CurveBasis basis = basis_of(asset, curve);
+  const auto parts = parts_of(static_cast<CurveFamily>(asset.curves.family));
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const CurveBasis basis = basis_of(asset, static_cast<int>(part));
     if (basis.knots_m.empty()) continue;
     const std::vector<double> at = greville_abscissae(basis);
-    const runtime::SplineView& view =
-        curve == runtime::kLean ? asset.curves.lean : asset.curves.view[curve];
-    const int parts = curve == runtime::kLean ? 3 : 1;  // x, y, z of each control value in turn
+    const int width = parts[part].width;
     for (int v = 0; v < asset.vertices; ++v) {
-      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[curve];
-      for (int part = 0; part < parts; ++part) {
+      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[part];
+      for (int k = 0; k < width; ++k) {
         std::vector<double> values;
-        for (int j = 0; j < basis.size(); ++j) values.push_back(control[parts * j + part]);
-        const double slope = share * runtime::curve_value(view, values.data(), at_m) / at_m;
+        for (int j = 0; j < basis.size(); ++j) values.push_back(control[width * j + k]);
+        const double slope =
+            runtime::curve_value(asset.curves.view[part], values.data(), at_m) / at_m;
         for (int j = 0; j < basis.size(); ++j)
-          control[parts * j + part] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
+          control[width * j + k] = static_cast<float>(slope * at[static_cast<std::size_t>(j)]);
       }
     }
   }

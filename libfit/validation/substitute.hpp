@@ -26,7 +26,7 @@ class SubstitutedAsset {
   static SubstitutedAsset with_nearest_point(const runtime::AssetView& asset,
                                              const CurveSet& curves, const Model& model);
   /// Each curve is the straight line through 0 and its value at at_m: a linear response computed
-  /// beforehand. A lean is a straight line, too.
+  /// beforehand.
   static SubstitutedAsset linear(const runtime::AssetView& asset, double at_m);
   /// Every coordinate, normal and control value is moved to a neighbouring float, up or down at
   /// random: twice what rounding did to them.
@@ -41,7 +41,7 @@ class SubstitutedAsset {
   std::vector<std::uint8_t> covered_;
 };
 
-/// Basis of one curve of an asset, or of its lean (kLean; no knots where it has none).
-CurveBasis basis_of(const runtime::AssetView& asset, int curve);
+/// Basis of one part of an asset; no knots where it is no curve.
+CurveBasis basis_of(const runtime::AssetView& asset, int part);
 
 }  // namespace palpate::validation

@@ -14,9 +14,7 @@ namespace {
 using palpate::fuzz::promise;
 using palpate::fuzz::promise_finite;
 
-constexpr const char* kGolden[] = {PALPATE_GOLDEN "/version_2.palp",
-                                   PALPATE_GOLDEN "/version_3.palp",
-                                   PALPATE_GOLDEN "/version_4.palp"};
+constexpr const char* kGolden[] = {PALPATE_GOLDEN "/version_1.palp"};
 
 palpate_asset open_golden(const char* path) {
   std::FILE* stream = std::fopen(path, "rb");

@@ -49,7 +49,7 @@ double time_law_ns(const CurveSet& curves, Eigen::Index point) {
 }
 
 std::size_t bytes_of_node(const CurveSet& curves) {
-  Eigen::Index controls = curves.lean.cols() + curves.anisotropy.cols();
+  Eigen::Index controls = 0;
   for (const Controls& control : curves.control) controls += control.cols();
   return static_cast<std::size_t>(controls) * sizeof(float);
 }

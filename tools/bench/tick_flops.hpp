@@ -40,10 +40,6 @@ struct CountedSpot {
   runtime::Vec3<Counted> point, normal;
   const runtime::MeshSpot<double>* spot;
   Counted control(int curve, int j) const noexcept { return Counted(spot->control(curve, j)); }
-  runtime::Vec3<Counted> lean(int j) const noexcept {
-    return runtime::widened<Counted>(spot->lean(j));
-  }
-  Counted anisotropy(int i) const noexcept { return Counted(spot->anisotropy(i)); }
 };
 /// Areas below the interval are at hand as well.
 inline Counted area_before(const runtime::SplineView&, const CountedSpot&, int, int, int) noexcept {
@@ -64,7 +60,7 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
   is_slipping(asset.curves, foot);
   response(asset.curves, spot, foot.d, foot.lateral_N);
   energy_at(asset.curves, spot, kNormal, foot.d.normal_m);
-  energy_at(asset.curves, spot, kLateral, metric_length_m(asset.curves, foot.d));
+  energy_at(asset.curves, spot, kLateral, foot.d.lateral_m);
   return Counted::operations;
 }
 

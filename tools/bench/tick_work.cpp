@@ -53,6 +53,7 @@ std::vector<const unsigned char*> lines_of_a_tick(const runtime::AssetView& asse
            4 * static_cast<std::size_t>(asset.curves.view[curve].degree + 1));
   }
   for (const runtime::SplineView& view : asset.curves.view) {
+    if (view.pieces == 0) continue;
     const auto order = static_cast<std::size_t>(view.degree + 1);
     need(view.knots, 8 * static_cast<std::size_t>(view.pieces + 1));
     need(view.weights + static_cast<std::size_t>(view.pieces / 2) * order * order,

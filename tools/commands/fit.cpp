@@ -20,8 +20,7 @@ class Fit final : public Command {
                      "Pieces of every curve; 0: as few as the data support");
     arguments.option(
         "--family", section_.family,
-        "Curve family: auto (by held-out rows), separable, leaning, coupled, coupled-leaning, and "
-        "each with an anisotropy (anisotropic, anisotropic-leaning, ...)");
+        "Curve family: auto (by held-out rows) or one of those in docs/method.md, section 2");
     arguments.option(
         "--warm-start", warm_start_,
         "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");

@@ -32,20 +32,14 @@ void print_asset(const std::filesystem::path& path) {
   fmt::print("  origin ({}, {}, {}) m, probe radius {} m, guard {}\n", asset.origin_m[0],
              asset.origin_m[1], asset.origin_m[2], asset.probe_radius_m,
              asset.has_guard ? "on" : "off");
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
-    const runtime::SplineView& spline = asset.curves.view[kind];
-    fmt::print("  {:<8} {} pieces of degree {} to {} m\n",
-               kCurveNames[static_cast<std::size_t>(kind)], spline.pieces, spline.degree,
-               spline.knots[spline.pieces]);
+  const auto family = static_cast<CurveFamily>(asset.curves.family);
+  fmt::print("  family {}\n", name_of(family));
+  for (std::size_t part = 0; part < parts_of(family).size(); ++part) {
+    const runtime::SplineView& spline = asset.curves.view[part];
+    if (spline.pieces > 0)
+      fmt::print("  {:<8} {} pieces of degree {} to {} m\n", parts_of(family)[part].name,
+                 spline.pieces, spline.degree, spline.knots[spline.pieces]);
   }
-  if (asset.curves.lean.pieces > 0)
-    fmt::print("  {:<8} {} pieces of degree {} to {} m\n", "lean", asset.curves.lean.pieces,
-               asset.curves.lean.degree, asset.curves.lean.knots[asset.curves.lean.pieces]);
-  if (asset.curves.coupling_depth_m > 0)
-    fmt::print("  coupled: lateral curves are those at {} m, elsewhere times the root of depth\n",
-               asset.curves.coupling_depth_m);
-  if (asset.curves.is_anisotropic)
-    fmt::print("  anisotropic: lateral curves are read by a metric of each vertex\n");
   fmt::print("  check path: {} ticks, reproduced bit for bit\n", asset.check_ticks);
   fmt::print("  meta: {}\n", file.meta_json());
 }

@@ -28,8 +28,6 @@ CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
       control.row(0) += hit.point.weight[k] * all.row(corner[k]);
   };
   for (Controls& control : out.control) blend(control);
-  blend(out.lean);
-  blend(out.anisotropy);
   return out;
 }
 

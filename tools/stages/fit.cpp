@@ -85,11 +85,12 @@ void say_recordings(const FittedRecordings& recordings) {
 FitOptions options_of(const FitSection& section, double default_friction, int jobs,
                       const FittedCurves* warm_start, const SensorChoice& sensor) {
   const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
   if (section.family != "auto" &&
       std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
     throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                "Use auto, separable, leaning, coupled or coupled-leaning, each of them also as "
-                "anisotropic (anisotropic, anisotropic-leaning, ...).");
+                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
   FitOptions options;
   options.warm_start = warm_start;
   options.frees = sensor.frees;

@@ -182,8 +182,8 @@ void score_points(const Samples& samples, const BodyData& body, const BodyBases&
   for (std::size_t p = 0; p < results.size(); ++p) {
     if (!is_wanted[p]) continue;
     PointResult& result = results[p];
-    result.score = score_point(samples, body.points[p], body.length_m, si, result.control,
-                               result.lean_m, result.anisotropy, result.sensor);
+    result.score =
+        score_point(samples, body.points[p], body.length_m, si, result.control, result.sensor);
     fitted.rms_residual_N[static_cast<Eigen::Index>(p)] = result.score.rms_N;
     fitted.max_residual_N[static_cast<Eigen::Index>(p)] = result.score.max_N;
   }

@@ -22,22 +22,25 @@ PointData without_rows(PointData point, std::size_t parity) {
 void add_errors(const PointData& point, const Bases& bases, const PointCurves& curves,
                 std::size_t parity, std::vector<double>& errors) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient);
-  std::array<Eigen::VectorXd, kCurveKinds> control;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-    control[kind] = controls_of(curves.increments[kind]);
-  const std::vector<double> lean = lean_controls<double>(
-      tangents_of(point.inward), curves.lean.data(), static_cast<int>(curves.lean.size()));
-  std::array<double, runtime::kTensorSize> anisotropy{};
-  if (curves.anisotropy.size() > 0)
-    anisotropy = anisotropy_of<double>(tangents_of(point.inward), curves.anisotropy.data());
+  std::vector<std::vector<double>> control;
+  for (const Eigen::VectorXd& increments : curves.increments) {
+    const Eigen::VectorXd values = controls_of(increments);
+    control.emplace_back(values.begin(), values.end());
+  }
+  const auto parts = parts_of(bases.family);
+  const double* next = curves.more.data();
+  for (std::size_t part = kCurveKinds; part < parts.size(); ++part) {
+    const int size = parts[part].is_curve() ? bases.views.view[part].size() : parts[part].count;
+    const int count = count_unknowns(parts[part], size);
+    control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), next, count));
+    next += count;
+  }
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
-    replay<double>(
-        bases.views,
-        {{control[0].data(), control[1].data(), control[2].data()}, lean.data(), anisotropy.data()},
-        quadric, e.deflection.front().data(), static_cast<int>(force.size()),
-        as_array(curves.sensor[k]), is_any(curves.sensor[k]), force.data());
+    replay<double>(bases.views, pointers_to<double>(control), quadric, e.deflection.front().data(),
+                   static_cast<int>(force.size()), as_array(curves.sensor[k]),
+                   is_any(curves.sensor[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
       errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));
@@ -47,11 +50,9 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
 
 }  // namespace
 
-FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, CurveFamily family,
-                            const FitOptions& options) {
-  BodyBases bases = setting.bases;
-  if (!leans(family)) bases.lean_plain.knots_m.clear();
-  bases.is_anisotropic = is_anisotropic(family);
+FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& rows,
+                            BodyBases bases, CurveFamily family, const FitOptions& options) {
+  bases = of_family(std::move(bases), family);
   const Bases plain = plain_bases(bases);
   std::vector<double> errors;
   const std::size_t stride = (body.points.size() + kMaxPoints - 1) / kMaxPoints;
@@ -59,36 +60,28 @@ FamilyEvidence judge_family(const BodyData& body, const FamilySetting& setting, 
     if (!body.points[p].problem.empty()) continue;
     for (const std::size_t parity : {0U, 1U}) {
       const PointData seen = without_rows(body.points[p], parity);
-      const PointCurves curves = identify(seen, setting.rows[p], bases, plain, options);
+      const PointCurves curves = identify(seen, rows[p], bases, plain, options);
       if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
     }
   }
   return {family, median(errors), quantile(errors, 0.95)};
 }
 
-FamilyReport choose_family(const BodyData& body,
-                           const std::function<const FamilySetting&(bool is_coupled)>& setting,
-                           const FitOptions& options) {
+FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
+                           const BodyBases& bases, const FitOptions& options) {
   FamilyReport report;
   FamilyEvidence best;
   std::string tried;
-  const auto attempt = [&](CurveFamily family) {
-    const FamilyEvidence found = judge_family(body, setting(is_coupled(family)), family, options);
+  for (const CurveFamilyName& row : kCurveFamilyNames) {
+    const FamilyEvidence found = judge_family(body, rows, bases, row.family, options);
     const bool is_better =
         found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
     if (report.evidence.empty() || is_better) best = found;
     report.evidence.push_back(found);
-    tried += (tried.empty() ? "" : "; ") + std::string(name_of(family)) + " " +
+    tried += (tried.empty() ? "" : "; ") + std::string(row.name) + " " +
              percent(found.median_error) + ", " + percent(found.p95_error);
-    return best.p95_error <= options.tolerance;
-  };
-  bool is_enough = false;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (!is_enough && !is_anisotropic(row.family)) is_enough = attempt(row.family);
-  const CurveFamily isotropic = best.family;
-  if (!is_enough) is_enough = attempt(CurveFamily::anisotropic);
-  if (!is_enough && isotropic != CurveFamily::separable)
-    attempt(family_of(leans(isotropic), is_coupled(isotropic), true));
+    if (best.p95_error <= options.tolerance) break;
+  }
   report.family = best.family;
   report.reason = "held-out error, median and p95: " + tried;
   return report;

@@ -38,22 +38,20 @@ void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBa
 
 PointResult no_curves(const BodyBases& bases, const std::string& why) {
   PointResult result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    result.control[kind] = Eigen::VectorXd::Zero(bases.si[kind].size());
+  const auto parts = parts_of(bases.family);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    result.control.push_back(
+        Eigen::VectorXd::Zero(parts[i].width * size_of(parts[i], bases.si[i])));
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
                                                         std::numeric_limits<double>::quiet_NaN());
-  }
-  if (!bases.lean_si.knots_m.empty())
-    result.lean_m = Eigen::VectorXd::Zero(3 * bases.lean_si.size());
-  if (bases.is_anisotropic) result.anisotropy = Eigen::VectorXd::Zero(runtime::kTensorSize);
   result.message = why;
   return result;
 }
 
 PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
-  PointCurves curves = start_values(point, rows, bases.plain, bases.lean_plain, bases.is_coupled,
-                                    bases.is_anisotropic, options);
+  PointCurves curves = start_values(point, rows, bases.plain, bases.family, options);
   if (!curves.problem.empty()) return curves;
   solve_point(point, plain, options, curves);
   if (!curves.is_identified[2])  // made up from f^z, which may have moved
@@ -72,12 +70,17 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   if (!curves.problem.empty()) return result;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
-  result.lean_m = stored_lean(point.inward, curves.lean, length_m);
-  result.anisotropy = stored_anisotropy(point.inward, curves.anisotropy);
+  Eigen::Index at = 0;
+  const auto parts = parts_of(bases.family);
+  for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+    const int count = count_unknowns(parts[i], size_of(parts[i], bases.si[i]));
+    result.control[i] = stored_part(parts[i], point.inward, curves.more.segment(at, count),
+                                    length_m, point.force_N);
+    at += count;
+  }
 
   add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
-  result.score = score_point(samples, point, length_m, si, result.control, result.lean_m,
-                             result.anisotropy, result.sensor);
+  result.score = score_point(samples, point, length_m, si, result.control, result.sensor);
   result.is_scored = true;
   if (curves.is_identified[2] && result.score.slipped_rows == 0)
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");

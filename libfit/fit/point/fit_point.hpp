@@ -11,28 +11,35 @@
 
 namespace palpate::fit {
 
-/// The bases that a body's curves share, in units of its `length_m` (plain) and in metres (si).
-/// lean: without knots in the separable family.
+/// The bases of the parts of a body's family, in units of its `length_m` (plain) and in metres
+/// (si).
 struct BodyBases {
-  std::array<CurveBasis, kCurveKinds> plain, si;
-  CurveBasis lean_plain{2, {}}, lean_si{2, {}};
-  bool is_coupled = false, is_anisotropic = false;
+  CurveFamily family = CurveFamily::separable;
+  std::vector<CurveBasis> plain = std::vector<CurveBasis>(kCurveKinds), si = plain;
   std::array<BasisReport, kCurveKinds> report;
 };
 
+/// The same curve kinds in another family: its other curves are parabolas over the depth.
+inline BodyBases of_family(BodyBases bases, CurveFamily family) {
+  bases.family = family;
+  const auto parts = parts_of(family);
+  for (auto* all : {&bases.plain, &bases.si}) {
+    all->resize(kCurveKinds);
+    for (std::size_t i = kCurveKinds; i < parts.size(); ++i)
+      all->push_back(parts[i].is_curve() ? CurveBasis{2, {0, (*all)[0].knots_m.back()}}
+                                         : CurveBasis{});
+  }
+  return bases;
+}
+
 /// The bases with their tables, over the body's length and in metres.
-inline Bases plain_bases(const BodyBases& b) {
-  return Bases(b.plain, b.lean_plain, b.is_coupled, b.is_anisotropic);
-}
-inline Bases si_bases(const BodyBases& b) {
-  return Bases(b.si, b.lean_si, b.is_coupled, b.is_anisotropic);
-}
+inline Bases plain_bases(const BodyBases& b) { return Bases(b.plain, b.family); }
+inline Bases si_bases(const BodyBases& b) { return Bases(b.si, b.family); }
 
 /// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it
 /// failed.
 struct PointResult {
-  std::array<Eigen::VectorXd, kCurveKinds> control;
-  Eigen::VectorXd lean_m, anisotropy;
+  std::vector<Eigen::VectorXd> control;  ///< of each part of the family
   FitStatus status = FitStatus::failed;
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown

@@ -8,8 +8,7 @@ namespace palpate::fit {
 namespace {
 
 constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidestLean = 3;    // of the deepest row; what no body does; of an anisotropy's
-                                     // numbers, 95 % of what there can be
+constexpr double kWidest = 3;        // of a lean in deepest rows; what no body does
 constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
@@ -91,9 +90,7 @@ struct Parameters {
 };
 
 Parameters parameters_of(const PointData& point, const PointCurves& curves) {
-  Eigen::VectorXd free(curves.lean.size() + curves.anisotropy.size());
-  free << curves.lean, curves.anisotropy;
-  Parameters out{pack(curves, curves.increments, free), {}};
+  Parameters out{pack(curves, curves.increments, curves.more), {}};
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     out.sensor.push_back(pack_sensor(curves.sensor[e], point.experiments[e].unknown));
   return out;
@@ -107,8 +104,7 @@ void store(const Parameters& parameters, const PointData& point, PointCurves& cu
     curves.increments[kind] = parameters.curves.segment(at, n).cwiseMax(curves.lower[kind]);
     at += n;
   }
-  curves.lean = parameters.curves.segment(at, curves.lean.size());
-  curves.anisotropy = parameters.curves.tail(curves.anisotropy.size());
+  curves.more = parameters.curves.tail(curves.more.size());
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
     curves.sensor[e] = unpack_sensor(parameters.sensor[e], point.experiments[e].unknown);
 }
@@ -163,7 +159,7 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
   if (const Eigen::Index count = all - offset; count > 0)
     blocks.push_back(problem.AddResidualBlock(
         automatic(new FaintZero{offset, std::vector<double>(static_cast<std::size_t>(count),
-                                                            weight * curves.lean_strength)},
+                                                            weight * curves.more_strength)},
                   all, count),
         nullptr, block));
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
@@ -181,14 +177,14 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
 void add_bounds(const PointData& point, const PointCurves& curves, Parameters& parameters,
                 ceres::Problem& problem) {
   double* block = parameters.curves.data();
-  const Eigen::Index free = curves.lean.size() + curves.anisotropy.size();  // may be negative
+  const Eigen::Index free = curves.more.size();  // may be negative
   const Eigen::VectorXd lower =
-      pack(curves, curves.lower, Eigen::VectorXd::Constant(free, -kWidestLean));
+      pack(curves, curves.lower, Eigen::VectorXd::Constant(free, -kWidest));
   if (lower.size() > 0) problem.AddParameterBlock(block, static_cast<int>(lower.size()));
   for (Eigen::Index j = 0; j < lower.size(); ++j)
     problem.SetParameterLowerBound(block, static_cast<int>(j), lower[j]);
   for (Eigen::Index j = lower.size() - free; j < lower.size(); ++j)
-    problem.SetParameterUpperBound(block, static_cast<int>(j), kWidestLean);
+    problem.SetParameterUpperBound(block, static_cast<int>(j), kWidest);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     std::vector<double>& sensor = parameters.sensor[e];
     const Sensor& unknown = point.experiments[e].unknown;

@@ -8,7 +8,7 @@
 namespace palpate::fit {
 
 /// What is fitted at a point as one vector: increments of the identified curves in the order of
-/// their kinds, the lean, the anisotropy, then what is unknown of each experiment's sensor.
+/// their kinds, of the family's other parts, then what is unknown of each experiment's sensor.
 Eigen::VectorXd pack(const PointCurves& curves, const PointData& point);
 
 /// Robust deviation of the sizes of weighted residuals at the curves.
@@ -17,7 +17,7 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
 /// Root mean square of the weights of rows that have one.
 double root_mean_square_weight(const PointCurves& curves);
 
-/// Increments, lean, anisotropy and sensors that replay the point's experiments best, from where
+/// Increments, the other parts and sensors that replay the point's experiments best, from where
 /// they are; rows further off than the robust `scale` count less. Changes nothing where that does
 /// not lower the loss. One thread, deterministic.
 inline constexpr int kMaxIterations = 60;

@@ -10,73 +10,70 @@
 
 namespace palpate::fit {
 
-/// The bases as tables, with the views the engine's templates take. lean: without knots where the
-/// body does not lean. A coupled body's gain is 1 at the last knot of the normal basis.
+/// The bases of a family's parts as tables, with the views the engine's templates take.
 /// Not copyable: views point into the tables.
 struct Bases {
-  explicit Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean = {},
-                 bool is_coupled = false, bool is_anisotropic = false);
+  explicit Bases(const std::vector<CurveBasis>& basis, CurveFamily family = CurveFamily::separable);
   Bases(const Bases&) = delete;
   Bases& operator=(const Bases&) = delete;
 
-  bool leans() const { return views.lean.pieces > 0; }
-
-  std::array<SplineTables, kCurveKinds> tables;
-  SplineTables lean_table;
+  CurveFamily family;
+  std::vector<SplineTables> tables;
   runtime::CurveViews views;
 };
 
-inline Bases::Bases(const std::array<CurveBasis, kCurveKinds>& basis, const CurveBasis& lean,
-                    bool is_coupled, bool is_anisotropic) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    tables[kind] = tabulate(basis[kind]);
-    views.view[kind] = view(tables[kind]);
-  }
-  if (is_coupled) views.coupling_depth_m = basis[0].knots_m.back();
-  views.is_anisotropic = is_anisotropic;
-  if (lean.knots_m.empty()) return;
-  lean_table = tabulate(lean);
-  views.lean = view(lean_table);
+inline Bases::Bases(const std::vector<CurveBasis>& basis, CurveFamily of) : family(of) {
+  views.family = static_cast<int>(family);
+  for (const CurveBasis& b : basis)
+    tables.push_back(b.knots_m.empty() ? SplineTables{} : tabulate(b));
+  for (std::size_t part = 0; part < tables.size(); ++part)
+    if (tables[part].pieces > 0) views.view[part] = view(tables[part]);
 }
 
-inline Bases bases_of(const CurveSet& curves) {
-  return Bases(curves.basis, curves.lean_basis, curves.is_coupled, is_anisotropic(curves.family()));
+inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curves.family); }
+
+/// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
+inline int count_unknowns(const runtime::Part& part, int size) {
+  return (part.starts_at_zero ? size - 1 : size) * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
-/// Control values of a lean, x, y, z of each in turn, from its components along a point's tangents
-/// (two of each control value but the first, which is 0).
+/// The numbers of a part from what is fitted of it: increments of a curve that rises, components of
+/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt.
 template <class T, class C>
-std::vector<T> lean_controls(const std::array<Vec3, 2>& tangents, const C* components, int count) {
-  std::vector<T> control(3, T(0));
-  for (int j = 0; j + 1 < count; j += 2)
-    for (int i = 0; i < 3; ++i)
-      control.push_back(components[j] * tangents[0][i] + components[j + 1] * tangents[1][i]);
+std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
+                             const C* unknowns, int count) {
+  std::vector<T> control(static_cast<std::size_t>(part.starts_at_zero ? part.width : 0), T(0));
+  if (part.width == 1)
+    for (int j = 0; j < count; ++j)
+      control.push_back(part.rises && !control.empty() ? control.back() + unknowns[j]
+                                                       : T(unknowns[j]));
+  if (part.width == 3)
+    for (int j = 0; j + 1 < count; j += 2)
+      for (int i = 0; i < 3; ++i)
+        control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
+  constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  const auto &t = tangents[0], &b = tangents[1];
+  if (part.width == 6)
+    for (int j = 0; j + 2 < count; j += 3)
+      for (const auto& [r, c] : kAt)
+        control.push_back(unknowns[j] * (t[r] * t[c]) + unknowns[j + 1] * (b[r] * b[c]) +
+                          unknowns[j + 2] * (t[r] * b[c] + b[r] * t[c]));
   return control;
 }
 
-/// The anisotropy S of two unbounded numbers v: s (a (t t' - b b') + b (t b' + b t')) over a
-/// point's tangents t, b with (a, b) = 0.63 v / sqrt(1 + v.v); no trace, norm below 0.9.
-template <class T, class C>
-std::array<T, runtime::kTensorSize> anisotropy_of(const std::array<Vec3, 2>& tangents, const C* v) {
-  using std::sqrt;
-  constexpr double kMax = 0.63;  // times sqrt(2), the norm, just below runtime::kMaxAnisotropy
-  const T scale = T(kMax) / sqrt(T(1) + v[0] * v[0] + v[1] * v[1]);
-  const Mat3 along = tangents[0] * tangents[0].transpose() - tangents[1] * tangents[1].transpose();
-  const Mat3 across = tangents[0] * tangents[1].transpose() + tangents[1] * tangents[0].transpose();
-  constexpr int kAt[runtime::kTensorSize][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-  std::array<T, runtime::kTensorSize> out;
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = scale * (v[0] * along(kAt[i][0], kAt[i][1]) + v[1] * across(kAt[i][0], kAt[i][1]));
+/// Where the numbers of parts are that each have a container of their own.
+template <class T, class Values>
+runtime::ControlPointers<T> pointers_to(const Values& values) {
+  runtime::ControlPointers<T> out{};
+  for (std::size_t part = 0; part < values.size(); ++part) out.part[part] = values[part].data();
   return out;
 }
 
 /// Where the numbers of a row of a curve set are.
 inline runtime::ControlPointers<double> controls_at(const CurveSet& curves, Eigen::Index row) {
   runtime::ControlPointers<double> out{};
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
-    out.curve[kind] = curves.control[kind].row(row).data();
-  if (curves.lean.cols() > 0) out.lean = curves.lean.row(row).data();
-  if (curves.anisotropy.cols() > 0) out.anisotropy = curves.anisotropy.row(row).data();
+  for (std::size_t part = 0; part < curves.control.size(); ++part)
+    out.part[part] = curves.control[part].row(row).data();
   return out;
 }
 
@@ -142,10 +139,9 @@ inline int count_unknown(const Sensor& deviation) {
 }
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
-/// the curves that are fitted (in the order of their kinds) and, in a body that leans, the lean's
-/// components along `tangents` and, in an anisotropic one, the two numbers of anisotropy_of, all in
-/// one parameter block; what is unknown of the sensor in a second one. For
-/// ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
+/// the curves that are fitted (in the order of their kinds) and what is fitted of the family's
+/// other parts (part_controls), all in one parameter block; what is unknown of the sensor in a
+/// second one. For ceres::DynamicAutoDiffCostFunction. The rest stays at `fixed`.
 struct ReplayResidual {
   const Bases* bases;
   runtime::Quadric quadric;
@@ -159,7 +155,7 @@ struct ReplayResidual {
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
-    std::array<std::vector<T>, kCurveKinds> control;
+    std::vector<std::vector<T>> control(kCurveKinds);
     const T* next = parameters[0];
     for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
       const Eigen::Index n = fixed[kind].size();
@@ -169,11 +165,13 @@ struct ReplayResidual {
                                 (is_fitted[kind] ? next[j] : T(fixed[kind][j])));
       if (is_fitted[kind]) next += n;
     }
-    const int lean_components = bases->leans() ? 2 * (bases->views.lean.size() - 1) : 0;
-    const std::vector<T> lean = lean_controls<T>(tangents, next, lean_components);
-    next += lean_components;
-    std::array<T, runtime::kTensorSize> anisotropy{};
-    if (bases->views.is_anisotropic) anisotropy = anisotropy_of<T>(tangents, next);
+    const auto parts = parts_of(bases->family);
+    for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+      const int size = parts[i].is_curve() ? bases->views.view[i].size() : parts[i].count;
+      const int count = count_unknowns(parts[i], size);
+      control.push_back(part_controls<T>(parts[i], tangents, next, count));
+      next += count;
+    }
     std::array<T, 3> sensor{T(0), T(0), T(0)};
     const auto unknown = as_array(experiment->unknown);
     int at = 0;
@@ -181,10 +179,8 @@ struct ReplayResidual {
       if (unknown[k] > 0) sensor[k] = parameters[1][at++];
     const auto rows = static_cast<int>(experiment->row.size());
     std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
-    replay<T>(
-        bases->views,
-        {{control[0].data(), control[1].data(), control[2].data()}, lean.data(), anisotropy.data()},
-        quadric, experiment->deflection.front().data(), rows, sensor, at > 0, force.data());
+    replay<T>(bases->views, pointers_to<T>(control), quadric, experiment->deflection.front().data(),
+              rows, sensor, at > 0, force.data());
     const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];

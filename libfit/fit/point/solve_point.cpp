@@ -29,7 +29,7 @@ PointCurves refine_noisy(const PointData& point, const Bases& bases, FitLoss los
     if (again.is_identified[kind])
       again.faint[kind].strength =
           again.faint[kind].per_noise * noise / start.increments[kind].sum();
-  again.lean_strength = noise / kUsualLean;
+  again.more_strength = noise / kUsualLean;
   refine(point, bases, loss, scale, again);
   again.scale = scale;
   again.noise = noise;
@@ -71,8 +71,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
   for (Faint& faint : curves.faint) faint.strength = kFaint;
-  const int first_look =
-      curves.lean.size() + curves.anisotropy.size() > 0 ? kMaxIterations : kFirstLook;
+  const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;
   refine(point, bases, options.loss, scale_of(point, bases, curves), curves, first_look);
 
   // What the best curves leave unexplained is the rows' scatter, and faint knowledge weighs by it.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libfit/fit/point/replay.hpp"
 #include "libfit/fit/words.hpp"
 #include "libfit/runtime/response.hpp"
 
@@ -141,8 +142,8 @@ double deflection_at(const SplineTables& tables, const Eigen::VectorXd& incremen
 }
 
 // The lean that gives presses the lateral force they have, by linear least squares.
-void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBasis& basis,
-                double coupling_depth, PointCurves& out) {
+Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
+                           const CurveBasis& basis, const PointCurves& out) {
   const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
   const auto tangents = tangents_of(point.inward);
   const Eigen::Index n = basis.size() - 1;
@@ -154,9 +155,7 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
       const double depth = depth_of(point, e.deflection[i]);
       const Vec3 force = lateral_of(point, e.force[i]);
       if (!(depth > 0 && force.norm() > 0)) continue;
-      const double gain = coupling_depth > 0 ? runtime::gain_at(coupling_depth, depth).value : 1.0;
-      const double away =
-          deflection_at(lateral_tables, out.increments[1], force.norm() / gain, depth);
+      const double away = deflection_at(lateral_tables, out.increments[1], force.norm(), depth);
       // d l / d control values, from those by increments.
       const Eigen::VectorXd by_increment = increment_weights(view(tables), depth);
       Eigen::VectorXd w = by_increment;
@@ -167,24 +166,31 @@ void start_lean(const PointData& point, const CurveBasis& lateral, const CurveBa
     }
   }
   const Eigen::MatrixXd components = normal.ldlt().solve(right);
-  out.lean.resize(2 * n);
-  for (Eigen::Index j = 0; j < n; ++j) out.lean.segment<2>(2 * j) = components.row(j);
+  Eigen::VectorXd lean(2 * n);
+  for (Eigen::Index j = 0; j < n; ++j) lean.segment<2>(2 * j) = components.row(j);
+  return lean;
 }
 
 }  // namespace
 
 PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         bool is_coupled, bool is_anisotropic, const FitOptions& options) {
+                         const std::vector<CurveBasis>& bases, CurveFamily family,
+                         const FitOptions& options) {
   PointCurves out;
-  if (is_anisotropic) out.anisotropy.setZero(2);
   out.sensor.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  if (!lean.knots_m.empty())
-    start_lean(point, bases[1], lean, is_coupled ? bases[0].knots_m.back() : 0, out);
+  const auto parts = parts_of(family);
+  for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+    const bool is_lean = parts[i].is_curve() && parts[i].width == 3 && parts[i].starts_at_zero;
+    const Eigen::VectorXd start =
+        is_lean ? start_lean(point, bases[1], bases[i], out)
+                : Eigen::VectorXd::Zero(count_unknowns(parts[i], size_of(parts[i], bases[i])));
+    out.more.conservativeResize(out.more.size() + start.size());
+    out.more.tail(start.size()) = start;
+  }
   return out;
 }
 

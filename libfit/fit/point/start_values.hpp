@@ -14,11 +14,10 @@ struct PointCurves {
   std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
   std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
   std::array<Faint, kCurveKinds> faint;  ///< what decides where rows are silent, of identified ones
-  /// Components of the lean's control values along the point's tangents, two of each but the first;
-  /// empty in the separable family.
-  Eigen::VectorXd lean;
-  Eigen::VectorXd anisotropy;     ///< the two numbers of anisotropy_of; none in other families
-  double lean_strength = kFaint;  ///< of the faint pull of the lean and the anisotropy to 0
+  /// What is fitted of the family's parts after the curve kinds, one after the other
+  /// (part_controls), on the same units.
+  Eigen::VectorXd more;
+  double more_strength = kFaint;  ///< of the faint pull of these to 0
   std::vector<Sensor> sensor;     ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
   /// their force, and the weights of each experiment's rows.
@@ -30,11 +29,10 @@ struct PointCurves {
 };
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
-/// curves no row speaks of. lean: basis of the lean, without knots where the body
-/// does not lean. is_coupled: rows are coupled_rows of the last normal knot. An anisotropy begins
-/// at 0.
+/// curves no row speaks of. A vector curve over depth begins as the way that a press shows the body
+/// to give, every other part at 0. bases: of each part.
 PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::array<CurveBasis, kCurveKinds>& bases, const CurveBasis& lean,
-                         bool is_coupled, bool is_anisotropic, const FitOptions& options);
+                         const std::vector<CurveBasis>& bases, CurveFamily family,
+                         const FitOptions& options);
 
 }  // namespace palpate::fit

@@ -148,15 +148,6 @@ PointRows curve_rows(const PointData& point) {
   return out;
 }
 
-PointRows coupled_rows(PointRows rows, double coupling_depth) {
-  for (CurveRow& row : rows.curve[1]) {
-    const double gain = runtime::gain_at(coupling_depth, row.depth).value;
-    row.f /= gain;
-    row.weight *= gain;
-  }
-  return rows;
-}
-
 int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share) {
   std::stable_sort(rows.begin(), rows.end(),
                    [](const CurveRow& a, const CurveRow& b) { return a.x < b.x; });

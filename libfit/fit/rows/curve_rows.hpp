@@ -21,9 +21,6 @@ struct PointRows {
 /// rows from the plateau, each turned into the frame of the contact point it has then.
 PointRows curve_rows(const PointData& point);
 
-/// Lateral rows as the R' of a coupled body has them: forces over the gain of their depth.
-PointRows coupled_rows(PointRows rows, double coupling_depth);
-
 /// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
 int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share);
 

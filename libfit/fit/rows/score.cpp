@@ -1,5 +1,6 @@
 #include "libfit/fit/rows/score.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,35 +26,23 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
   return control;
 }
 
-Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components,
-                            double length_m) {
-  if (components.size() == 0) return {};
-  const std::vector<double> control = lean_controls<double>(tangents_of(inward), components.data(),
-                                                            static_cast<int>(components.size()));
-  const Eigen::VectorXd scaled =
-      length_m *
-      Eigen::Map<const Eigen::VectorXd>(control.data(), static_cast<Eigen::Index>(control.size()));
-  return scaled.cast<float>().cast<double>();
-}
-
-Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers) {
-  if (numbers.size() == 0) return {};
-  const auto s = anisotropy_of<double>(tangents_of(inward), numbers.data());
-  return Eigen::Map<const Eigen::VectorXd>(s.data(), runtime::kTensorSize)
-      .cast<float>()
-      .cast<double>();
+Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
+                            const Eigen::VectorXd& unknowns, double length_m, double force_N) {
+  const std::vector<double> control = part_controls<double>(
+      part, tangents_of(inward), unknowns.data(), static_cast<int>(unknowns.size()));
+  const double unit = std::pow(length_m, part.length) * std::pow(force_N, part.force);
+  Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
+  for (std::size_t j = 0; j < control.size(); ++j)
+    stored[static_cast<Eigen::Index>(j)] =
+        as_float32(std::clamp(unit * control[j], part.min, part.max));
+  return stored;
 }
 
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
-                       const Bases& bases_m,
-                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m, const Eigen::VectorXd& anisotropy,
+                       const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
                        const std::vector<Sensor>& sensor) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
-  const runtime::ControlPointers<double> controls{
-      {controls_N[0].data(), controls_N[1].data(), controls_N[2].data()},
-      lean_m.data(),
-      anisotropy.data()};
+  const auto pointers = pointers_to<double>(controls);
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (std::size_t at = 0; at < point.experiments.size(); ++at) {
@@ -63,7 +52,7 @@ PointScore score_point(const Samples& samples, const PointData& point, double le
     for (const Eigen::Index i : e.row)
       for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
     std::vector<runtime::Vec3d> force(e.row.size());
-    score.slipped_rows += replay<double>(bases_m.views, controls, quadric, deflection_m.data(),
+    score.slipped_rows += replay<double>(bases_m.views, pointers, quadric, deflection_m.data(),
                                          static_cast<int>(e.row.size()), as_array(known),
                                          is_any(known), force.data());
     for (std::size_t i = 0; i < force.size(); ++i) {

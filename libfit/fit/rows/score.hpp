@@ -9,15 +9,13 @@ namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
                                 bool is_strictly_rising);
 
-/// Control values of a lean as an asset stores them: exact in float32. components: as
-/// PointCurves::lean, times length_m [m]. Empty for none.
-Eigen::VectorXd stored_lean(const Vec3& inward, const Eigen::VectorXd& components, double length_m);
-
-/// The anisotropy as an asset stores it, from PointCurves::anisotropy. Empty for none.
-Eigen::VectorXd stored_anisotropy(const Vec3& inward, const Eigen::VectorXd& numbers);
+/// Numbers of a part as an asset stores them: exact in float32, within the part's bounds. unknowns:
+/// as part_controls wants them, in units of length_m and force_N.
+Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
+                            const Eigen::VectorXd& unknowns, double length_m, double force_N);
 
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
-/// lean_m: as stored_lean; anisotropy: as stored_anisotropy. sensor: of each experiment in SI,
+/// controls: of each part. sensor: of each experiment in SI,
 /// taken off its rows; empty for none.
 struct PointScore {
   double rms_N = 0, max_N = 0;
@@ -28,9 +26,7 @@ struct PointScore {
   std::size_t worst_row = 0;
 };
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
-                       const Bases& bases_m,
-                       const std::array<Eigen::VectorXd, kCurveKinds>& controls_N,
-                       const Eigen::VectorXd& lean_m, const Eigen::VectorXd& anisotropy,
+                       const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
                        const std::vector<Sensor>& sensor = {});
 
 }  // namespace palpate::fit

@@ -1,20 +1,11 @@
 #include "libfit/io/files/curve_set_columns.hpp"
 
 #include <cmath>
-#include <limits>
-
-#include "libfit/runtime/deflection.hpp"
 
 namespace palpate::h5 {
 namespace {
 
-constexpr std::string_view kLeanGroup = "curves/lean";
-const std::string kAnisotropyName = "curves/anisotropy";
-constexpr std::size_t kTensorSize = runtime::kTensorSize;
-
-std::string group_of(int kind) {
-  return "curves/" + std::string(kCurveNames[static_cast<std::size_t>(kind)]);
-}
+std::string group_of(const runtime::Part& part) { return std::string("curves/") + part.name; }
 
 void check_basis(const Complain& complain, const std::string& group, const CurveBasis& basis) {
   try {
@@ -24,23 +15,19 @@ void check_basis(const Complain& complain, const std::string& group, const Curve
   }
 }
 
-bool is_float32(double value) {
-  return std::abs(value) <= std::numeric_limits<float>::max() &&
-         static_cast<double>(static_cast<float>(value)) == value;
-}
-
-/// leading: columns that are zero. rises: along each row.
-void check_values(const Complain& complain, const std::string& name, const Controls& controls,
-                  Eigen::Index leading = 1, bool rises = true) {
+void check_values(const Complain& complain, const std::string& name, const runtime::Part& part,
+                  const Controls& controls) {
   for (Eigen::Index i = 0; i < controls.rows(); ++i) {
     const std::string row = "row " + std::to_string(i);
-    if (!controls.row(i).head(leading).isZero(0))
+    if (part.starts_at_zero && !controls.row(i).head(part.width).isZero(0))
       throw complain(name, row + " does not start at 0");
     for (Eigen::Index j = 0; j < controls.cols(); ++j) {
-      if (!std::isfinite(controls(i, j))) throw complain(name, row + " is not a finite number");
-      if (!is_float32(controls(i, j))) throw complain(name, row + " is not exact in float32");
-      if (rises && j > 0 && controls(i, j) < controls(i, j - 1))
+      const double value = controls(i, j);
+      if (!std::isfinite(value)) throw complain(name, row + " is not a finite number");
+      if (as_float32(value) != value) throw complain(name, row + " is not exact in float32");
+      if (part.rises && j >= part.width && value < controls(i, j - part.width))
         throw complain(name, row + " falls");
+      if (value < part.min || value > part.max) throw complain(name, row + " is out of bounds");
     }
   }
 }
@@ -62,100 +49,55 @@ CurveBasis read_basis(const Reader& reader, const std::string& group) {
   return basis;
 }
 
-Controls read_controls(const Reader& reader, const std::string& group, const char* unit,
-                       std::size_t points, int columns) {
-  const auto size = static_cast<std::size_t>(columns);
-  const auto values = reader.numbers(group + "/controls", unit, {points, size});
-  return Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points), columns);
-}
-
-void write_curves_of(Writer& writer, const std::string& group, const char* unit,
-                     const CurveBasis& basis, const Controls& controls) {
-  const auto& knots = basis.knots_m;
-  writer.numbers(group + "/knots", "m", knots.data(), {knots.size(), 0});
-  writer.numbers(
-      group + "/controls", unit, controls.data(),
-      {static_cast<std::size_t>(controls.rows()), static_cast<std::size_t>(controls.cols())});
-  writer.attribute(group, "degree", basis.degree);
-}
-
-void check_anisotropy(const Complain& complain, const Controls& anisotropy, Eigen::Index points) {
-  check_rows(complain, kAnisotropyName, anisotropy.rows(), points);
-  if (anisotropy.cols() != static_cast<Eigen::Index>(kTensorSize))
-    throw complain(kAnisotropyName, "has not 6 columns");
-  check_values(complain, kAnisotropyName, anisotropy, 0, false);
-  const Eigen::ArrayXd norm = (anisotropy.leftCols(3).rowwise().squaredNorm() +
-                               2 * anisotropy.rightCols(3).rowwise().squaredNorm())
-                                  .cwiseSqrt();
-  if ((norm > runtime::kMaxAnisotropy).any())
-    throw complain(kAnisotropyName, "has a norm above 0.9");
-}
-
-void check_columns(const Complain& complain, const std::string& name, const Controls& controls,
-                   int columns) {
-  if (controls.cols() != columns)
-    throw complain(name, "has " + std::to_string(controls.cols()) +
-                             " columns where the basis has " + std::to_string(columns));
-}
-
 }  // namespace
 
 CurveSet read_curve_set(const Reader& reader, std::size_t points) {
-  const CurveFamily family = read_family(reader);
-  CurveSet curves;
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
-    const auto k = static_cast<std::size_t>(kind);
-    curves.basis[k] = read_basis(reader, group_of(kind));
-    curves.control[k] = read_controls(reader, group_of(kind), "N", points, curves.basis[k].size());
+  CurveSet curves(read_family(reader));
+  const auto parts = parts_of(curves.family);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].is_curve()) curves.basis[i] = read_basis(reader, group_of(parts[i]));
+    const int columns = parts[i].width * size_of(parts[i], curves.basis[i]);
+    const auto values = reader.numbers(group_of(parts[i]) + "/controls", parts[i].unit,
+                                       {points, static_cast<std::size_t>(columns)});
+    curves.control[i] =
+        Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points), columns);
   }
-  curves.is_coupled = is_coupled(family);
-  if (is_anisotropic(family)) {
-    const auto values = reader.numbers(kAnisotropyName, "1", {points, kTensorSize});
-    curves.anisotropy = Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points),
-                                                   static_cast<Eigen::Index>(kTensorSize));
-  }
-  if (!leans(family)) return curves;
-  const std::string group(kLeanGroup);
-  curves.lean_basis = read_basis(reader, group);
-  curves.lean = read_controls(reader, group, "m", points, 3 * curves.lean_basis.size());
   return curves;
 }
 
 void write_curve_set(Writer& writer, const CurveSet& curves) {
-  const auto family = static_cast<std::size_t>(curves.family());
-  writer.attribute("", "family", kCurveFamilyNames[family].name);
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
-    const auto k = static_cast<std::size_t>(kind);
-    write_curves_of(writer, group_of(kind), "N", curves.basis[k], curves.control[k]);
+  writer.attribute("", "family", name_of(curves.family));
+  const auto parts = parts_of(curves.family);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::string group = group_of(parts[i]);
+    const auto& knots = curves.basis[i].knots_m;
+    if (parts[i].is_curve()) writer.numbers(group + "/knots", "m", knots.data(), {knots.size(), 0});
+    writer.numbers(group + "/controls", parts[i].unit, curves.control[i].data(),
+                   {static_cast<std::size_t>(curves.control[i].rows()),
+                    static_cast<std::size_t>(curves.control[i].cols())});
+    if (parts[i].is_curve()) writer.attribute(group, "degree", curves.basis[i].degree);
   }
-  if (leans(curves.family()))
-    write_curves_of(writer, std::string(kLeanGroup), "m", curves.lean_basis, curves.lean);
-  if (is_anisotropic(curves.family()))
-    writer.numbers(kAnisotropyName, "1", curves.anisotropy.data(),
-                   {static_cast<std::size_t>(curves.anisotropy.rows()), kTensorSize});
 }
 
-void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
-                    const CurveBasis& basis, Eigen::Index points) {
+void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
+                    const Controls& controls, const CurveBasis& basis, Eigen::Index points) {
+  const int columns = part.width * size_of(part, basis);
   check_rows(complain, name, controls.rows(), points);
-  check_columns(complain, name, controls, basis.size());
-  check_values(complain, name, controls);
+  if (controls.cols() != columns)
+    throw complain(name, "has " + std::to_string(controls.cols()) +
+                             " columns where the basis has " + std::to_string(columns));
+  check_values(complain, name, part, controls);
 }
 
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
-    const auto k = static_cast<std::size_t>(kind);
-    const std::string name = group_of(kind) + "/controls";
-    check_basis(complain, group_of(kind), curves.basis[k]);
-    check_controls(complain, name, curves.control[k], curves.basis[k], points);
+  const auto parts = parts_of(curves.family);
+  if (curves.basis.size() != parts.size() || curves.control.size() != parts.size())
+    throw complain("curves", "has not the parts of its family");
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].is_curve()) check_basis(complain, group_of(parts[i]), curves.basis[i]);
+    check_controls(complain, group_of(parts[i]) + "/controls", parts[i], curves.control[i],
+                   curves.basis[i], points);
   }
-  if (is_anisotropic(curves.family())) check_anisotropy(complain, curves.anisotropy, points);
-  if (!leans(curves.family())) return;
-  const std::string group(kLeanGroup), name = group + "/controls";
-  check_basis(complain, group, curves.lean_basis);
-  check_rows(complain, name, curves.lean.rows(), points);
-  check_columns(complain, name, curves.lean, 3 * curves.lean_basis.size());
-  check_values(complain, name, curves.lean, 3, false);
 }
 
 }  // namespace palpate::h5

@@ -7,20 +7,18 @@
 
 namespace palpate::h5 {
 
-/// Curves under curves/normal, curves/lateral and curves/limit: knots (m), controls (N, a row per
-/// point) and the attribute `degree`; of a leaning family likewise curves/lean, controls in m; of
-/// an anisotropic one curves/anisotropy.
-/// Throws Error when the root attribute `family` is unknown.
+/// The parts of the family that the root attribute `family` names, each under curves/NAME: controls
+/// (in the part's unit, a row per point) and, of a curve, knots (m) and the attribute `degree`.
+/// Throws Error when the family is unknown.
 CurveSet read_curve_set(const Reader& reader, std::size_t points);
 void write_curve_set(Writer& writer, const CurveSet& curves);
 
-/// Bases can be tabulated; every row of controls has the basis's size, starts at 0, never falls
-/// (but for the lean and the anisotropy), is finite and held exactly by float32; anisotropies are
-/// within the engine's bound.
+/// Bases can be tabulated; every row of a part has the basis's size, is finite, held exactly by
+/// float32, within the part's bounds, starts at 0 and never falls where the part says so.
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
 
-/// The same of one kind's control values under `name`, of P = points rows and basis.size() columns.
-void check_controls(const Complain& complain, const std::string& name, const Controls& controls,
-                    const CurveBasis& basis, Eigen::Index points);
+/// The same of one part's numbers under `name`, of P = points rows.
+void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
+                    const Controls& controls, const CurveBasis& basis, Eigen::Index points);
 
 }  // namespace palpate::h5

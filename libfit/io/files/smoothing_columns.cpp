@@ -79,8 +79,8 @@ void check_smoothing(const Complain& complain, const FittedCurves& curves) {
     if ((strength > 0) != (control.size() > 0))
       throw complain(group + "/own_controls", "does not go with the strength of smoothing");
     if (control.size() == 0) continue;
-    check_controls(complain, group + "/own_controls", control, curves.curves.basis[kind],
-                   curves.position.rows());
+    check_controls(complain, group + "/own_controls", parts_of(curves.curves.family)[kind], control,
+                   curves.curves.basis[kind], curves.position.rows());
     if (covariance.rows() != curves.covariance[kind].rows() ||
         covariance.cols() != curves.covariance[kind].cols())
       throw complain(group + "/own_covariance", "is of another size than the covariance");

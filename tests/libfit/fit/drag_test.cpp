@@ -7,13 +7,10 @@ namespace {
 
 // Truths whose three curves are in the model class: [N] over [m].
 struct Truth {
-  std::array<CurveBasis, kCurveKinds> basis{
-      CurveBasis{3, {0, 0.004, 0.01}}, CurveBasis{3, {0, 0.003, 0.006}}, CurveBasis{3, {0, 0.01}}};
-  std::array<Eigen::VectorXd, kCurveKinds> control;
-  CurveBasis lean_basis{2, {}};
-  std::vector<double> lean_m{};  ///< control values, x, y, z of each
-  bool is_coupled = false;
-  std::vector<double> anisotropy{};
+  std::vector<CurveBasis> basis{CurveBasis{3, {0, 0.004, 0.01}}, CurveBasis{3, {0, 0.003, 0.006}},
+                                CurveBasis{3, {0, 0.01}}};
+  CurveFamily family = CurveFamily::separable;
+  std::vector<Eigen::VectorXd> control = std::vector<Eigen::VectorXd>(kCurveKinds);
 };
 
 // Increments between half and one and a half of a straight line's; friction 0.3 to 0.5.
@@ -33,16 +30,11 @@ Truth random_truth(unsigned seed) {
 // Records what the engine's template says for a drag or press.
 void record(Recorder& rig, int point, const Mat3& gradient, const Truth& truth, ExperimentKind kind,
             const std::vector<Vec3>& rows) {
-  const fit::Bases bases(truth.basis, truth.lean_basis, truth.is_coupled,
-                         !truth.anisotropy.empty());
+  const fit::Bases bases(truth.basis, truth.family);
   std::vector<runtime::Vec3d> force(rows.size());
-  runtime::replay_drag<double>(
-      bases.views,
-      {{truth.control[0].data(), truth.control[1].data(), truth.control[2].data()},
-       truth.lean_m.data(),
-       truth.anisotropy.data()},
-      fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
-      static_cast<int>(rows.size()), force.data());
+  runtime::replay_drag<double>(bases.views, fit::pointers_to<double>(truth.control),
+                               fit::quadric_of(rig.inward(point), gradient), rows.front().data(),
+                               static_cast<int>(rows.size()), force.data());
   std::vector<Vec3> recorded;
   for (const auto& f : force) recorded.emplace_back(f.x, f.y, f.z);
   rig.add(point, kind, rows, recorded);
@@ -82,7 +74,7 @@ void expect_recovered(const FittedCurves& fitted, Eigen::Index p, const Truth& t
     // A lateral curve is only seen up to where the deepest drag slips; compare as curves there.
     const Curve curve = fitted_curve(fitted, p, static_cast<CurveKind>(kind));
     double reach = truth.basis[kind].knots_m.back();
-    const fit::Bases bases(truth.basis);
+    const fit::Bases bases(truth.basis, truth.family);
     const auto exact = [&](double x) {
       return runtime::curve_value(bases.views.view[kind], truth.control[kind].data(), x);
     };
@@ -114,10 +106,12 @@ TEST(drag, recovers_all_three_curves_on_a_flat_surface) {
 // A lean of up to a quarter of the depth that grows faster than the depth.
 void make_lean(Truth& truth, const Vec3& inward) {
   const auto tangents = fit::tangents_of(inward.normalized());
-  truth.lean_basis.knots_m = {0, 0.01};
-  truth.lean_m.assign(3, 0.0);
-  for (const auto& [a, b] : {std::pair{2e-4, -1e-4}, std::pair{2e-3, -1.5e-3}})
-    for (int i = 0; i < 3; ++i) truth.lean_m.push_back(a * tangents[0][i] + b * tangents[1][i]);
+  const double components[] = {2e-4, -1e-4, 2e-3, -1.5e-3};
+  truth.family = CurveFamily::leaning;
+  truth.basis.push_back({2, {0, 0.01}});
+  const auto lean_m =
+      fit::part_controls<double>(parts_of(truth.family).back(), tangents, components, 4);
+  truth.control.emplace_back(Eigen::Map<const Eigen::VectorXd>(lean_m.data(), 9));
 }
 
 TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
@@ -130,55 +124,11 @@ TEST(drag, recovers_the_lean_of_a_body_that_gives_way_sideways) {
     FitReport report;
     const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
     const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), CurveFamily::leaning)
-        << where << ": " << report.family.reason;
+    ASSERT_EQ(fitted.curves.family, CurveFamily::leaning) << where << ": " << report.family.reason;
     expect_recovered(fitted, 0, truth, where);
-    const Eigen::VectorXd found = fitted.curves.lean.row(0);
-    for (std::size_t j = 0; j < truth.lean_m.size(); ++j)
-      EXPECT_NEAR(found[static_cast<Eigen::Index>(j)], truth.lean_m[j], 1e-7) << where << ' ' << j;
-    EXPECT_LT(report.max_relative_error, 1e-5) << where;
-  }
-}
-
-TEST(drag, recovers_a_coupled_body_and_says_that_it_is_one) {
-  for (unsigned seed = 41; seed <= 46; ++seed) {
-    Truth truth = random_truth(seed);
-    truth.is_coupled = true;
-    const Vec3 inward(0.2, -1, 0.3);
-    if (seed % 2 == 0) make_lean(truth, inward);
-    Recorder rig;
-    record_point(rig, truth, inward, 0, 0);
-    FitReport report;
-    FitOptions options = with_knots(truth);
-    options.tolerance = 0;
-    const FittedCurves fitted = fit_curves(rig.samples, options, {}, &report);
-    const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), family_of(seed % 2 == 0, true, false))
-        << where << ": " << report.family.reason;
-    expect_recovered(fitted, 0, truth, where);
-    EXPECT_LT(report.max_relative_error, 1e-5) << where;
-  }
-}
-
-TEST(drag, recovers_an_anisotropic_body_and_says_that_it_is_one) {
-  for (unsigned seed = 51; seed <= 56; ++seed) {
-    Truth truth = random_truth(seed);
-    const Vec3 inward(0.2, -1, 0.3);
-    const double numbers[2] = {0.5 - 0.2 * (seed % 3), 0.6};
-    const auto s = fit::anisotropy_of<double>(fit::tangents_of(inward.normalized()), numbers);
-    truth.anisotropy.assign(s.begin(), s.end());
-    if (seed % 2 == 0) make_lean(truth, inward);
-    Recorder rig;
-    record_point(rig, truth, inward, 0, 0);
-    FitReport report;
-    const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
-    const std::string where = "seed " + std::to_string(seed);
-    ASSERT_EQ(fitted.curves.family(), family_of(seed % 2 == 0, false, true))
-        << where << ": " << report.family.reason;
-    for (Eigen::Index i = 0; i < runtime::kTensorSize; ++i)
-      EXPECT_NEAR(fitted.curves.anisotropy(0, i), truth.anisotropy[static_cast<std::size_t>(i)],
-                  1e-5)
-          << where << ' ' << i;
+    const Eigen::VectorXd found = fitted.curves.control.back().row(0);
+    for (Eigen::Index j = 0; j < found.size(); ++j)
+      EXPECT_NEAR(found[j], truth.control.back()[j], 1e-7) << where << ' ' << j;
     EXPECT_LT(report.max_relative_error, 1e-5) << where;
   }
 }
@@ -190,8 +140,8 @@ TEST(drag, a_body_that_does_not_lean_stays_separable) {
   add_noise(rig.samples, 0.02, 5);
   FitReport report;
   const FittedCurves fitted = fit_curves(rig.samples, with_knots(truth), {}, &report);
-  EXPECT_EQ(fitted.curves.family(), CurveFamily::separable) << report.family.reason;
-  EXPECT_EQ(fitted.curves.lean.size(), 0);
+  EXPECT_EQ(fitted.curves.family, CurveFamily::separable) << report.family.reason;
+  EXPECT_EQ(fitted.curves.control.size(), 3U);
 }
 
 TEST(drag, recovers_all_three_curves_on_a_curved_surface) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <random>
 
@@ -96,18 +97,31 @@ inline CurveSet example_curve_set(Eigen::Index points, unsigned seed) {
 inline void add_lean(CurveSet& curves, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> metres(-0.01F, 0.01F);
-  curves.lean_basis.knots_m = {0, 0.01};
-  curves.lean = Controls::Zero(curves.points(), 9);
+  curves.family = CurveFamily::leaning;
+  curves.basis.push_back({2, {0, 0.01}});
+  curves.control.push_back(Controls::Zero(curves.points(), 9));
   for (Eigen::Index i = 0; i < curves.points(); ++i)
-    for (Eigen::Index j = 3; j < 9; ++j) curves.lean(i, j) = metres(random);
+    for (Eigen::Index j = 3; j < 9; ++j) curves.control.back()(i, j) = metres(random);
 }
 
-/// Gives curves an anisotropy that float32 holds exactly and an asset may hold.
-inline void add_anisotropy(CurveSet& curves, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> part(-0.29F, 0.29F);
-  curves.anisotropy = Controls::Zero(curves.points(), 6);
-  for (double& s : curves.anisotropy.reshaped()) s = part(random);
+/// The same three curves in a family, the numbers of its other parts admissible and unlike.
+inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
+  CurveSet out(family);
+  const auto parts = parts_of(family);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i < kCurveKinds) {
+      out.basis[i] = curves.basis[i], out.control[i] = curves.control[i];
+      continue;
+    }
+    if (parts[i].is_curve()) out.basis[i] = {2, {0, 0.01}};
+    out.control[i] =
+        Controls::Zero(curves.points(), parts[i].width * size_of(parts[i], out.basis[i]));
+    const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;
+    for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
+      out.control[i].col(j).setConstant(
+          as_float32(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+  }
+  return out;
 }
 
 inline FittedCurves example_curves() {

@@ -24,7 +24,7 @@ function(run)
 endfunction()
 
 if(CHECK STREQUAL each_header_alone)
-  file(GLOB headers RELATIVE ${ENGINE} ${ENGINE}/*.hpp ${ENGINE}/*.h)
+  file(GLOB headers RELATIVE ${ENGINE} ${ENGINE}/*.hpp ${ENGINE}/*.h ${ENGINE}/families/*.hpp)
   if(NOT headers)
     message(FATAL_ERROR "no headers in ${ENGINE}")
   endif()

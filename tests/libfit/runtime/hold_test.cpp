@@ -39,10 +39,9 @@ Loaded random_body(unsigned seed, std::mt19937& random) {
         control(v, j) = control(v, j - 1) + scale * (0.5 + unit(random));
   }
   if (seed % 2 == 0) {
-    model.curves.lean_basis = {2, {0, 0.006}};
-    model.curves.lean = Controls::Zero(vertices, 9);
+    Controls& lean = make_leaning(model, {0, 0.006});
     for (Eigen::Index v = 0; v < vertices; ++v)
-      for (int j = 3; j < 9; ++j) model.curves.lean(v, j) = 0.0004 * unit(random);
+      for (int j = 3; j < 9; ++j) lean(v, j) = 0.0004 * unit(random);
   }
   return load(model);
 }

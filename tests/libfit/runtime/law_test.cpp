@@ -95,8 +95,6 @@ struct CylinderSpot {
     if (curve == 0) return j == 2 ? k * kRange_m * kRange_m / 0.01 : 0;
     return j == 1 ? lateral * kRange_m : 0;
   }
-  Vec3d lean(int) const { return {0, 0, 0}; }
-  double anisotropy(int) const { return 0; }
 };
 
 TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {

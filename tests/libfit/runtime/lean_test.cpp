@@ -12,11 +12,9 @@ constexpr double kRange_m = 0.01;
 // A plate whose lean is a parabola in depth, all of it along x, scaled from place to place.
 Model leaning_plate(double mu, double lean_at_range_m, double change_1_m) {
   Model model = plate_model(0.1, 20, uniform(400, 300, mu));
-  model.curves.lean_basis = {2, {0, kRange_m}};
-  model.curves.lean = Controls::Zero(model.surface.vertices.rows(), 9);
+  Controls& lean = make_leaning(model, {0, kRange_m});
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
-    model.curves.lean(v, 6) =
-        lean_at_range_m * (1 + change_1_m * model.surface.vertices(v, 0));  // b_1 = 0: x^2
+    lean(v, 6) = lean_at_range_m * (1 + change_1_m * model.surface.vertices(v, 0));  // b_1 = 0: x^2
   return model;
 }
 
@@ -71,8 +69,9 @@ TEST(lean, slips_end_at_the_limit_and_lift_off_without_a_pop) {
 TEST(lean, zero_lean_brings_the_bits_of_the_separable_family) {
   Model leaning = leaning_plate(0.3, 0, 0);
   Model separable = leaning;
-  separable.curves.lean_basis.knots_m.clear();
-  separable.curves.lean.resize(0, 0);
+  separable.curves.family = CurveFamily::separable;
+  separable.curves.basis.pop_back();
+  separable.curves.control.pop_back();
   const Loaded a = load(leaning), b = load(separable);
   EXPECT_LT(b.bytes.size(), a.bytes.size());
   Tool one(a.asset), other(b.asset);
@@ -86,8 +85,9 @@ TEST(lean, zero_lean_brings_the_bits_of_the_separable_family) {
 // The byte offset of the lean's value j at vertex v.
 std::size_t lean_offset(const Loaded& plate, int v, int j) {
   const auto& view = plate.asset;
-  const auto* at = reinterpret_cast<const unsigned char*>(
-      view.control + v * view.controls_per_vertex + view.control_offset[runtime::kLean] + j);
+  const auto* at =
+      reinterpret_cast<const unsigned char*>(view.control + v * view.controls_per_vertex +
+                                             view.control_offset[runtime::Leaning::kLean] + j);
   return static_cast<std::size_t>(at - plate.bytes.data());
 }
 

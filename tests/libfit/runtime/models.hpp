@@ -180,18 +180,17 @@ inline Model plate_model(double side_m, int cells,
   return model;
 }
 
-/// Makes a model stiffer by 1 + size along a tangential direction and softer by 1 - size across it.
-inline void make_anisotropic(Model& model, double size,
-                             const std::function<Vec3(const Vec3&)>& direction) {
-  const Eigen::Index vertices = model.surface.vertices.rows();
-  model.curves.anisotropy = Controls::Zero(vertices, runtime::kTensorSize);
-  for (Eigen::Index v = 0; v < vertices; ++v) {
-    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
-    const Vec3 u = model.inward_normal.row(v), way = direction(model.surface.vertices.row(v));
-    const Vec3 t = (way - way.dot(u) * u).normalized(), b = u.cross(t);
-    const Mat3 s = size * (t * t.transpose() - b * b.transpose());
-    model.curves.anisotropy.row(v) << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2);
+/// Makes a model lean: its lean is a curve of these knots and degree 2 that is zero so far.
+inline Controls& make_leaning(Model& model, const std::vector<double>& knots_m) {
+  CurveSet leaning(CurveFamily::leaning);
+  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    leaning.basis[kind] = model.curves.basis[kind];
+    leaning.control[kind] = model.curves.control[kind];
   }
+  leaning.basis.back() = {2, knots_m};
+  leaning.control.back() = Controls::Zero(model.curves.points(), 3 * leaning.basis.back().size());
+  model.curves = std::move(leaning);
+  return model.curves.control.back();
 }
 
 /// An asset with its bytes.

@@ -21,10 +21,9 @@ static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
     double control[kMax];
     for (int j = 0; j < asset.controls_per_vertex; ++j)
       control[j] = double(asset.control[v * asset.controls_per_vertex + j]);
-    const int* at = asset.control_offset;
-    const ControlPointers<double> controls{{control + at[0], control + at[1], control + at[2]},
-                                           control + at[kLean],
-                                           control + at[kAnisotropy]};
+    ControlPointers<double> controls{};
+    for (int part = 0; part < kMaxParts; ++part)
+      controls.part[part] = control + asset.control_offset[part];
     Vec3d force[kRows];
     hash += static_cast<std::uint64_t>(
         replay_drag<double>(asset.curves, controls, quadric, way, kRows, force));

@@ -40,10 +40,9 @@ void randomize(Model& model, std::mt19937& random, double friction, bool leans, 
     }
   }
   if (!leans) return;
-  model.curves.lean_basis = {2, {0, kRange_m}};
-  model.curves.lean = Controls::Zero(vertices, 9);
+  Controls& lean = make_leaning(model, {0, kRange_m});
   for (Eigen::Index v = 0; v < vertices; ++v)
-    for (int j = 3; j < 9; ++j) model.curves.lean(v, j) = 0.0005 + 0.0001 * unit(random);
+    for (int j = 3; j < 9; ++j) lean(v, j) = 0.0005 + 0.0001 * unit(random);
 }
 
 Loaded random_body(unsigned seed, double friction, bool leans, bool is_round, Field field) {
@@ -51,7 +50,6 @@ Loaded random_body(unsigned seed, double friction, bool leans, bool is_round, Fi
   Model model = is_round ? sphere_model(0.03, 40, uniform(400, 300, 0.3))
                          : plate_model(0.1, 20, uniform(400, 300, 0.3));
   randomize(model, random, friction, leans, field);
-  model.curves.is_coupled = seed % 4 > 1;
   return load(model);
 }
 
@@ -134,10 +132,7 @@ TEST(property, finished_slips_end_at_the_limit) {
             runtime::kFlagUnfinished | runtime::kFlagHeldBack | runtime::kFlagBorder;
         if (tool.out.state == ContactState::air || (tool.out.flags & held)) continue;
         const double limit_N = blended(body.asset, tool.out, 2, tool.out.normal_m);
-        const double range_m = body.asset.curves.coupling_depth_m;
-        const double lateral_N =
-            (range_m > 0 ? runtime::gain_at(range_m, tool.out.normal_m).value : 1) *
-            blended(body.asset, tool.out, 1, tool.out.lateral_m);
+        const double lateral_N = blended(body.asset, tool.out, 1, tool.out.lateral_m);
         ASSERT_LE(lateral_N, limit_N * (1 + 1e-6))
             << "seed " << seed << ", walk " << walk << ", tick " << i;
         if (tool.out.state != ContactState::slip) continue;
@@ -182,8 +177,7 @@ TEST(property, lifting_off_from_any_slide_ends_in_silence_without_a_pop) {
     const Loaded body = random_body(seed, 0.3, seed % 2 == 0, seed % 3 == 0, Field::smooth);
     std::mt19937 random(400 + seed);
     const double top = seed % 3 == 0 ? 0.03 : 0;
-    // Where L begins with a slope, G' R of a coupled body goes to zero as the root of depth.
-    const double max_N = 5e-6 * (body.asset.curves.coupling_depth_m > 0 ? 4000 : 2000);
+    const double max_N = 5e-6 * 2000;
     Tool tool(body.asset);
     const Vec3 start(0.001, 0.002, top + 0.001);
     Vec3 x = start - Vec3(0, 0, 0.005);

@@ -126,7 +126,7 @@ TEST(tangent, is_the_derivative_of_the_force_of_a_ball) {
   }
 }
 
-TEST(tangent, holds_at_borders_without_friction_and_on_leaning_and_fibrous_bodies) {
+TEST(tangent, holds_at_borders_without_friction_and_on_leaning_bodies) {
   ExportOptions options;
   options.fades_borders = false;
   const auto over_plate = [](double t) {
@@ -139,11 +139,10 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_and_fibrous_bodie
   wind(load(plate_model(0.1, 20, uniform(400, 0, 0.2))).asset, 0, over_plate, 4, frictionless);
   expect_many(frictionless, {{"slip frictionless", 100}});
   Model lean = plate_model(0.1, 20, uniform(400, 300, 0.3));
-  lean.curves.lean_basis = {2, {0, 0.01}};
-  lean.curves.lean = Controls::Zero(lean.surface.vertices.rows(), 9);
+  Controls& way = make_leaning(lean, {0, 0.01});
   for (Eigen::Index v = 0; v < lean.surface.vertices.rows(); ++v) {
-    lean.curves.lean(v, 6) = 0.003 * (1 + 6 * lean.surface.vertices(v, 0));
-    lean.curves.lean(v, 4) = 0.001;
+    way(v, 6) = 0.003 * (1 + 6 * lean.surface.vertices(v, 0));
+    way(v, 4) = 0.001;
   }
   const Loaded leaning_plate = load(lean);
   wind(leaning_plate.asset, 0, over_plate, 5, leaning);
@@ -151,11 +150,6 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_and_fibrous_bodie
       leaning_plate.asset, 0.004, [&](double t) { return Vec3(over_plate(t) + Vec3(0, 0, 0.004)); },
       6, leaning);
   expect_many(leaning, {{"stick", 100}, {"slip", 500}});
-  Tally fibrous;
-  make_anisotropic(lean, 0.5, [](const Vec3& x) { return Vec3(1, 10 * x[0], 0); });
-  const Loaded fibrous_plate = load(lean);
-  wind(fibrous_plate.asset, 0, over_plate, 5, fibrous);
-  expect_many(fibrous, {{"stick", 100}, {"slip", 500}});
 }
 
 TEST(tangent, of_a_slip_that_the_guard_held_back_is_finite) {

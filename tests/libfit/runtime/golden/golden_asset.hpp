@@ -1,7 +1,6 @@
 #pragma once
 
-// The assets that stand for their versions for ever: small, leaning, refined unevenly; that of
-// version 3 is coupled, too, that of version 4 anisotropic as well.
+// The asset that stands for its version: small, leaning, refined unevenly.
 
 #include "tests/libfit/runtime/models.hpp"
 
@@ -39,26 +38,20 @@ inline Model golden_model() {
                                                         : 1.5) *
                                            (1 + 10 * model.surface.vertices(v, 0)) * j * j / 25.0;
   }
-  model.curves.lean_basis = {2, {0, 0.01}};
-  model.curves.lean = Controls::Zero(vertices, 9);
+  Controls& lean = make_leaning(model, {0, 0.01});
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    model.curves.lean(v, 6) = 0.002;
+    lean(v, 6) = 0.002;
     if (model.surface.vertices(v, 2) > -0.02 || model.surface.vertices(v, 0) > 0) continue;
     model.is_covered[static_cast<std::size_t>(v)] = 0;
     for (Controls& control : model.curves.control) control.row(v).setZero();
-    model.curves.lean.row(v).setZero();
   }
   model.probe_radius_m = 0.005;
   return model;
 }
 
 inline AssetBytes golden_asset(int version) {
-  Model model = golden_model();
-  model.curves.is_coupled = version >= 3;
-  if (version >= 4)
-    make_anisotropic(model, 0.4, [](const Vec3& x) { return Vec3(-x[1], x[0], 0.01); });
   const std::string meta = "{\"golden\": \"version " + std::to_string(version) + "\"}";
-  return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = meta}), 64);
+  return with_fewer_check_ticks(make_asset_bytes(golden_model(), {.meta_json = meta}), 64);
 }
 
 }  // namespace palpate::test

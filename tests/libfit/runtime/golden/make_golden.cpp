@@ -1,4 +1,4 @@
-// Writes the golden asset of a version: make_golden 3 tests/libfit/runtime/golden/version_3.palp
+// Writes the golden asset of a version: make_golden 1 tests/libfit/runtime/golden/version_1.palp
 // Run it once per version, when the format is released; an old version's file never changes again.
 #include <cstdlib>
 

@@ -1,0 +1,59 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The leaning family: as the separable one, with the lateral deflection counted from the lean
+// l(dz), the lateral way that a tool pressed to dz would go if nothing held it sideways
+// (docs/method.md, M3a and M3b).
+
+#include "separable.hpp"
+
+namespace palpate {
+namespace runtime {
+
+struct Leaning {
+  static constexpr const char* kName = "leaning";
+  static constexpr int kLean = 3;  ///< the part
+  static constexpr Part kPart[] = {rising_curve("normal"),
+                                   rising_curve("lateral"),
+                                   rising_curve("limit"),
+                                   {"lean", "m", 1, 0, 3, 0, true, false, -1e3, 1e3}};
+  static constexpr int kMemory = 0;
+
+  /// (M3a)
+  template <class T, class Spot>
+  static Deflection<T> deflection(const CurveViews& views, const Spot& spot,
+                                  const Vec3<T>& x) noexcept {
+    const Vec3<T> delta = x - spot.point;
+    const T normal_m = dot(delta, spot.normal);
+    const Vec3<T> lateral = delta - spot.normal * normal_m;
+    if (!(value_of(normal_m) > 0)) return deflection_of(normal_m, lateral);
+    const VectorAt<T> lean = vector_curve_at(views.view[kLean], spot, kLean, normal_m);
+    Deflection<T> out = deflection_of(
+        normal_m, lateral - (lean.value - spot.normal * dot(lean.value, spot.normal)));
+    if (value_of(out.lateral_m) > 0) out.lean_rate = dot(lean.slope, out.lateral);
+    return out;
+  }
+
+  /// (M3b): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r.
+  template <class T, class Spot>
+  static Vec3<T> force(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
+                       const T& lateral_N) noexcept {
+    if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
+    const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
+    return spot.normal * normal_N + d.lateral * lateral_N;
+  }
+
+  template <class T, class Spot>
+  static T energy_J(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
+    return Separable::energy_J(views, spot, d);
+  }
+
+  template <class T, class Surface, class Spot>
+  static SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
+                        Footing<T, Spot>& foot) noexcept {
+    return slide_until_it_holds<Leaning>(views, x, surface, foot);
+  }
+};
+
+}  // namespace runtime
+}  // namespace palpate
