@@ -28,6 +28,7 @@ inline Bases::Bases(const std::vector<CurveBasis>& basis, CurveFamily of) : fami
     tables.push_back(b.knots_m.empty() ? SplineTables{} : tabulate(b));
   for (std::size_t part = 0; part < tables.size(); ++part)
     if (tables[part].pieces > 0) views.view[part] = view(tables[part]);
+  prepare(views);
 }
 
 inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curves.family); }
@@ -84,45 +85,15 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
-/// runtime::replay_drag of a tip that is `contact` deeper along the inward normal than recorded;
-/// with derivatives by it. Same law, same order of operations.
-template <class T>
-int replay_shifted(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
-                   const runtime::Quadric& quadric, const double* deflection, int rows,
-                   const T& contact, runtime::Vec3<T>* force) {
-  const runtime::Vec3<T> nothing{T(0), T(0), T(0)}, inward = runtime::widened<T>(quadric.u0);
-  runtime::QuadricSurface<T> surface{&quadric, controls, nothing};
-  bool in_contact = true;
-  int slipped = 0;
-  runtime::Vec3d before{0, 0, 0};
-  for (int row = 0; row < rows; ++row) {
-    const runtime::Vec3<T> x =
-        runtime::widened<T>(runtime::make_vec3<double>(deflection + 3 * row)) + inward * contact;
-    const runtime::Vec3d tip = runtime::values_of(x);
-    force[row] = nothing;
-    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
-      surface.p = runtime::widened<T>(runtime::entry_shadow(quadric, before, tip));
-      in_contact = true;
-    }
-    before = tip;
-    if (!in_contact) continue;
-    auto foot = runtime::footing(views, surface.standing(), x);
-    slipped += runtime::slide(views, x, surface, foot) != runtime::SlideEnd::stick;
-    force[row] = runtime::response(views, foot.spot, foot.d, foot.lateral_N);
-    in_contact = runtime::value_of(foot.d.normal_m) > 0 || row == 0;
-  }
-  return slipped;
-}
-
 /// Forces of one experiment, its sensor's reading included; returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
            const runtime::Quadric& quadric, const double* deflection, int rows,
            const std::array<T, 3>& sensor, bool has_sensor, runtime::Vec3<T>* force) {
   if (!has_sensor)
-    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
+    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, nullptr, force);
   const int slipped =
-      replay_shifted<T>(views, controls, quadric, deflection, rows, sensor[0], force);
+      runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &sensor[0], force);
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
   for (int i = 0; i < rows; ++i) {
     const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));

@@ -11,49 +11,22 @@
 // contact point c itself and slips last: its slip is the slide of c over the surface.
 //
 // One template for the engine (scalar double, or Jet3 for the tangent) and the fitter (double or
-// ceres::Jet). Forces are those of the tool ON the body. A Spot is as in slide.hpp and brings
-// .number(k), the numbers of a node from kLambda on.
+// ceres::Jet). Forces are those of the tool ON the body.
+
+#include <type_traits>
 
 #include "../slide.hpp"
 
 namespace palpate {
 namespace runtime {
 
-constexpr int kRings = 8;  ///< 4 are too few; 6 to 24 agree to 0.3 % of force
-
-/// Numbers of a node beside its normal curve, in this order.
-constexpr int kLambda = 0;         ///< lateral over normal stiffness of a ring [1]
-constexpr int kFriction = 1;       ///< mu_0 [1]
-constexpr int kFrictionSlope = 2;  ///< mu_1 [1/m]: a ball ploughs
-constexpr int kSide = 3;           ///< g_2, xyz [N/m^2], then g_3, xyz [N/m^3]
-constexpr int kCurvature = 9;      ///< kappa = -du/dc [1/m]: xx, yy, zz, xy, xz, yz
-constexpr int kRingNumbers = 15;
-
-/// Where the rings of a body touch, and how their stiffness follows from the control values of a
-/// normal curve. Edges e_i = D (i/N)^1.5; thresholds are their middles, the first 0.
-template <int N>
-struct RingTable {
-  int order = 0;
-  double edge_m[N] = {}, threshold_m[N] = {};
-  int first[N] = {};                     ///< first control value alive at edge i
-  double slope[N][kMaxDegree + 1] = {};  ///< [1/m], of the basis at edge i
-};
-
-/// depth_m: D > 0, where the last ring ends.
-template <int N>
-RingTable<N> ring_table(const SplineView& normal, double depth_m) noexcept {
-  RingTable<N> table;
-  table.order = normal.degree + 1;
-  for (int i = 0; i < N; ++i) {
-    const double share = double(i + 1) / N, edge_m = depth_m * (share * std::sqrt(share));
-    table.edge_m[i] = edge_m;
-    table.threshold_m[i] = i == 0 ? 0 : 0.5 * (table.edge_m[i - 1] + edge_m);
-    const SplineWeights<double> at = spline_weights(normal, find_piece(normal, edge_m), edge_m);
-    table.first[i] = at.first;
-    for (int k = 0; k < table.order; ++k) table.slope[i][k] = at.slope[k];
-  }
-  return table;
-}
+/// Parts of a node beside its normal curve.
+constexpr int kLambda = 1;         ///< lateral over normal stiffness of a ring [1]
+constexpr int kFriction = 2;       ///< mu_0 [1]
+constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
+constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
+constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
+constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
 
 /// How far a ring may be deflected at a depth.
 template <class T>
@@ -68,7 +41,7 @@ struct RingLimit {
 };
 template <class T, class Spot>
 RingLimit<T> ring_limit(const Spot& spot) noexcept {
-  return {spot.number(kLambda), spot.number(kFriction), spot.number(kFrictionSlope)};
+  return {spot.control(kLambda, 0), spot.control(kFriction, 0), spot.control(kFrictionSlope, 0)};
 }
 
 /// The rings under a spot and the side force there.
@@ -104,11 +77,12 @@ RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
     bed.is_cut = bed.is_cut || is_cut;
     below = slope;
   }
-  const auto vector = [&](int k) noexcept {
-    return tangential<T>({spot.number(k), spot.number(k + 1), spot.number(k + 2)}, spot.normal);
+  const auto vector = [&](int part) noexcept {
+    return tangential<T>({spot.control(part, 0), spot.control(part, 1), spot.control(part, 2)},
+                         spot.normal);
   };
-  bed.side2 = vector(kSide);
-  bed.side3 = vector(kSide + 3);
+  bed.side2 = vector(kSide2);
+  bed.side3 = vector(kSide3);
   return bed;
 }
 
@@ -125,11 +99,11 @@ RingStance<T> ring_stance(const Spot& spot, const Vec3<T>& x) noexcept {
   const Vec3<T> delta = x - spot.point;
   const T height = dot(delta, spot.normal);
   const Vec3<T> q = delta - spot.normal * height;
-  const T xy = spot.number(kCurvature + 3), xz = spot.number(kCurvature + 4),
-          yz = spot.number(kCurvature + 5);
-  const Vec3<T> bent{spot.number(kCurvature) * q.x + xy * q.y + xz * q.z,
-                     xy * q.x + spot.number(kCurvature + 1) * q.y + yz * q.z,
-                     xz * q.x + yz * q.y + spot.number(kCurvature + 2) * q.z};
+  const T xy = spot.control(kCurvature, 3), xz = spot.control(kCurvature, 4),
+          yz = spot.control(kCurvature, 5);
+  const Vec3<T> bent{spot.control(kCurvature, 0) * q.x + xy * q.y + xz * q.z,
+                     xy * q.x + spot.control(kCurvature, 1) * q.y + yz * q.z,
+                     xz * q.x + yz * q.y + spot.control(kCurvature, 2) * q.z};
   return {q, height - 0.5 * dot(q, bent), tangential(bent, spot.normal)};
 }
 
@@ -145,15 +119,6 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
   return limit.lambda * size - limit.friction_at(depth) * depth;
 }
 
-/// Where a flat, even body brings the contact point: the deflection that ring 1 keeps, in closed
-/// form. Elsewhere the start of the search along the surface.
-template <class T>
-T flat_slip_m(const RingLimit<T>& limit, const RingStance<T>& at) noexcept {
-  using std::sqrt;
-  const T size = sqrt(dot(at.q, at.q));
-  return size - limit.friction_at(at.depth_m) * at.depth_m / limit.lambda;
-}
-
 /// Where rings 2 to N are anchored, relative to the contact point and tangential there [m].
 template <class T, int N>
 struct RingAnchors {
@@ -163,6 +128,13 @@ template <class T, int N>
 RingAnchors<T, N> no_anchors() noexcept {
   RingAnchors<T, N> out;
   for (Vec3<T>& a : out.at) a = {T(0), T(0), T(0)};
+  return out;
+}
+
+template <class T, int N>
+RingAnchors<double, N> values_of(const RingAnchors<T, N>& anchors) noexcept {
+  RingAnchors<double, N> out;
+  for (int i = 0; i + 1 < N; ++i) out.at[i] = values_of(anchors.at[i]);
   return out;
 }
 
@@ -220,27 +192,29 @@ RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingStance<T>& at,
 
 /// (B3) of rings 2 to N: what a ring is deflected beyond its limit its anchor takes. Rings that do
 /// not touch are anchored under the tool. Shortens every |q_i|, so the stored energy falls whatever
-/// the tick. Returns whether any anchor moved.
+/// the tick. Returns the sum of lambda c_i times what the squares of |q_i| lost [J], twice the
+/// energy.
 template <class T, int N>
-bool settle_rings(const RingTable<N>& table, const RingLimit<T>& limit, const RingStance<T>& at,
-                  RingAnchors<T, N>& anchors) noexcept {
+double settle_rings(const RingTable<N>& table, const RingBed<T, N>& bed, const RingStance<T>& at,
+                    RingAnchors<T, N>& anchors) noexcept {
   using std::sqrt;
-  const T mu = limit.friction_at(at.depth_m);
-  bool has_moved = false;
+  const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
+  double lost = 0;
   for (int i = 1; i < N; ++i) {
     Vec3<T>& a = anchors.at[i - 1];
-    const T reach = at.depth_m - table.threshold_m[i];
-    if (!(value_of(reach) > 0)) {
-      for (int j = i; j < N; ++j) anchors.at[j - 1] = at.q;
-      return true;
-    }
     const Vec3<T> q = at.q - a;
-    const T squared = limit.lambda * limit.lambda * dot(q, q), most = mu * reach;
-    if (!(value_of(squared) > value_of(most) * value_of(most))) continue;
-    a = at.q - q * (most / sqrt(squared));
-    has_moved = true;
+    const T squared = dot(q, q), reach = at.depth_m - table.threshold_m[i];
+    const T most = value_of(reach) > 0 ? mu * reach : T(0), length = lambda * lambda * squared;
+    if (!(value_of(length) > value_of(most) * value_of(most))) {
+      if (!(value_of(reach) > 0)) a = at.q;
+      continue;
+    }
+    const T share = value_of(most) > 0 ? most / sqrt(length) : T(0);
+    a = at.q - q * share;
+    lost += value_of(bed.stiffness_N_m[i]) * value_of(squared) *
+            (1 - value_of(share) * value_of(share));
   }
-  return has_moved;
+  return lost;
 }
 
 /// g(d) and its slope.
@@ -328,48 +302,165 @@ double differentiable_ring_root(const Path&, const Vec3d&, const SlipRoot& root)
   return root.s;
 }
 
-/// Lets the contact point slide until ring 1 holds, then the other rings slip: slide() of slide.hpp
-/// with (B3). Work: at most kMaxSegments segments, each with kMaxRootSteps + 2 excesses.
-template <class T, int N, class Surface>
-SlideEnd slide_rings(const RingTable<N>& table, const Vec3<T>& x, Surface& surface,
-                     RingAnchors<T, N>& anchors) noexcept {
-  using std::sqrt;
-  SlideEnd end_is = SlideEnd::unfinished;
-  auto spot = surface.standing();
-  RingStance<T> at = ring_stance(spot, x);
-  for (int segment = 0; segment < kMaxSegments; ++segment) {
-    const T squared = dot(at.q, at.q);
-    const RingLimit<T> limit = ring_limit<T>(spot);
-    end_is = segment == 0 ? SlideEnd::stick : SlideEnd::slid;
-    if (!(value_of(squared) > kLateralZero_m * kLateralZero_m)) break;
-    const T size = sqrt(squared);
-    const double size_m = value_of(size), scale = value_of(limit.lambda) * size_m;
-    const double depth_m = value_of(at.depth_m) > 0 ? value_of(at.depth_m) : 0;
-    if (!(scale * (1 - kSlipTolerance) > value_of(limit.friction_at(at.depth_m)) * depth_m)) break;
-    const auto path = surface.aim(spot, at.q * (1.0 / size));
-    const double path_end = value_of(path.end()), end = path_end < size_m ? path_end : size_m;
+/// The rings under a spot. A spot that has them at hand brings an overload.
+template <class T, class Spot>
+RingBed<T, kRings> bed_under(const CurveViews& views, const Spot& spot) noexcept {
+  return ring_bed<T>(views.rings, spot);
+}
+
+/// Where the fitter's spot lies from the test point about which the body is uneven; nowhere
+/// else.
+template <class Spot>
+struct IsUneven : std::false_type {};
+
+template <class T, class Spot>
+struct RingFooting {
+  Spot spot;
+  Deflection<T> d;  ///< normal_m: d of (B1); lateral_m: |q|
+  RingStance<T> at;
+};
+
+struct Rings {
+  static constexpr const char* kName = "rings";
+  static constexpr Part kPart[] = {
+      rising_curve("normal"),
+      {"lambda", "1", 0, 0, 1, 1, false, false, 0, 100},
+      {"friction", "1", 0, 0, 1, 1, false, false, 0, 100},
+      {"friction_slope", "1/m", -1, 0, 1, 1, false, false, -1e6, 1e6},
+      {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
+      {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
+      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6}};
+  static constexpr int kCurves = 1;
+  static constexpr int kNumbers = 15;
+  static constexpr int kMemory = 3 * (kRings - 1);
+
+  template <class T>
+  using Memory = RingAnchors<T, kRings>;
+  template <class T>
+  static Memory<T> load(const double* from) noexcept {
+    Memory<T> out;
+    for (int i = 0; i + 1 < kRings; ++i) out.at[i] = make_vec3<T>(from + 3 * i);
+    return out;
+  }
+  static void save(const Memory<double>& memory, double* to) noexcept {
+    for (int i = 0; i + 1 < kRings; ++i) {
+      to[3 * i] = memory.at[i].x;
+      to[3 * i + 1] = memory.at[i].y;
+      to[3 * i + 2] = memory.at[i].z;
+    }
+  }
+
+  template <class Spot>
+  static bool is_frictionless(const CurveViews&, const Spot& spot) noexcept {
+    return !(value_of(spot.control(kLambda, 0)) > 0);
+  }
+
+  template <class T, class Spot>
+  static RingFooting<T, Spot> footing(const CurveViews&, const Spot& spot,
+                                      const Vec3<T>& x) noexcept {
+    const RingStance<T> at = ring_stance(spot, x);
+    return {spot, deflection_of(at.depth_m, at.q), at};
+  }
+
+  template <class T, class Spot>
+  static bool is_slipping(const CurveViews&, const RingFooting<T, Spot>& foot) noexcept {
+    const RingLimit<double> limit{value_of(foot.spot.control(kLambda, 0)),
+                                  value_of(foot.spot.control(kFriction, 0)),
+                                  value_of(foot.spot.control(kFrictionSlope, 0))};
+    const double depth_m = value_of(foot.d.normal_m) > 0 ? value_of(foot.d.normal_m) : 0;
+    return limit.lambda * value_of(foot.d.lateral_m) * (1 - kSlipTolerance) >
+           limit.friction_at(depth_m) * depth_m;
+  }
+
+  template <class T, class Spot>
+  static double settle(const CurveViews& views, const RingFooting<T, Spot>& foot,
+                       Memory<T>& memory) noexcept {
+    const auto& bed = bed_under<T>(views, foot.spot);
+    const double lost = settle_rings(views.rings, bed, foot.at, memory);
+    return 0.5 * lost * value_of(ring_share(views.rings, bed, foot.at.depth_m).value);
+  }
+
+  /// (B2)
+  template <class T, class Spot>
+  static Vec3<T> force(const CurveViews& views, const RingFooting<T, Spot>& foot,
+                       const Memory<T>& memory) noexcept {
+    const T normal_N = curve_at(views, foot.spot, kNormal, foot.at.depth_m);
+    if constexpr (IsUneven<Spot>::value) {
+      RingBed<T, kRings> bed = bed_under<T>(views, foot.spot);
+      const auto added = unevenness(foot.spot, bed, foot.at.depth_m, normal_N);
+      return ring_force(views.rings, bed, foot.at, memory, foot.spot.normal,
+                        normal_N + added.slope_N_m);
+    } else {
+      return ring_force(views.rings, bed_under<T>(views, foot.spot), foot.at, memory,
+                        foot.spot.normal, normal_N);
+    }
+  }
+
+  /// (B1)
+  template <class T, class Spot>
+  static T energy_J(const CurveViews& views, const RingFooting<T, Spot>& foot,
+                    const Memory<T>& memory) noexcept {
+    const T normal_J = energy_at(views, foot.spot, kNormal, foot.at.depth_m);
+    if constexpr (IsUneven<Spot>::value) {
+      RingBed<T, kRings> bed = bed_under<T>(views, foot.spot);
+      const auto added = unevenness(foot.spot, bed, foot.at.depth_m,
+                                    curve_at(views, foot.spot, kNormal, foot.at.depth_m));
+      return ring_energy_J(views.rings, bed, foot.at, memory, normal_J + added.value_N);
+    } else {
+      return ring_energy_J(views.rings, bed_under<T>(views, foot.spot), foot.at, memory, normal_J);
+    }
+  }
+
+  /// Lets the contact point slide until ring 1 holds; the other rings settle before and after.
+  /// Work: at most kMaxSegments segments, each with kMaxRootSteps + 2 excesses, which read no
+  /// curve.
+  template <class T, class Surface, class Spot>
+  static SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
+                        RingFooting<T, Spot>& foot, Memory<T>& memory) noexcept {
+    surface.pay(settle(views, foot, memory));
+    if (!is_slipping(views, foot)) return SlideEnd::stick;
+    SlideEnd end = SlideEnd::unfinished;
+    for (int segment = 0; segment < kMaxSegments && end == SlideEnd::unfinished; ++segment) {
+      if (!is_slipping(views, foot)) return SlideEnd::slid;
+      end = slide_segment(views, x, surface, foot, memory);
+      settle(views, foot, memory);  // its work is in the energies that the surface compared
+    }
+    return end;
+  }
+
+ private:
+  template <class T, class Surface, class Spot>
+  static SlideEnd slide_segment(const CurveViews& views, const Vec3<T>& x, Surface& surface,
+                                RingFooting<T, Spot>& foot, Memory<T>& memory) noexcept {
+    const auto path = surface.aim(foot.spot, foot.d.lateral);
+    const Vec3d tip = values_of(x);
+    const double size_m = value_of(foot.d.lateral_m), path_end = value_of(path.end());
+    const double end = path_end < size_m ? path_end : size_m;
     const auto& plain = path.plain();
-    end_is = SlideEnd::stopped;
-    if (path.is_blocked()) break;
-    const Vec3d q_end = ring_stance(plain.at(end), values_of(x)).q;
-    if (end > 0 && dot(q_end, q_end) > size_m * size_m) break;  // it would flee
-    const SlipRoot root = first_ring_root(plain, values_of(x), kInside * end, scale);
+    if (path.is_blocked()) return SlideEnd::stopped;
+    const Vec3d q_end = ring_stance(plain.at(end), tip).q;
+    if (end > 0 && dot(q_end, q_end) > size_m * size_m) return SlideEnd::stopped;  // it would flee
+    const double scale = value_of(foot.spot.control(kLambda, 0)) * size_m;
+    const SlipRoot root = first_ring_root(plain, tip, kInside * end, scale);
     const bool holds_within = root.s >= 0;
     const T s = holds_within        ? differentiable_ring_root(path, x, root)
                 : path_end < size_m ? T(path.end())
-                                    : size;
-    const Move move = surface.move(path, s, x);
-    const Vec3<T> before = spot.point;
-    spot = surface.standing();
-    at = ring_stance(spot, x);
-    carry_anchors(anchors, spot.point - before, spot.normal);
-    if (move == Move::stopped) break;
-    end_is = holds_within ? SlideEnd::slid : SlideEnd::unfinished;
-    if (holds_within) break;
+                                    : foot.d.lateral_m;
+    const Vec3<T> from = foot.spot.point;
+    const Memory<double> held = values_of(memory);
+    const Move move = surface.move(path, s, [&](const auto& there) noexcept {
+      Memory<double> carried = held;
+      carry_anchors(carried, there.point - values_of(from), there.normal);
+      const auto stand = footing(views, there, tip);
+      settle(views, stand, carried);
+      return energy_J(views, stand, carried);
+    });
+    foot = footing(views, surface.standing(), x);
+    carry_anchors(memory, foot.spot.point - from, foot.spot.normal);
+    if (move == Move::stopped) return SlideEnd::stopped;
+    return holds_within ? SlideEnd::slid : SlideEnd::unfinished;
   }
-  settle_rings(table, ring_limit<T>(spot), at, anchors);
-  return end_is;
-}
+};
 
 }  // namespace runtime
 }  // namespace palpate

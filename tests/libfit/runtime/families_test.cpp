@@ -44,6 +44,7 @@ struct Node {
       }
       controls.part[i] = numbers[i].data();
     }
+    prepare(views);
   }
   runtime::QuadricSpot<double, double, false> spot() const {
     static const runtime::Quadric kFlat{{0, 0, 1}, {}};
@@ -72,11 +73,9 @@ TEST(families, force_is_the_gradient_of_the_stored_energy) {
       const runtime::Vec3d x{kRange_m * share(random), -kRange_m * share(random),
                              kRange_m * share(random)};
       const auto energy_J = [&](const runtime::Vec3d& at) {
-        return runtime::stored_energy_J(node.views, spot,
-                                        runtime::deflection(node.views, spot, at));
+        return runtime::energy_from_touch_J(node.views, spot, at);
       };
-      const auto force =
-          runtime::response(node.views, spot, runtime::deflection(node.views, spot, x));
+      const auto force = runtime::force_from_touch(node.views, spot, x);
       const double size = std::sqrt(dot(force, force)), step = 1e-7;
       const double found[3] = {force.x, force.y, force.z};
       for (int k = 0; k < 3; ++k) {
