@@ -28,6 +28,8 @@ namespace {
 using fit::BodyBases;
 using fit::PointResult;
 
+// By how much rings of a body's points differ from their median (docs/method.md, section 5).
+constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
 constexpr int kSensorRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
@@ -82,6 +84,30 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
     report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   bases = fit::of_family(std::move(bases), report.family);
   return report;
+}
+
+// What rings of the body's points have in common, from points that were dragged until they slip:
+// the rest lean on it. Theory where none was.
+void settle_rings(const fit::BodyData& body, const std::vector<fit::PointRows>& rows,
+                  const FitOptions& options, BodyBases& bases) {
+  if (bases.family != CurveFamily::rings) return;
+  bases.rings.lambda = options.default_lateral_ratio;
+  bases.rings.friction = options.default_friction;
+  const fit::Bases plain = fit::plain_bases(bases);
+  std::vector<Eigen::VectorXd> found(rows.size());
+  parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
+    if (!body.points[p].problem.empty() || rows[p].slipping_drags == 0) return;
+    const fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
+    if (curves.problem.empty()) found[p] = curves.more.head<3>();
+  });
+  std::array<std::vector<double>, 3> values;
+  for (const Eigen::VectorXd& each : found)
+    for (std::size_t k = 0; k < 3 && each.size() > 0; ++k)
+      values[k].push_back(each[static_cast<Eigen::Index>(k)]);
+  if (values[0].empty()) return;
+  bases.rings = {fit::median(values[0]), fit::median(values[1]),
+                 fit::median(values[2]), kUsualLambda,
+                 kUsualFriction,         kUsualFrictionSlope_1_m * body.length_m};
 }
 
 // What is fitted: all rows, or those of the points that are not kept.
@@ -151,7 +177,8 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
   const auto parts = parts_of(bases.family);
   for (std::size_t i = 0; i < parts.size(); ++i)
     out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  const std::size_t curves = curves_of(bases.family);
+  for (std::size_t kind = 0; kind < curves; ++kind)
     out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
   out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
   out.max_residual_N = out.rms_residual_N;
@@ -159,7 +186,7 @@ FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBa
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
     for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (std::size_t kind = 0; kind < curves; ++kind)
       out.covariance[kind].row(p) = result.covariance[kind];
     out.status.push_back(result.status);
     out.message.push_back(result.message);
@@ -184,6 +211,7 @@ FittedCurves fit_body(const Input& input, const fit::BodyData& body, FitOptions 
   BodyBases bases = make_bases(body, rows, options);
   settle_sensors(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
+  settle_rings(body, rows, options, bases);
   auto results = fit_points(input, body, rows, bases, options, progress);
   FittedCurves fitted = collect(input, body, bases, results);
   const auto smoothing = fit::smooth_curves(input.samples, body, rows, bases, options, fitted,

@@ -50,7 +50,7 @@ bool is_smoothed(const FittedCurves& curves) {
 FitOptions as_before(FitOptions options) {
   const CurveSet& curves = options.warm_start->curves;
   options.degree = curves.basis[0].degree;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.family); ++kind) {
     require(curves.basis[kind].degree == options.degree, "warm start",
             "has curves of several degrees", "Fit without a warm start.");
     options.knots_m[kind] = curves.basis[kind].knots_m;

@@ -32,7 +32,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
 
 // Relative bands where each curve's rows end: past that it is extrapolated.
 void report_bands(const FittedCurves& fitted, FitReport& report) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
     const SplineTables tables = tabulate(fitted.curves.basis[kind]);
     const auto spline = view(tables);
     std::vector<double> bands;

@@ -97,7 +97,7 @@ PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
   PointResult result;
   for (const Controls& control : earlier_->curves.control)
     result.control.emplace_back(control.row(row));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(earlier_->curves.family); ++kind) {
     const bool is_smoothed = earlier_->own.control[kind].rows() > 0;
     result.control[kind] =
         (is_smoothed ? earlier_->own.control[kind] : earlier_->curves.control[kind]).row(row);

@@ -190,5 +190,11 @@ int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, con
   });
 }
 
+template <class T>
+int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
+                const double* deflection_m, int rows, Vec3<T>* force_N) noexcept {
+  return replay_drag<T>(views, controls, quadric, deflection_m, rows, nullptr, force_N);
+}
+
 }  // namespace runtime
 }  // namespace palpate

@@ -169,7 +169,7 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
 bool has_earlier_curves(const FittedCurves& fitted, const FitOptions& options, Eigen::Index p,
                         const PointResult& result) {
   bool is_same = result.is_kept;
-  for (std::size_t kind = 0; kind < kCurveKinds && is_same; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family) && is_same; ++kind)
     is_same = fitted.curves.control[kind].row(p) ==
               options.warm_start->curves.control[kind].row(result.earlier_row);
   return is_same;
@@ -195,7 +195,7 @@ void score_again(const Samples& samples, const BodyData& body, const BodyBases& 
   std::vector<char> is_here(results.size(), 0), is_elsewhere(results.size(), 0);
   for (std::size_t p = 0; p < results.size(); ++p) {
     const auto at = static_cast<Eigen::Index>(p);
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
       results[p].control[kind] = fitted.curves.control[kind].row(at);
     if (!results[p].is_scored || has_earlier_curves(fitted, options, at, results[p])) continue;
     (body.points[p].experiments.empty() ? is_elsewhere : is_here)[p] = 1;
@@ -223,7 +223,7 @@ std::array<SmoothingReport, kCurveKinds> smooth_curves(
   bool is_changed = false;
   for (const double strength : earlier != nullptr ? earlier->smoothing : fitted.smoothing)
     is_changed = is_changed || strength > 0;  // kept scores are of smoothed curves
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind) {
     if (options.smoothing == 0.0) {
       reports[kind].reason = "as asked";
       continue;

@@ -35,14 +35,16 @@ inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curve
 
 /// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
 inline int count_unknowns(const runtime::Part& part, int size) {
+  if (part.is_shape) return 0;
   return (part.starts_at_zero ? size - 1 : size) * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
 /// The numbers of a part from what is fitted of it: increments of a curve that rises, components of
-/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt.
+/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric:
+/// what the point's surface is like.
 template <class T, class C>
 std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
-                             const C* unknowns, int count) {
+                             const runtime::Quadric& quadric, const C* unknowns, int count) {
   std::vector<T> control(static_cast<std::size_t>(part.starts_at_zero ? part.width : 0), T(0));
   if (part.width == 1)
     for (int j = 0; j < count; ++j)
@@ -53,6 +55,8 @@ std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2
       for (int i = 0; i < 3; ++i)
         control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  if (part.is_shape)
+    for (const auto& [r, c] : kAt) control.push_back(T(-quadric.gradient[3 * r + c]));
   const auto &t = tangents[0], &b = tangents[1];
   if (part.width == 6)
     for (int j = 0; j + 2 < count; j += 3)
@@ -91,7 +95,7 @@ int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& 
            const runtime::Quadric& quadric, const double* deflection, int rows,
            const std::array<T, 3>& sensor, bool has_sensor, runtime::Vec3<T>* force) {
   if (!has_sensor)
-    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, nullptr, force);
+    return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
   const int slipped =
       runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &sensor[0], force);
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
@@ -126,9 +130,10 @@ struct ReplayResidual {
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
-    std::vector<std::vector<T>> control(kCurveKinds);
+    const std::size_t curves = curves_of(bases->family);
+    std::vector<std::vector<T>> control(curves);
     const T* next = parameters[0];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    for (std::size_t kind = 0; kind < curves; ++kind) {
       const Eigen::Index n = fixed[kind].size();
       control[kind].assign(1, T(0));
       for (Eigen::Index j = 0; j < n; ++j)
@@ -137,10 +142,10 @@ struct ReplayResidual {
       if (is_fitted[kind]) next += n;
     }
     const auto parts = parts_of(bases->family);
-    for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+    for (std::size_t i = curves; i < parts.size(); ++i) {
       const int size = parts[i].is_curve() ? bases->views.view[i].size() : parts[i].count;
       const int count = count_unknowns(parts[i], size);
-      control.push_back(part_controls<T>(parts[i], tangents, next, count));
+      control.push_back(part_controls<T>(parts[i], tangents, quadric, next, count));
       next += count;
     }
     std::array<T, 3> sensor{T(0), T(0), T(0)};

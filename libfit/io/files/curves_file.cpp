@@ -132,7 +132,7 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   if (!f.rows_hash.empty())
     check_rows(complain, "points/rows_hash", static_cast<Eigen::Index>(f.rows_hash.size()), points);
   check_curve_set(complain, f.curves, points);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_smoothing(complain, f);
   check_recordings(complain, f);
@@ -195,7 +195,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
   if (reader.has("points/rows_hash")) f.rows_hash = reader.strings("points/rows_hash", points);
   f.curves = read_curve_set(reader, points);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind) {
     if (!reader.has(covariance_name(kind))) continue;
     const std::size_t columns = covariance_columns(f.curves.basis[kind]);
     const auto values = reader.numbers(covariance_name(kind), "N^2", {points, columns}, true);
@@ -223,7 +223,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_vector(writer, "points/depth_range", "m", f.depth_range_m);
   if (!f.rows_hash.empty()) writer.strings("points/rows_hash", f.rows_hash);
   write_curve_set(writer, f.curves);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind) {
     const Controls& values = f.covariance[kind];
     if (values.size() == 0) continue;
     writer.numbers(

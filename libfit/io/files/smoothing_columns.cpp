@@ -37,7 +37,7 @@ void write_table(Writer& writer, const std::string& name, std::string_view unit,
 }  // namespace
 
 void read_smoothing(const Reader& reader, FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
     const std::string group = group_of(kind);
     if (!reader.has_attribute(group, kStrength)) continue;
     const std::string text = reader.text_attribute(group, kStrength);
@@ -58,7 +58,7 @@ void read_smoothing(const Reader& reader, FittedCurves& curves) {
 }
 
 void write_smoothing(Writer& writer, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
     const std::string group = group_of(kind);
     if (curves.smoothing_reason[kind].empty()) continue;
     writer.attribute(group, kStrength, text_of(curves.smoothing[kind]));
@@ -70,7 +70,7 @@ void write_smoothing(Writer& writer, const FittedCurves& curves) {
 }
 
 void check_smoothing(const Complain& complain, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
     const std::string group = group_of(kind);
     const double strength = curves.smoothing[kind];
     if (!(strength >= 0) || std::isinf(strength))

@@ -329,7 +329,7 @@ struct Rings {
       {"friction_slope", "1/m", -1, 0, 1, 1, false, false, -1e6, 1e6},
       {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
-      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6}};
+      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, true}};
   static constexpr int kCurves = 1;
   static constexpr int kNumbers = 15;
   static constexpr int kMemory = 3 * (kRings - 1);
