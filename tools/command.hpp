@@ -27,6 +27,8 @@ class Arguments {
   virtual void option(const std::string& flags, std::string& target, const std::string& help,
                       bool is_required = false) = 0;
   virtual void option(const std::string& flags, int& target, const std::string& help) = 0;
+  /// All that follows the command's name, as it is.
+  virtual void remaining(std::vector<std::string>& target, const std::string& help) = 0;
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
 };
 

@@ -15,23 +15,23 @@ namespace palpate::tools {
 namespace {
 
 constexpr std::array<CommandRow, 13> kCommands{{
-    {"run", "Walk the whole way from a scene to an asset with its error statement; resumable",
+    {"run",
+     "Run all stages, or those still missing, from a scene to an asset and its error statement",
      declare_run},
-    {"prepare", "Mend a surface, place test points on it and fill it with tetrahedra",
+    {"prepare", "Repair a surface, place test points on it and fill it with tetrahedra",
      declare_prepare},
-    {"simulate", "Press and drag the probe at every test point", declare_simulate},
-    {"import", "Turn a rig's recordings into samples: a manifest names them", declare_import},
+    {"simulate", "Simulate presses and drags of the probe at every test point", declare_simulate},
+    {"import", "Turn the recordings that a manifest names into samples", declare_import},
     {"fit", "Identify response curves at the test points", declare_fit},
-    {"refine", "Spread the curves over the fine surface", declare_refine},
-    {"export", "Write a runtime asset (or another format) and the engine beside it",
-     declare_export},
-    {"replay", "Replay a tool path on an asset", declare_replay},
+    {"refine", "Interpolate the curves onto every vertex of the fine surface", declare_refine},
+    {"export", "Write a model as a runtime asset or in another format", declare_export},
+    {"replay", "Play a tool path on an asset and write the forces", declare_replay},
     {"validate", "Compare an asset with fresh simulated experiments", declare_validate},
-    {"predict", "Compare a model with experiments at points that it was not fitted at",
+    {"predict", "Compare a model with experiments at points where it was not fitted",
      declare_predict},
-    {"inspect", "Say what is in a file", declare_inspect},
+    {"inspect", "Print what a file holds", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
-    {"bench", "Measure speed against error; write tables and pictures", declare_bench},
+    {"bench", "Measure speed and error, and write tables and pictures", declare_bench},
 }};
 
 // Declares a command's options on a CLI11 subcommand.
@@ -53,6 +53,12 @@ class CliArguments final : public Arguments {
   void flag(const std::string& flags, bool& target, const std::string& help) override {
     app_.add_flag(flags, target, help);
   }
+  void remaining(std::vector<std::string>& target, const std::string& help) override {
+    app_.prefix_command();
+    app_.set_help_flag();
+    app_.footer("Arguments " + help);
+    app_.callback([this, &target] { target = app_.remaining(); });
+  }
 
  private:
   CLI::App& app_;
@@ -60,8 +66,8 @@ class CliArguments final : public Arguments {
 
 int run_program(int argc, char** argv) {
   CLI::App app(
-      "Palpate: force-deflection curves of soft bodies, simulated or measured, for real-time "
-      "haptics");
+      "Palpate turns soft bodies, simulated or measured, into force-deflection curves for "
+      "real-time haptics");
   app.require_subcommand(1);
   app.set_version_flag("--version", "palpate " PALPATE_VERSION);
   std::vector<std::pair<CLI::App*, std::unique_ptr<Command>>> declared;

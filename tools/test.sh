@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs, builds and runs all tests. --all adds slow validation; --sanitize adds the engine's and the
-# readers' tests under address and undefined-behaviour sanitizers; --werror treats warnings as errors.
+# readers' tests under address and undefined-behaviour sanitizers; --werror treats warnings and
+# unformatted files as errors.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=release
@@ -17,6 +18,10 @@ for argument in "$@"; do
 done
 
 bash tools/install_packages.sh
+if [ "$preset" = ci ]; then
+  echo "== formatting"
+  git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' '*.inc' | xargs -0 clang-format --dry-run --Werror
+fi
 cmake --preset "$preset" -DPALPATE_SLOW_TESTS=$slow_tests
 cmake --build --preset "$preset"
 if $sanitize; then
@@ -28,4 +33,18 @@ if $sanitize; then
     "$(find build/ci-sanitize/tests -type f -name "$test")" --gtest_brief=1
   done
 fi
-ctest --test-dir "build/$preset" "${select[@]}" --output-on-failure -j2
+
+# ctest's summary comes last; before it, what was skipped and why, read from its report.
+report=build/$preset/ctest.xml
+summary=build/$preset/ctest_summary.txt
+: > "$summary"
+status=0
+ctest --test-dir "build/$preset" "${select[@]}" --output-on-failure -j2 --output-junit ctest.xml |
+  awk -v summary="$summary" '/% tests passed, / { ended = 1 }
+    { if (ended) print > summary; else { print; fflush() } }' || status=$?
+skipped=$(grep -c '<skipped' "$report" || true)
+reasons=$(sed -n '/: Skipped$/{n;p}' "$report" | sort | uniq -c | sort -rn |
+  sed -E 's/^ *([0-9]+) (.*)/\1 x \2/' | paste -sd, | sed 's/,/, /g')
+echo "skipped: $skipped tests${reasons:+ ($reasons)}"
+cat "$summary"
+exit "$status"

@@ -1,7 +1,7 @@
 """Draws what `palpate` makes of real recordings, one SVG each: the curve with its 90 % band and the
 measured rows, and the residual of readings that the fit has not seen beside the sensor's noise.
 
-    python3 docs/measured/plot.py build/release/tools/palpate ../shared/data docs/measured
+    python3 docs/measured/plot.py PALPATE DATA docs/measured
 
 Needs python3-matplotlib and python3-h5py. Not seen by the fit: of five repeats one, in turn; of a
 single recording every other reading.

@@ -84,7 +84,7 @@ double Contact::share_in_contact(double gap, int point, const ContactHistory& hi
 
 // The gap that the pressure answers to.
 double Contact::pressing_gap(double gap, int point, const ContactHistory& history) const {
-  return gap - history.given_back[point];
+  return gap - history.multiplier_m[point];
 }
 
 // Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
@@ -102,14 +102,15 @@ Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal
   return out;
 }
 
-void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                        int face, int q, bool with_curvature, FaceTerms& terms,
-                        ContactTotals& totals, double& normal_force, bool& touches) {
+void Contact::add_point(const ContactTrial& trial, int face, int q, bool with_curvature,
+                        FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                        bool& touches) {
+  const auto& [u, pose, history] = trial;
   const int point = kFacePoints * face + q;
   if (!history.faces_probe[point]) return;
   const Vec3 x = place(u, face, q);
   const SignedDistance gap = distance(x, pose);
-  // A limit that is held acts also where the surface has just come off: else the energy would jump.
+  // A lagged limit acts also where the surface has just come off: else the energy would jump.
   const double pressing = pressing_gap(gap.distance_m, point, history);
   const bool is_pressed = pressing < 0;
   if (!is_pressed && limit_Pa_[point] <= 0) return;
@@ -165,27 +166,24 @@ void Contact::add_point(const Points& u, const ProbePose& pose, const ContactHis
   ++totals.points;
 }
 
-ContactTotals Contact::evaluate(const Points& u, const ProbePose& pose,
-                                const ContactHistory& history, bool with_curvature) {
+ContactTotals Contact::evaluate(const ContactTrial& trial, bool with_curvature) {
   ContactTotals totals;
   terms_.clear();
   double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
   FaceTerms terms;
   for (int face = 0; face < faces_.rows(); ++face) {
     bool touches = false;
-    if (may_touch(u, pose, face)) {
-      for (int q = 0; q < kFacePoints; ++q) {
-        add_point(u, pose, history, face, q, with_curvature, terms, totals, normal_force, touches);
-      }
-    }
+    if (may_touch(trial.u, trial.pose, face))
+      for (int q = 0; q < kFacePoints; ++q)
+        add_point(trial, face, q, with_curvature, terms, totals, normal_force, touches);
     if (touches) terms_.push_back(terms);
   }
   if (normal_force > 0) totals.mean_penetration_m /= normal_force;
   return totals;
 }
 
-double Contact::energy(const Points& u, const ProbePose& pose,
-                       const ContactHistory& history) const {
+double Contact::energy(const ContactTrial& trial) const {
+  const auto& [u, pose, history] = trial;
   double energy = 0;
   for (int face = 0; face < faces_.rows(); ++face) {
     if (!may_touch(u, pose, face)) continue;
@@ -228,18 +226,6 @@ std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,
     if (is_near) near.push_back(face);
   }
   return near;
-}
-
-double Contact::min_gap(const Points& u, const ProbePose& pose,
-                        const ContactHistory& history) const {
-  double least = 1e300;
-  for (int face = 0; face < faces_.rows(); ++face) {
-    if (!is_open_[face]) continue;
-    for (int q = 0; q < kFacePoints; ++q)
-      if (history.faces_probe[kFacePoints * face + q])
-        least = std::min(least, distance(place(u, face, q), pose).distance_m);
-  }
-  return least;
 }
 
 }  // namespace palpate::fem

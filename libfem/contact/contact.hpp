@@ -20,8 +20,8 @@ struct ProbePose {
 /// What the interface remembers of the last accepted state, per quadrature point.
 /// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the
 /// surface point relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the
-/// probe. faces_probe: 0 on the far wall of a thin body. given_back [m]: overlap that exerts
-/// pressure without being there; see give_back().
+/// probe. faces_probe: 0 on the far wall of a thin body. multiplier_m: the augmented Lagrangian's
+/// multiplier over the penalty [m], overlap that exerts pressure without being there.
 struct ContactHistory {
   std::vector<Vec3> stick_Pa;
   std::vector<Vec3> relative;
@@ -29,7 +29,15 @@ struct ContactHistory {
   std::vector<double> pressure_Pa;
   std::vector<Vec3> normal;
   std::vector<char> faces_probe;
-  std::vector<double> given_back;
+  std::vector<double> multiplier_m;
+};
+
+/// A displacement u (#N x 3 [m]) with the probe at `pose`, and what the interface remembers of the
+/// accepted state before. Refers to all three.
+struct ContactTrial {
+  const Points& u;
+  const ProbePose& pose;
+  const ContactHistory& history;
 };
 
 /// Derivatives of the contact terms on one face. force: dE/du_a [N]; stiffness: blocks a >= b,
@@ -56,7 +64,7 @@ struct ContactTotals {
 /// stiffness: penalty k = stiffness E / R [Pa/m]. On the liver phantom (nu 0.49, 6.3 k nodes, 4
 /// press and 5 drag rows) 250 took 38 Newton iterations and 8 factorizations, 500 took 73 and 28,
 /// 700 took 109 and 48, most of them on overlaps that the line search has to undo. Recorded rows
-/// have the overlap given back (give_back).
+/// have had an update of the multipliers (updated_multipliers).
 /// rounding: pressure grows quadratically up to this penetration, in radii.
 /// tangential: stick stiffness over k: the surface creeps by about 0.0013 R before it slides. 0.1
 /// took two thirds of the factorizations on drags at nu 0.49, but left 3 % of the first lateral
@@ -84,34 +92,30 @@ class Contact {
   /// The history of a body at rest with the probe at `pose`.
   ContactHistory untouched(const ProbePose& pose) const;
 
-  /// Takes the friction limit and the tangent plane of every point from the pressure and place
-  /// there, at the last accepted state or at displacement u, and holds them. With both given,
-  /// friction has a potential; Coulomb's law is met when they no longer change. Returns by how much
-  /// the limit did: sum of |change| over sum.
-  void hold_friction_limit(const ContactHistory& history);
-  double hold_friction_limit(const Points& u, const ProbePose& pose, const ContactHistory& history);
+  /// Lags Coulomb's limit: takes it and the tangent plane of every point from the pressure and
+  /// place at the last accepted state or at a trial. With both frozen, friction has a potential;
+  /// Coulomb's law is met when they no longer change. Returns by how much the limit did: sum of
+  /// |change| over sum.
+  void lag_friction_limit(const ContactHistory& history);
+  double lag_friction_limit(const ContactTrial& trial);
 
-  /// Energy, forces and stiffness at displacement u (#N x 3) for the friction limit held. Fills
-  /// terms(). with_curvature: the stiffness knows that the probe is curved, which may make it
-  /// indefinite.
-  ContactTotals evaluate(const Points& u, const ProbePose& pose, const ContactHistory& history,
-                         bool with_curvature = true);
+  /// Energy, forces and stiffness for the lagged friction limit. Fills terms(). with_curvature: the
+  /// stiffness knows that the probe is curved, which may make it indefinite.
+  ContactTotals evaluate(const ContactTrial& trial, bool with_curvature = true);
 
   /// The terms of evaluate(), faces in increasing order.
   const std::vector<FaceTerms>& terms() const { return terms_; }
 
-  /// Incremental energy [J] for the friction limit held; its gradient is the sum of terms().
-  double energy(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
+  /// Incremental energy [J] for the lagged friction limit; its gradient is the sum of terms().
+  double energy(const ContactTrial& trial) const;
 
-  /// The history once (u, pose) is accepted.
-  ContactHistory accepted(const Points& u, const ProbePose& pose,
-                          const ContactHistory& history) const;
+  /// The history once a trial is accepted.
+  ContactHistory accepted(const ContactTrial& trial) const;
 
-  /// The history of an accepted state from which the same pose is solved again with the overlap and
-  /// the stick creep that the penalty and its tangential spring needed given back: one update of
-  /// the augmented Lagrangian's multipliers (Simo and Laursen 1992,
-  /// doi:10.1016/0045-7949(92)90540-G). What is left of both is of second order.
-  ContactHistory give_back(const ContactHistory& accepted) const;
+  /// The history of an accepted state after one update of the augmented Lagrangian's multipliers
+  /// (Uzawa; Simo and Laursen 1992, doi:10.1016/0045-7949(92)90540-G). Solved again from it, the
+  /// same pose leaves only the second order of the penalty's overlap and the stick's creep.
+  ContactHistory updated_multipliers(const ContactHistory& accepted) const;
 
   /// Multiplies penalty and tangential spring. States accepted before can be gone on from: what a
   /// history keeps does not depend on them.
@@ -119,9 +123,6 @@ class Contact {
 
   /// Faces of which a node is within a distance of the probe, in increasing order.
   std::vector<int> faces_near(const Points& u, const ProbePose& pose, double within_m) const;
-
-  /// Least signed distance of the surface points that face the probe [m].
-  double min_gap(const Points& u, const ProbePose& pose, const ContactHistory& history) const;
 
  private:
   struct Law {
@@ -140,9 +141,8 @@ class Contact {
   Vec3 area_normal(const Points& u, int face, int q) const;  // outward, of the area per dr ds
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   double pressing_gap(double gap, int point, const ContactHistory& history) const;
-  void add_point(const Points& u, const ProbePose& pose, const ContactHistory& history, int face,
-                 int q, bool with_curvature, FaceTerms& terms, ContactTotals& totals,
-                 double& normal_force, bool& touches);
+  void add_point(const ContactTrial& trial, int face, int q, bool with_curvature, FaceTerms& terms,
+                 ContactTotals& totals, double& normal_force, bool& touches);
 
   const Points& nodes_;
   const Faces& faces_;
@@ -154,7 +154,7 @@ class Contact {
   std::vector<double> area_weight_;  // #F * kFacePoints [m^2]
   std::vector<double> stiffness_;    // #F [Pa/m]
   std::vector<FaceTerms> terms_;
-  std::vector<double> limit_Pa_;  // friction limit held, per point
+  std::vector<double> limit_Pa_;  // lagged friction limit, per point
   std::vector<Vec3> normal_;      // of the plane it acts in
   std::vector<double> share_;     // of the load step that a point has spent in contact
 };

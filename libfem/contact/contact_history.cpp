@@ -1,4 +1,4 @@
-// What the interface remembers: friction limits held during a solution, states accepted after it.
+// What the interface remembers: friction limits lagged during a solution, states accepted after it.
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +15,10 @@ constexpr double kFarWallCosine = 0.5;
 }  // namespace
 
 ContactHistory Contact::untouched(const ProbePose& pose) const {
-  return accepted(Points::Zero(nodes_.rows(), 3), pose, {});
+  return accepted({Points::Zero(nodes_.rows(), 3), pose, {}});
 }
 
-void Contact::hold_friction_limit(const ContactHistory& history) {
+void Contact::lag_friction_limit(const ContactHistory& history) {
   for (std::size_t point = 0; point < limit_Pa_.size(); ++point) {
     limit_Pa_[point] = probe_.friction * history.pressure_Pa[point];
     share_[point] = 1;
@@ -26,8 +26,8 @@ void Contact::hold_friction_limit(const ContactHistory& history) {
   }
 }
 
-double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
-                                    const ContactHistory& history) {
+double Contact::lag_friction_limit(const ContactTrial& trial) {
+  const auto& [u, pose, history] = trial;
   if (probe_.friction <= 0) return 0;
   double change = 0, sum = 0;
   for (int face = 0; face < faces_.rows(); ++face) {
@@ -52,8 +52,8 @@ double Contact::hold_friction_limit(const Points& u, const ProbePose& pose,
   return sum > 0 ? change / sum : 0;
 }
 
-ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
-                                 const ContactHistory& history) const {
+ContactHistory Contact::accepted(const ContactTrial& trial) const {
+  const auto& [u, pose, history] = trial;
   ContactHistory next;
   const std::size_t points = area_weight_.size();
   next.stick_Pa.assign(points, Vec3::Zero());
@@ -62,7 +62,7 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
   next.normal.resize(points);
   next.pressure_Pa.assign(points, 0.0);
   next.faces_probe.assign(points, 0);
-  next.given_back.assign(points, 0.0);
+  next.multiplier_m.assign(points, 0.0);
   for (int face = 0; face < faces_.rows(); ++face) {
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
@@ -89,11 +89,11 @@ ContactHistory Contact::accepted(const Points& u, const ProbePose& pose,
   return next;
 }
 
-ContactHistory Contact::give_back(const ContactHistory& accepted) const {
+ContactHistory Contact::updated_multipliers(const ContactHistory& accepted) const {
   ContactHistory out = accepted;
   for (std::size_t point = 0; point < out.gap.size(); ++point) {
     if (out.pressure_Pa[point] <= 0) continue;
-    out.given_back[point] += std::max(0.0, -out.gap[point]);
+    out.multiplier_m[point] += std::max(0.0, -out.gap[point]);
     out.stick_Pa[point] *= 2;
   }
   return out;

@@ -58,7 +58,9 @@ void SymmetricBlockMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y
     double y1 = c0[1] * x0 + c1[1] * x1 + c1[2] * x2;
     double y2 = c0[2] * x0 + c1[2] * x1 + c2[2] * x2;
     for (std::int32_t b = block_start_[j] + 1; b < block_start_[j + 1]; ++b) {
-      c0 += 3, c1 += 3, c2 += 3;
+      c0 += 3;
+      c1 += 3;
+      c2 += 3;
       const double* xi = x.data() + 3 * block_row_[b];
       double* yi = y.data() + 3 * block_row_[b];
       y0 += c0[0] * xi[0] + c0[1] * xi[1] + c0[2] * xi[2];
@@ -68,7 +70,9 @@ void SymmetricBlockMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y
       yi[1] += c0[1] * x0 + c1[1] * x1 + c2[1] * x2;
       yi[2] += c0[2] * x0 + c1[2] * x1 + c2[2] * x2;
     }
-    y[3 * j] += y0, y[3 * j + 1] += y1, y[3 * j + 2] += y2;
+    y[3 * j] += y0;
+    y[3 * j + 1] += y1;
+    y[3 * j + 2] += y2;
   }
 }
 

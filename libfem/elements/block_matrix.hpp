@@ -29,12 +29,6 @@ class SymmetricBlockMatrix {
   /// Place of block (row node, column node). Both must be coupled.
   BlockPlace place(std::int32_t row, std::int32_t column) const;
 
-  std::int64_t memory_bytes() const {
-    return static_cast<std::int64_t>(
-        sizeof(double) * values_.size() +
-        sizeof(std::int32_t) * (block_start_.size() + block_row_.size() + row_index_.size()));
-  }
-
   void set_zero();
 
   /// Adds a 3 x 3 block given row major with element (i, j) at block[stride * (3 i + j)].

@@ -88,7 +88,8 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       for (int a = 0; a < shape.nodes; ++a)
         jacobian += mesh_.nodes.row(cells_(cells[lane], a)).transpose() * point.by_xi.row(a);
       const double det = jacobian.determinant();
-      sum += det, least = std::min(least, det);
+      sum += det;
+      least = std::min(least, det);
       const Eigen::MatrixXd gradient = point.by_xi * jacobian.inverse();
       for (int a = 0; a < shape.nodes; ++a)
         for (int j = 0; j < 3; ++j)
@@ -106,14 +107,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       for (int q = 0; q < shape.points; ++q) batch.mode.at(shape.points * m + q, lane) = mode(m, q);
   }
   batches_.push_back(std::move(batch));
-}
-
-std::int64_t ElasticBody::memory_bytes() const {
-  std::size_t packs = displacement_rows_.size() + force_rows_.size();
-  for (const Batch& batch : batches_)
-    packs +=
-        batch.gradient.size() + batch.weight.size() + batch.constants.size() + batch.mode.size();
-  return static_cast<std::int64_t>(packs * sizeof(Pack) + places_.size() * sizeof(BlockPlace));
 }
 
 void ElasticBody::use(InstructionSet set) {
@@ -195,7 +188,7 @@ double ElasticBody::add_force(const Points& u, Points& force) const {
   return energy;
 }
 
-double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
+double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Points& force,
                                   SymmetricBlockMatrix& K, double max_pressure) const {
   const int blocks = blocks_of(static_cast<int>(cells_.cols()));
   double* rows = reinterpret_cast<double*>(force_rows_.data());
@@ -203,7 +196,7 @@ double ElasticBody::add_stiffness(const Points& u, double bend, Points& force,
       visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
                            const Pack* displacement, CellResult& result) {
         cells.max_pressure_Pa = max_pressure * batch.shear_modulus_Pa;
-        batch.kernels.stiffness(cells, law, displacement, bend, result);
+        batch.kernels.stiffness(cells, law, displacement, geometric_scale, result);
         batch.kernels.scatter(result.force, batch.points.data(), rows);
         for (int lane = 0; lane < kLanes; ++lane) {
           if (batch.cell[lane] < 0) continue;

@@ -38,18 +38,19 @@ class ElasticBody {
   /// Energy and, added to force (#N x 3 [N], all nodes), its gradient.
   double add_force(const Points& u, Points& force) const;
 
-  /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. bend: see LawRow.
+  /// Energy, gradient (all nodes) and, added to K (free nodes), the Hessian. geometric_scale: of
+  /// the geometric stiffness, see LawRow.
   /// max_pressure: bound, in small-strain shear moduli, on averaged pressures in K. Away from
   /// equilibrium those of nearly incompressible elements are the bulk modulus times what the last
   /// step got wrong; unbounded, they make K indefinite. K is exact where they stay within.
-  double add_stiffness(const Points& u, double bend, Points& force, SymmetricBlockMatrix& K,
+  double add_stiffness(const Points& u, double geometric_scale, Points& force,
+                       SymmetricBlockMatrix& K,
                        double max_pressure = std::numeric_limits<double>::infinity()) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }
   /// Least det(dX/dxi) over elements and quadrature points, relative to the element's own mean.
   double min_rest_jacobian() const { return min_rest_jacobian_; }
-  std::int64_t memory_bytes() const;
   double rest_volume_m3() const { return rest_volume_m3_; }
 
   /// For tests and measurements: results have the same bits on every instruction set.

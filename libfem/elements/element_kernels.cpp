@@ -28,8 +28,8 @@ namespace {
   }                                                                                              \
   template <int kNodes, int kPoints, int kModes>                                                 \
   target void stiffness_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,      \
-                              double bend, CellResult& out) {                                    \
-    run<kNodes, kPoints, kModes, Want::stiffness>(batch, law, u, bend, out);                     \
+                              double geometric_scale, CellResult& out) {                         \
+    run<kNodes, kPoints, kModes, Want::stiffness>(batch, law, u, geometric_scale, out);          \
   }                                                                                              \
   template <int kNodes, int kPoints, int kModes>                                                 \
   constexpr CellKernels kernels_##set{                                                           \

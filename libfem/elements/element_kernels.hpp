@@ -38,18 +38,17 @@ struct CellResult {
 /// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
 /// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the
 /// cell (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
-/// exact derivatives. displacement: [node][i] [m]. bend scales what carries the second derivative
-/// of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta < e and the
-/// rest of the law is.
-/// gather and scatter go between the kernels' [node][i] and rows of kPointStride doubles, the last
-/// one zero; points: row of each lane, [node][lane]. Scatter adds.
+/// exact derivatives. displacement: [node][i] [m]. geometric_scale scales what carries the second
+/// derivative of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta <
+/// e and the rest of the law is. gather and scatter go between the kernels' [node][i] and rows of
+/// kPointStride doubles, the last one zero; points: row of each lane, [node][lane]. Scatter adds.
 struct CellKernels {
   void (*gather)(const double* rows, const std::int32_t* points, Pack* displacement);
   void (*scatter)(const Pack* force, const std::int32_t* points, double* rows);
   void (*energy)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
   void (*force)(const CellBatch&, const LawKernels&, const Pack* displacement, CellResult&);
-  void (*stiffness)(const CellBatch&, const LawKernels&, const Pack* displacement, double bend,
-                    CellResult&);
+  void (*stiffness)(const CellBatch&, const LawKernels&, const Pack* displacement,
+                    double geometric_scale, CellResult&);
 };
 
 /// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on

@@ -31,8 +31,8 @@ inline InstructionSet best_instruction_set() {
 struct LawKernels {
   void (*energy)(const Pack* constants, const Pack* H, Pack& J, Pack& W);
   void (*stress)(const Pack* constants, const Pack* H, Pack& J, Pack& W, Pack* P);
-  void (*tangent)(const Pack* constants, const Pack* H, double bend, Pack& J, Pack& W, Pack* P,
-                  Pack* A);
+  void (*tangent)(const Pack* constants, const Pack* H, double geometric_scale, Pack& J, Pack& W,
+                  Pack* P, Pack* A);
   void (*volumetric)(const Pack* constants, const Pack& dilation, Pack& U, Pack& U1, Pack& U2);
   double min_dilation;
 };
@@ -57,9 +57,9 @@ namespace kernel {
     Law::evaluate(c, H, 1.0, J, W, P, static_cast<Pack*>(nullptr));                                \
   }                                                                                                \
   template <class Law>                                                                             \
-  target void tangent_##set(const Pack* c, const Pack* H, double bend, Pack& J, Pack& W, Pack* P,  \
-                            Pack* A) {                                                             \
-    Law::evaluate(c, H, bend, J, W, P, A);                                                         \
+  target void tangent_##set(const Pack* c, const Pack* H, double geometric_scale, Pack& J,         \
+                            Pack& W, Pack* P, Pack* A) {                                           \
+    Law::evaluate(c, H, geometric_scale, J, W, P, A);                                              \
   }                                                                                                \
   template <class Law>                                                                             \
   target void volumetric_##set(const Pack* c, const Pack& dilation, Pack& U, Pack& U1, Pack& U2) { \

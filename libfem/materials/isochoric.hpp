@@ -21,10 +21,11 @@ struct ShapeTerms {
 /// A law derives from this and gives `template <class S> static void shape(const S* constants,
 /// const S& x1, const S& x2, ShapeTerms<S>& out)`; constants[0] is the bulk modulus, and with
 /// kUses == first_and_fibre the last three are the unit fibre direction at rest.
-/// bend: W is read as a function of F and J; bend scales dW/dJ times the second derivative of J.
-/// 1 is the exact tangent. At 0 laws of x1 (and the fibre) with rising, convex w have a positive
-/// semidefinite one: I1 J^(-2/3) and (J - 1)^2 are convex in F and J. The second invariant is not.
-/// Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008), 6.5.
+/// geometric_scale: W is read as a function of F and J; geometric_scale scales dW/dJ times the
+/// second derivative of J. 1 is the exact tangent. At 0 laws of x1 (and the fibre) with rising,
+/// convex w have a positive semidefinite one: I1 J^(-2/3) and (J - 1)^2 are convex in F and J. The
+/// second invariant is not. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite
+/// Element Analysis (2008), 6.5.
 template <class Law, class Volume, Uses kUses = Uses::first>
 struct IsochoricLaw {
   static constexpr bool kSplitsVolume = true;
@@ -38,8 +39,8 @@ struct IsochoricLaw {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
-                                      S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
+                                      S& W, S* P, S* A) {
     SoundState<S> state(H);
     J = state.J;
     const ShapeState<S> shape(state.H, state.J_sound);
@@ -76,7 +77,7 @@ struct IsochoricLaw {
     }
     if (!A) return;
 
-    tangent(constants, bend, state, shape, at, terms, pressure_part,
+    tangent(constants, geometric_scale, state, shape, at, terms, pressure_part,
             S(state.J_sound * state.J_sound * U2), m1, m2, A);
   }
 
@@ -119,10 +120,11 @@ struct IsochoricLaw {
   }
 
   template <class S>
-  static PALPATE_INLINE void tangent(const S* constants, double bend, const SoundState<S>& state,
-                                     const ShapeState<S>& shape, const Invariants<S>& at,
-                                     const ShapeTerms<S>& terms, const S& pressure_part,
-                                     const S& stiff_part, const S* m1, const S* m2, S* A) {
+  static PALPATE_INLINE void tangent(const S* constants, double geometric_scale,
+                                     const SoundState<S>& state, const ShapeState<S>& shape,
+                                     const Invariants<S>& at, const ShapeTerms<S>& terms,
+                                     const S& pressure_part, const S& stiff_part, const S* m1,
+                                     const S* m2, S* A) {
     const S* g = state.g;
     const S* F = state.F;
     const S zero = state.J * 0.0;
@@ -153,7 +155,7 @@ struct IsochoricLaw {
           B[3 * i + k] = B[3 * k + i] =
               F[3 * i] * F[3 * k] + F[3 * i + 1] * F[3 * k + 1] + F[3 * i + 2] * F[3 * k + 2];
     }
-    bent *= bend;
+    bent *= geometric_scale;
     cgg += bent;
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "libfem/materials/law_types.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 
@@ -22,11 +23,7 @@ inline constexpr ParameterRow kBulkRow{
 
 inline constexpr std::array<ParameterRow, 2> kYoungPoisson{kYoungRow, kPoissonRow};
 
-inline std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
+inline std::string short_number(double value) { return number(value, 6); }
 
 inline Refusal must_be_positive(std::string_view key, double value, std::string_view unit) {
   if (value > 0) return {};

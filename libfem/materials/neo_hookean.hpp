@@ -35,12 +35,12 @@ struct CompressibleNeoHookean {
 
   /// From H = F - 1: J = det F; W [Pa], +inf where J <= 0; P = dW/dF [Pa], null when not wanted (0
   /// where J <= 0); A = dP/dF, 9 x 9 row major, upper triangle only, null when not wanted (the
-  /// tangent at rest where J <= 0). `bend` scales the part of A that carries the second derivative
-  /// of J: 1 is the exact tangent; 0 is positive definite where U'' J^2 > -mu (with (ln J)^2, for
-  /// ln J < 1 + mu/lambda).
+  /// tangent at rest where J <= 0). `geometric_scale` scales the part of A that carries the second
+  /// derivative of J: 1 is the exact tangent; 0 is positive definite where U'' J^2 > -mu (with (ln
+  /// J)^2, for ln J < 1 + mu/lambda).
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
-                                      S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
+                                      S& W, S* P, S* A) {
     const S mu = constants[0];
     SoundState<S> state(H);
     J = state.J;
@@ -66,7 +66,7 @@ struct CompressibleNeoHookean {
             state.J_sound * U1 * g[3 * i + j];
     if (!A) return;
 
-    const S bent = (state.J_sound * U1 - mu) * bend;
+    const S bent = (state.J_sound * U1 - mu) * geometric_scale;
     const S stiff_part = mu + state.J_sound * state.J_sound * U2;
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;

@@ -18,9 +18,10 @@ namespace palpate::fem {
 /// stretches are evaluated as quotients of exp(x) - 1, which stay exact when stretches agree. Exact
 /// while no more than one stretch is tiny: where the middle one is below 1/1000 of the greatest,
 /// digits are lost (relative error about 1e-16 times the square of their ratio), but all stays
-/// finite. bend: scales what makes principal blocks of the tangent indefinite, compressive
-/// curvature and tension softening; 1 is exact, 0 positive semidefinite everywhere. Source: Ogden
-/// 1972, doi:10.1098/rspa.1972.0026; Simo and Taylor 1991, doi:10.1016/0045-7825(91)90100-K.
+/// finite. geometric_scale: scales what makes principal blocks of the tangent indefinite,
+/// compressive curvature and tension softening; 1 is exact, 0 positive semidefinite everywhere.
+/// Source: Ogden 1972, doi:10.1098/rspa.1972.0026; Simo and Taylor 1991,
+/// doi:10.1016/0045-7825(91)90100-K.
 struct Ogden {
   static constexpr std::string_view kName = "ogden";
   static constexpr std::string_view kSummary =
@@ -86,8 +87,8 @@ struct Ogden {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
-                                      S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
+                                      S& W, S* P, S* A) {
     const SoundState<S> state(H);
     J = state.J;
     Stretches<S> at;
@@ -119,12 +120,12 @@ struct Ogden {
 
     const S zero = J * 0.0;
     const S stiff_part = state.J_sound * state.J_sound * U2 +
-                         (pressure_part < 0.0 ? pressure_part * bend : pressure_part);
+                         (pressure_part < 0.0 ? pressure_part * geometric_scale : pressure_part);
     for (int i = 0; i < 81; ++i) A[i] = zero;
-    add_normal_block(response, stiff_part, bend, inverse, n, at.N, A);
-    add_shear_block<0, 1>(response, bend, at, inverse, n, A);
-    add_shear_block<0, 2>(response, bend, at, inverse, n, A);
-    add_shear_block<1, 2>(response, bend, at, inverse, n, A);
+    add_normal_block(response, stiff_part, geometric_scale, inverse, n, at.N, A);
+    add_shear_block<0, 1>(response, geometric_scale, at, inverse, n, A);
+    add_shear_block<0, 2>(response, geometric_scale, at, inverse, n, A);
+    add_shear_block<1, 2>(response, geometric_scale, at, inverse, n, A);
   }
 
  private:
@@ -220,14 +221,15 @@ struct Ogden {
   /// / (l_a l_b) (n_a N_a) (n_b N_b).
   template <class S>
   static PALPATE_INLINE void add_normal_block(const Principal<S>& response, const S& stiff_part,
-                                              double bend, const S* inverse, const S* n, const S* N,
-                                              S* A) {
+                                              double geometric_scale, const S* inverse, const S* n,
+                                              const S* N, S* A) {
     for (int a = 0; a < 3; ++a) {
       S row[9];
       for (int i = 0; i < 9; ++i) row[i] = stiff_part * 0.0;
       for (int b = 0; b < 3; ++b) {
         S entry = response.stiffness[3 * a + b] + stiff_part;
-        if (a == b) entry -= response.beta[a] > 0.0 ? response.beta[a] * bend : response.beta[a];
+        if (a == b)
+          entry -= response.beta[a] > 0.0 ? response.beta[a] * geometric_scale : response.beta[a];
         entry *= inverse[a] * inverse[b];
         for (int i = 0; i < 9; ++i) row[i] += entry * (n[i / 3 * 3 + b] * N[i % 3 * 3 + b]);
       }
@@ -240,7 +242,7 @@ struct Ogden {
 
   /// Shearing and turning in the plane of two principal directions.
   template <int a, int b, class S>
-  static PALPATE_INLINE void add_shear_block(const Principal<S>& response, double bend,
+  static PALPATE_INLINE void add_shear_block(const Principal<S>& response, double geometric_scale,
                                              const Stretches<S>& at, const S* inverse, const S* n,
                                              S* A) {
     const S quotient = response.quotient[a + b - 1];
@@ -249,7 +251,7 @@ struct Ogden {
               (inverse[a] * inverse[b]);
     S bounded = cross < quotient ? cross : quotient;
     bounded = bounded > -quotient ? bounded : -quotient;
-    cross = bounded + bend * (cross - bounded);
+    cross = bounded + geometric_scale * (cross - bounded);
     S ab[9], ba[9];
     for (int i = 0; i < 9; ++i) {
       ab[i] = n[i / 3 * 3 + a] * at.N[i % 3 * 3 + b];

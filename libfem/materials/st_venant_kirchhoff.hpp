@@ -10,9 +10,9 @@ namespace palpate::fem {
 /// St Venant-Kirchhoff law W = lambda/2 (tr E)^2 + mu E:E of Green's strain E: Hooke's law under
 /// large rotations. For strains to about 10 %: compressed along one axis below 1/sqrt(3) of its
 /// length it softens, and its energy stays finite as the volume goes; +inf where J <= 0 all the
-/// same. constants: mu, lambda [Pa]. bend: scales the part of the tangent that carries the stress;
-/// 1 is exact, 0 positive semidefinite everywhere. Source: Bonet and Wood, Nonlinear Continuum
-/// Mechanics for Finite Element Analysis (2008), 6.3.
+/// same. constants: mu, lambda [Pa]. geometric_scale: scales the part of the tangent that carries
+/// the stress; 1 is exact, 0 positive semidefinite everywhere. Source: Bonet and Wood, Nonlinear
+/// Continuum Mechanics for Finite Element Analysis (2008), 6.3.
 struct StVenantKirchhoff {
   static constexpr std::string_view kName = "st-venant-kirchhoff";
   static constexpr std::string_view kSummary =
@@ -39,8 +39,8 @@ struct StVenantKirchhoff {
 
   /// As NeoHookean::evaluate.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
-                                      S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
+                                      S& W, S* P, S* A) {
     const S mu = constants[0], lambda = constants[1];
     const SoundState<S> state(H);
     const S* F = state.F;
@@ -70,7 +70,7 @@ struct StVenantKirchhoff {
         const int k = b / 3, L = b % 3;
         S entry = lambda * (F[a] * F[b]) + mu * (F[3 * i + L] * F[3 * k + K]);
         if (K == L) entry += mu * B[3 * i + k];
-        if (i == k) entry += stress[3 * K + L] * bend;
+        if (i == k) entry += stress[3 * K + L] * geometric_scale;
         A[9 * a + b] = entry;
       }
     }

@@ -10,10 +10,10 @@ namespace palpate::fem {
 ///   W = m/2 (I1 - 3) - m/2 ln((I1 + 1)/4) + l/2 (J - 1)^2 - 3 m/4 (J - 1),
 /// with m = 4/3 mu and l = lambda + 5/6 mu, so that small strains follow Hooke's law with mu and
 /// lambda. Where J <= 0 energy, stress and tangent are the formula's: turned inside out or
-/// flattened, a body is driven back to rest. constants: m, l [Pa]. bend: scales the part of the
-/// tangent that carries the second derivative of J; 1 is exact, 0 positive semidefinite everywhere.
-/// Source: Smith, de Goes and Kim 2018, doi:10.1145/3180491, equations (14) to (16) less their
-/// constant, so that W = 0 at rest.
+/// flattened, a body is driven back to rest. constants: m, l [Pa]. geometric_scale: scales the part
+/// of the tangent that carries the second derivative of J; 1 is exact, 0 positive semidefinite
+/// everywhere. Source: Smith, de Goes and Kim 2018, doi:10.1145/3180491, equations (14) to (16)
+/// less their constant, so that W = 0 at rest.
 struct StableNeoHookean {
   static constexpr std::string_view kName = "stable-neo-hookean";
   static constexpr std::string_view kSummary =
@@ -42,8 +42,8 @@ struct StableNeoHookean {
 
   /// As NeoHookean::evaluate, but finite at every J.
   template <class S>
-  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double bend, S& J, S& W, S* P,
-                                      S* A) {
+  static PALPATE_INLINE void evaluate(const S* constants, const S* H, double geometric_scale, S& J,
+                                      S& W, S* P, S* A) {
     const S m = constants[0], l = constants[1];
     const GradientInvariants<S> in(H);
     const S dilation = in.trace + in.minors + in.determinant;
@@ -75,7 +75,8 @@ struct StableNeoHookean {
       P[i] = m * 0.75 * (H[i] - cofactor_change[i]) + softened * F[i] + l * dilation * cofactor[i];
     if (!A) return;
 
-    const S bent = (l * dilation - m * 0.75) * bend, along = 2.0 * m * (inverse * inverse);
+    const S bent = (l * dilation - m * 0.75) * geometric_scale,
+            along = 2.0 * m * (inverse * inverse);
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;
       for (int b = a; b < 9; ++b) {

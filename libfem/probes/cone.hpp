@@ -59,7 +59,10 @@ struct ConeShape {
 
   static double contact_radius_m(const ProbeGeometry& probe, double depth_m) {
     double low = 0, high = tip_radius_m(probe);
-    while (depth_of(probe, high) < depth_m) low = high, high *= 2;
+    while (depth_of(probe, high) < depth_m) {
+      low = high;
+      high *= 2;
+    }
     for (int halving = 0; halving < 60; ++halving) {
       const double middle = (low + high) / 2;
       (depth_of(probe, middle) < depth_m ? low : high) = middle;

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -38,10 +39,6 @@ void for_each_edge(const std::vector<Side>& sides, const Use& use) {
   }
 }
 
-std::string counted(std::int64_t number, const std::string& one, const std::string& several) {
-  return std::to_string(number) + " " + (number == 1 ? one : several);
-}
-
 void check_edges(const Triangles& triangles, const std::string& where) {
   std::int64_t open = 0, crowded = 0, unlike = 0;
   std::int32_t first = -1;
@@ -49,7 +46,9 @@ void check_edges(const Triangles& triangles, const std::string& where) {
     const auto sides = end - begin;
     const bool is_open = sides == 1, is_crowded = sides > 2;
     const bool is_unlike = sides == 2 && begin->is_forward == (begin + 1)->is_forward;
-    open += is_open, crowded += is_crowded, unlike += is_unlike;
+    open += is_open;
+    crowded += is_crowded;
+    unlike += is_unlike;
     if ((is_open || is_crowded || is_unlike) && first < 0) first = begin->side / 3 + 1;
   });
   const std::string at = ", the first at triangle " + std::to_string(first);

@@ -7,7 +7,6 @@
 
 #include "libfem/probes/mesh_checks.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/nearest_weights.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -51,14 +50,7 @@ MeshField::MeshField(Surface surface, double smoothing_m, const std::string& whe
         "smoothing of " + std::to_string(1e3 * spacing_) + " mm does not fit a mesh of " +
             std::to_string(1e3 * extent_) + " mm",
         "Give smoothing from 1/160 to 1/8 of the mesh's largest extent, or leave it out for 1/64.");
-  const Eigen::Index faces = surface_.triangles.rows();
-  Points lower(faces, 3), upper(faces, 3);
-  for (std::int32_t f = 0; f < faces; ++f) {
-    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
-    lower.row(f) = a.cwiseMin(b).cwiseMin(c);
-    upper.row(f) = a.cwiseMax(b).cwiseMax(c);
-  }
-  tree_ = BoxTree(lower, upper);
+  boxes_ = triangle_boxes(surface_);
   average_normals();
   sample();
 }
@@ -79,29 +71,24 @@ void MeshField::average_normals() {
 }
 
 SignedDistance MeshField::nearest(const Vec3& x, double within_m) const {
-  double squared = within_m * within_m;
-  std::int32_t triangle = -1;
-  Vec3 weights = Vec3::Zero(), place = Vec3::Zero();
-  tree_.visit_nearest(x, squared, [&](std::int32_t f, double& best) {
-    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
-    const Vec3 w = nearest_weights(x, a, b, c);
-    const Vec3 y = w[0] * a + w[1] * b + w[2] * c;
-    const double here = (y - x).squaredNorm();
-    if (!(here < best || (here == best && f < triangle))) return;
-    best = here, triangle = f, weights = w, place = y;
-  });
+  const SurfacePoint hit = closest_point(surface_, boxes_, x, within_m).value_or(SurfacePoint{});
+  SignedDistance out;
+  out.distance_m = hit.distance_m;
+  if (hit.triangle < 0) return out;  // not a number
+  const std::int32_t triangle = hit.triangle;
+  const Vec3& weights = hit.weight;
   int zeros = 0, zero = 0, whole = 0;
   for (int k = 0; k < 3; ++k)
-    if (weights[k] == 0)
-      ++zeros, zero = k;
-    else
+    if (weights[k] == 0) {
+      ++zeros;
+      zero = k;
+    } else
       whole = k;
   const Vec3 normal = zeros == 0   ? Vec3(face_normal_.row(triangle))
                       : zeros == 1 ? Vec3(edge_normal_.row(3 * triangle + (zero + 1) % 3))
                                    : Vec3(vertex_normal_.row(surface_.triangles(triangle, whole)));
-  const Vec3 away = x - place;
-  const double size = std::sqrt(squared);
-  SignedDistance out;
+  const Vec3 away = x - hit.position;
+  const double size = hit.distance_m;
   out.distance_m = away.dot(normal) < 0 ? -size : size;
   out.gradient = size > 1e-12 * extent_ ? Vec3(away / out.distance_m) : Vec3(normal.normalized());
   if (zeros == 0 || !(size > 1e-12 * extent_)) return out;
@@ -163,10 +150,17 @@ SignedDistance MeshField::smooth(const Vec3& x) const {
     for (int j = 0; j < 4; ++j) {
       const double* row = &coefficient_[place(first[0], first[1] + j, first[2] + k)];
       double g = 0, gx = 0, gxx = 0;
-      for (int i = 0; i < 4; ++i)
-        g += wx.value[i] * row[i], gx += wx.first[i] * row[i], gxx += wx.second[i] * row[i];
-      f += wy.value[j] * g, fx += wy.value[j] * gx, fxx += wy.value[j] * gxx;
-      fy += wy.first[j] * g, fxy += wy.first[j] * gx, fyy += wy.second[j] * g;
+      for (int i = 0; i < 4; ++i) {
+        g += wx.value[i] * row[i];
+        gx += wx.first[i] * row[i];
+        gxx += wx.second[i] * row[i];
+      }
+      f += wy.value[j] * g;
+      fx += wy.value[j] * gx;
+      fxx += wy.value[j] * gxx;
+      fy += wy.first[j] * g;
+      fxy += wy.first[j] * gx;
+      fyy += wy.second[j] * g;
     }
     out.distance_m += wz.value[k] * f;
     out.gradient += Vec3(wz.value[k] * fx, wz.value[k] * fy, wz.first[k] * f);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "libfem/probes/probes.hpp"
-#include "libfit/core/box_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate::fem {
 
@@ -55,7 +55,7 @@ class MeshField {
 
   Surface surface_;
   double extent_ = 0, spacing_ = 0;
-  BoxTree tree_;
+  BoxTree boxes_;
   Points face_normal_, vertex_normal_;  // unit; vertices: weighted by angle
   Points edge_normal_;                  // 3 #F: row 3 f + k, across the edge (k, k+1), not unit
   Vec3 origin_ = Vec3::Zero();          // of the grid

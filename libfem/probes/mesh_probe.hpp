@@ -96,11 +96,15 @@ struct MeshShape {
       const Vec3 a = surface.vertices.row(t(f, 0)), b = surface.vertices.row(t(f, 1)),
                  c = surface.vertices.row(t(f, 2));
       const double area = (b - a).cross(c - a).norm();
-      sum += area * (a + b + c) / 3, weight += area;
+      sum += area * (a + b + c) / 3;
+      weight += area;
     }
     if (weight > 0) return sum / weight;
     for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
-      if (is_there(v)) sum += surface.vertices.row(v).transpose(), ++weight;
+      if (is_there(v)) {
+        sum += surface.vertices.row(v).transpose();
+        ++weight;
+      }
     return sum / weight;
   }
 };

@@ -127,13 +127,6 @@ void read_directions(const ShapeRow& row, const ProbeSpec& spec, const std::stri
 
 }  // namespace
 
-ProbeSpec sphere_spec(double radius_m, double friction) {
-  ProbeSpec spec;
-  spec.values["radius"] = {radius_m};
-  spec.friction = friction;
-  return spec;
-}
-
 std::span<const ShapeRow> probe_shapes() { return kShapes; }
 
 const ShapeRow& find_shape(std::string_view name, const std::string& where) {

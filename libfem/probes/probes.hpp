@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/probe.hpp"
 #include "libfit/core/surface.hpp"
 #include "libfit/core/units.hpp"
 
@@ -27,25 +28,6 @@ struct SignedDistance {
   Vec3 gradient = Vec3::Zero();
   Mat3 hessian = Mat3::Zero();
 };
-
-/// The tool of an experiment as a scene names it. values: by key of the shape's parameters, SI;
-/// keys left out take their defaults. mesh: closed, outward [m], for the shape `mesh` alone. For
-/// shapes that are not round about their axis: orientation, in the shape's own axes, is the
-/// direction that points into the body (default: own z, the mesh's own -z); heading, in the body's
-/// axes, is where the shape's own z leans, or its own x when z points along the press (default: the
-/// first drag direction: the coordinate axis least along the normal). Only its part along the
-/// surface counts.
-struct ProbeSpec {
-  std::string shape = "sphere";
-  std::map<std::string, std::vector<double>, std::less<>> values;
-  Surface mesh;
-  std::optional<Vec3> orientation, heading;
-  double friction = 0;  ///< Coulomb coefficient of the interface, 0 for none
-};
-
-/// A ball: the tool most scenes have, of 5 mm where they do not say.
-inline constexpr double kDefaultBallRadius_m = 5e-3;
-ProbeSpec sphere_spec(double radius_m, double friction = 0);
 
 /// A key of [probe] that a shape reads: `count` numbers of one dimension. Left out, a key that is
 /// not required is filled in by the shape.

@@ -74,7 +74,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Parts
   }
   for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
   header.max_step_m = options.max_step_m > 0 ? options.max_step_m : 2 * parts.surface.diagonal_m;
-  header.probe_radius_m = model.probe_radius_m;
+  header.probe_radius_m = ball_radius_m(model.probe);
   header.meta_bytes = options.meta_json.size();
   if (!runtime::has_possible_counts(header))
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",

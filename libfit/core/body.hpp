@@ -1,8 +1,11 @@
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "libfit/core/probe.hpp"
 #include "libfit/core/surface.hpp"
 #include "libfit/core/tet_mesh.hpp"
 
@@ -18,7 +21,17 @@ struct TestPoints {
   Triangles triangles;
 };
 
-/// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume.
+/// One setting in SI: numbers with their unit ("1" for plain ones), or a text.
+struct Setting {
+  std::string unit;  ///< empty for a text
+  std::vector<double> numbers;
+  std::string text;
+};
+/// Settings by path, "experiments/depth".
+using Settings = std::map<std::string, Setting>;
+
+/// What `prepare` makes (body.h5): the rest surface, the test points on it and the filled volume,
+/// and how experiments are made on it.
 struct Body {
   Surface surface;                 ///< fine, mended, outward; closed unless made --surface-only
   std::vector<char> is_reachable;  ///< per surface vertex: a tool can touch it
@@ -26,7 +39,8 @@ struct Body {
   TetMesh volume;                   ///< base mesh, coarse; empty when made --surface-only
   std::vector<char> is_held;        ///< per volume node: held fixed
   std::vector<std::string> mended;  ///< what was changed in the input, a sentence each
-  std::string scene;                ///< the scene file it was made from, verbatim
+  std::optional<ProbeSpec> probe;   ///< that experiments are made with
+  Settings settings;  ///< body, material, inclusions, experiments and fit, defaults filled in
 };
 
 }  // namespace palpate

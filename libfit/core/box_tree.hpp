@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// Bounding boxes of primitives in a binary tree, for nearest-primitive queries.
+/// Bounding boxes of primitives in a binary tree, for nearest-primitive and ray queries.
 /// Written here instead of taken from CGAL's AABB_tree because the search must skip primitives (a
 /// thin sheet's other side) and go to the nearer child first without a hint; CGAL's traversal takes
 /// children in storage order and needs a hint that fits the filter.
@@ -53,6 +53,26 @@ class BoxTree {
     }
   }
 
+  /// Calls visit(primitive, nearest) for primitives whose box the ray origin + t direction enters
+  /// at a t in [0, nearest]; visit lowers nearest when it meets something.
+  template <class Visit>
+  void visit_along(const Vec3& origin, const Vec3& direction, double& nearest,
+                   Visit&& visit) const {
+    if (nodes_.empty()) return;
+    std::array<std::int32_t, 64> stack;
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+      const std::int32_t index = stack[--size];
+      const Node& node = nodes_[index];
+      if (!(entry(node, origin, direction) <= nearest)) continue;
+      for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k], nearest);
+      if (node.count > 0) continue;
+      stack[size++] = node.first;
+      stack[size++] = index + 1;
+    }
+  }
+
  private:
   struct Node {
     Vec3 lower, upper;
@@ -63,6 +83,23 @@ class BoxTree {
 
   static double squared_distance(const Node& node, const Vec3& point) {
     return (node.lower - point).cwiseMax(point - node.upper).cwiseMax(0.0).squaredNorm();
+  }
+
+  /// Where the ray enters a box, 0 inside; infinite when it does not.
+  static double entry(const Node& node, const Vec3& origin, const Vec3& direction) {
+    double begin = 0, end = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      if (direction[i] == 0) {
+        if (origin[i] < node.lower[i] || origin[i] > node.upper[i]) end = -1;
+        continue;
+      }
+      const double one = (node.lower[i] - origin[i]) / direction[i];
+      const double other = (node.upper[i] - origin[i]) / direction[i];
+      begin = std::max(begin, std::min(one, other));
+      end = std::min(end, std::max(one, other));
+    }
+    constexpr double kRounding = 1 + 1e-12;  // a box may be as flat as its triangle
+    return begin <= end * kRounding ? begin : std::numeric_limits<double>::infinity();
   }
 
   void build(const Points& lower, const Points& upper, std::int32_t begin, std::int32_t end) {

@@ -2,14 +2,15 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
-#include "libfit/core/fit_scores.hpp"
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/probe.hpp"
 #include "libfit/core/surface.hpp"
 #include "libfit/runtime/families/families.hpp"
 
@@ -25,13 +26,6 @@ inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal",
 /// Numbers of one part of a curve set, a row per point. Every value is one that a float32 holds
 /// exactly, so what was fitted and scored is what an asset stores.
 using Controls = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// The nearest number that a float32 holds. Through memory: g++ 12 at -O3 drops some of several
-/// `.cast<float>().cast<double>()` in a row.
-inline double as_float32(double x) {
-  const volatile float rounded = static_cast<float>(x);
-  return static_cast<double>(rounded);
-}
 
 /// How forces and the stored energy of a contact point are made of its parts: a row of
 /// libfit/runtime/families/families.hpp.
@@ -94,12 +88,6 @@ struct FittedRecordings {
   Eigen::VectorXd drift_N, drift_deviation_N;
 };
 
-/// Curves of points by their own rows alone, where smoothing changed them: as `curves.control` and
-/// `covariance` of FittedCurves, no rows for a kind that was not smoothed.
-struct OwnCurves {
-  std::array<Controls, kCurveKinds> control, covariance;
-};
-
 /// Curves at the test points: curves.h5 in memory. P points.
 struct FittedCurves {
   Points position;                ///< P x 3 [m]
@@ -116,14 +104,11 @@ struct FittedCurves {
   /// curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
   /// Strength of smoothing over neighbouring points by kind (method.md, section 16), 0 for none,
-  /// why, and the curves before it, from which a warm start goes on.
+  /// and why.
   std::array<double, kCurveKinds> smoothing{};
   std::array<std::string, kCurveKinds> smoothing_reason;
-  OwnCurves own;
   FittedRecordings recordings;
-  /// P, fingerprint of what each point was fitted from, for a warm start; empty when unknown.
-  std::vector<std::string> rows_hash;
-  FitScores scores;
+  std::optional<ProbeSpec> probe;  ///< of the samples
 };
 
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.
@@ -135,7 +120,7 @@ struct Model {
   /// V x 3 test points that the vertex blends and their weights (sum 1; 0 where not covered).
   Triangles blend_point;
   Points blend_weight;
-  double probe_radius_m = 0;  ///< of the experiments' probe; 0 for a point or unknown
+  std::optional<ProbeSpec> probe;  ///< of the experiments; none where unknown
 };
 
 }  // namespace palpate

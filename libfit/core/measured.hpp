@@ -13,7 +13,7 @@ namespace palpate {
 struct MeasuredRecordings {
   std::vector<std::int32_t> experiment;  ///< R, of rows/experiment
   std::vector<std::string> file;  ///< R, as the manifest names it, with `#name` within a file
-  std::vector<std::string> hash;  ///< R, content_hash of the file's bytes
+  std::vector<std::string> hash;  ///< R, ContentHash of the file's bytes
   Eigen::VectorXd
       contact_m;  ///< R, travel at which the tip touched first, in the recording's own zero
   Eigen::VectorXd contact_deviation_m;  ///< R, its standard deviation: a fit with free contact

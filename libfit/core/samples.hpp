@@ -2,16 +2,31 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/measured.hpp"
+#include "libfit/core/probe.hpp"
 
 namespace palpate {
 
 enum class ExperimentKind : std::int8_t { press = 0, drag = 1, path = 2 };
+
+/// What is done at every test point (docs/method.md, section 5): a press to depth_m in equal steps,
+/// and at each drag depth a drag of drag_distance_m along each direction, at constant depth, with
+/// rows that lie closer at the beginning, where the interface sticks and slips in part.
+struct Experiments {
+  double depth_m = 0.010;
+  int press_steps = 10;
+  std::vector<double> drag_depths_m;
+  double drag_distance_m = 0.008;
+  int drag_directions = 2;
+  int drag_steps = 8;
+};
 
 /// Whether a row can be believed. Recorded, never dropped: only `good` rows are fitted.
 enum class RowStatus : std::int8_t {
@@ -25,7 +40,7 @@ enum class RowStatus : std::int8_t {
 
 /// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
 /// others say why a row is `rejected` or `inverted`.
-enum class RowDoubt : std::int8_t {
+enum class StepCheck : std::int8_t {
   none = 0,
   inverted = 1,       ///< det F <= 0 somewhere
   overlaps = 2,       ///< the body reaches too far into the probe
@@ -35,18 +50,18 @@ enum class RowDoubt : std::int8_t {
   falls = 6,          ///< on a stable branch past a limit point: deeper presses have less force
 };
 
-struct RowDoubtName {
-  RowDoubt doubt;
+struct StepCheckName {
+  StepCheck doubt;
   std::string_view name;
 };
-inline constexpr std::array<RowDoubtName, 7> kRowDoubtNames{{
-    {RowDoubt::none, "none"},
-    {RowDoubt::inverted, "inverted"},
-    {RowDoubt::overlaps, "overlaps"},
-    {RowDoubt::no_area, "no_area"},
-    {RowDoubt::pulls, "pulls"},
-    {RowDoubt::does_not_rise, "does_not_rise"},
-    {RowDoubt::falls, "falls"},
+inline constexpr std::array<StepCheckName, 7> kStepCheckNames{{
+    {StepCheck::none, "none"},
+    {StepCheck::inverted, "inverted"},
+    {StepCheck::overlaps, "overlaps"},
+    {StepCheck::no_area, "no_area"},
+    {StepCheck::pulls, "pulls"},
+    {StepCheck::does_not_rise, "does_not_rise"},
+    {StepCheck::falls, "falls"},
 }};
 
 struct RowStatusName {
@@ -83,8 +98,10 @@ struct Samples {
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
-  std::vector<RowDoubt> doubt;           ///< N, or none at all where nothing checked
+  std::vector<StepCheck> doubt;          ///< N, or none at all where nothing checked
 
+  std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
+  double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
 
   Eigen::Index rows() const { return deflection.rows(); }

@@ -16,7 +16,6 @@ enum class Dimension {
   torque,    ///< N m
 };
 
-inline constexpr double from_millimetres(double x) { return x * 1e-3; }
 inline constexpr double to_millimetres(double x_m) { return x_m * 1e3; }
 
 /// SI value of one unit ("mm" of a length is 1e-3); nothing when the name is not a unit of it.

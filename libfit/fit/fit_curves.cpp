@@ -4,23 +4,17 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <limits>
 #include <mutex>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
-#include "libfit/fit/basis/choose_degree.hpp"
-#include "libfit/fit/fit_options.hpp"
-#include "libfit/fit/fit_report.hpp"
+#include "libfit/fit/collect.hpp"
 #include "libfit/fit/neighbours/smooth_curves.hpp"
 #include "libfit/fit/point/choose_family.hpp"
 #include "libfit/fit/point/fit_point.hpp"
 #include "libfit/fit/point/nuisance.hpp"
-#include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/fit/warm_start.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate {
 namespace {
@@ -30,7 +24,7 @@ using fit::PointResult;
 
 // By how much rings of a body's points differ from their median (docs/method.md, section 5).
 constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
-constexpr int kSensorRounds = 2;  // a second round moves contact points by less than their errors
+constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
 void parallel_for(int wanted, std::size_t count, const Act& act) {
@@ -55,12 +49,12 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
   return bases;
 }
 
-// Bases chosen again from rows as they are without what sensors add, found on the bases so far; and
-// those rows. Nothing changes where all is known of sensors.
-void settle_sensors(const fit::BodyData& body, const FitOptions& options,
-                    std::vector<fit::PointRows>& rows, BodyBases& bases) {
-  if (!fit::has_unknown_sensors(body)) return;
-  for (int round = 0; round < kSensorRounds; ++round) {
+// Bases chosen again from rows as they are without what recordings add, found on the bases so far;
+// and those rows. Nothing changes where all is known of the recordings.
+void settle_nuisances(const fit::BodyData& body, const FitOptions& options,
+                      std::vector<fit::PointRows>& rows, BodyBases& bases) {
+  if (!fit::has_nuisances(body)) return;
+  for (int round = 0; round < kNuisanceRounds; ++round) {
     const fit::Bases plain(bases.plain);
     std::vector<fit::PointRows> corrected(rows.size());
     parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
@@ -68,7 +62,7 @@ void settle_sensors(const fit::BodyData& body, const FitOptions& options,
       if (!point.problem.empty()) return;
       const fit::PointCurves found = fit::identify(point, rows[p], bases, plain, options);
       corrected[p] = fit::curve_rows(
-          found.problem.empty() ? fit::without_sensors(point, found.sensor) : point);
+          found.problem.empty() ? fit::without_nuisances(point, found.sensor) : point);
     });
     rows = std::move(corrected);
     bases = make_bases(body, rows, options);
@@ -105,171 +99,91 @@ void settle_rings(const fit::BodyData& body, const std::vector<fit::PointRows>& 
     for (std::size_t k = 0; k < 3 && each.size() > 0; ++k)
       values[k].push_back(each[static_cast<Eigen::Index>(k)]);
   if (values[0].empty()) return;
-  bases.rings = {fit::median(values[0]), fit::median(values[1]),
-                 fit::median(values[2]), kUsualLambda,
-                 kUsualFriction,         kUsualFrictionSlope_1_m * body.length_m};
+  bases.rings = {median(values[0]), median(values[1]), median(values[2]),
+                 kUsualLambda,      kUsualFriction,    kUsualFrictionSlope_1_m * body.length_m};
 }
 
-// What is fitted: all rows, or those of the points that are not kept.
-struct Input {
-  const Samples& samples;
-  const RowIndex& index;           // of all rows
-  std::size_t rows = 0;            // of all points
-  std::vector<Eigen::Index> kept;  // P, row of the earlier fit, or -1
-  std::vector<std::string> hash;   // P
-  const fit::EarlierPoints& earlier;
-  ReadRows read_rows{};  // of points kept
-};
-
-// Where the rows of each curve end.
-Eigen::RowVector3d curve_ends_m(const fit::PointRows& rows, double length_m) {
-  Eigen::RowVector3d end = Eigen::RowVector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    if (rows.curve[kind].empty()) continue;
-    double& here = end[static_cast<Eigen::Index>(kind)] = 0;
-    for (const fit::CurveRow& row : rows.curve[kind]) here = std::max(here, row.x * length_m);
-  }
-  return end;
-}
-
-std::vector<PointResult> fit_points(const Input& input, const fit::BodyData& body,
+// earlier: of each point, its place in the earlier fit, or -1.
+std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
                                     const std::vector<fit::PointRows>& rows, const BodyBases& bases,
+                                    const std::vector<Eigen::Index>& earlier,
                                     const FitOptions& options, const Progress& progress) {
   const fit::Bases plain = fit::plain_bases(bases), si = fit::si_bases(bases);
   std::vector<PointResult> results(body.points.size());
   std::mutex mutex;
   std::size_t done = 0;
-  const auto fit_one = [&](std::size_t p) {
+  parallel_for(options.jobs, results.size(), [&](std::size_t p) {
     if (progress.stopped()) {
       results[p] = fit::no_curves(bases, "stopped before this point was fitted");
       return;
     }
     const fit::PointData& point = body.points[p];
-    if (input.kept[p] >= 0) {
-      results[p] = input.earlier.keep(input.kept[p], input.index.first_experiment[p],
-                                      point.experiments.size());
-    } else {
-      results[p] =
-          fit::fit_point(input.samples, point, rows[p], body.length_m, bases, plain, si, options);
-      results[p].depth_m = point.depth_m;
-      results[p].curve_end_m = curve_ends_m(rows[p], body.length_m);
-      results[p].states_errors = point.has_errors;
-      results[p].rows = point.rows;
-    }
-    results[p].rows_hash = input.hash[p];
+    results[p] = earlier[p] >= 0 ? fit::kept_point(options, earlier[p], point.experiments.size())
+                                 : fit::fit_point(samples, point, rows[p], body.length_m, bases,
+                                                  plain, si, options);
     const std::lock_guard lock(mutex);
-    progress.report(++done, results.size(), input.samples.point_name[p]);
-  };
-  parallel_for(options.jobs, results.size(), fit_one);
+    progress.report(++done, results.size(), samples.point_name[p]);
+  });
   return results;
 }
 
-FittedCurves collect(const Input& input, const fit::BodyData& body, const BodyBases& bases,
-                     const std::vector<PointResult>& results) {
-  const Samples& samples = input.samples;
-  const Eigen::Index points = samples.points();
-  FittedCurves out;
-  out.position = samples.point_position;
-  out.normal = samples.point_normal;
-  out.name = samples.point_name;
-  out.curves = CurveSet(bases.family);
-  out.curves.basis = bases.si;
-  const auto parts = parts_of(bases.family);
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
-  const std::size_t curves = curves_of(bases.family);
-  for (std::size_t kind = 0; kind < curves; ++kind)
-    out.covariance[kind].resize(points, fit::packed_size(bases.si[kind].size() - 1));
-  out.rms_residual_N.setConstant(points, std::numeric_limits<double>::quiet_NaN());
-  out.max_residual_N = out.rms_residual_N;
-  out.depth_range_m.setZero(points);
-  for (Eigen::Index p = 0; p < points; ++p) {
-    const PointResult& result = results[static_cast<std::size_t>(p)];
-    for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
-    for (std::size_t kind = 0; kind < curves; ++kind)
-      out.covariance[kind].row(p) = result.covariance[kind];
-    out.status.push_back(result.status);
-    out.message.push_back(result.message);
-    out.rows_hash.push_back(result.rows_hash);
-    out.depth_range_m[p] = result.depth_m;
-    if (!result.is_scored) continue;
-    out.rms_residual_N[p] = result.score.rms_N;
-    out.max_residual_N[p] = result.score.max_N;
-  }
-  out.recordings = fit::collect_sensors(body, results);
-  return out;
+// Scores curves that an earlier fit or their neighbours gave.
+void score_given(const Samples& samples, const fit::BodyData& body, const BodyBases& bases,
+                 int jobs, const FittedCurves& fitted, std::vector<PointResult>& results) {
+  const fit::Bases si = fit::si_bases(bases);
+  parallel_for(jobs, results.size(), [&](std::size_t p) {
+    PointResult& result = results[p];
+    bool is_given = result.is_kept;
+    for (std::size_t i = 0; i < result.control.size(); ++i) {
+      const Eigen::VectorXd control = fitted.curves.control[i].row(static_cast<Eigen::Index>(p));
+      is_given = is_given || control != result.control[i];
+      result.control[i] = control;
+    }
+    if (is_given && result.is_scored)
+      result.score = fit::score_point(samples, body.points[p], body.length_m, si, result.control,
+                                      result.sensor);
+  });
 }
 
-FittedCurves fit_body(const Input& input, const fit::BodyData& body, FitOptions options,
-                      const Progress& progress, FitReport* report) {
+}  // namespace
+
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
+                        FitReport* report, FitCache* cache) {
   const auto begin = std::chrono::steady_clock::now();
+  fit::check_options(wanted);
+  FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
+  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
+  fit::add_nuisances(samples, options, body);
+  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
   std::vector<fit::PointRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
   fit::ChosenDegree degree{options.degree, ""};
   if (options.degree == 0) degree = fit::choose_degree(body, rows, options);
   options.degree = degree.degree;
   BodyBases bases = make_bases(body, rows, options);
-  settle_sensors(body, options, rows, bases);
+  settle_nuisances(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
   settle_rings(body, rows, options, bases);
-  auto results = fit_points(input, body, rows, bases, options, progress);
-  FittedCurves fitted = collect(input, body, bases, results);
-  const auto smoothing = fit::smooth_curves(input.samples, body, rows, bases, options, fitted,
-                                            results, input.read_rows);
-  fitted.scores = fit::collect_scores(input.index, results);
+  const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
+  auto results = fit_points(samples, body, rows, bases, earlier, options, progress);
+  FittedCurves fitted = fit::collect_curves(samples, body, bases, results);
+  fit::Smoothing smoothing = fit::smooth_curves(body, rows, bases, options, fitted);
+  score_given(samples, body, bases, options.jobs, fitted, results);
+  fit::collect_residuals(results, fitted);
   if (report != nullptr) {
-    *report = fit::make_report(input.rows, bases, fitted, results, options.worst_points);
+    *report = fit::make_report(body, rows, bases, fitted, results, options.worst_points);
+    report->rows = static_cast<std::size_t>(samples.rows());
     report->degree_reason = degree.reason;
     report->family = family;
-    report->smoothing = smoothing;
+    report->smoothing = smoothing.report;
     report->is_stopped = progress.stopped();
     report->seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
+  if (cache != nullptr)
+    *cache = {std::move(fingerprint), std::move(smoothing.own_control),
+              std::move(smoothing.own_covariance)};
   return fitted;
-}
-
-}  // namespace
-
-FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
-                        FitReport* report) {
-  fit::check_options(wanted);
-  const FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
-  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
-  fit::free_sensors(samples, options, body);
-  const RowIndex index = index_rows(samples);
-  const fit::EarlierPoints earlier(options.warm_start);
-  std::vector<std::string> hashes = fit::point_hashes(samples, index, options);
-  fit::add_borrowed(body, hashes);
-  const Input input{
-      samples, index,  static_cast<std::size_t>(samples.rows()), earlier.rows_of(hashes),
-      hashes,  earlier};
-  return fit_body(input, body, options, progress, report);
-}
-
-std::optional<FittedCurves> refit_curves(const Samples& points, const RowIndex& index,
-                                         std::size_t rows, const ReadRows& read_rows,
-                                         const FitOptions& wanted, const Progress& progress,
-                                         FitReport* report) {
-  fit::check_options(wanted);
-  if (wanted.warm_start == nullptr || wanted.judges_family || wanted.frees != FitOptions{}.frees)
-    return std::nullopt;
-  const FitOptions options = fit::as_before(wanted);
-  const bool is_settled = fit::kept_strengths(options) ||
-                          (options.smoothing == 0.0 && !fit::is_smoothed(*options.warm_start));
-  if (!is_settled) return std::nullopt;
-  const fit::EarlierPoints earlier(options.warm_start);
-  const std::vector<std::string> hashes = fit::point_hashes(points, index, options);
-  const auto kept = earlier.rows_of(hashes);
-  std::vector<char> is_wanted;
-  for (const Eigen::Index row : kept) is_wanted.push_back(row < 0);
-  if (2 * std::count(is_wanted.begin(), is_wanted.end(), 1) > points.points()) return std::nullopt;
-  const Samples samples = read_rows(is_wanted);
-  const fit::BodyData body =
-      fit::gather_experiments(samples, options.weight_floor, earlier.depth_m(kept));
-  if (!earlier.are_errors_alike(kept, body)) return std::nullopt;
-  return fit_body({samples, index, rows, kept, hashes, earlier, read_rows}, body, options, progress,
-                  report);
 }
 
 }  // namespace palpate

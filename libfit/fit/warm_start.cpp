@@ -1,173 +1,139 @@
 #include "libfit/fit/warm_start.hpp"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
-#include <limits>
+#include <initializer_list>
 #include <unordered_map>
 
-#include "libfit/core/fast_hash.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/hash.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 
 namespace palpate::fit {
 namespace {
 
-constexpr double kErrorUnit = 1e-6;
-
-std::uint64_t mix_number(std::uint64_t hash, double value) {
-  return mix_word(hash, std::bit_cast<std::uint64_t>(value));
+template <class T>
+std::uint64_t mix(std::uint64_t hash, const T* values, std::size_t count) {
+  return hash_of({reinterpret_cast<const char*>(values), count * sizeof(T)}, hash);
 }
 
-std::int32_t in_millionths(double error) {
-  constexpr double most = std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::int32_t>(std::lround(std::min(error / kErrorUnit, most)));
+std::uint64_t mix(std::uint64_t hash, std::initializer_list<double> values) {
+  return mix(hash, values.begin(), values.size());
+}
+
+// All that a fit reads of a row.
+struct RowContent {
+  double deflection_m[3], force_N[3], error_N;
+  std::int32_t experiment, step, kind, status;
+};
+static_assert(sizeof(RowContent) == 7 * 8 + 4 * 4, "hashed byte by byte: no padding");
+
+void mix_rows(const Samples& s, std::vector<std::uint64_t>& hash) {
+  std::vector<std::int32_t> first_experiment(hash.size(), -1);
+  for (std::size_t i = 0; i < s.point.size(); ++i) {
+    const auto p = static_cast<std::size_t>(s.point[i]);
+    const auto at = static_cast<Eigen::Index>(i);
+    if (first_experiment[p] < 0) first_experiment[p] = s.experiment[i];
+    RowContent row{{},
+                   {},
+                   s.force_error[at],
+                   s.experiment[i] - first_experiment[p],
+                   s.step[i],
+                   static_cast<std::int32_t>(s.kind[i]),
+                   static_cast<std::int32_t>(s.status[i])};
+    for (int k = 0; k < 3; ++k) row.deflection_m[k] = s.deflection(at, k);
+    for (int k = 0; k < 3; ++k) row.force_N[k] = s.force(at, k);
+    hash[p] = mix(hash[p], &row, 1);
+  }
+}
+
+// Whether the cache is there and belongs to the curves.
+bool is_usable(const FitOptions& options) {
+  const FittedCurves* earlier = options.warm_start;
+  const FitCache* cache = options.warm_cache;
+  if (earlier == nullptr || cache == nullptr || earlier->covariance[0].size() == 0 ||
+      cache->fingerprint.size() != earlier->status.size())
+    return false;
+  for (std::size_t kind = 0; kind < curves_of(earlier->curves.family); ++kind)
+    if (earlier->smoothing[kind] > 0 &&
+        (cache->own_control[kind].rows() != earlier->curves.points() ||
+         cache->own_covariance[kind].rows() != earlier->curves.points()))
+      return false;
+  return true;
 }
 
 }  // namespace
 
-std::vector<std::string> point_hashes(const Samples& points, const RowIndex& index,
+std::vector<std::string> fingerprints(const Samples& samples, const BodyData& body,
                                       const FitOptions& options) {
-  std::vector<std::string> hashes;
-  std::uint64_t common = 0;
-  for (const double value :
-       {static_cast<double>(options.loss), options.poor_above, options.weight_floor,
-        options.default_friction, options.default_lateral_ratio})
-    common = mix_number(common, value);
-  for (Eigen::Index p = 0; p < points.points(); ++p) {
-    std::uint64_t hash = fast_hash(index.hash[static_cast<std::size_t>(p)], common);
-    for (int k = 0; k < 3; ++k) hash = mix_number(hash, points.point_position(p, k));
-    for (int k = 0; k < 3; ++k) hash = mix_number(hash, points.point_normal(p, k));
-    if (points.point_normal_gradient.rows() > 0)
-      for (int k = 0; k < 9; ++k) hash = mix_number(hash, points.point_normal_gradient(p, k));
-    hashes.push_back(hex16(hash));
-  }
-  return hashes;
-}
-
-void add_borrowed(const BodyData& body, std::vector<std::string>& hashes) {
-  for (std::size_t p = 0; p < hashes.size(); ++p) {
+  const std::uint64_t common =
+      mix(0, {static_cast<double>(options.loss), options.poor_above, options.weight_floor,
+              options.default_friction, options.default_lateral_ratio});
+  std::vector<std::uint64_t> hash(body.points.size(), common);
+  mix_rows(samples, hash);
+  std::vector<std::string> out;
+  for (std::size_t p = 0; p < hash.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
     const PointData& point = body.points[p];
-    std::uint64_t hash = 0;
-    if (!point.has_errors && body.error_N > 0 && point.problem.empty())
-      hash = mix_number(hash, body.error_N);
+    std::uint64_t& h = hash[p];
+    for (int k = 0; k < 3; ++k)
+      h = mix(h, {samples.point_position(at, k), samples.point_normal(at, k)});
+    if (samples.point_normal_gradient.rows() > 0)
+      for (int k = 0; k < 9; ++k) h = mix(h, {samples.point_normal_gradient(at, k)});
+    if (!point.has_errors && point.problem.empty()) h = mix(h, {body.error_N});
     for (const Experiment& e : point.experiments)
-      for (const double d : {e.unknown.contact * body.length_m, e.unknown.bias * point.force_N,
-                             e.unknown.drift * point.force_N})
-        if (d > 0) hash = mix_number(hash, d);
-    if (hash != 0) hashes[p] = hex16(fast_hash(hashes[p], hash));
-  }
-}
-
-EarlierPoints::EarlierPoints(const FittedCurves* earlier) {
-  if (earlier == nullptr || earlier->scores.empty() || earlier->rows_hash.empty() ||
-      earlier->covariance[0].size() == 0)
-    return;
-  earlier_ = earlier;
-  first_error_.push_back(0);
-  for (Eigen::Index p = 0; p < earlier->scores.rows.rows(); ++p)
-    first_error_.push_back(first_error_.back() +
-                           (std::isnan(earlier->scores.relative_residual[p])
-                                ? 0
-                                : static_cast<std::size_t>(earlier->scores.rows(p, 0))));
-}
-
-std::vector<Eigen::Index> EarlierPoints::rows_of(const std::vector<std::string>& hashes) const {
-  std::vector<Eigen::Index> out(hashes.size(), -1);
-  if (earlier_ == nullptr) return out;
-  const auto& known = earlier_->rows_hash;
-  std::unordered_map<std::string_view, Eigen::Index> row;
-  for (std::size_t p = 0; p < hashes.size(); ++p) {
-    if (p < known.size() && known[p] == hashes[p]) {  // as a rule, points keep their places
-      out[p] = static_cast<Eigen::Index>(p);
-      continue;
-    }
-    if (row.empty())
-      for (std::size_t k = 0; k < known.size(); ++k)
-        row.emplace(known[k], static_cast<Eigen::Index>(k));
-    const auto found = row.find(hashes[p]);
-    if (found != row.end()) out[p] = found->second;
+      h = mix(h, {e.unknown.contact * body.length_m, e.unknown.bias * point.force_N,
+                  e.unknown.drift * point.force_N});
+    out.push_back(hex16(h));
   }
   return out;
 }
 
-PointResult EarlierPoints::keep(Eigen::Index row, std::int32_t first_experiment,
-                                std::size_t experiments) const {
-  const auto at = static_cast<std::size_t>(row);
-  const FitScores& scores = earlier_->scores;
+FitOptions as_before(FitOptions options) {
+  const CurveSet& curves = options.warm_start->curves;
+  options.degree = curves.basis[0].degree;
+  for (std::size_t kind = 0; kind < curves_of(curves.family); ++kind) {
+    if (curves.basis[kind].degree != options.degree)
+      throw Error("warm start", "has curves of several degrees", "Fit without a warm start.");
+    options.knots_m[kind] = curves.basis[kind].knots_m;
+  }
+  options.family = curves.family;
+  return options;
+}
+
+std::vector<Eigen::Index> earlier_points(const FitOptions& options,
+                                         const std::vector<std::string>& fingerprint) {
+  std::vector<Eigen::Index> out(fingerprint.size(), -1);
+  if (!is_usable(options)) return out;
+  std::unordered_map<std::string_view, Eigen::Index> known;
+  const std::vector<std::string>& before = options.warm_cache->fingerprint;
+  for (std::size_t p = 0; p < before.size(); ++p)
+    known.emplace(before[p], static_cast<Eigen::Index>(p));
+  for (std::size_t p = 0; p < out.size(); ++p)
+    if (const auto found = known.find(fingerprint[p]); found != known.end()) out[p] = found->second;
+  return out;
+}
+
+PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::size_t experiments) {
+  const FittedCurves& fitted = *options.warm_start;
+  const auto at = static_cast<std::size_t>(earlier);
   PointResult result;
-  for (const Controls& control : earlier_->curves.control)
-    result.control.emplace_back(control.row(row));
-  for (std::size_t kind = 0; kind < curves_of(earlier_->curves.family); ++kind) {
-    const bool is_smoothed = earlier_->own.control[kind].rows() > 0;
+  for (const Controls& control : fitted.curves.control)
+    result.control.emplace_back(control.row(earlier));
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
+    const bool is_smoothed = fitted.smoothing[kind] > 0;
     result.control[kind] =
-        (is_smoothed ? earlier_->own.control[kind] : earlier_->curves.control[kind]).row(row);
+        (is_smoothed ? options.warm_cache->own_control[kind] : fitted.curves.control[kind])
+            .row(earlier);
     result.covariance[kind] =
-        (is_smoothed ? earlier_->own.covariance : earlier_->covariance)[kind].row(row);
+        (is_smoothed ? options.warm_cache->own_covariance[kind] : fitted.covariance[kind])
+            .row(earlier);
   }
-  result.status = earlier_->status[at];
-  result.message = earlier_->message[at];
+  result.status = fitted.status[at];
+  result.message = fitted.message[at];
   result.is_kept = true;
-  result.earlier_row = row;
-  restore_sensors(earlier_->recordings, row, experiments, result);
-  result.depth_m = earlier_->depth_range_m[row];
-  result.curve_end_m = scores.curve_end_m.row(row);
-  result.states_errors = scores.states_errors[at] != 0;
-  result.rows = {scores.rows(row, 0), scores.rows(row, 1), scores.rows(row, 2),
-                 scores.rows(row, 3)};
-  result.is_scored = !std::isnan(scores.relative_residual[row]);
-  if (!result.is_scored) return result;
-  result.score.rms_N = earlier_->rms_residual_N[row];
-  result.score.max_N = earlier_->max_residual_N[row];
-  result.score.relative = scores.relative_residual[row];
-  result.score.worst_experiment = first_experiment + scores.worst_experiment[at];
-  result.score.worst_row = static_cast<std::size_t>(scores.worst_row[at]);
-  for (std::size_t i = first_error_[at]; i < first_error_[at + 1]; ++i)
-    result.score.relative_errors.push_back(kErrorUnit * scores.relative_error[i]);
+  result.is_scored = !std::isnan(fitted.rms_residual_N[earlier]);
+  restore_nuisances(fitted.recordings, earlier, experiments, result);
   return result;
-}
-
-double EarlierPoints::depth_m(const std::vector<Eigen::Index>& kept) const {
-  double depth = 0;
-  for (const Eigen::Index row : kept)
-    if (row >= 0) depth = std::max(depth, earlier_->depth_range_m[row]);
-  return depth;
-}
-
-bool EarlierPoints::are_errors_alike(const std::vector<Eigen::Index>& kept,
-                                     const BodyData& body) const {
-  bool is_any = false, is_all = true;
-  for (std::size_t p = 0; p < kept.size(); ++p) {
-    const bool is_kept = kept[p] >= 0;
-    if ((is_kept ? earlier_->scores.rows(kept[p], 0) : body.points[p].rows.used) == 0) continue;
-    const bool states = is_kept
-                            ? earlier_->scores.states_errors[static_cast<std::size_t>(kept[p])] != 0
-                            : body.points[p].has_errors;
-    is_any |= states, is_all &= states;
-  }
-  return is_all || !is_any;
-}
-
-FitScores collect_scores(const RowIndex& index, const std::vector<PointResult>& results) {
-  const auto points = static_cast<Eigen::Index>(results.size());
-  FitScores out;
-  out.relative_residual.setConstant(points, std::numeric_limits<double>::quiet_NaN());
-  out.worst_experiment.assign(results.size(), 0), out.worst_row.assign(results.size(), 0);
-  out.rows.resize(points, 4), out.curve_end_m.resize(points, 3);
-  for (std::size_t p = 0; p < results.size(); ++p) {
-    const PointResult& result = results[p];
-    const auto row = static_cast<Eigen::Index>(p);
-    out.rows.row(row) << result.rows.used, result.rows.not_good, result.rows.not_finite,
-        result.rows.cut;
-    out.curve_end_m.row(row) = result.curve_end_m;
-    out.states_errors.push_back(result.states_errors);
-    if (!result.is_scored || std::isnan(result.score.relative)) continue;
-    out.relative_residual[row] = result.score.relative;
-    out.worst_experiment[p] = result.score.worst_experiment - index.first_experiment[p];
-    out.worst_row[p] = static_cast<std::int32_t>(result.score.worst_row);
-    for (const double error : result.score.relative_errors)
-      out.relative_error.push_back(in_millionths(error));
-  }
-  return out;
 }
 
 }  // namespace palpate::fit

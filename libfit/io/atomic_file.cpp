@@ -1,6 +1,7 @@
 #include "libfit/io/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cassert>
@@ -9,6 +10,7 @@
 #include <fstream>
 
 #include "libfit/core/error.hpp"
+#include "libfit/io/content_hash.hpp"
 
 namespace palpate {
 namespace fs = std::filesystem;
@@ -39,7 +41,7 @@ fs::path final_path(const fs::path& path) {
 
 AtomicFile::AtomicFile(const fs::path& path) : path_(final_path(path)) {
   partial_ = path_;
-  partial_ += ".partial-" + std::to_string(::getpid());
+  partial_ += fmt::format(".partial-{}", ::getpid());
   descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throw cannot_write(path_, std::strerror(errno));
 }
@@ -106,5 +108,7 @@ std::string read_whole_file(const fs::path& path) {
     throw Error(path.string(), "cannot be read", "Check its permissions.");
   return bytes;
 }
+
+ContentHash& ContentHash::add_file(const fs::path& path) { return add(read_whole_file(path)); }
 
 }  // namespace palpate

@@ -1,35 +1,30 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
+#include "libfit/core/hash.hpp"
+
 namespace palpate {
 
-inline constexpr std::uint64_t kFnvOffset = 0xcbf29ce484222325u;  ///< of FNV-1a 64
-
-/// A 64-bit fingerprint of what a file was made from, as 16 hex digits: equal inputs, equal hash.
-/// It tells whether a result is up to date; it is no defence against forgery.
-/// `add` and `add_file` include the length, so ("ab", "c") and ("a", "bc") differ.
-/// Source: FNV-1a, Fowler, Noll and Vo, draft-eastlake-fnv.
+/// A 64-bit hash of what a file was made from, as 16 hex digits: equal inputs, equal hash.
+/// Where one input ends counts, so ("ab", "c") and ("a", "bc") differ.
 class ContentHash {
  public:
-  ContentHash& add(std::string_view bytes);
+  ContentHash& add(std::string_view bytes) {
+    state_ = hash_of(bytes, state_);
+    return *this;
+  }
   /// The content of a file, not its name or date. Throws Error when it cannot be read.
   ContentHash& add_file(const std::filesystem::path& path);
-  std::string hex() const;
+  std::string hex() const { return hex16(state_); }
 
  private:
-  std::uint64_t state_ = kFnvOffset;
-
-  void mix(std::string_view bytes);
+  std::uint64_t state_ = 0;
 };
 
 /// The attribute under which a file carries the hash of what it was made from.
 inline constexpr const char* kInputsAttribute = "inputs_hash";
-
-/// Plain FNV-1a 64 of the bytes, 16 hex digits.
-std::string content_hash(std::string_view bytes);
 
 }  // namespace palpate

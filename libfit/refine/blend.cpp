@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/refine/nearest_triangle.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 namespace {
@@ -72,25 +72,22 @@ bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, do
   return normal.dot(outward) > min_cosine * normal.norm();
 }
 
-struct Projection {
-  std::int32_t triangle = -1;
-  TrianglePoint point{Vec3::Zero(), std::numeric_limits<double>::infinity()};
-};
-
 // Nearest of the candidate triangles that face alike and are near enough; the lowest among equals.
-Projection project(const Vec3& position, const Vec3& outward,
-                   const std::vector<std::int32_t>& candidates, const std::vector<Facet>& facets,
-                   const RefineOptions& options) {
+SurfacePoint project(const Vec3& position, const Vec3& outward,
+                     const std::vector<std::int32_t>& candidates, const std::vector<Facet>& facets,
+                     const RefineOptions& options) {
   const double min_cosine = std::cos(options.largest_angle_rad);
-  Projection best;
+  SurfacePoint best;
   for (const std::int32_t t : candidates) {
     const Facet& facet = facets[static_cast<std::size_t>(t)];
-    const TrianglePoint point =
+    SurfacePoint point =
         nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
-    if (point.distance_m < best.point.distance_m &&
+    if (point.distance_m < best.distance_m &&
         point.distance_m <= options.largest_distance_edges * facet.longest_m &&
-        faces_alike(facet, point.weight, outward, min_cosine))
-      best = {t, point};
+        faces_alike(facet, point.weight, outward, min_cosine)) {
+      point.triangle = t;
+      best = point;
+    }
   }
   return best;
 }
@@ -135,16 +132,17 @@ Blend blend_by_area(const FittedCurves& curves, const Surface& fine, const Point
     const auto point = static_cast<std::size_t>(nearest.source[i]);
     if (nearest.distance_m[i] > ranges[point]) continue;
     const Vec3 position = fine.vertices.row(v);
-    const Projection hit = project(position, outward_normal.row(v), around[point], facets, options);
+    const SurfacePoint hit =
+        project(position, outward_normal.row(v), around[point], facets, options);
     if (hit.triangle < 0) continue;
     const auto corners = triangles.row(hit.triangle);
     const auto usable = [&](int k) { return is_usable[static_cast<std::size_t>(corners[k])] != 0; };
     blend.point.row(v) = corners;
     blend.weight.row(v) = without_unusable(
-        snapped(facets[static_cast<std::size_t>(hit.triangle)], position, hit.point.weight),
+        snapped(facets[static_cast<std::size_t>(hit.triangle)], position, hit.weight),
         {usable(0), usable(1), usable(2)});
     if (blend.weight.row(v).sum() > 0)
-      blend.largest_projection_m = std::max(blend.largest_projection_m, hit.point.distance_m);
+      blend.largest_projection_m = std::max(blend.largest_projection_m, hit.distance_m);
   }
   return blend;
 }

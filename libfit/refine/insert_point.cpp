@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-#include "libfit/refine/nearest_triangle.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 namespace {
@@ -128,7 +128,7 @@ std::vector<std::size_t> triangles_near(const Mesh& mesh, std::int32_t point) {
 
 struct Place {
   std::size_t triangle = 0;
-  TrianglePoint point;
+  SurfacePoint point;
 };
 
 std::optional<Place> find_place(const Mesh& mesh, const TestPoints& points,
@@ -136,7 +136,7 @@ std::optional<Place> find_place(const Mesh& mesh, const TestPoints& points,
   std::optional<Place> best;
   for (const std::size_t t : triangles_near(mesh, added.near)) {
     const Corners& c = mesh.triangles()[t];
-    const TrianglePoint hit =
+    const SurfacePoint hit =
         nearest_on_triangle(added.position, mesh.at(c[0]), mesh.at(c[1]), mesh.at(c[2]));
     if (best && !(hit.distance_m < best->point.distance_m)) continue;
     Vec3 normal = Vec3::Zero();

@@ -1,9 +1,75 @@
 #include "libfit/refine/next_points.hpp"
 
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
+
+#include "libfit/core/node_forces.hpp"
+#include "libfit/core/relative_error.hpp"
 
 namespace palpate {
+namespace {
+
+constexpr int kDepths = 4;
+constexpr int kFeatures = 2 * kDepths;  // normal force, then limit force
+using Features = Eigen::Matrix<double, 1, kFeatures>;
+using FeatureTable = Eigen::Matrix<double, Eigen::Dynamic, kFeatures, Eigen::RowMajor>;
+
+/// Forces of the curves of each row at quarters of the depth range [N].
+FeatureTable features_of(const CurveSet& curves) {
+  FeatureTable table = FeatureTable::Zero(curves.points(), kFeatures);
+  const double range_m = curves.basis[0].knots_m.back();
+  int column = 0;
+  const NodeForces forces(curves);
+  for (const bool is_limit : {false, true})
+    for (int step = 1; step <= kDepths; ++step, ++column)
+      for (Eigen::Index row = 0; row < table.rows(); ++row) {
+        const double depth_m = range_m * step / kDepths;
+        table(row, column) =
+            is_limit ? forces.limit_N(row, depth_m) : forces.normal_N(row, depth_m);
+      }
+  return table;
+}
+
+std::vector<std::set<std::int32_t>> neighbours_of(const Triangles& triangles, Eigen::Index points) {
+  std::vector<std::set<std::int32_t>> neighbours(static_cast<std::size_t>(points));
+  for (const auto& t : triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      neighbours[static_cast<std::size_t>(t[k])].insert({t[(k + 1) % 3], t[(k + 2) % 3]});
+  return neighbours;
+}
+
+/// Least-squares gradient of each feature along the surface at every test point, from its
+/// neighbours: 3 x features per point. Nearer neighbours count more.
+std::vector<Eigen::Matrix<double, 3, kFeatures>> gradients_of(const FittedCurves& curves,
+                                                              const FeatureTable& features,
+                                                              const Triangles& triangles) {
+  const auto neighbours = neighbours_of(triangles, curves.position.rows());
+  std::vector<Eigen::Matrix<double, 3, kFeatures>> gradients;
+  for (Eigen::Index p = 0; p < curves.position.rows(); ++p) {
+    const Vec3 first = Vec3(curves.normal.row(p)).unitOrthogonal();
+    const Vec3 second = Vec3(curves.normal.row(p)).cross(first);
+    Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
+    Eigen::Matrix<double, 2, kFeatures> right = Eigen::Matrix<double, 2, kFeatures>::Zero();
+    for (const std::int32_t q : neighbours[static_cast<std::size_t>(p)]) {
+      const Vec3 way = (curves.position.row(q) - curves.position.row(p)).transpose();
+      if (!(way.squaredNorm() > 0)) continue;
+      const Eigen::Vector2d flat = Eigen::Vector2d(way.dot(first), way.dot(second)) / way.norm();
+      normal_matrix += flat * flat.transpose();
+      right += flat * (features.row(q) - features.row(p)) / way.norm();
+    }
+    // Minimum norm where all neighbours lie in one direction.
+    const Eigen::Matrix<double, 2, kFeatures> flat =
+        normal_matrix.completeOrthogonalDecomposition().solve(right);
+    gradients.push_back(first * flat.row(0) + second * flat.row(1));
+  }
+  return gradients;
+}
+
+}  // namespace
 
 std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<char>& is_candidate,
                                       const std::vector<EdgePathSeeds>& points,
@@ -42,6 +108,38 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
     }
   }
   return picked;
+}
+
+std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
+                                    const Triangles& triangles, double floor_N) {
+  const FeatureTable at_points = features_of(curves.curves),
+                     at_vertices = features_of(model.curves);
+  const auto gradients = gradients_of(curves, at_points, triangles);
+  // Twice what the tangent at one end gets wrong at the other: the second difference along the
+  // edge, seen from either end; the larger one, because it is a feature that is being sought.
+  const auto second_difference = [&](std::int32_t i, std::int32_t j) -> Features {
+    const Vec3 way = (curves.position.row(j) - curves.position.row(i)).transpose();
+    const Features rise = at_points.row(j) - at_points.row(i);
+    const Features from_i = way.transpose() * gradients[static_cast<std::size_t>(i)] - rise;
+    const Features from_j = rise - way.transpose() * gradients[static_cast<std::size_t>(j)];
+    return 2 * from_i.cwiseAbs().cwiseMax(from_j.cwiseAbs());
+  };
+  std::vector<double> errors(static_cast<std::size_t>(model.blend_weight.rows()), 0.0);
+  for (Eigen::Index v = 0; v < model.blend_weight.rows(); ++v) {
+    if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+    Features error = Features::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3;
+      const double both = model.blend_weight(v, k) * model.blend_weight(v, l);
+      if (both > 0)
+        error += 0.5 * both * second_difference(model.blend_point(v, k), model.blend_point(v, l));
+    }
+    for (int f = 0; f < kFeatures; ++f) {
+      const double relative = relative_error(error[f], at_vertices(v, f % kDepths), floor_N);
+      errors[static_cast<std::size_t>(v)] = std::max(errors[static_cast<std::size_t>(v)], relative);
+    }
+  }
+  return errors;
 }
 
 }  // namespace palpate

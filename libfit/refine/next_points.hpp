@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "libfit/core/curves.hpp"
 #include "libfit/refine/edge_paths.hpp"
 
 namespace palpate {
@@ -25,5 +26,14 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
                                       const std::vector<EdgePathSeeds>& points,
                                       std::vector<double> expected_error,
                                       const NextPointsOptions& options);
+
+/// What interpolation between test points is expected to get wrong at each vertex of a model,
+/// relative to the force there (M12a). #V; 0 where not covered.
+/// curves: what the model was refined from, on the same triangles. floor_N: forces below it count
+/// as it. Curves are compared at four depths; normal force and limit force both count.
+/// Exact up to third order for smooth fields; of features smaller than the spacing it sees that
+/// neighbours disagree, not how much is hidden between them.
+std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
+                                    const Triangles& triangles, double floor_N);
 
 }  // namespace palpate

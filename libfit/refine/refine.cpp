@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/rounding.hpp"
 #include "libfit/refine/blend.hpp"
-#include "libfit/refine/match_triangles.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 
 namespace palpate {
 namespace {
@@ -56,7 +56,7 @@ Controls blend_controls(const Controls& control, const Blend& blend) {
     for (int k = 0; k < 3; ++k)
       if (blend.weight(v, k) > 0)  // a corner without weight may hold anything
         fine.row(v) += blend.weight(v, k) * control.row(blend.point(v, k));
-  return fine.unaryExpr(&as_float32);
+  return rounded_to_float(fine);
 }
 
 Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,

@@ -35,8 +35,8 @@ struct RefineReport {
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;
 /// paper, equation 5 and figure 7): each reachable vertex is projected on the test-point
 /// triangulation (nearest point of compatible normal, reached along the surface), and its control
-/// values are the area coordinates' blend, rounded to float32. Monotone curves stay monotone. A
-/// vertex at a test point gets its curves unchanged. Second order in the spacing of test points.
+/// values are the area coordinates' blend (M12), rounded to float32. Monotone curves stay monotone.
+/// A vertex at a test point gets its curves unchanged. Second order in the spacing of test points.
 /// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that
 /// finds no triangle (fewer than three points, points on a line) each vertex takes the curves of
 /// the point nearest along the surface. A point whose fit failed gives its weight to the other

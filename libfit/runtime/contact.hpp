@@ -78,7 +78,8 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
 }
 
-/// Begins contact where a ball on its way from p to x first touches the body, if it does.
+/// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
+/// its arm (M15).
 inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
                          double radius_m) noexcept {
   const BallEntry entry = first_ball_entry(asset, p, x, radius_m);

@@ -37,6 +37,7 @@ struct Deflection {
   T lean_rate;      ///< u^r . dl/d(dz) [1]: what the lateral force takes from the normal one
 };
 
+/// Of a depth and a lateral deflection (M2).
 template <class T>
 Deflection<T> deflection_of(const T& normal_m, const Vec3<T>& lateral) noexcept {
   using std::sqrt;

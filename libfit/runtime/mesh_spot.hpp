@@ -13,14 +13,13 @@ namespace runtime {
 
 /// How a ball's centre stands from its contact point. At first touch the centre is p and the
 /// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
-/// there. Where normals and facets agree, reach is the radius and skew is nothing (docs/method.md,
-/// section 12).
+/// there (M15). Where normals and facets agree, reach is the radius and skew is nothing.
 struct Arm {
   double reach_m = 0;            ///< along the inward normal
   double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
 };
 
-/// A spot of the mesh: everything blended by area coordinates n [1].
+/// A spot of the mesh: everything blended by area coordinates n [1], so energies, too (M4).
 template <class S>
 struct MeshSpot {
   Vec3<S> point;   ///< where the tool's reference point is with no deflection
@@ -70,7 +69,8 @@ struct Facet {
 };
 
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
-/// A ball rests at c - reach u - skew (skew without its part along u); a tip rests at c itself.
+/// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
+/// itself.
 template <class P, bool kIsBall>
 struct MeshPath {
   const Facet* facet;

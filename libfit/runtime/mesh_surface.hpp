@@ -49,9 +49,9 @@ class MeshSurface {
   Spot standing() const noexcept { return resting().at(T(0)); }
 
   /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
-  /// its rest positions) along the spot's normal, so that s metres shorten the lateral deflection
-  /// by s. At a border only its part along the edge. Blocked where a ball is too large for the
-  /// hollow.
+  /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
+  /// deflection by s. At a border only its part along the edge. Blocked where a ball is too large
+  /// for the hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
     Path path = resting();
     path.end_m = T(1e300);
@@ -78,7 +78,7 @@ class MeshSurface {
   void pay(double dissipated_J) noexcept { dissipated_J_ += dissipated_J; }
 
   /// Goes to path(s), s <= end, and over the edge when s reaches it. energy(spot) [J]: what would
-  /// be stored there.
+  /// be stored there. The guard lets no slip pass that would raise it (M10).
   template <class Energy>
   Move move(const Path& path, T s, const Energy& energy) noexcept {
     const auto& plain = path.plain();

@@ -43,7 +43,7 @@ T curve_of_order(const SplineView& view, const Spot& spot, int curve, const T& x
   return sum;
 }
 
-/// Force of one curve of a spot at x [m] -> [N]; exactly 0 for x <= 0.
+/// Force of one curve of a spot at x [m] -> [N] (M5); exactly 0 for x <= 0.
 template <class T, class Spot>
 T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);
@@ -90,7 +90,7 @@ T energy_of_order(const SplineView& view, const Spot& spot, int curve, const T& 
   return area_before(view, spot, curve, piece, first) + last;
 }
 
-/// Area under one curve of a spot from 0 to x [J], exact; 0 for x <= 0.
+/// Area under one curve of a spot from 0 to x [J], exact (M7); 0 for x <= 0.
 template <class T, class Spot>
 T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);

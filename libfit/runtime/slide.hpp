@@ -37,8 +37,8 @@ bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
   return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
 }
 
-/// What a slip brings to zero: the lateral force - L(dz) [N]; without lateral stiffness, dr itself
-/// (as N).
+/// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr
+/// itself (as N).
 template <class T, class Spot>
 T slip_excess(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
               bool frictionless) noexcept {

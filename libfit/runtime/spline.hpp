@@ -65,8 +65,8 @@ inline int first_control(const SplineView& spline, int piece) noexcept {
   return piece < spline.pieces ? piece : spline.pieces - 1;
 }
 
-/// Weights at x >= 0 on a known interval (`scalar` of a Jet decides the interval, so derivatives
-/// are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
+/// Weights at x >= 0 on a known interval (M6) (`scalar` of a Jet decides the interval, so
+/// derivatives are those of the branch taken). Work: (degree+1)^2 multiply-adds twice.
 template <class T>
 SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x) noexcept {
   SplineWeights<T> out;
@@ -86,7 +86,7 @@ SplineWeights<T> spline_weights(const SplineView& spline, int piece, const T& x)
   return out;
 }
 
-/// One basis polynomial, c[0] + c[1] t + ... of `order` terms, by Horner's rule.
+/// One basis polynomial, c[0] + c[1] t + ... of `order` terms, by Horner's rule (M6).
 template <class T>
 T basis_value(const double* c, int order, const T& t) noexcept {
   T value = T(c[order - 1]);
@@ -111,7 +111,7 @@ T dot(const SplineView& spline, const T* weight, const C* control, int first) no
   return sum;
 }
 
-/// Force of one curve at x [m] -> [N]; exactly 0 for x <= 0.
+/// Force of one curve at x [m] -> [N] (M5); exactly 0 for x <= 0.
 template <class C>
 double curve_value(const SplineView& spline, const C* control, double x) noexcept {
   if (!(x > 0)) return 0;
@@ -127,7 +127,8 @@ double curve_slope(const SplineView& spline, const C* control, double x) noexcep
   return dot(spline, weights.slope, control, weights.first);
 }
 
-/// Stored energy of one curve, the integral of its force from 0 to x [m] -> [J]; 0 for x <= 0.
+/// Stored energy of one curve, the integral of its force from 0 to x [m] -> [J] (M7); 0 for
+/// x <= 0.
 template <class C>
 double curve_energy(const SplineView& spline, const C* control, double x) noexcept {
   if (!(x > 0)) return 0;

@@ -24,7 +24,7 @@ struct BallEntry {
   bool is_inside = false;   ///< the ball began deeper than kRestShare: nothing counts
 };
 
-/// u at a place of a triangle (docs/method.md, M1).
+/// u at a place of a triangle (M1).
 inline Vec3d blended_normal(const AssetView& asset, int t, const double n[3]) noexcept {
   Vec3d field{0, 0, 0};
   for (int k = 0; k < 3; ++k) field = field + asset.normal_at(asset.corner(t, k)) * n[k];

@@ -4,19 +4,18 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/runtime/view.hpp"
-#include "libfit/validation/follow.hpp"
-#include "libfit/validation/reference.hpp"
+#include "libfit/validation/replay.hpp"
 #include "libfit/validation/statement.hpp"
 
 namespace palpate::validation {
 
-/// What the error of an asset is made of (docs/method.md, section 6), a figure per cause:
+/// What the error of an asset is made of (M11b), a figure per cause:
 /// interpolation, curve_fit, curve_family, friction_law and float_precision.
 /// reference.own must hold presses and drags at the held-out points. Paths at points whose own
 /// curves failed are left out.
 /// engine: the asset's answers along the reference's paths.
 std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Reference& reference,
-                                     const std::vector<Followed>& engine, double depth_m, int jobs);
+                                     const Replayed& engine, double depth_m, int jobs);
 
 /// The same paths with something simpler in place of the asset's curves, each with its whole
 /// error: nearest_point (no interpolation; only where curves and model are given),
@@ -26,7 +25,6 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
                                         const Model* model);
 
 /// Errors of answers along the reference's paths by kind of path, in the order of kPathKindNames.
-std::vector<NamedError> errors_by_path(const Reference& reference,
-                                       const std::vector<Followed>& engine);
+std::vector<NamedError> errors_by_path(const Reference& reference, const Replayed& engine);
 
 }  // namespace palpate::validation

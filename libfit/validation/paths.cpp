@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/refine/nearest_triangle.hpp"
 
 namespace palpate::validation {
 namespace {
@@ -44,8 +44,7 @@ ReachableArea reachable_area(const Body& body) {
   for (Eigen::Index t = 0; t < body.surface.triangles.rows(); ++t) {
     const auto corner = body.surface.triangles.row(t);
     bool is_reachable = true;
-    for (int k = 0; k < 3; ++k)
-      is_reachable = is_reachable && body.is_reachable[static_cast<std::size_t>(corner[k])];
+    for (int k = 0; k < 3; ++k) is_reachable = is_reachable && body.is_reachable[corner[k]];
     if (!is_reachable) continue;
     const Vec3 a = body.surface.vertices.row(corner[0]);
     sum += 0.5 * (body.surface.vertices.row(corner[1]).transpose() - a)
@@ -63,19 +62,18 @@ ReachableArea reachable_area(const Body& body) {
 // Whether the contact point stays reachable when it follows a tip this way from there.
 class Reach {
  public:
-  explicit Reach(const Body& body) : body_(body), tree_(body.surface) {}
+  explicit Reach(const Body& body) : body_(body), boxes_(triangle_boxes(body.surface)) {}
   bool holds(const Vec3& place) const {
-    const auto hit = tree_.nearest(place, std::numeric_limits<double>::infinity(),
-                                   [](std::int32_t, const TrianglePoint&) { return true; });
+    const auto hit = closest_point(body_.surface, boxes_, place);
     const auto corner = body_.surface.triangles.row(hit->triangle);
     for (int k = 0; k < 3; ++k)
-      if (!body_.is_reachable[static_cast<std::size_t>(corner[k])]) return false;
+      if (!body_.is_reachable[corner[k]]) return false;
     return true;
   }
 
  private:
   const Body& body_;
-  TriangleTree tree_;
+  BoxTree boxes_;
 };
 
 Vec3 tangent_of(const Vec3& normal, double angle_rad) {
@@ -116,12 +114,15 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
 // turned until the contact point, wherever it goes, can be reached; left as drawn if it never can.
 Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3& position,
                   const Vec3& normal, double angle_rad, const Reach& reach) {
-  double least = 0, most = 0;
-  for (const auto& [depth, travel] : rows)
-    least = std::min(least, travel), most = std::max(most, travel);
+  double min_travel = 0, max_travel = 0;
+  for (const auto& [depth, travel] : rows) {
+    min_travel = std::min(min_travel, travel);
+    max_travel = std::max(max_travel, travel);
+  }
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Vec3 tangent = tangent_of(normal, angle_rad + 2 * std::numbers::pi * turn / kMaxTurns);
-    if (reach.holds(position + least * tangent) && reach.holds(position + most * tangent))
+    if (reach.holds(position + min_travel * tangent) &&
+        reach.holds(position + max_travel * tangent))
       return tangent;
   }
   return tangent_of(normal, angle_rad);
@@ -137,7 +138,7 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
   const Vec3 tangent = direction_of(rows, position, normal, angle_rad, reach);
   Points path(static_cast<Eigen::Index>(rows.size()), 3);
   for (std::size_t k = 0; k < rows.size(); ++k)
-    path.row(static_cast<Eigen::Index>(k)) = rows[k].first * normal + rows[k].second * tangent;
+    path.row(k) = rows[k].first * normal + rows[k].second * tangent;
   return path;
 }
 
@@ -155,8 +156,7 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
   for (int i = 0; i < points; ++i) {
     const double at = uniform(0, area.sum_m2.back());
     const auto found = std::upper_bound(area.sum_m2.begin(), area.sum_m2.end() - 1, at);
-    const auto corner = body.surface.triangles.row(
-        area.triangle[static_cast<std::size_t>(found - area.sum_m2.begin())]);
+    const auto corner = body.surface.triangles.row(area.triangle[found - area.sum_m2.begin()]);
     const double root = std::sqrt(uniform(0, 1)), split = uniform(0, 1);
     const double weight[3] = {1 - root, root * (1 - split), root * split};
     Vec3 position = Vec3::Zero(), normal = Vec3::Zero();

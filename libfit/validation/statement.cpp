@@ -2,24 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 
 namespace palpate::validation {
 namespace {
-
-// Nearest-rank quantile; 0 without values.
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  return values[std::min(values.size(), std::max<std::size_t>(rank, 1)) - 1];
-}
 
 struct NumberField {
   std::string_view name;
@@ -99,11 +93,9 @@ nlohmann::ordered_json json_of(const Statement& statement) {
 
 // "interpolation 9.1 %, curve_fit 0.3 %"
 std::string list_in_words(const std::vector<NamedError>& errors) {
-  std::string words;
-  for (const NamedError& error : errors)
-    words +=
-        fmt::format("{}{} {:.1f} %", words.empty() ? "" : ", ", error.name, 100 * error.p95_rel);
-  return words;
+  std::vector<std::string> words;
+  for (const NamedError& error : errors) words.push_back(error.name + " " + percent(error.p95_rel));
+  return listed(words);
 }
 
 }  // namespace
@@ -128,11 +120,11 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
   for (const ComparedRow& row : rows) {
     const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
     error_N.push_back(error);
-    if (error <= std::max(kForceFloor_N, kForceJnd * force)) ++within;
+    if (is_within_jnd(error, force)) ++within;
     if (force <= kForceFloor_N) continue;
-    error_rel.push_back(error / force);
+    error_rel.push_back(relative_error(error, force, kForceFloor_N));
     if (std::isfinite(row.reference_error_N))
-      reference_rel.push_back(row.reference_error_N / force);
+      reference_rel.push_back(relative_error(row.reference_error_N, force, kForceFloor_N));
   }
   statement.rows_above_floor = error_rel.size();
   statement.median_N = quantile(error_N, 0.5);
@@ -173,12 +165,14 @@ Statement parse_statement(const std::string& text, const std::string& where) {
 
 std::string in_words(const Statement& s) {
   std::string words = fmt::format(
-      "force error at {} held-out contact points, {} rows: median {:.3f} N ({:.1f} %), p95 {:.3f} "
-      "N ({:.1f} %), max {:.3f} N ({:.1f} %)\n"
-      "within the force just noticeable to a person, max(0.04 N, 7 %): {:.0f} % of rows\n"
-      "the reference's own estimated error: p95 {:.1f} %; rows it could not solve: {}\n",
-      s.probes, s.rows, s.median_N, 100 * s.median_rel, s.p95_N, 100 * s.p95_rel, s.max_N,
-      100 * s.max_rel, 100 * s.within_jnd, 100 * s.reference_p95_rel, s.reference_failures);
+      "force error at {} held-out contact points, {} rows: median {:.3f} N ({}), p95 {:.3f} N "
+      "({}), "
+      "max {:.3f} N ({})\n"
+      "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
+      "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",
+      s.probes, s.rows, s.median_N, percent(s.median_rel), s.p95_N, percent(s.p95_rel), s.max_N,
+      percent(s.max_rel), percent(s.within_jnd, 0), percent(s.reference_p95_rel),
+      s.reference_failures);
   if (!s.by_path.empty()) words += "p95 by path: " + list_in_words(s.by_path) + "\n";
   if (!s.causes.empty()) words += "p95 by cause: " + list_in_words(s.causes) + "\n";
   if (!s.baselines.empty()) words += "p95 of what is simpler: " + list_in_words(s.baselines) + "\n";

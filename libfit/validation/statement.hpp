@@ -8,12 +8,6 @@
 
 namespace palpate::validation {
 
-/// Forces below this are left out of the statement: a person does not feel them (docs/method.md,
-/// 8).
-inline constexpr double kForceFloor_N = 0.04;
-/// Just noticeable difference of force, relative; with kForceFloor_N as its floor.
-inline constexpr double kForceJnd = 0.07;
-
 /// One row of a comparison: what the reference says and what the engine answers [N], both on the
 /// body.
 struct ComparedRow {
@@ -45,7 +39,7 @@ struct Statement {
   std::vector<NamedError> baselines;  ///< of simpler responses on the same rows
 };
 
-/// Error figures of the rows; the other fields are the caller's. Quantiles are nearest-rank.
+/// Error figures of the rows (M11a); the other fields are the caller's. Quantiles are nearest-rank.
 Statement summarize(const std::vector<ComparedRow>& rows);
 
 /// The four figures of some rows.

@@ -25,15 +25,18 @@ importers::ReadSettings read_settings(unsigned char format, unsigned char choice
   if (read.format == "csv") {
     read.columns.time = choice & 1 ? "t" : "";
     if (choice & 2) {
-      read.columns.position = {"x", "y", "z"}, read.columns.force = {"fx", "fy", "fz"};
+      read.columns.position = {"x", "y", "z"};
+      read.columns.force = {"fx", "fy", "fz"};
       if (choice & 4) read.columns.torque = {"tx", "ty", "tz"};
     } else {
-      read.columns.depth = "z", read.columns.force = {"fz"};
+      read.columns.depth = "z";
+      read.columns.force = {"fz"};
     }
   }
   if (read.format == "csv" || read.format == "robot-palpation")
     read.units = {"s", "mm", "N", "Nmm"};
-  read.is_force_on_tool = choice & 8, read.drop_invalid = choice & 16;
+  read.is_force_on_tool = choice & 8;
+  read.drop_invalid = choice & 16;
   read.cantilever = importers::Cantilever{0.2, 1e-7, 0, 0};
   read.max_bytes = 1 << 20;
   return read;

@@ -44,5 +44,30 @@ TEST(bench_curves, wants_samples_and_says_how) {
   EXPECT_NE(outcome.err.find("--samples samples.h5"), std::string::npos) << outcome.err;
 }
 
+TEST(bench, hands_its_arguments_and_the_exit_status_through) {
+  const Folder folder;
+  const Outcome help = palpate(folder, "bench --help");
+  EXPECT_EQ(help.status, 0) << help.err;
+  EXPECT_NE(help.out.find("--part"), std::string::npos) << help.out;
+  const Outcome usage = palpate(folder, "bench fem --no-such-option");
+  EXPECT_EQ(usage.status, 2) << usage.err;
+  const Outcome unknown = palpate(folder, "bench speed -o " + folder.path().string());
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("palpate: error: bench: there is no benchmark called speed"),
+            std::string::npos)
+      << unknown.err;
+}
+
+TEST(bench, says_when_the_program_is_not_beside_palpate) {
+  const Folder folder;
+  fs::copy_file(PALPATE_PROGRAM, folder / "palpate");
+  const int raw = std::system(
+      ((folder / "palpate").string() + " bench tick 2>" + (folder / "err").string()).c_str());
+  EXPECT_EQ(WEXITSTATUS(raw), 1);
+  const std::string err = content_of(folder / "err");
+  EXPECT_NE(err.find("palpate: error: bench: cannot start "), std::string::npos) << err;
+  EXPECT_NE(err.find("Build the target palpate_bench"), std::string::npos) << err;
+}
+
 }  // namespace
 }  // namespace palpate::tools::testing_support

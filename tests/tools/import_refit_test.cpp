@@ -105,5 +105,19 @@ TEST_F(Refit, recordings_removed_and_added_end_in_the_bytes_of_a_whole_run) {
   expect_as_from_nothing("24");
 }
 
+TEST_F(Refit, without_the_side_file_takes_longer_and_ends_in_the_same_bytes) {
+  write_batch(folder_, 6);
+  ASSERT_EQ(import("samples.h5").status, 0);
+  fit("curves.h5", " --smoothing none");
+  ASSERT_TRUE(fs::exists(folder_ / "curves.h5.warm"));
+  folder_.write("3.csv", press(3, 1.2));
+  ASSERT_EQ(import("samples.h5").status, 0);
+  const std::string warm = " --smoothing none --warm-start " + path("curves.h5");
+  EXPECT_NE(fit("with.h5", warm).err.find("kept: 5 points"), std::string::npos);
+  fs::remove(folder_ / "curves.h5.warm");
+  EXPECT_EQ(fit("without.h5", warm).err.find("kept:"), std::string::npos);
+  EXPECT_TRUE(content_of(folder_ / "with.h5") == content_of(folder_ / "without.h5"));
+}
+
 }  // namespace
 }  // namespace palpate::tools

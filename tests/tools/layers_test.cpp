@@ -1,10 +1,11 @@
-// Includes point only downward through the layers (docs/architecture.md).
+// Includes point only downward, between layers and between the rooms of a layer
+// (docs/architecture.md).
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -14,67 +15,198 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Which layers a layer may include; its own always, nested folders with their parents.
-const std::map<std::string, std::set<std::string>> kAllowed{
+/// A folder, or a file by its name without extension, and what it may include besides itself. A row
+/// names only rows above it, so that the table has no circle.
+struct Row {
+  std::string name;
+  std::vector<std::string> below;
+};
+
+const std::vector<Row> kLayers{
     {"libfit/runtime", {}},
-    {"libfit/core", {"libfit/runtime"}},
+    {"libfit/core", {"libfit/runtime/families"}},
     {"libfit/io", {"libfit/core", "libfit/runtime"}},
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
     {"libfit/assets", {"libfit/core", "libfit/runtime", "libfit/io"}},
     {"libfit/recordings", {"libfit/core", "libfit/io", "libfit/refine"}},
+    {"libfit/validation",
+     {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine",
+      "libfit/assets"}},
     {"libfem/probes", {"libfit/core"}},
-    {"libfem/mesh", {"libfit/core"}},
     {"libfem/materials", {"libfit/core"}},
+    {"libfem/mesh", {"libfit/core"}},
     {"libfem/contact", {"libfit/core", "libfem/probes"}},
+    {"libfem/elements", {"libfit/core", "libfem/materials", "libfem/mesh"}},
     {"libfem/solve",
-     {"libfit/core", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact"}},
+     {"libfit/core", "libfem/probes", "libfem/materials", "libfem/mesh", "libfem/contact",
+      "libfem/elements"}},
+    {"data/generators", {"libfit/core", "libfem/mesh"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
-      "libfit/recordings", "libfem/probes", "libfem/mesh", "libfem/materials", "libfem/contact",
-      "libfem/solve"}},
-    {"data", {"libfit/core", "libfem/mesh"}},
+      "libfit/recordings", "libfit/validation", "libfem/probes", "libfem/materials", "libfem/mesh",
+      "libfem/contact", "libfem/elements", "libfem/solve"}},
 };
 
-std::string layer_of(const std::string& path) {
-  for (const auto& [layer, allowed] : kAllowed)
-    if (path.rfind(layer + "/", 0) == 0) return layer;
-  return {};
+const std::vector<Row> kRooms{
+    {"tools/build_identity", {}},
+    {"tools/command", {}},
+    {"tools/console", {}},
+    {"tools/scene", {}},
+    {"tools/manifest", {"tools/scene"}},
+    {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
+    {"tools/realtime", {"tools/console"}},
+    {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
+    {"tools/commands",
+     {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
+      "tools/realtime"}},
+    {"tools/main", {"tools/command", "tools/console"}},
+
+    {"libfit/io/hdf5", {"libfit/io"}},
+    {"libfit/io/csv", {"libfit/io"}},
+    {"libfit/io/files", {"libfit/io", "libfit/io/hdf5"}},
+
+    {"libfit/fit/options", {}},
+    {"libfit/fit/report", {"libfit/fit/options"}},
+    {"libfit/fit/spline", {"libfit/fit/options", "libfit/fit/report"}},
+    {"libfit/fit/rows", {"libfit/fit/options", "libfit/fit/report", "libfit/fit/spline"}},
+    {"libfit/fit/basis",
+     {"libfit/fit/options", "libfit/fit/report", "libfit/fit/spline", "libfit/fit/rows"}},
+    {"libfit/fit/point",
+     {"libfit/fit/options", "libfit/fit/report", "libfit/fit/spline", "libfit/fit/rows",
+      "libfit/fit/basis"}},
+    {"libfit/fit/neighbours",
+     {"libfit/fit/options", "libfit/fit/report", "libfit/fit/spline", "libfit/fit/rows",
+      "libfit/fit/point"}},
+    {"libfit/fit",
+     {"libfit/fit/options", "libfit/fit/report", "libfit/fit/spline", "libfit/fit/rows",
+      "libfit/fit/basis", "libfit/fit/point", "libfit/fit/neighbours"}},
+
+    {"libfit/recordings/formats", {}},
+    {"libfit/recordings/signal", {"libfit/recordings/formats"}},
+    {"libfit/recordings/contact_point", {"libfit/recordings/formats", "libfit/recordings/signal"}},
+    {"libfit/recordings/placing",
+     {"libfit/recordings/formats", "libfit/recordings/signal", "libfit/recordings/contact_point"}},
+    {"libfit/recordings/batch",
+     {"libfit/recordings/formats", "libfit/recordings/signal", "libfit/recordings/contact_point",
+      "libfit/recordings/placing"}},
+
+    {"libfem/mesh/read", {"libfem/mesh"}},
+    {"libfem/mesh/repair", {"libfem/mesh"}},
+    {"libfem/mesh/surface", {"libfem/mesh", "libfem/mesh/repair"}},
+    {"libfem/mesh/fill", {"libfem/mesh", "libfem/mesh/repair", "libfem/mesh/surface"}},
+    {"libfem/mesh/grade", {"libfem/mesh", "libfem/mesh/surface"}},
+
+    {"libfem/solve/factor", {}},
+    {"libfem/solve/equilibrium", {"libfem/solve/factor"}},
+    {"libfem/solve/experiments", {"libfem/solve/factor", "libfem/solve/equilibrium"}},
+};
+
+bool is_in(const std::string& path, const std::string& room) {
+  if (path.rfind(room, 0) != 0) return false;
+  return path.size() == room.size() || path[room.size()] == '/' || path[room.size()] == '.';
+}
+
+// Longest name that holds the path; empty where none does.
+std::string row_of(const std::vector<Row>& rows, const std::string& path) {
+  std::string found;
+  for (const Row& row : rows)
+    if (is_in(path, row.name) && row.name.size() > found.size()) found = row.name;
+  return found;
+}
+
+// A file of a layer beside its rooms stands in the layer's own folder.
+std::string room_of(const std::string& path) {
+  const std::string room = row_of(kRooms, path);
+  return room.empty() ? row_of(kLayers, path) : room;
+}
+
+const std::vector<std::string>& below(const std::vector<Row>& rows, const std::string& name) {
+  return std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == name; })
+      ->below;
+}
+
+// Whether a layer may include the file: those below it with all that is in them.
+bool may_reach(const std::string& layer, const std::string& file) {
+  const auto& names = below(kLayers, layer);
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return is_in(file, name); });
+}
+
+// Whether a room may include another: those below it without what is nested in them.
+bool may_enter(const std::string& room, const std::string& other) {
+  for (const Row& row : kRooms)
+    if (row.name == room)
+      return std::find(row.below.begin(), row.below.end(), other) != row.below.end();
+  return false;  // a layer's own folder is below its rooms, unless it has a row
 }
 
 struct Include {
-  std::string file, layer, target;
+  std::string file, target;
+  bool is_quoted;
 };
 
-std::vector<Include> all_includes() {
-  static const std::regex pattern(R"re(^\s*#\s*include\s*["<]([^">]+)[">])re");
+std::vector<Include> read_includes() {
+  static const std::regex pattern(R"re(^\s*#\s*include\s*(["<])([^">]+)[">])re");
+  static const std::set<std::string> kExtensions{".cpp", ".hpp", ".h", ".inc"};
   std::vector<Include> includes;
-  for (const char* top : {"libfit", "libfem", "tools", "data"}) {
+  for (const char* top : {"libfit", "libfem", "tools", "data"})
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(PALPATE_SOURCE_DIR) / top)) {
-      const auto extension = entry.path().extension();
-      if (extension != ".cpp" && extension != ".hpp" && extension != ".h") continue;
+      if (!kExtensions.count(entry.path().extension().string())) continue;
       const std::string file = fs::relative(entry.path(), PALPATE_SOURCE_DIR).generic_string();
       std::ifstream stream(entry.path());
       for (std::string line; std::getline(stream, line);) {
         std::smatch match;
         if (std::regex_search(line, match, pattern))
-          includes.push_back({file, layer_of(file), match[1]});
+          includes.push_back({file, match[2], match[1] == "\""});
       }
     }
-  }
+  return includes;
+}
+
+const std::vector<Include>& all_includes() {
+  static const std::vector<Include> includes = read_includes();
   return includes;
 }
 
 TEST(layers, every_source_file_belongs_to_a_layer) {
-  for (const Include& include : all_includes()) EXPECT_NE(include.layer, "") << include.file;
+  std::set<std::string> strays;
+  for (const Include& include : all_includes())
+    if (row_of(kLayers, include.file).empty()) strays.insert(include.file);
+  for (const std::string& file : strays) ADD_FAILURE() << file;
+}
+
+TEST(layers, tables_have_no_circle_and_no_stale_row) {
+  const fs::path root(PALPATE_SOURCE_DIR);
+  for (const auto* rows : {&kLayers, &kRooms}) {
+    std::set<std::string> above;
+    for (const Row& row : *rows) {
+      for (const std::string& name : row.below) {
+        const bool is_ground = row_of(kRooms, name).empty() && !row_of(kLayers, name).empty();
+        EXPECT_TRUE(above.count(name) || is_ground) << row.name << " may include " << name;
+      }
+      above.insert(row.name);
+      EXPECT_TRUE(fs::exists(root / row.name) || fs::exists(root / (row.name + ".cpp")) ||
+                  fs::exists(root / (row.name + ".hpp")))
+          << row.name;
+    }
+  }
 }
 
 TEST(layers, includes_point_only_downward) {
   for (const Include& include : all_includes()) {
-    const std::string target = layer_of(include.target);
-    if (target.empty() || target == include.layer) continue;
-    EXPECT_TRUE(kAllowed.at(include.layer).count(target))
-        << include.file << " includes " << include.target;
+    const std::string from = row_of(kLayers, include.file), to = row_of(kLayers, include.target);
+    if (to.empty() || to == from) continue;
+    EXPECT_TRUE(may_reach(from, include.target)) << include.file << " includes " << include.target;
+  }
+}
+
+TEST(layers, includes_point_only_downward_within_a_layer) {
+  for (const Include& include : all_includes()) {
+    if (row_of(kLayers, include.file) != row_of(kLayers, include.target)) continue;
+    const std::string from = room_of(include.file), to = room_of(include.target);
+    if (to == from) continue;
+    EXPECT_TRUE(may_enter(from, to)) << include.file << " includes " << include.target;
   }
 }
 
@@ -82,24 +214,21 @@ TEST(layers, the_engine_includes_nothing_but_itself_and_the_standard_library) {
   static const std::set<std::string> kStandard{"cstddef",     "cstdint",  "cstring", "cmath",
                                                "type_traits", "cstdio",   "vector",  "limits",
                                                "cstdlib",     "stddef.h", "stdint.h"};
+  const fs::path root(PALPATE_SOURCE_DIR), engine = root / "libfit/runtime";
   for (const Include& include : all_includes()) {
-    if (include.layer != "libfit/runtime") continue;
-    const bool is_here = include.target.find('/') == std::string::npos ||
-                         include.target.starts_with("families/") ||
-                         include.target.starts_with("../");
+    if (row_of(kLayers, include.file) != "libfit/runtime") continue;
+    const fs::path beside = (root / include.file).parent_path() / include.target;
     const bool is_own =
-        is_here && (include.target.ends_with(".hpp") || include.target.ends_with(".h"));
-    EXPECT_TRUE(is_own || kStandard.count(include.target) ||
-                include.target.rfind("libfit/runtime/", 0) == 0)
+        include.is_quoted && fs::exists(beside) && *fs::relative(beside, engine).begin() != "..";
+    EXPECT_TRUE(is_own || kStandard.count(include.target))
         << include.file << " includes " << include.target;
   }
 }
 
 TEST(layers, includes_start_at_the_repository_root) {
   for (const Include& include : all_includes()) {
-    if (include.layer == "libfit/runtime") continue;  // copied out as a folder, so relative there
-    const bool is_relative = include.target.rfind(".", 0) == 0;
-    EXPECT_FALSE(is_relative) << include.file << " includes " << include.target;
+    if (row_of(kLayers, include.file) == "libfit/runtime") continue;  // copied out as a folder
+    EXPECT_NE(include.target.front(), '.') << include.file << " includes " << include.target;
   }
 }
 

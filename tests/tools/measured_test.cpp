@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "tests/support/shared_data.hpp"
 #include "tests/tools/command_line.hpp"
 
 namespace palpate::tools {
@@ -39,9 +40,7 @@ std::string at_corners(const std::string& file, const char* unit, double side) {
 
 class Measured : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!fs::exists(data_)) GTEST_SKIP() << "no recordings at " << data_;
-  }
+  void SetUp() override { PALPATE_NEEDS_DATA("data/indentation"); }
   std::string path(const char* name) const { return (folder_ / name).string(); }
   std::string files(const char* pattern) const { return fs::canonical(data_).string() + pattern; }
 
@@ -100,7 +99,7 @@ class Measured : public testing::Test {
   }
 
   Folder folder_;
-  fs::path data_ = PALPATE_SHARED_DATA;
+  fs::path data_ = testing_support::shared_data("data");
 };
 
 TEST_F(Measured, a_force_map_becomes_an_asset_and_says_what_its_cantilever_leaves_open) {

@@ -41,7 +41,6 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
   EXPECT_NE(more.err.find("simulate 18/18"), std::string::npos) << more.err;
   EXPECT_EQ(more.err.find("simulate 16/"), std::string::npos) << "simulated again: " << more.err;
 
-  // HDF5 files carry the scene's text as it was when the body was made.
   const Outcome at_once = run("fresh", "--jobs 2");
   ASSERT_EQ(at_once.status, 3) << at_once.err;
   for (const char* file : {"placement.csv", "stiffness.vtu", "validation.csv"})

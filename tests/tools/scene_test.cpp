@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/core/error.hpp"
+#include "tools/scene/settings.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -59,7 +60,7 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   const ProbeSection flat =
       probe("shape = \"flat\"\nradius = \"6 mm\"\nedge_radius = \"0.4 mm\"\n");
   EXPECT_DOUBLE_EQ(flat.spec.values.at("edge_radius").at(0), 0.0004);
-  EXPECT_EQ(recorded_radius_m(flat), 0);
+  EXPECT_EQ(ball_radius_m(flat.spec), 0);
   const ProbeSection cone =
       probe("shape = \"cone\"\nhalf_angle = \"45 deg\"\ntip_radius = 0.001\n");
   EXPECT_NEAR(cone.spec.values.at("half_angle").at(0), 0.785398163397448, 1e-15);
@@ -73,8 +74,10 @@ TEST(scene, a_probe_takes_the_keys_of_its_shape_in_units) {
   const ProbeSection mesh = probe("shape = \"mesh\"\nmesh = \"tool.stl\"\nlength_unit = \"mm\"\n");
   EXPECT_EQ(mesh.mesh->string(), "/scenes/tool.stl");
   EXPECT_EQ(mesh.mesh_unit_m, 1e-3);
-  EXPECT_EQ(recorded_radius_m(probe("")), 0.005);
-  EXPECT_EQ(canonical(probe("")), "sphere 0.005 0.3");
+  EXPECT_EQ(ball_radius_m(probe("").spec), 0.005);
+  EXPECT_EQ(canonical(probe("").spec),
+            "friction = 0.3 1\nmesh/triangles =  1\nmesh/vertices =  m\nradius = 0.005 m\n"
+            "shape = \"sphere\"\n");
   EXPECT_EQ(probe("shape = \"point\"\n").spec.shape, "point");
 }
 
@@ -144,9 +147,9 @@ TEST(scene, which_points_are_chosen_does_not_change_what_one_of_them_comes_from)
       parse_scene(kSmallest + "[experiments]\ntest_points = \"auto\"\n", "a.toml");
   const Scene spent =
       parse_scene(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 50\n", "a.toml");
-  EXPECT_EQ(canonical_point(few), canonical_point(automatic));
-  EXPECT_NE(canonical_experiments(automatic), canonical_experiments(spent));
-  EXPECT_EQ(canonical_body(automatic), canonical_body(spent));
+  EXPECT_EQ(canonical(few, Stage::simulate), canonical(automatic, Stage::simulate));
+  EXPECT_NE(canonical(automatic, Stage::place), canonical(spent, Stage::place));
+  EXPECT_EQ(canonical(automatic, Stage::prepare), canonical(spent, Stage::prepare));
 }
 
 TEST(scene, broken_toml_names_line_and_column) {
@@ -166,21 +169,21 @@ TEST(scene, smoothing_is_a_word_or_a_strength) {
   EXPECT_THROW(smoothing_of("-1"), Error);
   EXPECT_THROW(smoothing_of("true"), Error);
   const Scene none = parse_scene(kSmallest + "[fit]\nsmoothing = \"none\"\n", "/s/a.toml");
-  EXPECT_NE(canonical_fit(none), canonical_fit(parse_scene(kSmallest, "/s/a.toml")));
+  EXPECT_NE(canonical(none.fit), canonical(parse_scene(kSmallest, "/s/a.toml").fit));
 }
 
 TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
   const Scene a = parse_scene(kSmallest + "[fit]\ntolerance = 0.02\n", "/s/a.toml");
   const Scene b = parse_scene(
       "# a comment\n" + kSmallest + "[experiments]\ndepth = \"1 cm\"\n[fit]\n", "/s/a.toml");
-  EXPECT_EQ(canonical_fit(a), canonical_fit(b));
-  EXPECT_EQ(canonical_experiments(a), canonical_experiments(b));
-  EXPECT_EQ(canonical_body(a), canonical_body(b));
+  EXPECT_EQ(canonical(a.fit), canonical(b.fit));
+  EXPECT_EQ(canonical(a, Stage::simulate), canonical(b, Stage::simulate));
+  EXPECT_EQ(canonical(a, Stage::prepare), canonical(b, Stage::prepare));
   const Scene c = parse_scene(kSmallest + "[fit]\ntolerance = 0.03\n", "/s/a.toml");
-  EXPECT_NE(canonical_fit(a), canonical_fit(c));
-  EXPECT_EQ(canonical_experiments(a), canonical_experiments(c));
+  EXPECT_NE(canonical(a.fit), canonical(c.fit));
+  EXPECT_EQ(canonical(a, Stage::simulate), canonical(c, Stage::simulate));
   const Scene d = parse_scene(kSmallest + "[probe]\nfriction = 0.2\n", "/s/a.toml");
-  EXPECT_NE(canonical_experiments(a), canonical_experiments(d));
+  EXPECT_NE(canonical(a, Stage::simulate), canonical(d, Stage::simulate));
 }
 
 }  // namespace

@@ -65,14 +65,14 @@ int expect_right_or_refused(const HardCase& hard) {
       Simulator(hard.setup).press_and_drag(hard.position, hard.normal, hard.experiments);
   const double cost = cpu_seconds() - start;
   std::printf("%s: %d nodes (twin %d), %d Newton, %d PCG, %d factorizations, %.1f s CPU\n",
-              hard.name.c_str(), shipped.cost.nodes, shipped.cost.twin_nodes,
+              hard.name.c_str(), shipped.cost.nodes, shipped.cost.coarse_nodes,
               shipped.cost.solver.newton, shipped.cost.solver.pcg,
               shipped.cost.solver.factorizations, cost);
   std::fflush(stdout);
   SimulationSetup finer = hard.setup;
   finer.options.element_size /= 1.6;
   finer.options.growth /= 1.6;
-  finer.options.twin_ratio = 0;
+  finer.options.coarse_ratio = 0;
   const PointRows reference =
       Simulator(finer).press_and_drag(hard.position, hard.normal, hard.experiments);
   int good = 0;
@@ -273,7 +273,7 @@ TEST(HardCases, an_arch_is_followed_past_its_limit_and_says_that_it_falls) {
   for (std::size_t i = 1; i < pressed.rows.size(); ++i) {
     if (pressed.rows[i].status != RowStatus::good) continue;
     const bool is_less = pressed.rows[i].force.norm() < pressed.rows[i - 1].force.norm();
-    EXPECT_EQ(pressed.rows[i].doubt == RowDoubt::falls, is_less) << "row " << i;
+    EXPECT_EQ(pressed.rows[i].doubt == StepCheck::falls, is_less) << "row " << i;
     falling += is_less;
   }
   EXPECT_GE(falling, 2);

@@ -91,7 +91,8 @@ class Newton {
       const double scale = force.cwiseAbs().maxCoeff() + to * problem_.load.cwiseAbs().maxCoeff();
       const Eigen::VectorXd residual = free_.restricted(to * problem_.load - force);
       if (residual.cwiseAbs().maxCoeff() <= 1e-10 * scale) {
-        out.u = u, out.min_J = body_.min_J();
+        out.u = u;
+        out.min_J = body_.min_J();
         out.reaction = force - to * problem_.load;
         return true;
       }
@@ -108,16 +109,19 @@ class Newton {
   // K d = load - force - K change, with less of the indefinite part of K where it has to be.
   bool tangent_direction(const Points& u, double share, const Points& change, Points& force,
                          Eigen::VectorXd& direction) {
-    for (const double bend : {1.0, 0.5, 0.0}) {
+    for (const double geometric_scale : {1.0, 0.5, 0.0}) {
       force = Points::Zero(u.rows(), 3);
       K_.set_zero();
-      body_.add_stiffness(u, bend, force, K_);
+      body_.add_stiffness(u, geometric_scale, force, K_);
       Eigen::VectorXd pulled;
       K_.multiply(Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()), pulled);
       const Points right =
           share * problem_.load - force - Eigen::Map<const Points>(pulled.data(), u.rows(), 3);
       const Eigen::SparseMatrix<double> K = free_.lower(K_);
-      if (!is_analysed_) solver_.analyzePattern(K), is_analysed_ = true;
+      if (!is_analysed_) {
+        solver_.analyzePattern(K);
+        is_analysed_ = true;
+      }
       solver_.factorize(K);
       if (solver_.info() != Eigen::Success) continue;
       direction = solver_.solve(free_.restricted(right));

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -17,15 +16,12 @@ struct BenchRequest {
   bool is_quick = false;  ///< a shorter version for tests: the same code, smaller sizes
 };
 
-/// A row of the table of benchmarks in cmd_bench.cpp. run: writes its files and says what it found.
+/// A row of the table of benchmarks in main.cpp. run: writes its files and says what it found.
 /// Throws Error when a file cannot be written.
 struct Benchmark {
   std::string_view name, summary;
   void (*run)(const BenchRequest& request);
 };
-
-/// Every benchmark, one file `bench_<name>.cpp` each.
-std::span<const Benchmark> benchmarks();
 
 void bench_tick(const BenchRequest& request);
 void bench_clicks(const BenchRequest& request);

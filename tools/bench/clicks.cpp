@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libfit/core/statistics.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "tools/bench/bench.hpp"
@@ -28,13 +29,6 @@ Vec3 tip_at(int tick, double slope, double start_angle) {
       std::sqrt(kForce_N * 0.01 / k) * std::min(1.0, 1 + tick / 200.0) - (tick < -199 ? 1e-3 : 0);
   const double r = kCylinderRadius_m - depth;
   return {r * std::cos(angle), r * std::sin(angle), z};
-}
-
-double share_of(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 // RMS between `from` and half the rate, of a Hann-windowed signal (the window's power taken out).
@@ -92,12 +86,12 @@ ClickResult measure(const runtime::AssetView& asset, const ClickCase& what, int 
     if (track == 0) out.force_N = force;
   }
   out.crossings = static_cast<int>(jumps.size());
-  out.median_jump_N = share_of(jumps, 0.5);
+  out.median_jump_N = quantile(jumps, 0.5);
   for (double jump : jumps) out.mean_jump_N += jump / static_cast<double>(jumps.size());
-  out.median_ridge_N = share_of(ridges, 0.5);
-  out.p95_jump_N = share_of(jumps, 0.95);
-  out.max_jump_N = share_of(jumps, 1);
-  out.ordinary_N = share_of(ordinary, 0.5);
+  out.median_ridge_N = quantile(ridges, 0.5);
+  out.p95_jump_N = quantile(jumps, 0.95);
+  out.max_jump_N = quantile(jumps, 1);
+  out.ordinary_N = quantile(ordinary, 0.5);
   out.band_rms_N = std::sqrt(squares);
   return out;
 }

@@ -18,8 +18,7 @@ constexpr std::array kParts{
     FemPart{"uniform", "graded against uniform mesh of equal contact element size", fem_uniform},
     FemPart{"accuracy", "force error and time of a press by element, size and Poisson's ratio",
             fem_accuracy},
-    FemPart{"bodies", "press and whole test point on block, cylinder and liver, by phase",
-            fem_bodies},
+    FemPart{"bodies", "press and whole test point on block, cylinder and liver", fem_bodies},
     FemPart{"ripple", "force over 0.1 mm steps against a smooth curve", fem_ripple},
     FemPart{"threads", "cost by number of test points, one and two threads", fem_threads},
     FemPart{"assembly", "assembly by instruction set against one double at a time", fem_assembly},
@@ -68,9 +67,9 @@ void bench_fem(const BenchRequest& request) {
     if (!is_all && part.name != request.part) continue;
     is_found = true;
     say("{}: {}", part.name, part.summary);
-    const double start = fem::Profile::now_s();
+    const double start = thread_cpu_s();
     show_table(part.run(request), part.name, request);
-    say("  {:.0f} s of CPU of this thread", fem::Profile::now_s() - start);
+    say("  {:.0f} s of CPU of this thread", thread_cpu_s() - start);
   }
   if (!is_found)
     throw Error("bench fem --part", "there is no part called " + request.part,

@@ -56,10 +56,12 @@ FemCase fem_liver();
 
 fem::Experiments press_of(double depth_m, int steps);
 
+/// CPU time of the calling thread [s].
+double thread_cpu_s();
+
 /// What a run took and gave.
 struct FemRun {
   fem::PointRows rows;
-  fem::Profile profile;
   double cpu_s = 0;
 };
 FemRun run_case(const FemCase& what, const fem::Experiments& experiments);

@@ -30,7 +30,16 @@ struct SolverChoice {
   void (*apply)(fem::SolverOptions& options);
 };
 constexpr SolverChoice kChoices[] = {
-    {"plain: a factor per iteration", [](fem::SolverOptions& o) { o.equilibrium.is_plain = true; }},
+    // The textbook's solver: a fresh factor at every iteration, which one conjugate gradient then
+    // only polishes, and no condensed model.
+    {"plain: a factor per iteration",
+     [](fem::SolverOptions& o) {
+       o.equilibrium.max_pcg = 1;
+       o.equilibrium.stale_pcg = -1;
+       o.equilibrium.max_model = 0;
+       o.equilibrium.linear = o.equilibrium.linear_far = 1e-5;
+       o.equilibrium.max_astray = o.equilibrium.max_newton;
+     }},
     {"shipped: stale factor, model", [](fem::SolverOptions&) {}},
     {"no condensed model", [](fem::SolverOptions& o) { o.equilibrium.max_model = 0; }},
     {"factor of rest state only",
@@ -38,12 +47,12 @@ constexpr SolverChoice kChoices[] = {
        o.equilibrium.max_pcg = 400;
        o.equilibrium.stale_pcg = 1 << 30;
      }},
-    {"overlap not given back", [](fem::SolverOptions& o) { o.walk.gives_back = false; }},
+    {"no Uzawa update", [](fem::SolverOptions& o) { o.path.uzawa_update = false; }},
 };
 
 void add_choices(const std::string& experiment, FemCase what, const fem::Experiments& experiments,
                  std::size_t choices, double poisson, BenchTable& table) {
-  what.setup.options.twin_ratio = 0;
+  what.setup.options.coarse_ratio = 0;
   FemRun plain;
   for (std::size_t c = 0; c < choices; ++c) {
     FemCase here = what;
@@ -85,8 +94,7 @@ BenchTable fem_solver(const BenchRequest& request) {
 }
 
 BenchTable fem_uniform(const BenchRequest& request) {
-  BenchTable table{
-      {"mesh", "nodes", "rows", "CPU_s", "uniform/this", "force_N", "factors", "factor_CPU_s"}, {}};
+  BenchTable table{{"mesh", "nodes", "rows", "CPU_s", "uniform/this", "force_N", "factors"}, {}};
   const double size_m = request.is_quick ? 0.01 : 0.004;
   const auto cells = [&](double edge) { return static_cast<int>(std::lround(edge / size_m)); };
   FemCase uniform = fem_block(0.45, 0, {cells(0.1), cells(0.1), cells(0.04)}),
@@ -94,7 +102,7 @@ BenchTable fem_uniform(const BenchRequest& request) {
   const double depth_m = 0.002;
   const fem::Probe probe = fem::make_probe(graded.setup.probe, "bench");
   for (FemCase* what : {&uniform, &graded}) {
-    what->setup.options.twin_ratio = 0;
+    what->setup.options.coarse_ratio = 0;
     what->setup.options.shallowest = 1;
     what->setup.options.element_size = size_m / probe.mesh_length_m(depth_m);
   }
@@ -103,25 +111,23 @@ BenchTable fem_uniform(const BenchRequest& request) {
   for (const FemCase* what : {&uniform, &graded}) {
     const FemRun run = run_case(*what, press_of(depth_m, 2));
     if (what == &uniform) uniform_s = run.cpu_s;
-    const auto factor = static_cast<std::size_t>(fem::Phase::factor);
     table.rows.push_back({what == &uniform ? "uniform" : "graded",
                           fmt::format("{}", run.rows.cost.nodes),
                           fmt::format("{}", run.rows.rows.size()), seconds(run.cpu_s),
                           fmt::format("{:.1f}", uniform_s / run.cpu_s),
                           fmt::format("{:.5f}", run.rows.rows.back().force.norm()),
-                          fmt::format("{}", run.rows.cost.solver.factorizations),
-                          seconds(run.profile.seconds[factor])});
+                          fmt::format("{}", run.rows.cost.solver.factorizations)});
   }
   return table;
 }
 
 BenchTable fem_accuracy(const BenchRequest& request) {
-  BenchTable table{{"element", "size", "twin", "poisson", "nodes", "CPU_s", "worst_percent",
+  BenchTable table{{"element", "size", "coarse", "poisson", "nodes", "CPU_s", "worst_percent",
                     "mean_percent", "worst_bound_percent"},
                    {}};
   struct Choice {
     fem::ElementKind kind;
-    double size, twin;
+    double size, coarse;
   };
   std::vector<Choice> choices{{fem::ElementKind::automatic, 0.6, 1.6}};
   if (!request.is_quick) {
@@ -134,7 +140,7 @@ BenchTable fem_accuracy(const BenchRequest& request) {
     for (const Choice& choice : choices) {
       FemCase what = fem_cylinder(poisson);
       what.setup.options.element_size = what.setup.options.growth = choice.size;
-      what.setup.options.twin_ratio = choice.twin;
+      what.setup.options.coarse_ratio = choice.coarse;
       what.setup.options.equilibrium.element = choice.kind;
       const FemRun run = run_case(what, press_of(kDepth_m, 10));
       const ForceError error = force_error(run.rows, fem_cylinder_force_N(poisson));
@@ -145,20 +151,18 @@ BenchTable fem_accuracy(const BenchRequest& request) {
       for (const fem::ElementRow& row : fem::kElements)
         if (row.kind == choice.kind) name = row.name;
       table.rows.push_back({std::string(name), fmt::format("{}", choice.size),
-                            fmt::format("{}", choice.twin), fmt::format("{}", poisson),
+                            fmt::format("{}", choice.coarse), fmt::format("{}", poisson),
                             fmt::format("{}", run.rows.cost.nodes), seconds(run.cpu_s),
                             percent(error.worst), fmt::format("{:.2f}", 100 * error.mean),
-                            choice.twin > 0 ? fmt::format("{:.2f}", 100 * bound) : "-"});
+                            choice.coarse > 0 ? fmt::format("{:.2f}", 100 * bound) : "-"});
     }
   return table;
 }
 
 BenchTable fem_bodies(const BenchRequest& request) {
   BenchTable table{{"body", "poisson", "experiments", "depth_mm", "rows", "bad_rows", "nodes",
-                    "twin_nodes", "CPU_s", "median_bound_percent"},
+                    "coarse_nodes", "CPU_s", "median_bound_percent"},
                    {}};
-  for (const std::string_view phase : fem::kPhaseNames)
-    table.header.push_back(std::string(phase) + "_s");
   const auto add = [&](const std::string& body, double poisson, const std::string& kind,
                        const FemCase& what, const fem::Experiments& experiments) {
     const FemRun run = run_case(what, experiments);
@@ -174,14 +178,9 @@ BenchTable fem_bodies(const BenchRequest& request) {
         fmt::format("{}", run.rows.rows.size()),
         fmt::format("{}", run.rows.rows.size() - bounds.size()),
         fmt::format("{}", run.rows.cost.nodes),
-        fmt::format("{}", run.rows.cost.twin_nodes),
+        fmt::format("{}", run.rows.cost.coarse_nodes),
         seconds(run.cpu_s),
         bounds.empty() ? "-" : fmt::format("{:.2f}", 100 * bounds[bounds.size() / 2])};
-    // What is outside an equilibrium (meshes, first touch) belongs to "other".
-    double rest = run.cpu_s;
-    for (std::size_t p = 1; p < fem::kPhases; ++p) rest -= run.profile.seconds[p];
-    line.push_back(seconds(rest));
-    for (std::size_t p = 1; p < fem::kPhases; ++p) line.push_back(seconds(run.profile.seconds[p]));
     table.rows.push_back(line);
     say("  {} {} {}: {:.2f} s", body, poisson, kind, run.cpu_s);
   };
@@ -206,7 +205,7 @@ BenchTable fem_bodies(const BenchRequest& request) {
 BenchTable fem_ripple(const BenchRequest& request) {
   // Local parabolas through 15 rows of F / d^(3/2), which for a ball is nearly constant.
   FemCase what = fem_block(0.45);
-  what.setup.options.twin_ratio = 0;
+  what.setup.options.coarse_ratio = 0;
   const int steps = 50, first = 10;
   const FemRun run = run_case(what, press_of(0.005, request.is_quick ? 25 : steps));
   const auto& rows = run.rows.rows;

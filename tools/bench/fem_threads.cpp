@@ -16,7 +16,7 @@ namespace {
 class ThreadClock {
  public:
   void look() {
-    const double now = fem::Profile::now_s();
+    const double now = thread_cpu_s();
     const std::lock_guard<std::mutex> lock(mutex_);
     auto& [first, last] = seen_.try_emplace(std::this_thread::get_id(), now, now).first->second;
     first = std::min(first, now);
@@ -73,8 +73,14 @@ BenchTable fem_threads(const BenchRequest& request) {
       const double wall_s = wall_seconds() - start;
       const std::vector<double> cpu = clock.seconds();
       double sum = 0, busiest = 0;
-      for (const double s : cpu) sum += s, busiest = std::max(busiest, s);
-      if (threads == 1) alone[count] = samples, alone_s[count] = sum;
+      for (const double s : cpu) {
+        sum += s;
+        busiest = std::max(busiest, s);
+      }
+      if (threads == 1) {
+        alone[count] = samples;
+        alone_s[count] = sum;
+      }
       table.rows.push_back({fmt::format("{}", count), fmt::format("{}", cpu.size()),
                             fmt::format("{:.2f}", wall_s), fmt::format("{:.2f}", sum),
                             fmt::format("{:.2f}", busiest), fmt::format("{:.2f}", sum / count),

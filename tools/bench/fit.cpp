@@ -23,7 +23,8 @@ constexpr int kPieces = 4;
 Samples bench_samples(int points, int steps) {
   const int rows = 3 * steps;
   Samples s;
-  s.point_position.resize(points, 3), s.point_normal.resize(points, 3);
+  s.point_position.resize(points, 3);
+  s.point_normal.resize(points, 3);
   s.deflection = Points::Zero(Eigen::Index{points} * rows, 3);
   s.force = Points::Zero(Eigen::Index{points} * rows, 3);
   s.torque = s.force;
@@ -46,7 +47,9 @@ Samples bench_samples(int points, int steps) {
         s.deflection.row(at) << lateral, 0, depth;
         s.force.row(at) << std::min(0.7 * k * lateral, kFriction * push) + noise(random),
             noise(random), push + noise(random);
-        s.point.push_back(p), s.experiment.push_back(3 * p + e), s.step.push_back(i);
+        s.point.push_back(p);
+        s.experiment.push_back(3 * p + e);
+        s.step.push_back(i);
         s.kind.push_back(e == 0 ? ExperimentKind::press : ExperimentKind::drag);
       }
   }
@@ -135,12 +138,13 @@ void measure_all(int points, int steps, int jobs, std::vector<Line>& lines) {
   measure("bounded least squares", points, 3 * steps, lines,
           [&] { kept = plain_fit(samples, points, steps); });
   FittedCurves fitted;
+  FitCache cache;
   measure("fit", points, 3 * steps, lines,
-          [&] { fitted = fit_curves(samples, bench_options(jobs)); });
+          [&] { fitted = fit_curves(samples, bench_options(jobs), {}, nullptr, &cache); });
   Samples changed = samples;
   for (Eigen::Index i = 0; i < 3 * steps; ++i) changed.force(i, 2) *= 1.1;
   FitOptions warm = bench_options(jobs);
-  warm.warm_start = &fitted;
+  warm.warm_start = &fitted, warm.warm_cache = &cache;
   measure("fit, one point changed", points, 3 * steps, lines, [&] { fit_curves(changed, warm); });
 }
 
@@ -192,7 +196,8 @@ void write_picture(const std::filesystem::path& path, const std::vector<Line>& l
     double x = 0, y = 0;
     for (const Line& line : lines)
       if (line.what == what && line.rows == 36) {
-        x = x_of(line.curves), y = y_of(line.curves / line.seconds);
+        x = x_of(line.curves);
+        y = y_of(line.curves / line.seconds);
         way += fmt::format("{:.1f},{:.1f} ", x, y);
       }
     svg += fmt::format(

@@ -169,12 +169,12 @@ std::vector<std::pair<double, double>> read_reactions(const std::filesystem::pat
 void bench_peers(const BenchRequest& request) {
   FemCase what = fem_block(kPoisson);
   what.setup.materials = {{"neo-hookean-isochoric", {kYoung_Pa, kPoisson}}};
-  what.setup.options.twin_ratio = 0;
+  what.setup.options.coarse_ratio = 0;
   what.setup.options.element_size = what.setup.options.growth = request.is_quick ? 1.2 : 1.0;
   FemCase plain_element = what, finest = what;
   plain_element.setup.options.equilibrium.element = fem::ElementKind::tet10;
   finest.setup.options.element_size = finest.setup.options.growth = 0.45;
-  finest.setup.options.twin_ratio = 1.6;
+  finest.setup.options.coarse_ratio = 1.6;
   const fem::QuadraticMesh mesh = mesh_of(what);
   const FemRun ours = run_case(what, press_of(kDepth_m, kRows)),
                ours_tet10 = run_case(plain_element, press_of(kDepth_m, kRows)),

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "libfit/core/rounding.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/bench/bench.hpp"
@@ -57,7 +58,7 @@ FittedCurves curves_of(const Model& model) {
   curves.message.assign(points, "");
   curves.status.assign(points, FitStatus::good);
   curves.curves = model.curves;
-  for (Controls& control : curves.curves.control) control = control.cast<float>().cast<double>();
+  for (Controls& control : curves.curves.control) control = rounded_to_float(control);
   return curves;
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <vector>
 
+#include "libfit/core/statistics.hpp"
 #include "tools/bench/tick_work.hpp"
 
 namespace palpate::tools {
@@ -16,13 +17,8 @@ struct Spread {
   double median_ns = 0, p99_ns = 0, p999_ns = 0, worst_ns = 0;
 };
 
-inline Spread spread_of(std::vector<double> ns) {
-  if (ns.empty()) return {};
-  std::sort(ns.begin(), ns.end());
-  const auto at = [&](double share) {
-    return ns[static_cast<std::size_t>(share * static_cast<double>(ns.size() - 1))];
-  };
-  return {at(0.5), at(0.99), at(0.999), ns.back()};
+inline Spread spread_of(const std::vector<double>& ns) {
+  return {quantile(ns, 0.5), quantile(ns, 0.99), quantile(ns, 0.999), quantile(ns, 1)};
 }
 
 inline double now_ns() {

@@ -2,6 +2,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -9,17 +10,22 @@ namespace {
 class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
-    arguments.positional("model", model_, "model.h5");
-    arguments.option("-o,--output", output_, "File to write, asset.palp for instance", true);
-    arguments.option("--format", format_, "Format, see the list in docs/formats.md");
-    arguments.option("--engine", engine_, "Folder to copy the engine's headers and example into");
+    arguments.positional("model", model_, "Model to export, model.h5");
+    arguments.option("-o,--output", output_, "File to write, such as asset.palp", true);
+    arguments.option("--format", format_, "Format to write: palp or vtu");
+    arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
     arguments.flag("--no-guard", no_guard_,
                    "Let the engine carry out slips that would create energy");
   }
 
   int run() override {
+    ExportSection settings;
+    if (no_guard_) settings.guard = false;
     export_model(read_model(model_), output_, format_,
-                 {.guard = !no_guard_, .inputs = {}, .statement = {}, .engine = engine_});
+                 {.settings = settings,
+                  .fingerprint = asset_fingerprint(settings, model_),
+                  .statement = {},
+                  .engine = engine_});
     return kDone;
   }
 

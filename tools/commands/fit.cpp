@@ -2,8 +2,11 @@
 
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/fit_cache_file.hpp"
+#include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 
 namespace palpate::tools {
@@ -12,40 +15,56 @@ namespace {
 class Fit final : public Command {
  public:
   explicit Fit(Arguments& arguments) {
-    arguments.positional("samples", samples_, "samples.h5");
+    arguments.positional("samples", samples_, "Samples to fit, samples.h5");
     arguments.option("-o,--output", output_, "curves.h5 to write", true);
     arguments.option("--degree", section_.degree,
-                     "Degree of the curves, 1 to 4; 0: by held-out rows");
-    arguments.option("--pieces", section_.pieces,
-                     "Pieces of every curve; 0: as few as the data support");
+                     "Degree of the curves, 1 to 4; 0 chooses it by held-out rows");
+    arguments.option(
+        "--pieces", section_.pieces,
+        "Number of pieces of every curve; 0 takes the fewest that held-out rows support");
     arguments.option(
         "--family", section_.family,
         "Curve family: auto (by held-out rows) or one of those in docs/method.md, section 2");
     arguments.option(
         "--warm-start", warm_start_,
-        "curves.h5 of an earlier fit: keep its bases, refit only points whose rows changed");
-    arguments.option("--free", frees_,
-                     "Found out about each recording, too: contact, bias, drift (commas between)");
-    arguments.option("--contact-deviation", contact_deviation_,
-                     "How far off a contact point may be where the samples do not say: \"0.1 mm\"");
-    arguments.option("--smoothing", smoothing_,
-                     "Over neighbouring points: auto (by held-out rows), none, or a strength");
+        "Earlier curves.h5 whose bases are kept; only points whose rows changed are fitted again");
+    arguments.option(
+        "--free", frees_,
+        "Nuisance parameters to estimate for each recording: any of contact,bias,drift");
+    arguments.option(
+        "--contact-deviation", contact_deviation_,
+        "Standard deviation of a contact point where the samples state none, such as \"0.1 mm\"");
+    arguments.option(
+        "--smoothing", smoothing_,
+        "Smoothing over neighbouring points: auto (by held-out rows), none, or a strength without "
+        "unit");
     arguments.option(
         "--body", body_,
-        "body.h5 whose surface says which points are neighbours; else their places do");
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores");
+        "body.h5 whose surface tells which points are neighbours; without it, their positions do");
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
   }
 
   int run() override {
     say("fit {}", samples_);
-    const std::optional<FittedCurves> earlier =
-        warm_start_.empty() ? std::nullopt : std::optional(read_curves(warm_start_));
+    std::optional<FittedCurves> earlier;
+    std::optional<FitCache> earlier_cache;
+    if (!warm_start_.empty()) {
+      earlier = read_curves(warm_start_);
+      earlier_cache = read_fit_cache(warm_start_, *earlier);
+    }
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
-    const FittedCurves curves = fit_file(
-        samples_, section_, ProbeSection{}.spec.friction, jobs_, earlier ? &*earlier : nullptr,
-        sensor_choice(frees_, contact_deviation_), body ? &*body : nullptr);
-    write_curves(output_, curves, {}, warm_start_);
+    FitCache cache;
+    const FittedCurves curves =
+        fit_samples(read_samples(samples_), section_, jobs_, body ? &*body : nullptr,
+                    {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
+                    nuisance_choice(frees_, contact_deviation_), &cache);
+    Attributes attributes;
+    if (!earlier && frees_.empty() && contact_deviation_.empty())
+      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
+    write_curves(output_, curves, attributes);
+    write_fit_cache(output_, cache);
     say("wrote {}", output_);
     return list_bad_points(curves) ? kSomeFailed : kDone;
   }

@@ -6,7 +6,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/recordings/batch/summary.hpp"
+#include "libfit/recordings/placing/summary.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
@@ -28,14 +28,16 @@ class Import final : public Command {
  public:
   explicit Import(Arguments& arguments) {
     arguments.positional("manifest", manifest_,
-                         "manifest.toml: the recordings and how to read them");
+                         "Manifest of the recordings and how to read them, manifest.toml");
     arguments.option("-o,--output", output_,
-                     "samples.h5 to write; samples.import.csv, .json and .journal beside it", true);
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
+                     "samples.h5 to write, with samples.import.csv, .json and .journal beside it",
+                     true);
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", drop_invalid_,
-                   "Leave out rows that are no numbers or go back in time, and count them");
-    arguments.flag("--force", force_, "Read every recording again, whatever the journal holds");
-    arguments.flag("--json", json_, "One JSON object on stdout");
+                   "Leave out rows that are not numbers or go back in time, and count them");
+    arguments.flag("--force", force_, "Read every recording again and ignore the journal");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
@@ -47,7 +49,9 @@ class Import final : public Command {
     const auto surface = read_surface_of(manifest);
     const AssembleOptions options = place_options(manifest, surface);
     const auto results = read_all(manifest, options);
-    const Assembled assembled = assemble(manifest.items, results, options);
+    Assembled assembled = assemble(manifest.items, results, options);
+    assembled.samples.probe = probe_of(manifest, results);
+    assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
     report(manifest, results, assembled);
@@ -88,7 +92,7 @@ class Import final : public Command {
       options.motion = landmarks.motion;
     }
     options.fits_to_surface = manifest.fits_to_surface;
-    options.place_tolerance_m = manifest.place_tolerance_m,
+    options.place_tolerance_m = manifest.place_tolerance_m;
     options.pools_repeats = manifest.pools_repeats;
     return options;
   }
@@ -139,9 +143,11 @@ class Import final : public Command {
     double squares = 0, largest = 0;
     std::size_t n = 0;
     for (const Outcome& outcome : assembled.outcomes)
-      if (!outcome.failure && outcome.surface_distance_m >= 0)
-        squares += outcome.surface_distance_m * outcome.surface_distance_m,
-            largest = std::max(largest, outcome.surface_distance_m), ++n;
+      if (!outcome.failure && outcome.surface_distance_m >= 0) {
+        squares += outcome.surface_distance_m * outcome.surface_distance_m;
+        largest = std::max(largest, outcome.surface_distance_m);
+        ++n;
+      }
     if (n > 0)
       say("{} recordings lie {:.3g} mm rms from the surface, {:.3g} mm at most", n,
           1e3 * std::sqrt(squares / static_cast<double>(n)), 1e3 * largest);

@@ -25,7 +25,8 @@ void print(const FileDescription& file) {
 class Inspect final : public Command {
  public:
   explicit Inspect(Arguments& arguments) {
-    arguments.positional("file", file_, "body.h5, samples.h5, curves.h5, model.h5 or asset.palp");
+    arguments.positional("file", file_,
+                         "File to read: body.h5, samples.h5, curves.h5, model.h5 or asset.palp");
   }
 
   int run() override {

@@ -3,12 +3,12 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/curves_file.hpp"
 #include "libfit/io/files/model_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/refine/nearest_triangle.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 
@@ -18,14 +18,14 @@ namespace {
 using namespace validation;
 
 // The model's curves at a place of its surface, as a set of one row.
-CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
+CurveSet curves_at(const Model& model, const SurfacePoint& hit) {
   CurveSet out = model.curves;
   const auto corner = model.surface.triangles.row(hit.triangle);
   const auto blend = [&](Controls& control) {
     const Controls all = std::move(control);
     control = Controls::Zero(1, all.cols());
     for (int k = 0; k < 3 && all.rows() > 0; ++k)
-      control.row(0) += hit.point.weight[k] * all.row(corner[k]);
+      control.row(0) += hit.weight[k] * all.row(corner[k]);
   };
   for (Controls& control : out.control) blend(control);
   return out;
@@ -34,10 +34,12 @@ CurveSet curves_at(const Model& model, const TriangleTree::Hit& hit) {
 class Predict final : public Command {
  public:
   explicit Predict(Arguments& arguments) {
-    arguments.positional("model", model_, "model.h5");
-    arguments.positional("samples", samples_, "samples.h5 of other points on the same body");
-    arguments.option("--without", curves_, "curves.h5: leave out the points that it was fitted at");
-    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+    arguments.positional("model", model_, "Model that predicts, model.h5");
+    arguments.positional("samples", samples_,
+                         "Samples at other points of the same body, samples.h5");
+    arguments.option("--without", curves_,
+                     "curves.h5 whose points are left out, because the model was fitted there");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
@@ -45,8 +47,8 @@ class Predict final : public Command {
     const Samples samples = read_samples(samples_);
     const double size_m = extent_m(model.surface.vertices).norm();
     const Points fitted = curves_.empty() ? Points(0, 3) : read_curves(curves_).position;
-    const TriangleTree tree(model.surface);
-    std::vector<ComparedRow> rows;
+    const BoxTree boxes = triangle_boxes(model.surface);
+    Replayed replayed(samples);
     std::size_t predicted = 0, uncovered = 0;
     for (std::int32_t point = 0; point < samples.points(); ++point) {
       const Vec3 at = samples.point_position.row(point);
@@ -54,19 +56,18 @@ class Predict final : public Command {
           fitted.rows() > 0 &&
           (fitted.rowwise() - at.transpose()).rowwise().norm().minCoeff() < kSamePlace * size_m;
       if (is_fitted) continue;
-      const auto hit = find(model, tree, at, samples.point_normal.row(point), size_m);
+      const auto hit = find(model, boxes, at, samples.point_normal.row(point), size_m);
       if (!hit) {
         ++uncovered;
         continue;
       }
-      const auto more = predicted_rows(samples, point, curves_at(model, *hit), 0);
-      rows.insert(rows.end(), more.begin(), more.end());
+      replay_point(samples, point, curves_at(model, *hit), 0, replayed);
       ++predicted;
     }
     if (predicted == 0)
       throw Error(samples_, "none of its points can be predicted",
                   "Give samples at points that the model covers and was not fitted at.");
-    Statement statement = summarize(rows);
+    Statement statement = summarize(compare(samples, replayed));
     statement.probes = predicted;
     if (json_)
       fmt::print("{}\n", to_json(statement));
@@ -80,12 +81,12 @@ class Predict final : public Command {
   static constexpr double kSamePlace = 1e-6;  // of the body, as refinement pairs points
 
   // Where a point sits on covered surface that faces as it does.
-  static std::optional<TriangleTree::Hit> find(const Model& model, const TriangleTree& tree,
-                                               const Vec3& at, const Vec3& inward, double size_m) {
-    return tree.nearest(at, 0.01 * size_m, [&](std::int32_t triangle, const TrianglePoint& point) {
+  static std::optional<SurfacePoint> find(const Model& model, const BoxTree& boxes, const Vec3& at,
+                                          const Vec3& inward, double size_m) {
+    return closest_point(model.surface, boxes, at, 0.01 * size_m, [&](const SurfacePoint& point) {
       Vec3 normal = Vec3::Zero();
       for (int k = 0; k < 3; ++k) {
-        const std::int32_t vertex = model.surface.triangles(triangle, k);
+        const std::int32_t vertex = model.surface.triangles(point.triangle, k);
         if (point.weight[k] > 0 && !model.is_covered[static_cast<std::size_t>(vertex)])
           return false;
         normal += point.weight[k] * model.inward_normal.row(vertex).transpose();

@@ -3,6 +3,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/check.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -10,18 +11,20 @@ namespace {
 class Prepare final : public Command {
  public:
   explicit Prepare(Arguments& arguments) {
-    arguments.positional("scene", scene_, "scene.toml");
+    arguments.positional("scene", scene_, "Scene to read, scene.toml");
     arguments.option("-o,--output", output_, "body.h5 to write", true);
     arguments.flag("--surface-only", surface_only_,
-                   "No volume: enough for measured data; open surfaces welcome");
+                   "Make no volume mesh, which is enough for measured data and for open surfaces");
   }
 
   int run() override {
-    const Scene scene = read_scene(scene_);
+    const Scene scene = open_scene(scene_);
     say("prepare {}", scene_);
     const Body body = prepare_body(scene, surface_only_);
     if (!surface_only_) check_experiments(scene, body);
-    write_body(output_, body);
+    write_body(
+        output_, body,
+        surface_only_ ? Attributes{} : Attributes{{kInputsAttribute, body_fingerprint(scene)}});
     say("wrote {}", output_);
     return kDone;
   }

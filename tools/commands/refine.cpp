@@ -4,6 +4,7 @@
 #include "libfit/io/files/model_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -11,14 +12,16 @@ namespace {
 class Refine final : public Command {
  public:
   explicit Refine(Arguments& arguments) {
-    arguments.positional("curves", curves_, "curves.h5");
-    arguments.option("--body", body_, "body.h5 whose surface the curves are spread over", true);
+    arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
+    arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
+                     true);
     arguments.option("-o,--output", output_, "model.h5 to write", true);
   }
 
   int run() override {
     say("refine {}", curves_);
-    write_model(output_, refine_body(read_curves(curves_), read_body(body_)));
+    write_model(output_, refine_body(read_curves(curves_), read_body(body_)),
+                {{kInputsAttribute, model_fingerprint(curves_, body_)}});
     say("wrote {}", output_);
     return kDone;
   }

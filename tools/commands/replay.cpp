@@ -26,14 +26,15 @@ ForceRow to_row(double time_s, const runtime::Output& out) {
 class Replay final : public Command {
  public:
   explicit Replay(Arguments& arguments) {
-    arguments.positional("asset", asset_, "asset.palp");
-    arguments.positional("path", path_, "PATH.csv: t_s,x_m,y_m,z_m of the tip");
-    arguments.option("-o,--output", output_, "FORCES.csv to write; forces are those on the tool",
-                     true);
-    arguments.option(
-        "--realtime", rate_Hz_,
-        "play a row per tick at this rate [Hz] on the real-time clock, touch found by a second "
-        "thread; 0: as fast as it goes");
+    arguments.positional("asset", asset_, "Asset to play, asset.palp");
+    arguments.positional("path", path_,
+                         "Path of the tip in seconds and metres, PATH.csv: t_s,x_m,y_m,z_m");
+    arguments.option("-o,--output", output_,
+                     "FORCES.csv to write, with forces on the tool in newtons", true);
+    arguments.option("--realtime", rate_Hz_,
+                     "Rate in Hz at which rows are played on the real-time clock, with a second "
+                     "thread for first "
+                     "touch; 0 plays as fast as possible");
   }
 
   int run() override {

@@ -9,6 +9,7 @@
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/settings.hpp"
 #include "tools/stages/check.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -29,14 +30,16 @@ namespace fs = std::filesystem;
 class Run final : public Command {
  public:
   explicit Run(Arguments& arguments) {
-    arguments.positional("scene", scene_path_, "scene.toml");
-    arguments.option("-o,--output", folder_, "Folder for everything that is made", true);
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
-    arguments.flag("--force", force_, "Do every stage again");
+    arguments.positional("scene", scene_path_, "Scene to read, scene.toml");
+    arguments.option("-o,--output", folder_, "Folder for all files of the run", true);
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.flag("--force", force_,
+                   "Repeat every stage, also those whose inputs have not changed");
   }
 
   int run() override {
-    scene_ = read_scene(scene_path_);
+    scene_ = open_scene(scene_path_);
     check_choices(scene_);
     prepare();
     simulate();
@@ -51,9 +54,9 @@ class Run final : public Command {
   fs::path file(const char* name) const { return fs::path(folder_) / name; }
 
   // Whether a stage must be done; says so either way.
-  bool is_stale(const char* stage, const fs::path& output,
-                const std::optional<std::string>& carried, const std::string& inputs) {
-    const bool is_fresh = !force_ && carried == inputs;
+  bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& stored,
+                const std::string& wanted) {
+    const bool is_fresh = !force_ && stored == wanted;
     if (is_fresh) {
       say("{:<9}{} is up to date", stage, output.string());
     } else {
@@ -65,39 +68,45 @@ class Run final : public Command {
 
   void prepare() {
     const fs::path output = file("body.h5");
-    const std::string inputs = body_inputs(scene_);
-    if (!is_stale("prepare", output, inputs_of_hdf5(output), inputs)) {
-      check_experiments(scene_, read_body(output));
+    const std::string wanted = body_fingerprint(scene_);
+    const bool is_new = is_stale("prepare", output, stored_in_hdf5(output), wanted);
+    body_ = is_new ? prepare_body(scene_, false) : read_body(output);
+    check_experiments(scene_, body_);
+    // A body that is up to date still says how experiments are made on it now.
+    const Settings settings = settings_of(scene_);
+    const ProbeSpec& probe = scene_.probe.spec;
+    if (!is_new && canonical(settings) == canonical(body_.settings) && body_.probe &&
+        canonical(probe) == canonical(*body_.probe))
       return;
-    }
-    const Body body = prepare_body(scene_, false);
-    check_experiments(scene_, body);
+    body_.settings = settings;
+    body_.probe = probe;
     fs::create_directories(folder_);
-    write_body(output, body, {{kInputsAttribute, inputs}});
+    write_body(output, body_, {{kInputsAttribute, wanted}});
   }
 
   void simulate() {
     const fs::path output = file("samples.h5");
-    const std::string inputs = samples_inputs(scene_, file("body.h5"));
+    const std::string wanted = samples_fingerprint(scene_, body_);
     const bool is_placed =
-        !scene_.experiments.placement || inputs_of_hdf5(file("placed.h5")) == inputs;
-    if (!is_stale("simulate", output, is_placed ? inputs_of_hdf5(output) : std::nullopt, inputs))
+        !scene_.experiments.placement || stored_in_hdf5(file("placed.h5")) == wanted;
+    if (!is_stale("simulate", output, is_placed ? stored_in_hdf5(output) : std::nullopt, wanted))
       return;
-    Body body = read_body(file("body.h5"));
-    const std::string points = point_inputs(scene_, body);
+    const std::string point = point_fingerprint(scene_, body_);
     const SimulateRequest request{
-        .jobs = jobs_, .output = output, .inputs = points, .resume = !force_};
+        .jobs = jobs_, .output = output, .fingerprint = point, .resume = !force_};
     Samples samples;
     if (scene_.experiments.placement) {
-      Placement placement = place_and_simulate(scene_, body, request);
+      Placement placement = place_and_simulate(scene_, body_, request);
       samples = std::move(placement.samples);
-      body.test_points = std::move(placement.points);
-      write_body(file("placed.h5"), body, {{kInputsAttribute, inputs}});
+      Body placed = body_;
+      placed.test_points = std::move(placement.points);
+      write_body(file("placed.h5"), placed, {{kInputsAttribute, wanted}});
       write_rounds(file("placement.csv"), placement.rounds);
     } else {
-      samples = simulate_body(scene_, body, request);
+      samples = simulate_body(scene_, body_, request);
     }
-    write_samples(output, samples, {{kInputsAttribute, inputs}, {kPointInputsAttribute, points}});
+    write_samples(output, samples,
+                  {{kInputsAttribute, wanted}, {kPointFingerprintAttribute, point}});
     remove_partial(output);
     say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);
@@ -110,64 +119,61 @@ class Run final : public Command {
 
   void fit() {
     const fs::path output = file("curves.h5");
-    const std::string inputs = curves_inputs(scene_, file("samples.h5"));
-    if (!is_stale("fit", output, inputs_of_hdf5(output), inputs)) return;
-    const Samples samples = read_samples(file("samples.h5"));
+    const std::string wanted = curves_fingerprint(scene_.fit, file("samples.h5"));
+    if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
     const Body body = read_body(placed_body());
     const FittedCurves curves =
-        fit_samples(samples, scene_.fit, scene_.probe.spec.friction, jobs_, &body);
-    write_curves(output, curves, {{kInputsAttribute, inputs}});
+        fit_samples(read_samples(file("samples.h5")), scene_.fit, jobs_, &body);
+    write_curves(output, curves, {{kInputsAttribute, wanted}});
   }
 
   void refine() {
     const fs::path output = file("model.h5");
-    const std::string inputs = model_inputs(file("curves.h5"), placed_body());
-    if (!is_stale("refine", output, inputs_of_hdf5(output), inputs)) return;
+    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body());
+    if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
     const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
-    write_model(output, model, {{kInputsAttribute, inputs}});
+    write_model(output, model, {{kInputsAttribute, wanted}});
   }
 
   void export_asset() {
     const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
-    const std::string inputs = asset_inputs(scene_, file("model.h5"));
-    const auto carried = fs::exists(picture) && fs::is_directory(file("engine"))
-                             ? inputs_of_asset(output)
-                             : std::nullopt;
-    if (!is_stale("export", output, carried, inputs)) return;
+    const std::string wanted = asset_fingerprint(scene_.export_, file("model.h5"));
+    const auto stored = fs::exists(picture) && fs::is_directory(file("engine"))
+                            ? stored_in_asset(output)
+                            : std::nullopt;
+    if (!is_stale("export", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
     export_model(model, picture, "vtu", {});
     export_model(model, output, "palp",
-                 {.guard = scene_.export_.guard,
-                  .inputs = inputs,
+                 {.settings = scene_.export_,
+                  .fingerprint = wanted,
                   .statement = {},
                   .engine = file("engine")});
   }
 
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
-    const std::string made_from = asset_inputs(scene_, file("model.h5"));
-    const std::string inputs = statement_inputs(scene_, made_from, file("body.h5"));
-    const auto carried = has_statement(asset) ? inputs_of_json(output) : std::nullopt;
-    if (!is_stale("validate", output, carried, inputs)) return;
+    const std::string made_from = asset_fingerprint(scene_.export_, file("model.h5"));
+    const std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
+    const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
+    if (!is_stale("validate", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
     const FittedCurves curves = read_curves(file("curves.h5"));
-    Statement statement = validate_asset(asset, scene_, read_body(file("body.h5")),
-                                         {.points = scene_.validate.points,
-                                          .seed = scene_.validate.seed,
+    Statement statement = validate_asset(asset, scene_, body_,
+                                         {.settings = scene_.validate,
                                           .jobs = jobs_,
-                                          .has_causes = scene_.validate.causes,
                                           .rows_csv = file("validation.csv"),
                                           .reference = folder_,
                                           .resume = !force_,
                                           .curves = &curves,
                                           .model = &model});
     export_model(model, asset, "palp",
-                 {.guard = scene_.export_.guard,
-                  .inputs = made_from,
+                 {.settings = scene_.export_,
+                  .fingerprint = made_from,
                   .statement = to_asset_json(statement),
                   .engine = {}});
     statement.asset_bytes = fs::file_size(asset);
-    write_file_atomically(output, to_json(statement, inputs));
+    write_file_atomically(output, to_json(statement, wanted));
   }
 
   int done() {
@@ -185,6 +191,7 @@ class Run final : public Command {
   int jobs_ = 0;
   bool force_ = false;
   Scene scene_;
+  Body body_;
   int stages_done_ = 0;
   std::optional<std::size_t> bad_experiments_;  // listed already, while simulating
 };

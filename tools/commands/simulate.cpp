@@ -4,6 +4,7 @@
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/settings.hpp"
 #include "tools/stages/check.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/placement.hpp"
@@ -17,29 +18,32 @@ namespace {
 class Simulate final : public Command {
  public:
   explicit Simulate(Arguments& arguments) {
-    arguments.positional("input", input_, "scene.toml, or the body.h5 made from it");
+    arguments.positional("input", input_, "Scene to read, scene.toml, or the body.h5 made from it");
     arguments.option("-o,--output", output_, "samples.h5 to write", true);
     arguments.option("--points", points_,
-                     "P.csv: experiments exactly there (x_m,y_m,z_m[,nx,ny,nz])");
-    arguments.option("--paths", paths_,
-                     "PATHS.csv: tool paths to follow (path,x_m,y_m,z_m,dx_m,dy_m,dz_m)");
-    arguments.option("--jobs", jobs_, "Threads; 0: all cores. Results do not depend on it");
-    arguments.flag("--resume", resume_, "Go on from what an interrupted run kept");
+                     "Table of points in metres to experiment at, P.csv: x_m,y_m,z_m[,nx,ny,nz]");
+    arguments.option(
+        "--paths", paths_,
+        "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.flag("--resume", resume_, "Go on from the rows that an interrupted run kept");
   }
 
   int run() override {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
-    const std::string inputs = point_inputs(scene_, body_);
+    const std::string fingerprint = point_fingerprint(scene_, body_);
+    if (paths_.empty())
+      attributes_ = {{kInputsAttribute, samples_fingerprint(scene_, body_)},
+                     {kPointFingerprintAttribute, fingerprint}};
     const bool is_placing = scene_.experiments.placement && points_.empty() && paths_.empty();
-    const Samples samples = !paths_.empty() ? follow_paths()
-                            : is_placing
-                                ? place({jobs_, output_, inputs, resume_})
-                                : simulate_body(scene_, body_, {jobs_, output_, inputs, resume_});
-    Attributes attributes;
-    if (paths_.empty()) attributes[kPointInputsAttribute] = inputs;
-    write_samples(output_, samples, attributes);
+    const Samples samples =
+        !paths_.empty() ? follow_paths()
+        : is_placing    ? place({jobs_, output_, fingerprint, resume_})
+                        : simulate_body(scene_, body_, {jobs_, output_, fingerprint, resume_});
+    write_samples(output_, samples, attributes_);
     remove_partial(output_);
     say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
     say_force_errors(samples, scene_.experiments.force_tolerance);
@@ -50,9 +54,9 @@ class Simulate final : public Command {
   void load() {
     if (input_.ends_with(".h5")) {
       body_ = read_body(input_);
-      scene_ = parse_scene(body_.scene, input_ + ": scene");
+      scene_ = scene_of(body_, input_);
     } else {
-      scene_ = read_scene(input_);
+      scene_ = open_scene(input_);
       body_ = prepare_body(scene_, false);
     }
     if (!points_.empty())
@@ -64,7 +68,7 @@ class Simulate final : public Command {
     Placement placement = place_and_simulate(scene_, body_, request);
     body_.test_points = std::move(placement.points);
     const auto folder = std::filesystem::path(output_).parent_path();
-    write_body(folder / "placed.h5", body_);
+    write_body(folder / "placed.h5", body_, {{kInputsAttribute, attributes_.at(kInputsAttribute)}});
     write_rounds(folder / "placement.csv", placement.rounds);
     say("wrote {}", (folder / "placed.h5").string());
     return std::move(placement.samples);
@@ -72,10 +76,13 @@ class Simulate final : public Command {
 
   Samples follow_paths() {
     const PlacedPaths paths = place_paths(read_tool_paths(paths_), body_.surface, paths_);
+    const fem::Simulator simulator = make_simulator(scene_, body_);
     ConsoleProgress progress("simulate");
-    return fem::simulate_paths(make_simulator(scene_, body_), paths.points, paths.paths,
-                               {.jobs = job_count(jobs_), .already_done = {}}, {},
-                               progress.progress());
+    Samples samples = fem::simulate_paths(simulator, paths.points, paths.paths,
+                                          {.jobs = job_count(jobs_), .already_done = {}}, {},
+                                          progress.progress());
+    add_origin(samples, simulator);
+    return samples;
   }
 
   std::string input_, output_, points_, paths_;
@@ -83,6 +90,7 @@ class Simulate final : public Command {
   bool resume_ = false;
   Scene scene_;
   Body body_;
+  Attributes attributes_;
 };
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "libfit/io/files/curves_file.hpp"
 #include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/model_file.hpp"
-#include "libfit/io/files/schemas.hpp"
 #include "libfit/runtime/spline.hpp"
 #include "tools/command.hpp"
 #include "tools/commands/inspect_asset.hpp"
@@ -84,12 +83,14 @@ std::vector<CurveRow> tabulate_bands(const FittedCurves& fitted, int steps) {
 class Tabulate final : public Command {
  public:
   explicit Tabulate(Arguments& arguments) {
-    arguments.positional("file", file_, "curves.h5, model.h5 or asset.palp");
-    arguments.option("-o,--output", output_, "T.csv to write: point,curve,at_m,value_N,slope_N_m",
-                     true);
-    arguments.flag("--band", has_band_,
-                   "of curves.h5: a column deviation_N, the standard error; curves with one only");
-    arguments.option("--steps", steps_, "Intervals per curve, up to its last knot");
+    arguments.positional("file", file_, "File to read: curves.h5, model.h5 or asset.palp");
+    arguments.option("-o,--output", output_,
+                     "Table to write, T.csv: point,curve,at_m,value_N,slope_N_m", true);
+    arguments.flag(
+        "--band", has_band_,
+        "Add a column deviation_N, the standard error; curves.h5 alone holds it, and curves "
+        "without one are left out");
+    arguments.option("--steps", steps_, "Number of intervals of a curve up to its last knot");
   }
 
   int run() override {

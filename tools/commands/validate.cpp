@@ -18,35 +18,39 @@ using namespace validation;
 class Validate final : public Command {
  public:
   explicit Validate(Arguments& arguments) {
-    arguments.positional("asset", asset_, "asset.palp");
-    arguments.positional("scene", scene_, "scene.toml that the reference simulates");
-    arguments.option("--points", request_.points, "Contact points");
-    arguments.option("--seed", request_.seed, "Seed of the points and paths");
-    arguments.option("--jobs", request_.jobs, "Threads; 0: all cores");
-    arguments.option("--body", body_, "body.h5 of the scene, where it is at hand");
-    arguments.option("--rows", rows_, "CSV of every compared row");
-    arguments.option("--curves", curves_,
-                     "curves.h5 the asset was made from, and --model: for the baseline without "
-                     "interpolation");
-    arguments.option("--model", model_, "model.h5 the asset was made from");
+    arguments.positional("asset", asset_, "Asset to validate, asset.palp");
+    arguments.positional("scene", scene_, "Scene that the reference simulates, scene.toml");
+    arguments.option("--points", request_.settings.points, "Number of held-out contact points");
+    arguments.option("--seed", request_.settings.seed, "Seed of the contact points and paths");
+    arguments.option("--jobs", request_.jobs,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+    arguments.option("--body", body_,
+                     "body.h5 of the scene; without it the body is prepared again");
+    arguments.option("--rows", rows_, "CSV to write with every compared row");
+    arguments.option(
+        "--curves", curves_,
+        "curves.h5 that the asset was made from; with --model, adds the comparison without "
+        "interpolation");
+    arguments.option("--model", model_, "model.h5 that the asset was made from; needs --curves");
     arguments.option("--reference", reference_,
-                     "Folder that keeps what is simulated, to use again");
-    arguments.flag("--no-causes", no_causes_,
-                   "Do not simulate at the points themselves, which splits the error by cause");
-    arguments.flag("--json", json_, "One JSON object on stdout and nothing else there");
+                     "Folder that keeps the simulated rows for the next validation");
+    arguments.flag(
+        "--no-causes", no_causes_,
+        "Do not split the error by cause, which needs simulations at the contact points");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
-    if (request_.points < 1)
+    if (request_.settings.points < 1)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
-    const Scene scene = read_scene(scene_);
+    const Scene scene = open_scene(scene_);
     check_choices(scene);
     const Body body = body_.empty() ? prepare_body(scene, false) : read_body(body_);
     check_experiments(scene, body);
     request_.rows_csv = rows_;
     request_.reference = reference_;
-    request_.has_causes = !no_causes_;
+    request_.settings.causes = !no_causes_;
     if (!reference_.empty()) std::filesystem::create_directories(reference_);
     if (curves_.empty() != model_.empty())
       throw Error(curves_.empty() ? "--curves" : "--model", "is missing beside the other one",

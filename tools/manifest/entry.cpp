@@ -97,7 +97,8 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   }
 }
 
-void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
+void read_signal_keys(SceneTable& table, Entry& entry) {
+  recordings::SignalSettings& s = entry.item.signal;
   read_named(table, "kind", kKinds, s.kind);
   std::vector<std::string_view> estimators;
   for (const auto& row : recordings::contact_estimators()) estimators.push_back(row.name);
@@ -117,12 +118,15 @@ void read_signal_keys(SceneTable& table, recordings::SignalSettings& s) {
     if (range.size() != 2 || !(range[0] < range[1]))
       fail(table, "plausible", "plausible is not a range of two moduli",
            "Write [\"10 Pa\", \"5 MPa\"].");
-    s.min_young_Pa = range[0], s.max_young_Pa = range[1], s.is_range_given = true;
+    s.min_young_Pa = range[0];
+    s.max_young_Pa = range[1];
+    s.is_range_given = true;
   }
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");
     read_named(probe, "shape", kTips, s.tip);
     s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 10);
+    if (probe.has("friction")) entry.friction = probe.number("friction", 0, 0, 100);
     probe.finish();
   }
 }
@@ -166,7 +170,7 @@ void read_keys(SceneTable& table, Entry& entry) {
   if (table.has("force_on"))
     entry.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";
   read_position(table, entry), read_normal(table, entry.item);
-  read_text_keys(table, entry.item.read), read_signal_keys(table, entry.item.signal);
+  read_text_keys(table, entry.item.read), read_signal_keys(table, entry);
   table.finish();
 }
 

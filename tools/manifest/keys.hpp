@@ -16,8 +16,8 @@ struct Entry {
   recordings::BatchItem item;
   std::string file;
   std::optional<std::vector<double>> position;  // in units.position
-  std::vector<std::string> position_text;       // or quantities
   std::optional<bool> is_force_on_tool;
+  std::optional<double> friction;  // of the probe on the body
 };
 
 /// Throws Error at a key of the manifest.

@@ -32,8 +32,8 @@ void read_registration(SceneTable table, Manifest& manifest) {
     manifest.motion = motion;
   }
   auto landmarks = table.tables("landmarks", "landmarks of [registration]");
-  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3),
-      manifest.body_landmarks_m = manifest.rig_landmarks_m;
+  manifest.rig_landmarks_m.resize(static_cast<Eigen::Index>(landmarks.size()), 3);
+  manifest.body_landmarks_m = manifest.rig_landmarks_m;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     manifest.rig_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("rig");
     manifest.body_landmarks_m.row(static_cast<Eigen::Index>(i)) = landmarks[i].point("body");
@@ -56,7 +56,41 @@ toml::table parse_toml(const fs::path& path) {
   }
 }
 
+// The tip of a recording in the words of a scene's probe.
+ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
+  ProbeSpec probe = sphere_spec(radius_m, friction);
+  if (tip == recordings::Tip::flat) probe.shape = "flat";
+  if (tip != recordings::Tip::cone) return probe;
+  probe.shape = "cone";
+  probe.values = {{"tip_radius", {radius_m}}};
+  return probe;
+}
+
 }  // namespace
+
+ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results) {
+  std::optional<ProbeSpec> common;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    for (const recordings::Conditioned& recording : results[i].recordings) {
+      if (!(recording.tip_radius_m > 0)) continue;
+      const auto& item = manifest.items[i];
+      const ProbeSpec probe = probe_of(item.signal.tip, recording.tip_radius_m, manifest.friction);
+      if (common && (common->shape != probe.shape || common->values != probe.values))
+        throw Error(
+            item.place,
+            fmt::format("{} was recorded with another probe than those before it", item.shown),
+            "Curves are those of one probe: import the recordings of each probe into "
+            "samples of their own.");
+      common = probe;
+    }
+  if (common) return *common;
+  ProbeSpec unknown;
+  unknown.shape = "point";
+  unknown.friction = manifest.friction;
+  return unknown;
+}
+
+double poisson_of(const Manifest& manifest) { return manifest.items.front().signal.poisson; }
 
 Manifest read_manifest(const fs::path& path) {
   Manifest manifest;
@@ -83,6 +117,7 @@ Manifest read_manifest(const fs::path& path) {
   manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
   read_registration(root.table("registration", "[registration]"), manifest);
   Entry defaults;
+  std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");
   read_keys(defaults_table, defaults);
   for (SceneTable& table : root.tables("recording", "[[recording]]")) {
@@ -90,10 +125,15 @@ Manifest read_manifest(const fs::path& path) {
     entry.item.place = table.where_table();
     read_keys(table, entry);
     complete(table, entry);
+    if (entry.friction && friction.value_or(*entry.friction) != *entry.friction)
+      fail(table, "probe", "probe has another friction than that of a recording before it",
+           "Import the recordings of each probe into samples of their own.");
+    if (entry.friction) manifest.friction = *(friction = entry.friction);
     const auto files = files_of(table, entry.file, folder);
     for (const std::string& file : files) {
       recordings::BatchItem item = files.size() == 1 ? std::move(entry.item) : entry.item;
-      item.shown = file, item.file = folder / file;
+      item.shown = file;
+      item.file = folder / file;
       manifest.items.push_back(std::move(item));
     }
   }

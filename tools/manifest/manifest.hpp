@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libfit/core/probe.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/registration.hpp"
 
@@ -20,9 +22,18 @@ struct Manifest {
   std::optional<recordings::RigidMotion> motion;         ///< given
   Points rig_landmarks_m{0, 3}, body_landmarks_m{0, 3};  ///< or these
   bool fits_to_surface = false;
-  double place_tolerance_m = 3e-3;
-  bool pools_repeats = true;
+  double place_tolerance_m = recordings::AssembleOptions{}.place_tolerance_m;
+  bool pools_repeats = recordings::AssembleOptions{}.pools_repeats;
+  double friction = kDefaultFriction;  ///< of the probe
 };
+
+/// The probe of all recordings, as the manifest or their files say; a "point" where nobody knows
+/// its radius. A recording that does not say agrees with those that do. Throws Error at a recording
+/// made with another probe than one before it.
+ProbeSpec probe_of(const Manifest& manifest, const std::vector<recordings::ItemResult>& results);
+
+/// Poisson's ratio of the body, which the first recording says.
+double poisson_of(const Manifest& manifest);
 
 /// Reads and checks a manifest. Throws Error with file:line:column on unknown keys (naming the
 /// nearest known one), wrong types, units or names, and recordings that lack what they need.

@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "tools/realtime/two_thread_tip.hpp"
 
 namespace palpate::tools {
@@ -103,10 +104,7 @@ RealtimeReport play_in_real_time(const AssetView& asset, const Points& tip_m, do
 
 std::string histogram(const std::string& what, std::vector<double> ns) {
   if (ns.empty()) return what + ": no ticks";
-  std::sort(ns.begin(), ns.end());
-  const auto at = [&](double share) {
-    return 1e-3 * ns[static_cast<std::size_t>(share * static_cast<double>(ns.size() - 1))];
-  };
+  const auto at = [&](double share) { return 1e-3 * quantile(ns, share); };
   std::string text = fmt::format("{}: median {:.1f} us, p99 {:.1f}, p99.9 {:.1f}, worst {:.1f}",
                                  what, at(0.5), at(0.99), at(0.999), at(1));
   std::array<std::size_t, 64> count{};

@@ -1,7 +1,6 @@
 #include "tools/scene/material.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace palpate::tools {
 namespace {
@@ -64,10 +63,6 @@ fem::MaterialParameters read_material(SceneTable table) {
                 fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
   }
   return material;
-}
-
-std::string canonical(const fem::MaterialParameters& material) {
-  return fmt::format("{} {}\n", material.law, fmt::join(material.values, " "));
 }
 
 }  // namespace palpate::tools

@@ -11,7 +11,4 @@ namespace palpate::tools {
 /// or of the wrong kind or unit, two keys that exclude each other, and values that the law refuses.
 fem::MaterialParameters read_material(SceneTable table);
 
-/// All that a result depends on, as one line.
-std::string canonical(const fem::MaterialParameters& material);
-
 }  // namespace palpate::tools

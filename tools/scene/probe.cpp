@@ -1,10 +1,8 @@
 #include "tools/scene/probe.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
+#include "libfem/probes/probes.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -32,7 +30,7 @@ Vec3 read_orientation(SceneTable& table) {
 
 ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) {
   ProbeSection probe;
-  fem::ProbeSpec& spec = probe.spec;
+  ProbeSpec& spec = probe.spec;
   spec.shape = table.text("shape", spec.shape);
   if (spec.shape != "sphere") spec.values.clear();
   spec.friction = table.number("friction", spec.friction, 0, 100);
@@ -65,21 +63,6 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   }
   table.finish();
   return probe;
-}
-
-double recorded_radius_m(const ProbeSection& section) {
-  return section.spec.shape == "sphere" ? section.spec.values.at("radius").front() : 0;
-}
-
-std::string canonical(const ProbeSection& section) {
-  std::string out = section.spec.shape;
-  for (const auto& [key, values] : section.spec.values)
-    out += fmt::format(" {}{}", key == "radius" ? "" : key + " ", fmt::join(values, " "));
-  for (const auto& direction : {section.spec.orientation, section.spec.heading})
-    if (direction)
-      out += fmt::format(" ({} {} {})", direction->x(), direction->y(), direction->z());
-  if (section.mesh) out += fmt::format(" unit {}", section.mesh_unit_m);
-  return out + fmt::format(" {}", section.spec.friction);
 }
 
 }  // namespace palpate::tools

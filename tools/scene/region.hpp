@@ -27,7 +27,4 @@ using Region = std::variant<HalfSpace, Box, Ball>;
 bool contains(const Region& region, const Vec3& point);
 bool any_contains(const std::vector<Region>& regions, const Vec3& point);
 
-/// One line that differs when the region differs; feeds the hash of what a file was made from.
-std::string canonical(const Region& region);
-
 }  // namespace palpate::tools

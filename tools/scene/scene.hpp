@@ -6,10 +6,16 @@
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/probe.hpp"
 #include "tools/scene/region.hpp"
 
 namespace palpate::tools {
+
+/// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
+/// through the files before them.
+enum class Stage { prepare, simulate, place, fit, export_, validate };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
@@ -40,20 +46,15 @@ struct ExperimentsSection {
   std::optional<PlacementSection> placement;  ///< with test_points = kFirstPoints
   std::optional<std::filesystem::path> points_file;
   std::optional<Region> region;
-  double depth_m = 0.010;
-  int press_steps = 10;
-  std::vector<double> drag_depths_m;
-  double drag_distance_m = 0.008;
-  int drag_directions = 2;
-  int drag_steps = 8;
+  Experiments each;            ///< made at every test point
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
 };
 
 struct FitSection {
   std::string family = "auto";
-  int degree = 3;
+  int degree = FitOptions{}.degree;
   int pieces = 0;  ///< 0: by evidence
-  double tolerance = 0.02;
+  double tolerance = FitOptions{}.tolerance;
   std::optional<double> smoothing{};  ///< over neighbouring points; none: "auto", 0: "none"
 };
 
@@ -64,14 +65,13 @@ struct ExportSection {
 };
 
 struct ValidateSection {
-  int points = 12;
+  int points = 12;  ///< held-out contact points
   int seed = 1;
   bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
 };
 
 struct Scene {
-  std::filesystem::path path;  ///< of the file
-  std::string text;            ///< the file, verbatim
+  std::filesystem::path path;  ///< of the file it comes from, for errors
   BodySection body;
   std::optional<fem::MaterialParameters>
       material;  ///< complete values; absent only for surfaces of measured data
@@ -89,15 +89,5 @@ Scene read_scene(const std::filesystem::path& path);
 
 /// The same from text; `path` names it in errors and anchors relative file names.
 Scene parse_scene(const std::string& text, const std::filesystem::path& path);
-
-/// Canonical texts of what each stage reads from the scene. Two scenes with equal text give equal
-/// results; comments, key order and spelling of units do not count.
-std::string canonical_body(const Scene& scene);
-std::string canonical_experiments(const Scene& scene);
-/// canonical_experiments without what chooses the points: what the rows of one point come from.
-std::string canonical_point(const Scene& scene);
-std::string canonical_fit(const Scene& scene);
-std::string canonical_export(const Scene& scene);
-std::string canonical_validate(const Scene& scene);
 
 }  // namespace palpate::tools

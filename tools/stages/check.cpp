@@ -16,7 +16,7 @@ void check_choices(const Scene& scene) {
   if (!scene.material)
     throw Error(file, "the scene has no [material]",
                 "Add [material] with law and its parameters, such as young and poisson.");
-  fem::make_probe(probe_spec(scene.probe), file + ": [probe]");
+  fem::make_probe(scene.probe.spec, file + ": [probe]");
 }
 
 void check_experiments(const Scene& scene, const Body& body) {
@@ -31,10 +31,10 @@ void check_experiments(const Scene& scene, const Body& body) {
     throw in_scene(e);
   }
   const double thinnest_m = extent_m(body.surface.vertices).minCoeff();
-  if (scene.experiments.depth_m >= thinnest_m)
+  if (scene.experiments.each.depth_m >= thinnest_m)
     throw Error(file + ": [experiments] depth",
                 fmt::format("the depth of {:.4g} mm is more than the body is thick ({:.4g} mm)",
-                            1e3 * scene.experiments.depth_m, 1e3 * thinnest_m),
+                            1e3 * scene.experiments.each.depth_m, 1e3 * thinnest_m),
                 "Press less deep, or check the unit of depth and length_unit.");
   // A depth beyond the thickness is an error of the scene when it is so at most points; a few
   // points on a thin rim bend out of the way, and their rows tell how far that went.

@@ -8,14 +8,40 @@
 
 namespace palpate::tools {
 
+namespace {
+
+// What the curves were made with, in SI; of a mesh how large it is, not all of it.
+nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
+  nlohmann::ordered_json json{{"shape", probe.shape}, {"friction", probe.friction}};
+  for (const auto& [key, values] : probe.values) {
+    const char* unit = probe_dimension(key) == Dimension::angle ? "_rad" : "_m";
+    if (values.size() == 1)
+      json[key + unit] = values.front();
+    else
+      json[key + unit] = values;
+  }
+  for (const auto& [key, direction] :
+       {std::pair{"orientation", probe.orientation}, std::pair{"heading", probe.heading}})
+    if (direction) json[key] = {direction->x(), direction->y(), direction->z()};
+  if (probe.mesh.triangles.rows() > 0) {
+    const Vec3 extent = extent_m(probe.mesh.vertices);
+    json["mesh_triangles"] = probe.mesh.triangles.rows();
+    json["mesh_extent_m"] = {extent.x(), extent.y(), extent.z()};
+  }
+  return json;
+}
+
+}  // namespace
+
 void export_model(const Model& model, const std::filesystem::path& output,
                   const std::string& format, const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
-  if (!request.inputs.empty()) meta[kInputsAttribute] = request.inputs;
+  if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
+  if (model.probe) meta["probe"] = probe_json(*model.probe);
   if (!request.statement.empty())
     meta["statement"] = nlohmann::ordered_json::parse(request.statement);
   ExportOptions options;
-  options.has_guard = request.guard;
+  options.has_guard = request.settings.guard;
   options.meta_json = meta.dump();
   options.engine_dir = request.engine;
   const ExportReport report = find_exporter(format).write(model, output, options);

@@ -4,12 +4,13 @@
 #include <string>
 
 #include "libfit/core/curves.hpp"
+#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 
 struct ExportRequest {
-  bool guard = true;
-  std::string inputs;            ///< hash put into the asset's meta; empty for none
+  ExportSection settings;
+  std::string fingerprint;       ///< put into the asset's meta; empty for none
   std::string statement;         ///< JSON object put into the asset's meta; empty for none
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
 };

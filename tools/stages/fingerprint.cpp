@@ -5,21 +5,21 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/describe.hpp"
+#include "tools/build_identity.hpp"
+#include "tools/scene/settings.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// Raise a stage's number when its results change although its inputs do not.
-constexpr const char* kBodyRevision = "body 1 " PALPATE_VERSION;
-constexpr const char* kSamplesRevision = "samples 2 " PALPATE_VERSION;
-constexpr const char* kCurvesRevision = "curves 2 " PALPATE_VERSION;
-constexpr const char* kModelRevision = "model 1 " PALPATE_VERSION;
-constexpr const char* kAssetRevision = "asset 1 " PALPATE_VERSION;
-constexpr const char* kStatementRevision = "statement 2 " PALPATE_VERSION;
+// Begins with the stage's name and the program.
+ContentHash stage_hash(const char* stage) {
+  ContentHash hash;
+  hash.add(stage).add(build_identity());
+  return hash;
+}
 
-std::optional<std::string> inputs_in(const std::string& json) {
+std::optional<std::string> fingerprint_in(const std::string& json) {
   const auto parsed = nlohmann::json::parse(json, nullptr, false);
   if (!parsed.is_object() || !parsed.contains(kInputsAttribute) ||
       !parsed[kInputsAttribute].is_string())
@@ -35,70 +35,78 @@ std::string_view bytes_of(const Matrix& matrix) {
 
 }  // namespace
 
-std::string point_inputs(const Scene& scene, const Body& body) {
-  ContentHash hash;
-  hash.add(kSamplesRevision).add(canonical_point(scene));
-  hash.add(bytes_of(body.surface.vertices)).add(bytes_of(body.surface.triangles));
-  hash.add(bytes_of(body.volume.nodes)).add(bytes_of(body.volume.tets));
-  hash.add(bytes_of(body.volume.region));
-  hash.add({body.is_held.data(), body.is_held.size()});
-  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
-  return hash.hex();
-}
-
-std::string body_inputs(const Scene& scene) {
-  ContentHash hash;
-  hash.add(kBodyRevision).add(canonical_body(scene));
+std::string body_fingerprint(const Scene& scene) {
+  ContentHash hash = stage_hash("body");
+  hash.add(canonical(scene, Stage::prepare));
   hash.add_file(scene.body.surface ? *scene.body.surface : *scene.body.tetmesh);
   if (scene.experiments.points_file) hash.add_file(*scene.experiments.points_file);
   return hash.hex();
 }
 
-std::string samples_inputs(const Scene& scene, const std::filesystem::path& body) {
-  ContentHash hash;
-  hash.add(kSamplesRevision).add(canonical_experiments(scene)).add_file(body);
-  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+std::string point_fingerprint(const Scene& scene, const Body& body) {
+  ContentHash hash = stage_hash("samples");
+  hash.add(canonical(scene, Stage::simulate));
+  hash.add(bytes_of(body.surface.vertices)).add(bytes_of(body.surface.triangles));
+  hash.add(bytes_of(body.volume.nodes)).add(bytes_of(body.volume.tets));
+  hash.add(bytes_of(body.volume.region));
+  hash.add({body.is_held.data(), body.is_held.size()});
   return hash.hex();
 }
 
-std::string curves_inputs(const Scene& scene, const std::filesystem::path& samples) {
-  return ContentHash().add(kCurvesRevision).add(canonical_fit(scene)).add_file(samples).hex();
-}
-
-std::string model_inputs(const std::filesystem::path& curves, const std::filesystem::path& body) {
-  return ContentHash().add(kModelRevision).add_file(curves).add_file(body).hex();
-}
-
-std::string asset_inputs(const Scene& scene, const std::filesystem::path& model) {
-  return ContentHash().add(kAssetRevision).add(canonical_export(scene)).add_file(model).hex();
-}
-
-std::string statement_inputs(const Scene& scene, const std::string& asset_inputs,
-                             const std::filesystem::path& body) {
+std::string samples_fingerprint(const Scene& scene, const Body& body) {
   ContentHash hash;
-  hash.add(kStatementRevision).add(canonical_validate(scene)).add(canonical_experiments(scene));
-  hash.add(asset_inputs).add_file(body);
-  if (scene.probe.mesh) hash.add_file(*scene.probe.mesh);
+  hash.add(point_fingerprint(scene, body));
+  hash.add(bytes_of(body.test_points.position)).add(bytes_of(body.test_points.normal));
+  for (const std::string& name : body.test_points.name) hash.add(name);
+  if (!scene.experiments.placement) return hash.hex();
+  hash.add(canonical(scene, Stage::place)).add(canonical(scene, Stage::fit));
+  hash.add(bytes_of(body.test_points.triangles));
+  hash.add({body.is_reachable.data(), body.is_reachable.size()});
   return hash.hex();
 }
 
-std::optional<std::string> inputs_of_hdf5(const std::filesystem::path& path) {
-  return attribute_of_hdf5(path, kInputsAttribute);
+std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples) {
+  return stage_hash("curves").add(canonical(fit)).add_file(samples).hex();
 }
 
-std::optional<std::string> attribute_of_hdf5(const std::filesystem::path& path, const char* name) {
+std::string model_fingerprint(const std::filesystem::path& curves,
+                              const std::filesystem::path& body) {
+  return stage_hash("model").add_file(curves).add_file(body).hex();
+}
+
+std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model) {
+  return stage_hash("asset").add(canonical(section)).add_file(model).hex();
+}
+
+std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,
+                                  const std::filesystem::path& body) {
+  ContentHash hash = stage_hash("statement");
+  hash.add(canonical(scene, Stage::validate)).add(canonical(scene, Stage::simulate));
+  return hash.add(asset_fingerprint).add_file(body).hex();
+}
+
+std::optional<std::string> stored_in_hdf5(const std::filesystem::path& path,
+                                          const char* attribute) {
   try {
     const Attributes attributes = read_attributes(path);
-    const auto found = attributes.find(name);
+    const auto found = attributes.find(attribute);
     if (found != attributes.end()) return found->second;
   } catch (const Error&) {  // missing or damaged: made anew
   }
   return std::nullopt;
 }
 
-std::optional<std::string> inputs_of_asset(const std::filesystem::path& path) {
+std::optional<std::string> stored_in_asset(const std::filesystem::path& path) {
   try {
-    return inputs_in(std::string(read_asset_file(path).meta_json()));
+    return fingerprint_in(std::string(read_asset_file(path).meta_json()));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<std::string> stored_in_json(const std::filesystem::path& path) {
+  try {
+    return fingerprint_in(read_whole_file(path));
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -110,14 +118,6 @@ bool has_statement(const std::filesystem::path& asset) {
     return meta.is_object() && meta.contains("statement");
   } catch (const Error&) {
     return false;
-  }
-}
-
-std::optional<std::string> inputs_of_json(const std::filesystem::path& path) {
-  try {
-    return inputs_in(read_whole_file(path));
-  } catch (const Error&) {
-    return std::nullopt;
   }
 }
 

@@ -7,8 +7,7 @@
 #include "libfit/core/units.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/refine/match_triangles.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/console.hpp"
 
@@ -82,37 +81,6 @@ void say_recordings(const FittedRecordings& recordings) {
   if (count > kListed) say("  and {} more experiments", count - kListed);
 }
 
-FitOptions options_of(const FitSection& section, double default_friction, int jobs,
-                      const FittedCurves* warm_start, const SensorChoice& sensor) {
-  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
-  std::vector<std::string_view> names;
-  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
-  if (section.family != "auto" &&
-      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
-    throw Error("--family", "unknown curve family \"" + section.family + "\"",
-                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
-  FitOptions options;
-  options.warm_start = warm_start;
-  options.frees = sensor.frees;
-  options.contact_deviation_m = sensor.contact_deviation_m;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (row.name == section.family) options.family = row.family;
-  options.degree = section.degree;
-  options.pieces = {section.pieces, section.pieces, section.pieces};
-  options.tolerance = section.tolerance;
-  options.smoothing = section.smoothing;
-  options.default_friction = default_friction;
-  options.jobs = job_count(jobs);
-  return options;
-}
-
-// What the samples themselves decide: who is whose neighbour, and that simulated rows are not
-// smoothed by default: what their curves leave is the family's, not noise that neighbours average.
-void add_samples(const Samples& samples, const Body* body, FitOptions& options) {
-  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
-  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
-}
-
 void say_fit(const FittedCurves& curves, const FitReport& report) {
   if (report.is_stopped) throw Interrupted("fit: nothing was written");
   say_report(report);
@@ -123,68 +91,60 @@ void say_fit(const FittedCurves& curves, const FitReport& report) {
         "See the list of experiments that are not good; press less deep or in smaller steps.");
 }
 
-// Points whose rows did not change keep their curves, their rows unread; nothing where the file or
-// the earlier curves do not allow it.
-std::optional<FittedCurves> refit_file(const std::filesystem::path& path, FitOptions options,
-                                       const Body* body, const Progress& progress,
-                                       FitReport& report) {
-  if (options.warm_start == nullptr) return std::nullopt;
-  const auto indexed = read_samples_index(path);
-  if (!indexed) return std::nullopt;
-  if (body != nullptr) options.triangles = neighbour_triangles(indexed->points, *body);
-  const auto read_rows = [&](const std::vector<char>& is_wanted) {
-    return read_samples_of(path, *indexed, is_wanted);
-  };
-  return refit_curves(indexed->points, indexed->index, indexed->rows, read_rows, options, progress,
-                      &report);
-}
-
 }  // namespace
 
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const Body* body) {
-  FitOptions options = options_of(section, default_friction, jobs, nullptr, {});
-  add_samples(samples, body, options);
+FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs) {
+  const auto is_known = [&](const CurveFamilyName& row) { return row.name == section.family; };
+  std::vector<std::string_view> names;
+  for (const CurveFamilyName& row : kCurveFamilyNames) names.push_back(row.name);
+  if (section.family != "auto" &&
+      std::none_of(kCurveFamilyNames.begin(), kCurveFamilyNames.end(), is_known))
+    throw Error("--family", "unknown curve family \"" + section.family + "\"",
+                fmt::format("Use auto or one of: {}.", fmt::join(names, ", ")));
+  FitOptions options = options_for(samples);
+  for (const CurveFamilyName& row : kCurveFamilyNames)
+    if (row.name == section.family) options.family = row.family;
+  options.degree = section.degree;
+  options.pieces = {section.pieces, section.pieces, section.pieces};
+  options.tolerance = section.tolerance;
+  options.smoothing = section.smoothing;
+  // What simulated rows leave is the family's, not noise that neighbours average.
+  if (!options.smoothing && samples.recordings.size() == 0) options.smoothing = 0;
+  options.jobs = job_count(jobs);
+  return options;
+}
+
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
+                         const Body* body, const WarmStart& warm, const NuisanceChoice& nuisances,
+                         FitCache* cache) {
+  FitOptions options = fit_options(samples, section, jobs);
+  options.warm_start = warm.curves;
+  options.warm_cache = warm.cache;
+  options.estimates = nuisances.estimates;
+  options.contact_deviation_m = nuisances.contact_deviation_m;
+  if (body != nullptr) options.triangles = neighbour_triangles(samples, *body);
   FitReport report;
   FittedCurves curves;
   {
     ConsoleProgress progress("fit");
-    curves = fit_curves(samples, options, progress.progress(), &report);
+    curves = fit_curves(samples, options, progress.progress(), &report, cache);
   }
   say_fit(curves, report);
+  curves.probe = samples.probe;
   return curves;
 }
 
-FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
-                      double default_friction, int jobs, const FittedCurves* warm_start,
-                      const SensorChoice& sensor, const Body* body) {
-  FitOptions options = options_of(section, default_friction, jobs, warm_start, sensor);
-  FitReport report;
-  std::optional<FittedCurves> curves;
-  {
-    ConsoleProgress progress("fit");
-    curves = refit_file(path, options, body, progress.progress(), report);
-    if (!curves) {
-      const Samples samples = read_samples(path);
-      add_samples(samples, body, options);
-      curves = fit_curves(samples, options, progress.progress(), &report);
-    }
-  }
-  say_fit(*curves, report);
-  return std::move(*curves);
-}
-
-SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation) {
-  SensorChoice choice;
-  for (std::size_t begin = 0; begin < frees.size();) {
-    const std::size_t end = std::min(frees.find(',', begin), frees.size());
-    const std::string name = frees.substr(begin, end - begin);
-    const auto row = std::find_if(kSensorPartNames.begin(), kSensorPartNames.end(),
-                                  [&](const SensorPartName& part) { return part.name == name; });
-    if (row == kSensorPartNames.end())
+NuisanceChoice nuisance_choice(const std::string& names, const std::string& contact_deviation) {
+  NuisanceChoice choice;
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    const std::string name = names.substr(begin, end - begin);
+    const auto row = std::find_if(kNuisanceNames.begin(), kNuisanceNames.end(),
+                                  [&](const NuisanceName& part) { return part.name == name; });
+    if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
-    choice.frees[static_cast<std::size_t>(row->part)] = true;
+    choice.estimates[static_cast<std::size_t>(row->part)] = true;
     begin = end + 1;
   }
   if (contact_deviation.empty()) return choice;

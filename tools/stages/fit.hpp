@@ -1,25 +1,25 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/curves.hpp"
+#include "libfit/core/fit_cache.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 
 /// What `--free` and `--contact-deviation` say of measured recordings; see FitOptions.
-struct SensorChoice {
-  std::array<bool, 3> frees{false, false, false};
+struct NuisanceChoice {
+  std::array<bool, 3> estimates{false, false, false};
   double contact_deviation_m = 0;
 };
-/// frees: names with commas between. contact_deviation: a length with unit, or empty.
+/// names: names with commas between. contact_deviation: a length with unit, or empty.
 /// Throws Error on names and lengths that are none.
-SensorChoice sensor_choice(const std::string& frees, const std::string& contact_deviation);
+NuisanceChoice nuisance_choice(const std::string& names, const std::string& contact_deviation);
 
 /// Strength that `--smoothing` asks for: "auto" (nothing), "none" (0) or a number of 0 to 1e12.
 /// Throws Error on other texts.
@@ -29,16 +29,25 @@ std::optional<double> smoothing_choice(const std::string& text);
 /// points are these, else made over its surface as `refine` does.
 Triangles neighbour_triangles(const Samples& samples, const Body& body);
 
-/// Curves at the test points, with basis, residuals and worst points said on stderr.
+/// An earlier fit to go on from, and what it left; see FitOptions.
+struct WarmStart {
+  const FittedCurves* curves = nullptr;
+  const FitCache* cache = nullptr;
+};
+
+/// What a fit is told: by the samples (friction of their probe, Poisson's ratio of their body; that
+/// simulated ones are not smoothed by default), and by [fit]. The one place where stages fill
+/// FitOptions. Throws Error on an unknown family.
+FitOptions fit_options(const Samples& samples, const FitSection& section, int jobs);
+
+/// Curves at the test points, with basis, residuals and worst points said on stderr. They carry the
+/// probe of the samples.
 /// body: its surface says which points are neighbours, else their places do; may be null.
+/// cache: filled for a later warm start, where wanted.
 /// Throws Interrupted when the user stopped it: nothing half-fitted is kept.
-FittedCurves fit_samples(const Samples& samples, const FitSection& section, double default_friction,
-                         int jobs, const Body* body = nullptr);
-/// Likewise from a samples.h5. warm_start: curves of an earlier fit, see FitOptions; rows of points
-/// that keep theirs are read only where they must be.
-FittedCurves fit_file(const std::filesystem::path& path, const FitSection& section,
-                      double default_friction, int jobs, const FittedCurves* warm_start = nullptr,
-                      const SensorChoice& sensor = {}, const Body* body = nullptr);
+FittedCurves fit_samples(const Samples& samples, const FitSection& section, int jobs,
+                         const Body* body = nullptr, const WarmStart& warm = {},
+                         const NuisanceChoice& nuisances = {}, FitCache* cache = nullptr);
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.

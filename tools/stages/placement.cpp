@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <numbers>
 
+#include "libfit/core/relative_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/refine/expected_error.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/refine.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fit.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -24,17 +25,12 @@ constexpr int kMinBatch = 4, kMaxBatch = 64;
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
-                        const FittedCurves* before) {
-  FitOptions options;
+                        const FittedCurves* before, FitCache& cache) {
+  FitOptions options = fit_options(samples, scene.fit, jobs);
   options.warm_start = before;
-  for (const CurveFamilyName& row : kCurveFamilyNames)
-    if (row.name == scene.fit.family) options.family = row.family;
-  options.degree = scene.fit.degree;
-  options.pieces = {scene.fit.pieces, scene.fit.pieces, scene.fit.pieces};
-  options.tolerance = scene.fit.tolerance;
-  options.default_friction = scene.probe.spec.friction;
-  options.jobs = job_count(jobs);
-  return fit_curves(samples, options);
+  options.warm_cache = &cache;
+  options.smoothing = 0;
+  return fit_curves(samples, options, {}, nullptr, &cache);
 }
 
 // Points so far with the ones of a batch, and the fine vertex each new one is.
@@ -73,13 +69,11 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points,
 PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
   const auto before = static_cast<std::int32_t>(samples.points()) -
                       static_cast<std::int32_t>(grown.vertices.size());
-  std::vector<ComparedRow> rows;
-  for (std::size_t i = 0; i < grown.vertices.size(); ++i) {
-    const auto more = predicted_rows(samples, before + static_cast<std::int32_t>(i), model.curves,
-                                     grown.vertices[i]);
-    rows.insert(rows.end(), more.begin(), more.end());
-  }
-  const Statement statement = summarize(rows);
+  Replayed predicted(samples);
+  for (std::size_t i = 0; i < grown.vertices.size(); ++i)
+    replay_point(samples, before + static_cast<std::int32_t>(i), model.curves, grown.vertices[i],
+                 predicted);
+  const Statement statement = summarize(compare(samples, predicted));
   return {before, static_cast<int>(grown.vertices.size()), statement.median_rel, statement.p95_rel,
           statement.max_rel};
 }
@@ -90,11 +84,12 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   const PlacementSection& wanted = *scene.experiments.placement;
   const fem::Simulator simulator = make_simulator(scene, body);
   const fem::Experiments experiments = experiments_of(scene);
-  KnownSamples known(request);
+  SampleCache known(request);
   Placement placement;
   placement.points = body.test_points;
   placement.samples = known.at(simulator, placement.points, experiments, "simulate");
-  FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr);
+  FitCache cache;
+  FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
     const int batch = std::min(std::clamp(count / 4, kMinBatch, kMaxBatch), wanted.budget - count);
@@ -120,7 +115,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     if (round.p95_rel <= wanted.tolerance)
       placement.ended = fmt::format("the tolerance of {} % is met", 100 * wanted.tolerance);
     else
-      curves = fit_so_far(scene, placement.samples, request.jobs, &curves);
+      curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
   return placement;

@@ -14,6 +14,7 @@
 #include "libfit/core/units.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
+#include "tools/scene/settings.hpp"
 #include "tools/stages/snap_points.hpp"
 
 namespace palpate::tools {
@@ -166,9 +167,17 @@ std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   return words;
 }
 
+Scene open_scene(const std::filesystem::path& path) {
+  Scene scene = read_scene(path);
+  ProbeSection& probe = scene.probe;
+  if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
+  return scene;
+}
+
 Body prepare_body(const Scene& scene, bool surface_only) {
   Body body;
-  body.scene = scene.text;
+  body.probe = scene.probe.spec;
+  body.settings = settings_of(scene);
   read_meshes(scene, surface_only, body);
   const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
   say("  surface: {}, {} vertices, {} triangles",

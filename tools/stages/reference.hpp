@@ -4,19 +4,17 @@
 #include <string>
 
 #include "libfit/core/body.hpp"
-#include "libfit/validation/reference.hpp"
+#include "libfit/validation/replay.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 
 struct ReferenceRequest {
-  int points = 12;
-  int seed = 1;
+  ValidateSection settings;
   int jobs = 0;
-  bool has_own = true;  ///< also simulate what splits the error by cause
   /// Folder in which what is simulated is kept and looked for; empty: nowhere.
   std::filesystem::path folder;
-  std::string inputs;  ///< point_inputs of the scene and the body
+  std::string fingerprint;  ///< point_fingerprint of the scene and the body
   bool resume = true;
 };
 

@@ -2,7 +2,6 @@
 
 #include "libfit/refine/refine.hpp"
 #include "tools/console.hpp"
-#include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
 
@@ -20,8 +19,7 @@ Model refine_body(const FittedCurves& curves, const Body& body) {
   }
   if (!report.uncovered.empty())
     say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
-  if (!body.scene.empty())
-    model.probe_radius_m = recorded_radius_m(parse_scene(body.scene, "body.h5: scene").probe);
+  model.probe = curves.probe;
   return model;
 }
 

@@ -5,8 +5,8 @@
 
 namespace palpate::tools {
 
-/// Curves on every fine node of the body's surface; coverage is said on stderr. The probe's radius
-/// comes from the scene that the body carries, 0 where it carries none.
+/// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
+/// on stderr.
 Model refine_body(const FittedCurves& curves, const Body& body);
 
 }  // namespace palpate::tools

@@ -5,6 +5,7 @@
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -16,8 +17,8 @@ std::filesystem::path partial_of(const std::filesystem::path& output) {
 }
 
 // Samples of a file whose points come from the same things; none otherwise.
-Samples read_known(const std::filesystem::path& path, const std::string& inputs) {
-  if (attribute_of_hdf5(path, kPointInputsAttribute) != inputs) return {};
+Samples read_known(const std::filesystem::path& path, const std::string& fingerprint) {
+  if (stored_in_hdf5(path, kPointFingerprintAttribute) != fingerprint) return {};
   try {
     return read_samples(path);
   } catch (const Error&) {  // damaged: simulated anew
@@ -31,7 +32,7 @@ int experiments_per_point(const fem::Experiments& experiments) {
 
 }  // namespace
 
-KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
+SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
   if (request.output.empty()) return;
   const auto partial = partial_of(request.output);
   const bool has_partial = std::filesystem::exists(partial);
@@ -40,7 +41,7 @@ KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
     return;
   }
   if (has_partial) {
-    interrupted_ = read_known(partial, request.inputs);
+    interrupted_ = read_known(partial, request.fingerprint);
     if (interrupted_.points() == 0)
       say("  {} was made from something else and is not used", partial.string());
     else
@@ -49,22 +50,23 @@ KnownSamples::KnownSamples(const SimulateRequest& request) : request_(request) {
               static_cast<Eigen::Index>(points_without_rows(interrupted_).size()));
   }
   if (!std::filesystem::exists(request.output)) return;
-  earlier_ = read_known(request.output, request.inputs);
+  earlier_ = read_known(request.output, request.fingerprint);
   if (earlier_.points() != 0)
     say("  {} points of {} need not be simulated again where they are wanted", earlier_.points(),
         request.output.string());
 }
 
-Samples KnownSamples::known_at(const TestPoints& points, int per_point) const {
+Samples SampleCache::known_at(const TestPoints& points, int per_point) const {
   if (interrupted_.points() == 0) return take_points(earlier_, points, per_point);
   if (earlier_.points() == 0) return take_points(interrupted_, points, per_point);
   return take_points(joined(interrupted_, earlier_, per_point), points, per_point);
 }
 
-Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& points,
-                         const fem::Experiments& experiments, const std::string& what) {
+Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& points,
+                        const fem::Experiments& experiments, const std::string& what) {
   const int per_point = experiments_per_point(experiments);
   Samples known = known_at(points, per_point);
+  add_origin(known, simulator);
   if (points_without_rows(known).empty()) return known;
   // What is known of other points stays known: rounds of a placement come back to them.
   const Samples others = take_points(interrupted_, points_beyond(interrupted_, points), per_point);
@@ -79,6 +81,7 @@ Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& poin
       fem::simulate(simulator, points, experiments,
                     {.jobs = job_count(request_.jobs), .already_done = std::move(known)}, on_done,
                     progress.progress());
+  add_origin(samples, simulator);
   interrupted_ = joined(samples, others, per_point);
   if (is_interrupted()) {
     keep(interrupted_);
@@ -89,9 +92,10 @@ Samples KnownSamples::at(const fem::Simulator& simulator, const TestPoints& poin
   return samples;
 }
 
-void KnownSamples::keep(const Samples& samples) const {
+void SampleCache::keep(const Samples& samples) const {
   if (request_.output.empty()) return;
-  write_samples(partial_of(request_.output), samples, {{kPointInputsAttribute, request_.inputs}});
+  write_samples(partial_of(request_.output), samples,
+                {{kPointFingerprintAttribute, request_.fingerprint}});
 }
 
 void remove_partial(const std::filesystem::path& output) {

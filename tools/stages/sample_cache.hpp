@@ -14,16 +14,16 @@ struct SimulateRequest {
   int jobs = 0;
   std::filesystem::path output;  ///< samples.h5; what is done is kept beside it until all is.
                                  ///< Empty: nothing is kept, nothing known
-  std::string inputs;            ///< point_inputs of what is simulated
+  std::string fingerprint;       ///< point_fingerprint of what is simulated
   bool resume = true;            ///< use what earlier runs simulated
 };
 
 /// Points that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the samples
 /// that OUTPUT holds now. A point is used again where both its place and all that its rows come
 /// from are the same; which other points there were does not matter.
-class KnownSamples {
+class SampleCache {
  public:
-  explicit KnownSamples(const SimulateRequest& request);
+  explicit SampleCache(const SimulateRequest& request);
 
   /// Experiments at the points, in parallel; those that are known are not simulated again. What is
   /// done is kept in `OUTPUT.partial`, rewritten at most every few seconds; an interruption

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "libfem/mesh/read/read.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -13,12 +12,6 @@ namespace {
 constexpr std::size_t kListed = 15;  // experiments named before "and N more"
 
 }  // namespace
-
-fem::ProbeSpec probe_spec(const ProbeSection& section) {
-  fem::ProbeSpec spec = section.spec;
-  if (section.mesh) spec.mesh = read_surface(*section.mesh, section.mesh_unit_m);
-  return spec;
-}
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   fem::SimulationSetup setup;
@@ -38,7 +31,7 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
         if (contains(regions[i], place)) return static_cast<int>(i) + 1;
       return 0;
     };
-  setup.probe = probe_spec(scene.probe);
+  setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
   setup.options.equilibrium.element =
       fem::find_element(scene.body.element, "element of [body]").kind;
@@ -46,13 +39,16 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
 }
 
 fem::Experiments experiments_of(const Scene& scene) {
-  const ExperimentsSection& e = scene.experiments;
-  return {.depth_m = e.depth_m,
-          .press_steps = e.press_steps,
-          .drag_depths_m = e.drag_directions > 0 ? e.drag_depths_m : std::vector<double>{},
-          .drag_distance_m = e.drag_distance_m,
-          .drag_directions = e.drag_directions,
-          .drag_steps = e.drag_steps};
+  fem::Experiments experiments = scene.experiments.each;
+  if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
+  return experiments;
+}
+
+void add_origin(Samples& samples, const fem::Simulator& simulator) {
+  const fem::SimulationSetup& setup = simulator.setup();
+  samples.probe = setup.probe;
+  const fem::Material material = fem::make_material(setup.materials.front(), "[material]");
+  samples.poisson = material.law->small_strain(material.constants).poisson();
 }
 
 fem::Simulator make_simulator(const Scene& scene, const Body& body) {
@@ -60,8 +56,8 @@ fem::Simulator make_simulator(const Scene& scene, const Body& body) {
 }
 
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {
-  return KnownSamples(request).at(make_simulator(scene, body), body.test_points,
-                                  experiments_of(scene), "simulate");
+  return SampleCache(request).at(make_simulator(scene, body), body.test_points,
+                                 experiments_of(scene), "simulate");
 }
 
 namespace {
@@ -69,9 +65,10 @@ namespace {
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
   std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name);
-  if (!samples.doubt.empty() && samples.doubt[row] != RowDoubt::none &&
+  if (!samples.doubt.empty() && samples.doubt[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
-    reason += ": " + std::string(kRowDoubtNames[static_cast<std::size_t>(samples.doubt[row])].name);
+    reason +=
+        ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.doubt[row])].name);
   return reason;
 }
 

@@ -11,13 +11,14 @@ namespace palpate::tools {
 /// The simulator of a scene's body, material, inclusions and probe.
 fem::Simulator make_simulator(const Scene& scene, const Body& body);
 
-/// The probe with its mesh read. Throws Error as read_surface does.
-fem::ProbeSpec probe_spec(const ProbeSection& section);
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);
 
-/// Presses and drags at every test point of the body (KnownSamples::at).
+/// Presses and drags at every test point of the body (SampleCache::at).
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request);
+
+/// Adds what later stages need to know of the simulator: its probe, and the body's Poisson's ratio.
+void add_origin(Samples& samples, const fem::Simulator& simulator);
 
 /// Says what error the rows' own estimates leave at the points, and whether it is what was asked
 /// for (ExperimentsSection::force_tolerance). Returns the points that miss it.

@@ -37,7 +37,7 @@ TestPoints place_points(const PointTable& points, const Surface& surface,
   return placed;
 }
 
-PlacedPaths place_paths(const std::vector<ToolPath>& paths, const Surface& surface,
+PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
                         const std::string& where) {
   PointTable table;
   table.position.resize(static_cast<Eigen::Index>(paths.size()), 3);

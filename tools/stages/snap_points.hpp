@@ -20,7 +20,7 @@ struct PlacedPaths {
   TestPoints points;
   std::vector<ToolPath> paths;  ///< one per point
 };
-PlacedPaths place_paths(const std::vector<ToolPath>& paths, const Surface& surface,
+PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& surface,
                         const std::string& where);
 
 }  // namespace palpate::tools

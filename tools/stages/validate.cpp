@@ -3,7 +3,6 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/validation/causes.hpp"
-#include "libfit/validation/compared_paths.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/reference.hpp"
 
@@ -12,24 +11,23 @@ namespace {
 
 using namespace validation;
 
-void write_rows(const std::filesystem::path& path, const Samples& reference,
-                const std::vector<PathKind>& kind, const std::vector<Followed>& engine) {
+void write_rows(const std::filesystem::path& path, const Reference& reference,
+                const Replayed& engine) {
   static constexpr std::string_view kHeader[] = {"point", "path", "step", "x_m",    "y_m",  "z_m",
                                                  "dx_m",  "dy_m", "dz_m", "fx_N",   "fy_N", "fz_N",
                                                  "ex_N",  "ey_N", "ez_N", "error_N"};
   CsvWriter csv(path, kHeader);
-  for (Eigen::Index row = 0; row < reference.rows(); ++row) {
+  const Samples& rows = reference.paths;
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);
-    if (reference.status[r] != RowStatus::good) continue;
-    const Vec3 force = reference.force.row(row);
-    const Vec3 answer =
-        engine[static_cast<std::size_t>(reference.point[r])].force.row(reference.step[r]);
-    const auto point = static_cast<std::size_t>(reference.point[r]);
-    csv.text(reference.point_name[point])
-        .text(kPathKindNames[static_cast<std::size_t>(kind[point])])
-        .integer(reference.step[r]);
-    for (int k = 0; k < 3; ++k) csv.number(reference.point_position(reference.point[r], k));
-    for (int k = 0; k < 3; ++k) csv.number(reference.deflection(row, k));
+    if (rows.status[r] != RowStatus::good) continue;
+    const Vec3 force = rows.force.row(row), answer = engine.force_N.row(row);
+    const auto point = static_cast<std::size_t>(rows.point[r]);
+    csv.text(rows.point_name[point])
+        .text(kPathKindNames[static_cast<std::size_t>(reference.held_out.kind[point])])
+        .integer(rows.step[r]);
+    for (int k = 0; k < 3; ++k) csv.number(rows.point_position(rows.point[r], k));
+    for (int k = 0; k < 3; ++k) csv.number(rows.deflection(row, k));
     for (int k = 0; k < 3; ++k) csv.number(force[k]);
     for (int k = 0; k < 3; ++k) csv.number(answer[k]);
     csv.number((answer - force).norm()).end_row();
@@ -43,27 +41,24 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
                          const ValidateRequest& request) {
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
-  const double depth_m = scene.experiments.depth_m;
+  const double depth_m = scene.experiments.each.depth_m;
   const Reference reference = simulate_reference(scene, body,
-                                                 {.points = request.points,
-                                                  .seed = request.seed,
+                                                 {.settings = request.settings,
                                                   .jobs = request.jobs,
-                                                  .has_own = request.has_causes,
                                                   .folder = request.reference,
-                                                  .inputs = point_inputs(scene, body),
+                                                  .fingerprint = point_fingerprint(scene, body),
                                                   .resume = request.resume});
-  const auto engine = follow_paths(asset, reference.held_out, depth_m);
-  if (!request.rows_csv.empty())
-    write_rows(request.rows_csv, reference.paths, reference.held_out.kind, engine);
-  const std::vector<ComparedRow> rows = compared_rows(reference.paths, engine);
+  const Replayed engine = replay_paths(asset, reference, depth_m);
+  if (!request.rows_csv.empty()) write_rows(request.rows_csv, reference, engine);
+  const std::vector<ComparedRow> rows = compare(reference.paths, engine);
   Statement statement = summarize(rows);
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
   statement.by_path = errors_by_path(reference, engine);
-  if (request.has_causes)
+  if (request.settings.causes)
     statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
   statement.baselines =
-      baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.press_steps,
+      baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.each.press_steps,
                       request.curves, request.model);
   statement.tick_ns = time_ticks_ns(asset, reference.held_out, depth_m);
   statement.asset_bytes = asset.file_bytes;

@@ -10,10 +10,8 @@
 namespace palpate::tools {
 
 struct ValidateRequest {
-  int points = 12;
-  int seed = 1;
+  ValidateSection settings;
   int jobs = 0;
-  bool has_causes = true;                ///< simulate at the held-out points to split the error
   std::filesystem::path rows_csv;        ///< every compared row; empty for none
   std::filesystem::path reference;       ///< folder that keeps what is simulated; empty: none
   bool resume = true;                    ///< use what that folder holds

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "libfem/mesh/surface/surface_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 namespace {
@@ -30,7 +30,7 @@ std::vector<std::vector<Eigen::Index>> pieces_of(const Surface& surface) {
 }
 
 /// Half-way from the piece's largest triangle to what lies across the cavity.
-Vec3 point_across(const Surface& piece, const SurfaceTree& tree) {
+Vec3 point_across(const Surface& piece, const Surface& closed, const BoxTree& boxes) {
   double largest = -1;
   Vec3 start = Vec3::Zero(), direction = Vec3::Zero();
   for (const auto& t : piece.triangles.rowwise()) {
@@ -43,7 +43,7 @@ Vec3 point_across(const Surface& piece, const SurfaceTree& tree) {
     direction = normal.normalized();  // out of the solid, into the cavity
   }
   const double skip = 1e-6 * extent_m(piece.vertices).norm();
-  const auto across = tree.ray_distance_m(start, direction, skip);
+  const auto across = ray_distance_m(closed, boxes, start, direction, skip);
   return start + 0.5 * across.value_or(2 * skip) * direction;
 }
 
@@ -53,12 +53,12 @@ Points cavity_points(const Surface& closed) {
   std::vector<Vec3> found;
   const auto pieces = pieces_of(closed);
   if (pieces.size() < 2) return Points(0, 3);
-  const SurfaceTree tree(closed);
+  const BoxTree boxes = triangle_boxes(closed);
   for (const auto& triangles : pieces) {
     Surface piece{closed.vertices, Triangles(static_cast<Eigen::Index>(triangles.size()), 3)};
     for (std::size_t i = 0; i < triangles.size(); ++i)
       piece.triangles.row(static_cast<Eigen::Index>(i)) = closed.triangles.row(triangles[i]);
-    if (volume_m3(piece) < 0) found.push_back(point_across(piece, tree));
+    if (volume_m3(piece) < 0) found.push_back(point_across(piece, closed, boxes));
   }
   Points points(static_cast<Eigen::Index>(found.size()), 3);
   for (std::size_t i = 0; i < found.size(); ++i)

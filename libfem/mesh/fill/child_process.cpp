@@ -12,11 +12,12 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <optional>
 #include <thread>
+
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
@@ -147,11 +148,7 @@ std::string described_signal(int signal) {
   return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
-std::string in_seconds(double time_s) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g s", time_s);
-  return text.data();
-}
+std::string in_seconds(double time_s) { return number(time_s, 6) + " s"; }
 
 /// Closes on leaving.
 struct File {

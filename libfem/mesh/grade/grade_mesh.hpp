@@ -59,7 +59,7 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
 /// edges.
 double tet_size_m(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-/// The size that grading asks for at x [m]; see GradeOptions.
+/// The size that grading asks for at x [m] (M13a); see GradeOptions.
 double wanted_size_m(const GradeOptions& options, const Vec3& x);
 
 }  // namespace palpate::fem

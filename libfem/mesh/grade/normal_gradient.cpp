@@ -54,8 +54,7 @@ std::vector<std::int32_t> SmoothSurface::patch_around(const SurfaceHit& centre,
       if (next < 0 || is_seen[next]) continue;
       is_seen[next] = 1;
       const Vec3 a = corner(patch[i], k), b = corner(patch[i], (k + 1) % 3);
-      const double along =
-          std::clamp((centre.on_facet - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+      const double along = nearest_on_segment(centre.on_facet, a, b);
       if ((a + along * (b - a) - centre.on_facet).norm() < radius_m) patch.push_back(next);
     }
   return patch;

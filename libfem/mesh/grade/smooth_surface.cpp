@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/nearest_weights.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -35,18 +34,15 @@ SmoothSurface::SmoothSurface(Surface surface, double crease_angle_rad)
   check(surface_);
   const Eigen::Index count = surface_.triangles.rows();
   facet_normal_.resize(count, 3);
-  Points lower(count, 3), upper(count, 3);
   for (std::int32_t f = 0; f < count; ++f) {
     const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
     const Vec3 normal = (b - a).cross(c - a);
     const double length = normal.norm();
     facet_normal_.row(f) = length > 0 ? Vec3(normal / length) : Vec3::Zero();
-    lower.row(f) = a.cwiseMin(b).cwiseMin(c);
-    upper.row(f) = a.cwiseMax(b).cwiseMax(c);
   }
   if (facet_normal_.isZero(0))
     throw Error("surface", "no triangle has an area", "Give a surface, not lines or points.");
-  triangle_tree_ = BoxTree(lower, upper);
+  triangle_boxes_ = triangle_boxes(surface_);
   find_neighbours();
   average_corner_normals();
 }
@@ -93,7 +89,7 @@ void SmoothSurface::find_neighbours() {
     lower.row(static_cast<Eigen::Index>(e)) = a.cwiseMin(b);
     upper.row(static_cast<Eigen::Index>(e)) = a.cwiseMax(b);
   }
-  crease_tree_ = BoxTree(lower, upper);
+  crease_boxes_ = BoxTree(lower, upper);
 }
 
 void SmoothSurface::average_corner_normals() {
@@ -133,51 +129,43 @@ void SmoothSurface::average_corner_normals() {
 
 template <class Accept>
 std::optional<SurfaceHit> SmoothSurface::closest_where(const Vec3& point, Accept&& accept) const {
+  const auto found = closest_point(surface_, triangle_boxes_, point,
+                                   std::numeric_limits<double>::infinity(), accept);
+  if (!found) return std::nullopt;
   SurfaceHit hit;
-  double squared_best = std::numeric_limits<double>::infinity();
-  triangle_tree_.visit_nearest(point, squared_best, [&](std::int32_t f, double& best) {
-    if (!accept(f)) return;
-    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
-    const Vec3 weights = nearest_weights(point, a, b, c);
-    const Vec3 nearest = weights[0] * a + weights[1] * b + weights[2] * c;
-    const double squared = (nearest - point).squaredNorm();
-    if (!(squared < best || (squared == best && f < hit.triangle))) return;
-    best = squared;
-    hit.triangle = f;
-    hit.weights = weights;
-    hit.on_facet = nearest;
-  });
-  if (hit.triangle < 0) return std::nullopt;
+  hit.triangle = found->triangle;
+  hit.weights = found->weight;
+  hit.on_facet = found->position;
   hit.position = lifted(hit.triangle, hit.weights);
   hit.normal = normal(hit.triangle, hit.weights);
-  hit.distance_m = std::sqrt(squared_best);
+  hit.distance_m = found->distance_m;
   return hit;
 }
 
 SurfaceHit SmoothSurface::closest(const Vec3& point) const {
   // Some triangle has an area (checked on construction), so there is always a hit for finite
   // points.
-  return closest_where(point, [&](std::int32_t f) { return !facet_normal_.row(f).isZero(0); })
-      .value_or(SurfaceHit{});
+  const auto has_area = [&](const SurfacePoint& at) {
+    return !facet_normal_.row(at.triangle).isZero(0);
+  };
+  return closest_where(point, has_area).value_or(SurfaceHit{});
 }
 
 std::optional<SurfaceHit> SmoothSurface::closest(const Vec3& point, const Vec3& direction,
                                                  double min_cosine) const {
   const Vec3 unit = direction.stableNormalized();
-  return closest_where(point, [&](std::int32_t f) {
-    return !facet_normal_.row(f).isZero(0) && facet_normal_.row(f).dot(unit) >= min_cosine;
+  return closest_where(point, [&](const SurfacePoint& at) {
+    const auto facet = facet_normal_.row(at.triangle);
+    return !facet.isZero(0) && facet.dot(unit) >= min_cosine;
   });
 }
 
 std::optional<CreaseHit> SmoothSurface::closest_crease(const Vec3& point, double within_m) const {
   std::optional<CreaseHit> hit;
   double squared_best = within_m * within_m;
-  crease_tree_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
+  crease_boxes_.visit_nearest(point, squared_best, [&](std::int32_t e, double& best) {
     const Vec3 a = surface_.vertices.row(crease_[e].a), b = surface_.vertices.row(crease_[e].b);
-    const double squared_length = (b - a).squaredNorm();
-    const double along =
-        squared_length > 0 ? std::clamp((point - a).dot(b - a) / squared_length, 0.0, 1.0) : 0.0;
-    const Vec3 nearest = a + along * (b - a);
+    const Vec3 nearest = a + nearest_on_segment(point, a, b) * (b - a);
     const double squared = (nearest - point).squaredNorm();
     if (squared > best || (hit && squared == best)) return;
     best = squared;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "libfit/core/box_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/surface.hpp"
 
 namespace palpate::fem {
@@ -97,7 +97,7 @@ class SmoothSurface {
   Points corner_normal_;        // 3#F x 3 unit, row 3f + k
   Triangles smooth_neighbour_;  // #F x 3: triangle across edge (k, k+1), -1 at a crease
   std::vector<Edge> crease_;
-  BoxTree triangle_tree_, crease_tree_;
+  BoxTree triangle_boxes_, crease_boxes_;
 };
 
 }  // namespace palpate::fem

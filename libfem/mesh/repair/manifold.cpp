@@ -95,7 +95,7 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
           throw Error(where,
                       "the surface has only one side (a Moebius strip) at " +
                           name_faces(soup, {sheet[i], n.face}) + ", near " +
-                          place(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
+                          coordinates(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
                       "Remove inner sheets in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] "
                       "fills gaps narrower than that.");
         }

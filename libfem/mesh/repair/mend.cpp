@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
@@ -14,7 +13,6 @@ namespace palpate {
 namespace {
 
 using repair::Changes;
-using repair::counted;
 using repair::Soup;
 
 constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
@@ -27,18 +25,6 @@ constexpr std::size_t kMaxCrossings = 200;
 constexpr const char* kWrapHint =
     "Repair it in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than "
     "that.";
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%+.3g %%", 100 * share);
-  return text;
-}
-
-std::string millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
 
 void check_input(const Surface& surface, const std::string& where) {
   if (surface.triangles.rows() == 0)
@@ -94,7 +80,7 @@ Surface with_holes_filled(const Surface& surface, const std::string& where, Chan
   if (!holes.left.empty())
     throw Error(where,
                 counted(holes.left.size(), "hole", "holes") +
-                    " could not be filled, the first at " + repair::place(holes.left.front()),
+                    " could not be filled, the first at " + coordinates(holes.left.front()),
                 kWrapHint);
   changes.push_back("filled " + counted(holes.filled, "hole", "holes") + " (widest " +
                     millimetres(holes.widest_m) + ") with " +
@@ -113,7 +99,7 @@ std::string name_pairs(const Surface& surface, const Pairs& pairs, const Soup& s
   const Vec3 at =
       surface.vertices.row(surface.triangles(static_cast<Eigen::Index>(pairs.front().first), 0));
   return (faces.empty() ? "filled holes" : repair::name_faces(soup, faces)) + ", near " +
-         repair::place(at);
+         coordinates(at);
 }
 
 Surface without_crossings(const Surface& surface, const Soup& soup, const std::string& where,
@@ -148,7 +134,7 @@ void verify(const Surface& surface, bool allow_open, const std::string& where) {
     refuse("encloses no volume (two sheets on each other, or a flat piece)");
   const Pairs pairs = repair::self_intersections(surface);
   if (!pairs.empty())
-    refuse("still crosses itself near " + repair::place(surface.vertices.row(surface.triangles(
+    refuse("still crosses itself near " + coordinates(surface.vertices.row(surface.triangles(
                                               static_cast<Eigen::Index>(pairs.front().first), 0))));
 }
 
@@ -156,7 +142,9 @@ void report_volume(const Surface& before, const Surface& after, Changes& changes
   const SurfaceFacts was = surface_facts(before), is = surface_facts(after);
   if (!was.is_closed || !was.is_oriented || !is.is_closed || was.volume_m3 == 0) return;
   const double share = is.volume_m3 / std::abs(was.volume_m3) - 1;
-  if (std::abs(share) > 1e-9) changes.push_back("changed the volume by " + percent(share));
+  if (std::abs(share) > 1e-9)
+    changes.push_back(std::string("changed the volume by ") + (share > 0 ? "+" : "") +
+                      number(100 * share) + " %");
 }
 
 Mended mend(const Surface& surface, const MendOptions& options, const std::string& where) {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <unordered_map>
 
 namespace palpate::repair {
@@ -147,11 +146,9 @@ void drop_stray_components(Soup& soup, double smallest_share, Changes& changes) 
   }
   if (dropped == 0) return;
   keep_faces(soup, keep);
-  char share[32];
-  std::snprintf(share, sizeof share, "%.2g", largest / std::ranges::max(area));
   changes.push_back("dropped " + counted(dropped, "stray piece", "stray pieces") + " of " +
-                    counted(dropped_faces, "triangle", "triangles") + " in all (largest: " + share +
-                    " of the body's area)");
+                    counted(dropped_faces, "triangle", "triangles") + " in all (largest: " +
+                    number(largest / std::ranges::max(area), 2) + " of the body's area)");
 }
 
 void drop_unused_vertices(Soup& soup) {
@@ -167,16 +164,6 @@ void drop_unused_vertices(Soup& soup) {
   soup.points.resize(kept);
   for (Triangle& face : soup.faces)
     for (std::int32_t& v : face) v = number[static_cast<std::size_t>(v)];
-}
-
-std::string counted(std::size_t number, const std::string& one, const std::string& several) {
-  return std::to_string(number) + " " + (number == 1 ? one : several);
-}
-
-std::string place(const Vec3& point) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) m", point.x(), point.y(), point.z());
-  return text;
 }
 
 std::string name_faces(const Soup& soup, std::vector<std::size_t> faces) {

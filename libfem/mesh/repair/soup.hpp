@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libfem/mesh/repair/topology.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::repair {
 
@@ -43,10 +44,6 @@ void make_manifold(Soup& soup, Changes& changes, const std::string& where);
 /// make_manifold turned.
 void orient_outward(Soup& soup, Changes& changes);
 
-/// "3 vertices", "1 vertex".
-std::string counted(std::size_t number, const std::string& one, const std::string& several);
-/// "(0.0123, 0.4, 0) m".
-std::string place(const Vec3& point);
 /// Up to six triangles, numbered from 1 as in the input.
 std::string name_faces(const Soup& soup, std::vector<std::size_t> faces);
 

@@ -1,10 +1,11 @@
 #include "libfem/mesh/surface/feature_lines.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 namespace {
@@ -65,9 +66,7 @@ Vec3 FeatureLines::closest(const Vec3& query) const {
   Vec3 best = query;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [a, b] : segments) {
-    const Vec3 along = b - a;
-    const double t = std::clamp((query - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    const Vec3 candidate = a + t * along;
+    const Vec3 candidate = a + nearest_on_segment(query, a, b) * (b - a);
     const double squared_distance = (candidate - query).squaredNorm();
     if (squared_distance >= least) continue;
     least = squared_distance;

@@ -2,8 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "libfit/core/surface.hpp"
@@ -38,24 +36,6 @@ inline Vec3 scaled_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
 inline double roundness(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double squared = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
   return squared > 0 ? 3.4641016151377544 * scaled_normal(a, b, c).norm() / squared : 0;
-}
-
-inline double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 along = b - a;
-  const double squared_length = along.squaredNorm();
-  if (!(squared_length > 0)) return (p - a).norm();
-  const double t = std::clamp((p - a).dot(along) / squared_length, 0.0, 1.0);
-  return (p - a - t * along).norm();
-}
-
-inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 normal = scaled_normal(a, b, c);
-  const bool is_above = normal.dot((b - a).cross(p - a)) >= 0 &&
-                        normal.dot((c - b).cross(p - b)) >= 0 &&
-                        normal.dot((a - c).cross(p - c)) >= 0;
-  if (is_above && normal.norm() > 0) return std::abs(normal.normalized().dot(p - a));
-  return std::min(
-      {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
 
 /// Builds the half-edge structure; the surface must be manifold (borders allowed).

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "libfem/mesh/surface/sizing.hpp"
-#include "libfem/mesh/surface/surface_tree.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 
@@ -12,7 +11,7 @@ namespace palpate {
 /// or strays is for the caller to check. Deterministic.
 /// Source: Botsch and Kobbelt 2004, doi:10.1145/1057432.1057457 (split, collapse, flip, relax),
 /// with the sizes of Dunyach et al. 2013.
-Surface remesh(const Surface& fine, const SurfaceTree& tree, const Eigen::VectorXd& wanted_m,
+Surface remesh(const Surface& fine, const BoxTree& boxes, const Eigen::VectorXd& wanted_m,
                double feature_angle_deg);
 
 }  // namespace palpate

@@ -31,12 +31,13 @@ double Remeshing::edge_size_m(VertexHandle a, VertexHandle b) const {
   return std::min(size_m[at(a)], size_m[at(b)]);
 }
 
-SurfaceHit Remeshing::land(const Vec3& query, bool is_feature) const {
-  return tree.closest(is_feature ? lines.closest(query) : query);
+SurfacePoint Remeshing::land(const Vec3& query, bool is_feature) const {
+  return closest_point(fine, fine_boxes, is_feature ? lines.closest(query) : query)
+      .value_or(SurfacePoint{});
 }
 
-void Remeshing::take(VertexHandle v, const SurfaceHit& hit) {
-  mesh.set_point(v, to_open_mesh(hit.point));
+void Remeshing::take(VertexHandle v, const SurfacePoint& hit) {
+  mesh.set_point(v, to_open_mesh(hit.position));
   if (at(v) >= size_m.size()) {
     size_m.resize(at(v) + 1);
     normal.resize(at(v) + 1);
@@ -45,8 +46,8 @@ void Remeshing::take(VertexHandle v, const SurfaceHit& hit) {
   Vec3 direction = Vec3::Zero();
   for (int k = 0; k < 3; ++k) {
     const auto corner = fine.triangles(hit.triangle, k);
-    size += hit.barycentric[k] * wanted_m[corner];
-    direction += hit.barycentric[k] * fine_normals.row(corner).transpose();
+    size += hit.weight[k] * wanted_m[corner];
+    direction += hit.weight[k] * fine_normals.row(corner).transpose();
   }
   size_m[at(v)] = size;
   normal[at(v)] = direction.normalized();
@@ -71,10 +72,10 @@ void Remeshing::split_long_edges() {
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   for (const auto& [ratio, e] : long_edges) {
     const bool is_feature = mesh.status(e).feature();
-    const SurfaceHit hit = land(to_eigen(mesh.calc_edge_midpoint(e)), is_feature);
+    const SurfacePoint hit = land(to_eigen(mesh.calc_edge_midpoint(e)), is_feature);
     const VertexHandle a = mesh.from_vertex_handle(mesh.halfedge_handle(e, 0));
     const VertexHandle b = mesh.to_vertex_handle(mesh.halfedge_handle(e, 0));
-    const VertexHandle v = mesh.add_vertex(to_open_mesh(hit.point));
+    const VertexHandle v = mesh.add_vertex(to_open_mesh(hit.position));
     mesh.split(e, v);
     mesh.status(v).set_feature(is_feature);
     for (const auto h : mesh.voh_range(v)) {
@@ -99,8 +100,9 @@ bool Remeshing::may_collapse(HalfedgeHandle h) const {
     if (next == kept) continue;
     if (!faces_outward(kept, far, next)) return false;
     left_behind =
-        std::min(left_behind, distance_to_triangle(position(mesh, gone), position(mesh, kept),
-                                                   position(mesh, far), position(mesh, next)));
+        std::min(left_behind, nearest_on_triangle(position(mesh, gone), position(mesh, kept),
+                                                  position(mesh, far), position(mesh, next))
+                                  .distance_m);
   }
   if (left_behind > kLeftByCollapse * edge_size_m(gone, kept)) return false;
   // A feature line may not swing onto another: the two wings of the edge keep their own status.
@@ -177,10 +179,10 @@ void Remeshing::flip_edges() {
 double Remeshing::distance_around_m(VertexHandle v, const Vec3& query) const {
   double least = std::numeric_limits<double>::infinity();
   for (const auto h : mesh.voh_range(v))
-    least = std::min(
-        least,
-        distance_to_triangle(query, position(mesh, v), position(mesh, mesh.to_vertex_handle(h)),
-                             position(mesh, mesh.to_vertex_handle(mesh.next_halfedge_handle(h)))));
+    least = std::min(least, nearest_on_triangle(
+                                query, position(mesh, v), position(mesh, mesh.to_vertex_handle(h)),
+                                position(mesh, mesh.to_vertex_handle(mesh.next_halfedge_handle(h))))
+                                .distance_m);
   return least;
 }
 
@@ -200,7 +202,7 @@ void Remeshing::relax_vertex(VertexHandle v) {
   if (!(weights > 0)) return;
   Vec3 move = sum / weights - old;
   if (!is_feature) move -= move.dot(normal[at(v)]) * normal[at(v)];
-  const SurfaceHit hit = land(old + move, is_feature);
+  const SurfacePoint hit = land(old + move, is_feature);
   const double old_size = size_m[at(v)];
   const Vec3 old_normal = normal[at(v)];
   take(v, hit);

@@ -2,7 +2,7 @@
 
 #include "libfem/mesh/surface/feature_lines.hpp"
 #include "libfem/mesh/surface/half_edge.hpp"
-#include "libfem/mesh/surface/surface_tree.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 
@@ -14,7 +14,7 @@ struct Remeshing {
   HalfEdgeMesh mesh;
   FeatureLines lines;
   const Surface& fine;
-  const SurfaceTree& tree;
+  const BoxTree& fine_boxes;        ///< triangle_boxes(fine)
   const Eigen::VectorXd& wanted_m;  ///< per fine vertex
   const Points& fine_normals;
   std::vector<double> size_m;  ///< per vertex of `mesh`, wanted edge length there
@@ -28,8 +28,8 @@ struct Remeshing {
  private:
   double edge_size_m(OpenMesh::VertexHandle a, OpenMesh::VertexHandle b) const;
   double edge_length_m(OpenMesh::EdgeHandle e) const { return mesh.calc_edge_length(e); }
-  SurfaceHit land(const Vec3& query, bool is_feature) const;
-  void take(OpenMesh::VertexHandle v, const SurfaceHit& hit);
+  SurfacePoint land(const Vec3& query, bool is_feature) const;
+  void take(OpenMesh::VertexHandle v, const SurfacePoint& hit);
   bool may_collapse(OpenMesh::HalfedgeHandle h) const;
   bool is_flip_better(OpenMesh::EdgeHandle e) const;
   bool faces_outward(OpenMesh::VertexHandle a, OpenMesh::VertexHandle b,

@@ -37,21 +37,21 @@ SimulationSurface simulation_surface(const Surface& fine, double target_edge_m,
                                      const SimulationSurfaceOptions& options) {
   refuse_bad_input(fine, target_edge_m);
   constexpr double kFiner = 0.75;  // nearly halves the chords' deviation, which goes as the square
-  const SurfaceTree tree(fine);
+  const BoxTree boxes = triangle_boxes(fine);
   const double fine_volume = volume_m3(fine);
   SimulationSurface result;
   double target = target_edge_m;
   for (int attempt = 1; attempt <= options.attempts; ++attempt, target *= kFiner) {
-    const Eigen::VectorXd wanted = wanted_edge_m(fine, tree,
+    const Eigen::VectorXd wanted = wanted_edge_m(fine, boxes,
                                                  {.target_edge_m = target,
                                                   .deviation_ratio = options.deviation_ratio,
                                                   .min_edge_ratio = options.min_edge_ratio,
                                                   .feature_angle_deg = options.feature_angle_deg});
-    result.surface = remesh(fine, tree, wanted, options.feature_angle_deg);
+    result.surface = remesh(fine, boxes, wanted, options.feature_angle_deg);
     result.attempts = attempt;
     result.target_edge_m = target;
     result.volume_ratio = volume_m3(result.surface) / fine_volume;
-    result.deviation_m = deviation_m(fine, tree, result.surface);
+    result.deviation_m = deviation_m(fine, boxes, result.surface);
     const auto fault =
         find_fault(result, options.stray_tolerance * target_edge_m, options.volume_tolerance);
     if (!fault) return result;

@@ -114,7 +114,7 @@ void limit_growth(Eigen::VectorXd& size, const Surface& fine, const Neighbours& 
 
 }  // namespace
 
-Eigen::VectorXd wanted_edge_m(const Surface& fine, const SurfaceTree& tree,
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
                               const SizingOptions& options) {
   const Neighbours neighbours = vertex_neighbours(fine);
   const double edge_m = mean_edge_m(fine, neighbours);
@@ -134,7 +134,7 @@ Eigen::VectorXd wanted_edge_m(const Surface& fine, const SurfaceTree& tree,
     double wanted = std::min(options.target_edge_m, edge_for_curvature_m(curvature, deviation));
     const Vec3 inward = -smooth.row(v).transpose();
     const auto thickness =
-        tree.ray_distance_m(fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));
+        ray_distance_m(fine, boxes, fine.vertices.row(v), inward, 1e-3 * std::min(edge_m, min_m));
     if (thickness) wanted = std::min(wanted, options.thickness_ratio * *thickness);
     size[v] = std::max(wanted, min_m);
   }

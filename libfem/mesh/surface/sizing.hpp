@@ -1,7 +1,6 @@
 #pragma once
 
-#include "libfem/mesh/surface/surface_tree.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 
@@ -15,12 +14,12 @@ struct SizingOptions {
   double feature_angle_deg = 60;  ///< sharper edges are features: curvature stops at them
 };
 
-/// Wanted edge length at each vertex of a fine surface, #V [m].
+/// Wanted edge length at each vertex of a fine surface, #V [m]. boxes: triangle_boxes(fine).
 /// The least of the target, the edge whose chord strays by the allowed deviation on the local
 /// curvature (sqrt(6 e r - 3 e^2), Dunyach et al. 2013, doi:10.2312/conf/EG2013/short/029-032), and
 /// the local thickness, never below the least edge; then limited in growth from vertex to vertex.
 /// Curvature finer than the target is smoothed away first: noise is not a feature.
-Eigen::VectorXd wanted_edge_m(const Surface& fine, const SurfaceTree& tree,
+Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
                               const SizingOptions& options);
 
 }  // namespace palpate

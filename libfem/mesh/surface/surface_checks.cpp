@@ -1,13 +1,31 @@
 #include "libfem/mesh/surface/surface_checks.hpp"
 
+#include <algorithm>
+
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
 
-std::string counted(std::int64_t count, const char* one, const char* several) {
-  return std::to_string(count) + " " + (count == 1 ? one : several);
+double one_sided_deviation_m(const Surface& from, const Surface& to, const BoxTree& boxes) {
+  double largest = 0;
+  const auto sample = [&](const Vec3& p) {
+    if (const auto hit = closest_point(to, boxes, p)) largest = std::max(largest, hit->distance_m);
+  };
+  for (Eigen::Index f = 0; f < from.triangles.rows(); ++f) {
+    Vec3 corner[3];
+    for (int k = 0; k < 3; ++k) corner[k] = from.vertices.row(from.triangles(f, k));
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if (from.triangles(f, k) > from.triangles(f, next)) continue;  // once per edge, when closed
+      sample(corner[k]);
+      sample((corner[k] + corner[next]) / 2);
+    }
+    sample((corner[0] + corner[1] + corner[2]) / 3);
+  }
+  return largest;
 }
 
 }  // namespace
@@ -36,6 +54,11 @@ std::optional<std::string> why_not_closed(const Surface& surface) {
 
 bool is_self_intersecting(const Surface& surface) {
   return !repair::self_intersections(surface).empty();
+}
+
+double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b) {
+  return std::max(one_sided_deviation_m(b, a, boxes_of_a),
+                  one_sided_deviation_m(a, b, triangle_boxes(b)));
 }
 
 }  // namespace palpate

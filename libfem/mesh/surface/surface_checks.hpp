@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate {
 
@@ -15,5 +15,10 @@ std::optional<std::string> why_not_closed(const Surface& surface);
 /// Whether triangles of a surface that passed `why_not_closed` meet anywhere but in what they
 /// share.
 bool is_self_intersecting(const Surface& surface);
+
+/// Largest distance [m] between two surfaces, both ways, sampled at vertices, edge midpoints and
+/// triangle centres of each: a lower bound of their Hausdorff distance, close to it when the
+/// sampled features are no larger than the triangles. boxes_of_a: triangle_boxes(a).
+double deviation_m(const Surface& a, const BoxTree& boxes_of_a, const Surface& b);
 
 }  // namespace palpate

@@ -34,10 +34,7 @@ Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>&
       body_(mesh, materials, region_at, options.element),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
-      K_(body_.pattern()) {
-  factor_.count_time(options.profile);
-  if (options.is_plain) factor_.use_double();
-}
+      K_(body_.pattern()) {}
 
 BodyState Equilibrium::rest(const ProbePose& pose) const {
   BodyState state;
@@ -57,22 +54,21 @@ Points Equilibrium::moved(const Points& u, const Eigen::VectorXd& direction, dou
 }
 
 // Tangent, forces and energy of the body at at.u.
-void Equilibrium::assemble_elastic(double bend, double max_pressure, Local& at) {
-  const PhaseTimer timer(options_.profile, Phase::stiffness);
+void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, Local& at) {
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
-  at.elastic_energy_J = body_.add_stiffness(at.u, bend, at.elastic_force, K_, max_pressure);
-  at.has_stiffness = bend == 1;
+  at.elastic_energy_J =
+      body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure);
+  at.has_stiffness = geometric_scale == 1;
   is_current_ = false;
 }
 
-// Contact terms, energy and residual from the elastic ones at `at`; the friction limit is held.
-void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Local& at,
-                              BodyState& to) {
-  const PhaseTimer timer(options_.profile, Phase::contact);
-  to.contact = contact_.evaluate(at.u, pose, from.history);
+// Contact terms, energy and residual from the elastic ones; the friction limit is lagged.
+void Equilibrium::add_contact(Step& step) {
+  Local& at = step.at;
+  step.to.contact = contact_.evaluate(step.trial());
   at.energy_J = at.elastic_energy_J;
-  if (std::isfinite(at.energy_J)) at.energy_J += contact_.energy(at.u, pose, from.history);
+  if (std::isfinite(at.energy_J)) at.energy_J += contact_.energy(step.trial());
   Points contact_force = Points::Zero(at.u.rows(), 3);
   for (const FaceTerms& face : contact_.terms())
     for (int a = 0; a < kFaceNodes; ++a)
@@ -89,16 +85,14 @@ void Equilibrium::add_contact(const ProbePose& pose, const BodyState& from, Loca
   at.contact_scale_N = std::sqrt(contact_squared);
 }
 
-// Forces and energy at at.u; no stiffness, which costs ten times as much.
-void Equilibrium::evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to) {
-  {
-    const PhaseTimer timer(options_.profile, Phase::force);
-    at.elastic_force = Points::Zero(at.u.rows(), 3);
-    at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
-  }
+// Forces and energy at step.at.u; no stiffness, which costs ten times as much.
+void Equilibrium::evaluate(Step& step) {
+  Local& at = step.at;
+  at.elastic_force = Points::Zero(at.u.rows(), 3);
+  at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
   at.has_stiffness = is_current_ = false;
-  to.min_J = body_.min_J();
-  add_contact(pose, from, at, to);
+  step.to.min_J = body_.min_J();
+  add_contact(step);
 }
 
 // y += C x with the contact stiffness of the latest evaluation.
@@ -137,28 +131,29 @@ void Equilibrium::index_contact_nodes() {
     contact_index_[factor_.contact_nodes()[i]] = static_cast<std::int32_t>(i);
 }
 
-// Factors the elastic tangent at `at`; where it is not positive definite, with ever less of the
-// part that carries the second derivative of J. The level that worked is remembered.
-void Equilibrium::refresh_factor(const ProbePose& pose, const BodyState& from, Local& at,
-                                 BodyState& to) {
-  const auto nodes = nodes_near_probe(at.u, pose, options_.contact_margin * step_m_);
+// Factors the elastic tangent; where it is not positive definite, with ever less of its geometric
+// part, which carries the second derivative of J. The scale that worked is remembered.
+void Equilibrium::refresh_factor(Step& step) {
+  Local& at = step.at;
+  const auto nodes = nodes_near_probe(at.u, step.pose, options_.contact_margin * step_m_);
   for (;;) {
-    if (bend_ < 1 || !at.has_stiffness) assemble_elastic(bend_, options_.max_pressure, at);
+    if (geometric_scale_ < 1 || !at.has_stiffness)
+      assemble_elastic(geometric_scale_, options_.max_pressure, at);
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
-    if (bend_ <= 0) break;
-    bend_ = bend_ > 0.5 ? 0.5 : 0.0;
+    if (geometric_scale_ <= 0) break;
+    geometric_scale_ = geometric_scale_ > 0.5 ? 0.5 : 0.0;
   }
   index_contact_nodes();
   if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
-  to.min_J = body_.min_J();
+  step.to.min_J = body_.min_J();
   is_current_ = factor_.is_factored();
-  add_contact(pose, from, at, to);
+  add_contact(step);
 }
 
 // Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need
-// not go below the goal (Eisenstat and Walker 1996, doi:10.1137/0917003).
+// not go below the goal (Eisenstat and PathState 1996, doi:10.1137/0917003).
 double Equilibrium::linear_tolerance(double relative_residual) const {
   constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
   const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;
@@ -166,23 +161,19 @@ double Equilibrium::linear_tolerance(double relative_residual) const {
   return std::max(usual, std::min(kLoosest, enough));
 }
 
-Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyState& from,
-                                              Local& at, BodyState& to) {
+Eigen::VectorXd Equilibrium::newton_direction(Step& step) {
+  Local& at = step.at;
   const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
-    const PhaseTimer timer(options_.profile, Phase::multiply);
     K_.multiply(x, y);
     add_contact_product(x, y);
   };
-  const auto precondition = [this](const Eigen::VectorXd& b, Eigen::VectorXd& x) {
-    const PhaseTimer timer(options_.profile, Phase::apply);
-    factor_.solve(b, x);
-  };
+  const auto precondition = [this](const auto& b, auto& x) { factor_.solve(b, x); };
   if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
-  add_contact(pose, from, at, to);  // its terms may be those of another place
+  add_contact(step);  // its terms may be those of another place
   const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
   Eigen::VectorXd direction;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    if (attempt == 1) refresh_factor(pose, from, at, to);
+    if (attempt == 1) refresh_factor(step);
     if (!factor_.is_factored()) continue;
     use_contact_stiffness();
     const PcgOutcome outcome =
@@ -197,20 +188,20 @@ Eigen::VectorXd Equilibrium::newton_direction(const ProbePose& pose, const BodyS
 // Backtracks from a full step until the incremental energy falls enough (Armijo), and moves there.
 // Near the solution the fall drowns in rounding, and a full step that leaves the energy level is
 // taken. Forces come with the energy of a trial for a fifth more, and the accepted one's are kept.
-bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose& pose,
-                              const BodyState& from, Local& at, BodyState& to) {
+bool Equilibrium::search_line(const Eigen::VectorXd& direction, Step& step) {
   constexpr double kSufficient = 1e-4, kRounding = 1e-13;
+  Local& at = step.at;
   const double slope = -at.residual.dot(direction);
   double length = 1;
   for (int cut = 0; cut < 12; ++cut, length /= 2) {
-    Local trial;
-    trial.u = moved(at.u, direction, length);
-    evaluate(pose, from, trial, to);
-    if (trial.energy_J <=
+    Step trial{step.from, step.pose, step.to};
+    trial.at.u = moved(at.u, direction, length);
+    evaluate(trial);
+    if (trial.at.energy_J <=
         at.energy_J + kSufficient * length * slope + kRounding * std::abs(at.energy_J)) {
-      at = std::move(trial);
-      contact_.hold_friction_limit(at.u, pose, from.history);
-      add_contact(pose, from, at, to);
+      at = std::move(trial.at);
+      contact_.lag_friction_limit(step.trial());
+      add_contact(step);
       return true;
     }
     ++counts_.backtracks;
@@ -220,88 +211,84 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, const ProbePose&
 
 // Takes the guess, drawn towards the state it comes from until its energy is finite and no larger
 // than there.
-void Equilibrium::start(const BodyState& from, const ProbePose& pose, const Points& guess,
-                        Local& at, BodyState& to) {
-  contact_.hold_friction_limit(from.history);
+void Equilibrium::start(Step& step, const Points& guess) {
+  const BodyState& from = step.from;
+  Local& at = step.at;
+  contact_.lag_friction_limit(from.history);
   at.u = guess;
-  evaluate(pose, from, at, to);
+  evaluate(step);
   for (int halving = 0; halving < 3 && !std::isfinite(at.energy_J); ++halving) {
     at.u = halving < 2 ? Points((at.u + from.u) / 2) : from.u;
-    evaluate(pose, from, at, to);
+    evaluate(step);
   }
-  if (from.elastic_energy_J + contact_.energy(from.u, pose, from.history) < at.energy_J) {
+  if (from.elastic_energy_J + contact_.energy({from.u, step.pose, from.history}) < at.energy_J) {
     at.u = from.u;
-    evaluate(pose, from, at, to);
+    evaluate(step);
   }
 }
 
 SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                                BodyState& to, bool may_shorten) {
-  Local at;
-  start(from, pose, guess, at, to);
+  Step step{from, pose, to};
+  const Local& at = step.at;
+  start(step, guess);
   to.pose = pose;
-  if (const double way = (pose.tip - from.pose.tip).norm(); way > 0) step_m_ = way;
+  if (const double moved_m = (pose.tip - from.pose.tip).norm(); moved_m > 0) step_m_ = moved_m;
   const int pcg_before = counts_.pcg;
   double residual_before = 1e300;
   constexpr double kAstray = 0.3;
   constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
   for (int iteration = 0; iteration < options_.max_newton; ++iteration) {
-    if (!factor_.is_factored() || (iteration == 0 && is_stale_) || options_.is_plain) {
+    if (!factor_.is_factored() || (iteration == 0 && is_stale_)) {
       is_stale_ = false;
-      refresh_factor(pose, from, at, to);
+      refresh_factor(step);
     }
     to.relative_residual = at.residual.norm() / at.contact_scale_N;
     if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
-      // Laws that tolerate it may turn an element over on the way, but not in the end.
+      // Laws that tolerate it may turn an element over meanwhile, but not in the end.
       if (!(to.min_J > 0)) return SolveStatus::inverted;
       is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
       to.u = at.u;
       to.elastic_energy_J = at.elastic_energy_J;
-      to.history = contact_.accepted(at.u, pose, from.history);
+      to.history = contact_.accepted(step.trial());
       return SolveStatus::solved;
     }
-    if (may_shorten && !options_.is_plain && iteration >= options_.max_astray &&
-        to.relative_residual > kAstray)
-      break;
+    if (may_shorten && iteration >= options_.max_astray && to.relative_residual > kAstray) break;
     ++counts_.newton;
     if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
-      refresh_factor(pose, from, at, to);
+      refresh_factor(step);
       residual_before = 1e300;
     } else {
       residual_before = iteration == 0 ? 1e300 : at.residual.norm();
     }
     std::optional<Eigen::VectorXd> direction;
-    if (iteration == 0 && !options_.is_plain) direction = model_direction(pose, from, at);
-    if (direction && search_line(*direction, pose, from, at, to)) continue;
-    if (!search_line(newton_direction(pose, from, at, to), pose, from, at, to)) break;
+    if (iteration == 0) direction = model_direction(step);
+    if (direction && search_line(*direction, step)) continue;
+    if (!search_line(newton_direction(step), step)) break;
   }
   to.u = at.u;
   return SolveStatus::not_converged;
 }
 
-SolveStatus Equilibrium::give_back_overlap(const BodyState& accepted, BodyState& to) {
+SolveStatus Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {
   BodyState from = accepted;
-  from.history = contact_.give_back(accepted.history);
+  from.history = contact_.updated_multipliers(accepted.history);
   return solve(from, accepted.pose, accepted.u, to);
 }
 
 bool Equilibrium::is_stable(const BodyState& accepted) {
-  Local at;
-  at.u = accepted.u;
   BodyState here;
-  assemble_elastic(1.0, std::numeric_limits<double>::infinity(), at);
+  Step step{accepted, accepted.pose, here};
+  step.at.u = accepted.u;
+  assemble_elastic(1.0, std::numeric_limits<double>::infinity(), step.at);
   ++counts_.factorizations;
   is_stale_ = true;  // made without bounds that Newton's method likes
-  if (!factor_.factor(K_, nodes_near_probe(at.u, accepted.pose, options_.contact_margin * step_m_)))
-    return false;
+  const double near_m = options_.contact_margin * step_m_;
+  if (!factor_.factor(K_, nodes_near_probe(accepted.u, accepted.pose, near_m))) return false;
   index_contact_nodes();
-  contact_.hold_friction_limit(accepted.history);
-  add_contact(accepted.pose, accepted, at, here);
+  contact_.lag_friction_limit(accepted.history);
+  add_contact(step);
   return use_contact_stiffness();
-}
-
-std::int64_t Equilibrium::memory_bytes() const {
-  return K_.memory_bytes() + factor_.memory_bytes() + body_.memory_bytes();
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

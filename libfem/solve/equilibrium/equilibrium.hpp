@@ -5,7 +5,6 @@
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/elements/elastic_body.hpp"
-#include "libfem/solve/equilibrium/profile.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -23,11 +22,7 @@ struct EquilibriumOptions {
   int max_model = 15;   ///< iterations of the condensed model
   double max_pressure = 2;  ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
-  /// The textbook's way, for comparison: a fresh factor at every Newton iteration, in double
-  /// precision, and no condensed model.
-  bool is_plain = false;
   double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
-  Profile* profile = nullptr;   ///< where time is counted, by benchmarks of one thread
 };
 
 /// What was spent; deterministic.
@@ -52,7 +47,7 @@ struct BodyState {
   double elastic_energy_J = 0;
 };
 
-/// Equilibrium of one body under one probe.
+/// Equilibrium of one body under one probe (M13).
 /// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
 /// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
 /// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the
@@ -74,10 +69,10 @@ class Equilibrium {
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to, bool may_shorten = false);
 
-  /// The equilibrium at an accepted state's own pose with the overlap that the penalty needed given
-  /// back (Contact::give_back): what a rigid wall would do, but for the second order. Not a state
-  /// to walk on from.
-  SolveStatus give_back_overlap(const BodyState& accepted, BodyState& to);
+  /// The equilibrium at an accepted state's own pose after one augmented-Lagrangian (Uzawa) update
+  /// (Contact::updated_multipliers): what a rigid wall would do, but for the second order. Not a
+  /// state to go on from.
+  SolveStatus uzawa_update(const BodyState& accepted, BodyState& to);
 
   /// Whether an accepted state is stable with the probe held where it is: its tangent, contact and
   /// sticking friction included, is positive definite. Costs a factorization.
@@ -95,7 +90,6 @@ class Equilibrium {
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const SchurFactor& factor() const { return factor_; }
-  std::int64_t memory_bytes() const;  ///< of matrix, factor and elements
   Contact& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 
@@ -107,31 +101,37 @@ class Equilibrium {
     Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
     double contact_scale_N = 0;
     double elastic_energy_J = 0;
-    double energy_J = 0;         // with the probe, for the friction limit held
+    double energy_J = 0;         // with the probe, for the lagged friction limit
     bool has_stiffness = false;  // K_ is the elastic tangent at u
   };
 
-  void assemble_elastic(double bend, double max_pressure, Local& at);
-  void evaluate(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
-  void add_contact(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  /// A step being solved: from an accepted state to the probe at `pose`, now at `at`; `to` takes
+  /// what is found.
+  struct Step {
+    const BodyState& from;
+    const ProbePose& pose;
+    BodyState& to;
+    Local at = {};
+
+    ContactTrial trial() const { return {at.u, pose, from.history}; }
+  };
+
+  void assemble_elastic(double geometric_scale, double max_pressure, Local& at);
+  void evaluate(Step& step);
+  void add_contact(Step& step);
   void add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
-  void start(const BodyState& from, const ProbePose& pose, const Points& guess, Local& at,
-             BodyState& to);
-  void refresh_factor(const ProbePose& pose, const BodyState& from, Local& at, BodyState& to);
+  void start(Step& step, const Points& guess);
+  void refresh_factor(Step& step);
   void index_contact_nodes();
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
   bool use_contact_stiffness();
-  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u, const ProbePose& pose,
-                              const BodyState& from);
+  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const ContactTrial& trial);
   Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
-  std::optional<Eigen::VectorXd> model_direction(const ProbePose& pose, const BodyState& from,
-                                                 const Local& at);
+  std::optional<Eigen::VectorXd> model_direction(const Step& now);
   double linear_tolerance(double relative_residual) const;
-  Eigen::VectorXd newton_direction(const ProbePose& pose, const BodyState& from, Local& at,
-                                   BodyState& to);
-  bool search_line(const Eigen::VectorXd& direction, const ProbePose& pose, const BodyState& from,
-                   Local& at, BodyState& to);
+  Eigen::VectorXd newton_direction(Step& step);
+  bool search_line(const Eigen::VectorXd& direction, Step& step);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
@@ -141,7 +141,7 @@ class Equilibrium {
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;
   std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
-  double bend_ = 1;                          // ladder level of the factor: 1, 0.5, 0
+  double geometric_scale_ = 1;               // of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
   bool is_current_ = false;  // factor: of the displacement that K_ belongs to

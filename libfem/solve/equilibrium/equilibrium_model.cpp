@@ -43,11 +43,10 @@ bool Equilibrium::use_contact_stiffness() {
 
 // Puts the contact stiffness on the dense block: as it is, else without the curvature of the probe,
 // else with ever stiffer springs on all contact nodes.
-bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points& u,
-                                         const ProbePose& pose, const BodyState& from) {
+bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const ContactTrial& trial) {
   if (factor_.set_contact(C)) return true;
   Eigen::VectorXd force;
-  contact_.evaluate(u, pose, from.history, false);
+  contact_.evaluate(trial, false);
   Eigen::MatrixXd stiffer = condensed_contact(force);
   if (factor_.set_contact(stiffer)) return true;
   const double unit = factor_.schur().diagonal().cwiseAbs().maxCoeff();
@@ -60,10 +59,8 @@ bool Equilibrium::set_contact_or_stiffer(const Eigen::MatrixXd& C, const Points&
 
 // The step to where a body with the factor's tangent would rest: contact and friction solved on the
 // dense block by Newton's method, everything else follows linearly.
-std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pose,
-                                                            const BodyState& from,
-                                                            const Local& at) {
-  const PhaseTimer timer(options_.profile, Phase::model);
+std::optional<Eigen::VectorXd> Equilibrium::model_direction(const Step& now) {
+  const Local& at = now.at;
   const auto& nodes = factor_.contact_nodes();
   if (nodes.empty() || !factor_.is_factored()) return std::nullopt;
   Eigen::VectorXd elastic(K_.size()), load, w, Sw, Sstep, force, step;
@@ -77,6 +74,7 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   factor_.reduce(elastic, load);
   w.setZero(load.size()), Sw.setZero(load.size());
   Points u = at.u;
+  const ContactTrial trial{u, now.pose, now.from.history};
   const auto place = [&](const Eigen::VectorXd& displacement, Points& out) {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       out.row(node_of[i]) = at.u.row(node_of[i]) + displacement.segment<3>(3 * i).transpose();
@@ -84,22 +82,21 @@ std::optional<Eigen::VectorXd> Equilibrium::model_direction(const ProbePose& pos
   const auto model_energy = [&](double length) {
     const Eigen::VectorXd displacement = w + length * step;
     place(displacement, u);
-    return displacement.dot(0.5 * (Sw + length * Sstep) - load) +
-           contact_.energy(u, pose, from.history);
+    return displacement.dot(0.5 * (Sw + length * Sstep) - load) + contact_.energy(trial);
   };
   int round = 0;
   for (int iteration = 0; iteration < options_.max_model; ++iteration) {
-    contact_.evaluate(u, pose, from.history);
+    contact_.evaluate(trial);
     const Eigen::MatrixXd C = condensed_contact(force);
     const Eigen::VectorXd residual = load - Sw - force;
     if (residual.norm() <= options_.model * force.norm()) {
       if (++round > 3) break;
-      const double change = contact_.hold_friction_limit(u, pose, from.history);
+      const double change = contact_.lag_friction_limit(trial);
       if (change < 0.02) break;
       continue;
     }
     ++counts_.model;
-    if (!set_contact_or_stiffer(C, u, pose, from)) return std::nullopt;
+    if (!set_contact_or_stiffer(C, trial)) return std::nullopt;
     factor_.solve_contact(residual, step);
     Sstep.noalias() = factor_.schur() * step;  // S is read once: it outgrows the caches
     const double start = model_energy(0), slope = -residual.dot(step);

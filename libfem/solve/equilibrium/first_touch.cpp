@@ -34,7 +34,11 @@ double min_gap_of_face(const FaceNodes& nodes, const Probe& probe, const ProbePo
         const double r = std::clamp(centre_r + half * i / kGrid, 0.0, 1.0);
         const double s = std::clamp(centre_s + half * j / kGrid, 0.0, 1.0 - r);
         const double gap = gap_at(nodes, probe, pose, r, s);
-        if (gap < least) least = gap, r0 = r, s0 = s;
+        if (gap < least) {
+          least = gap;
+          r0 = r;
+          s0 = s;
+        }
       }
   }
   return least;

@@ -14,33 +14,33 @@ namespace palpate::fem {
 
 /// A place the probe must pass. deflection: from first touch [m]. row: what is recorded there, -1
 /// for nothing. must_rise: the force along the axis has to be larger than before, as on a press.
-struct Waypoint {
+struct PathTarget {
   Vec3 deflection = Vec3::Zero();
   int row = -1;
   bool must_rise = false;
 };
 
-/// A way of the probe. It starts at the state that an earlier track left at one of its waypoints,
-/// or at first touch (from_track -1).
-struct Track {
-  int from_track = -1;
-  int from_waypoint = -1;
-  std::vector<Waypoint> waypoints;
+/// A path of the probe. It starts at the state that an earlier path left at one of its targets, or
+/// at first touch (from_path -1).
+struct ProbePath {
+  int from_path = -1;
+  int from_target = -1;
+  std::vector<PathTarget> targets;
 };
 
-/// Judges the step from one equilibrium to the next. must_rise: of a press, where force and contact
+/// Checks the step from one equilibrium to the next. must_rise: of a press, where force and contact
 /// area have to be there and grow.
-RowDoubt judge_step(const BodyState& before, const BodyState& after, bool must_rise,
-                    double deepest_penetration_m);
+StepCheck check_step(const BodyState& before, const BodyState& after, bool must_rise,
+                     double deepest_penetration_m);
 
-/// What is recorded at a waypoint. Force [N] and torque about the tip [N m] are of the probe on the
-/// body with the penalty's overlap given back (method, 10), zero unless the status is good or
-/// no_contact. penalty_shift_N: what giving back has changed; penalty_error_N: what may be left of
-/// it. solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`,
-/// or that a good one `falls`.
-struct TrackRow {
+/// What is recorded at a target. Force [N] and torque about the tip [N m] are of the probe on the
+/// body after an Uzawa update (method, 10), zero unless the status is good or no_contact.
+/// penalty_shift_N: what the update has changed; penalty_error_N: what may be left of it.
+/// solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`, or
+/// that a good one `falls`.
+struct PathRow {
   RowStatus status = RowStatus::not_reached;
-  RowDoubt doubt = RowDoubt::none;
+  StepCheck doubt = StepCheck::none;
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
   Vec3 penalty_shift_N = Vec3::Zero();
@@ -52,12 +52,12 @@ struct TrackRow {
 
 /// How far the probe may move between two equilibria and what is believed, in the probe's length_m
 /// (the radius of a ball).
-struct WalkOptions {
+struct PathOptions {
   double longest_step = 0.25;          ///< in lengths of the probe
   int max_cuts = 6;                    ///< halvings of a step that failed
   int max_stiffenings = 4;             ///< doublings of the penalty where the overlap is too large
   double greatest_penetration = 0.02;  ///< in lengths of the probe
-  bool gives_back = true;              ///< rows with the penalty's overlap given back
+  bool uzawa_update = true;  ///< rows of the equilibrium after one: Equilibrium::uzawa_update
 };
 
 /// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of
@@ -67,12 +67,12 @@ struct WalkOptions {
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
                                     const ProbePose& pose, double back_off_m, double reach_m);
 
-/// Walks all tracks from first touch at `touch`. rows: how many there are.
+/// Follows all paths from first touch at `touch`. rows: how many there are.
 /// A step that fails is halved up to max_cuts times; what cannot be reached stays not_reached, and
 /// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
-std::vector<TrackRow> walk_tracks(Equilibrium& equilibrium, const Probe& probe,
-                                  const ProbePose& touch, const std::vector<Track>& tracks,
-                                  int rows, const WalkOptions& options,
+std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
+                                  const ProbePose& touch, const std::vector<ProbePath>& paths,
+                                  int rows, const PathOptions& options,
                                   const Progress& progress = {});
 
 }  // namespace palpate::fem

@@ -1,35 +1,19 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "libfem/mesh/tet_quality.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 namespace {
 
-std::string millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", 1e3 * length_m);
-  return text;
-}
-
 void need(bool is_so, const char* where, const std::string& what, const std::string& remedy) {
   if (!is_so) throw Error(where, what, remedy);
-}
-
-/// Distance [m] along a ray to a triangle, +inf when missed (Moeller and Trumbore 1997).
-double ray_hit_m(const Vec3& from, const Vec3& along, const Vec3& a, const Vec3& b, const Vec3& c) {
-  constexpr double kMissed = std::numeric_limits<double>::infinity();
-  const Vec3 ab = b - a, ac = c - a, p = along.cross(ac);
-  const double det = ab.dot(p);
-  if (det == 0) return kMissed;
-  const Vec3 s = from - a, q = s.cross(ab);
-  const double v = s.dot(p) / det, w = along.dot(q) / det;
-  return v >= 0 && w >= 0 && v + w <= 1 ? ac.dot(q) / det : kMissed;
 }
 
 /// Thickness [m] of the body from a surface point along the inward normal; +inf where the ray meets
@@ -91,8 +75,8 @@ void check_setup(const SimulationSetup& setup) {
        "element size, growth and shallowest must be positive", "Leave them at their defaults.");
   need(options.interface_share > 0 && options.interface_share <= 1, "solver options",
        "the share at interfaces must be in (0, 1]", "Leave it at its default.");
-  need(options.twin_ratio == 0 || options.twin_ratio > 1, "solver options",
-       "the twin's ratio must be above 1, or 0 for no twin", "Leave it at its default.");
+  need(options.coarse_ratio == 0 || options.coarse_ratio > 1, "solver options",
+       "the coarse grid's ratio must be above 1, or 0 for none", "Leave it at its default.");
 }
 
 void check_experiments(const SimulationSetup& setup, const Experiments& experiments,
@@ -100,7 +84,7 @@ void check_experiments(const SimulationSetup& setup, const Experiments& experime
   const char* where = "[experiments]";
   need(std::isfinite(experiments.depth_m) && experiments.depth_m > 0, where,
        "depth must be positive", "Give the deepest press with its unit.");
-  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 12.");
+  need(experiments.press_steps >= 1, where, "press_steps must be 1 or more", "Use about 10.");
   need(position.allFinite() && std::abs(normal.norm() - 1) < 1e-6, where,
        "a test point has no position or no unit normal", "Prepare the body again.");
   for (const double depth : experiments.drag_depths_m)

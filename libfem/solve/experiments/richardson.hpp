@@ -6,26 +6,26 @@
 
 namespace palpate::fem {
 
-/// What a mesh and a coarser twin say about the forces of one experiment, all relative to them.
+/// What a mesh and a coarse grid say about the forces of one experiment, all relative to them.
 /// excess: by how much forces on the mesh exceed those of an ever finer one, to be taken off.
 /// error: bound of what is then left, per row; NaN where nothing can be compared.
-struct MeshLimit {
+struct Richardson {
   double excess = 0;
   std::vector<double> error;
 };
 
-/// Extrapolation to the mesh limit of the rows of one experiment. fine, twin: forces [N] on the
-/// mesh and on a twin whose elements are `ratio` times as large; zero where a row failed. A mesh
-/// with size proportional to distance from first touch is too stiff by nearly the same share at
-/// every depth, while differences of single rows scatter with how the rim of the contact happens to
-/// cut elements: so excess is the mean of all rows, and a row's own deviation from it only adds to
-/// its error (method, 10). Forces below a hundredth of the largest do not count for the mean. No
-/// extrapolation where the twin is off by more than a tenth: the error is then all of the
-/// difference.
-/// min_order: that the error may have. Where materials share elements it is 1: the jump of
-/// stiffness inside an element is an error in proportion to h, and the bound is as much wider.
-/// Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the order observed, 2.
-MeshLimit mesh_limit(const std::vector<Vec3>& fine, const std::vector<Vec3>& twin, double ratio,
-                     double min_order = 2);
+/// Richardson extrapolation to elements of size zero of the rows of one experiment. fine, coarse:
+/// forces [N] on the mesh and on a coarse grid whose elements are `ratio` times as large; zero
+/// where a row failed. A mesh with size proportional to distance from first touch is too stiff by
+/// nearly the same share at every depth, while differences of single rows scatter with how the rim
+/// of the contact happens to cut elements: so excess is the mean of all rows, and a row's own
+/// deviation from it only adds to its error (M13b, M13c). Forces below a hundredth of the largest
+/// do not count for the mean. No extrapolation where the coarse grid is off by more than a tenth:
+/// the error is then all of the difference. min_order: that the error may have. Where materials
+/// share elements it is 1: the jump of stiffness inside an element is an error in proportion to h,
+/// and the bound is as much wider. Source: Richardson 1911, doi:10.1098/rsta.1911.0009, with the
+/// order observed, 2.
+Richardson richardson(const std::vector<Vec3>& fine, const std::vector<Vec3>& coarse, double ratio,
+                      double min_order = 2);
 
 }  // namespace palpate::fem

@@ -45,7 +45,9 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   }
   Eigen::Index rows = 0;
   for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
-  out.deflection.resize(rows, 3), out.force.resize(rows, 3), out.torque.resize(rows, 3);
+  out.deflection.resize(rows, 3);
+  out.force.resize(rows, 3);
+  out.torque.resize(rows, 3);
   out.force_error.resize(rows);
   Eigen::Index i = 0;
   for (const auto& item : items)

@@ -6,19 +6,20 @@
 #include <limits>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
-#include "libfem/solve/experiments/experiment_script.hpp"
+#include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
+#include "libfit/core/relative_error.hpp"
 
 namespace palpate::fem {
 namespace {
 
-/// Where pressure is all but singular sizes start at this share of the edge's radius, times
-/// element_size, and grow from the edge on: on a layer of 4 to 10 punch radii 0.3 leaves up to 0.8
-/// % of the force at the mesh limit and every row bounded, 0.4 up to 1.8 % in rows bounded by 1.3,
-/// as does one size below the whole punch (tests/validation/contact).
+/// Element size at the edge of a punch, over the edge's radius and element_size. Pressure is all
+/// but singular there, and sizes grow from the edge on. Chosen on layers of 4 to 10 punch radii:
+/// 0.3 leaves errors of up to 0.8 % of the extrapolated force, all within their bounds. 0.4 leaves
+/// up to 1.8 % in rows that claim 1.3 %. So does one size below the whole punch
+/// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr double kLightForce = 0.05;  // of the largest: below it errors count absolutely
-constexpr int kRingPieces = 24;       // chords are within 0.01 of the radius
+constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
 }  // namespace
 
@@ -30,30 +31,30 @@ struct Simulator::State {
   std::vector<Material> materials;
   Probe probe;
 
-  QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const Script& script,
+  QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         double coarsening) const;
-  bool run(const Script& script, const Vec3& position, const Vec3& normal, double coarsening,
-           const Progress& progress, std::vector<TrackRow>& rows, double& touch_m, int& nodes,
+  bool run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal, double coarsening,
+           const Progress& progress, std::vector<PathRow>& rows, double& touch_m, int& nodes,
            SolverCounts& counts) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
-  PointRows experiment(const Script& script, const Vec3& position, const Vec3& normal,
+  PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
 };
 
 namespace {
 
-/// Rows of one experiment from both meshes: force and torque at the mesh limit, with their error.
-void record_experiment(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
+/// Rows of one experiment from both meshes: force and torque extrapolated, with their error.
+void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse,
                        double ratio, double min_order, const std::vector<std::size_t>& rows,
                        std::vector<PointRow>& out) {
-  std::vector<Vec3> force, twin;
+  std::vector<Vec3> force, coarse_force;
   for (const std::size_t i : rows) {
     force.push_back(fine[i].force_N);  // zero where the row failed
-    twin.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
+    coarse_force.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
   }
-  const MeshLimit limit = mesh_limit(force, twin, ratio, min_order);
+  const Richardson limit = richardson(force, coarse_force, ratio, min_order);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const TrackRow& row = fine[rows[k]];
+    const PathRow& row = fine[rows[k]];
     PointRow& recorded = out[rows[k]];
     recorded.status = row.status;
     recorded.doubt = row.doubt;
@@ -65,8 +66,8 @@ void record_experiment(const std::vector<TrackRow>& fine, const std::vector<Trac
   }
 }
 
-void record_rows(const std::vector<TrackRow>& fine, const std::vector<TrackRow>& coarse,
-                 double ratio, double min_order, std::vector<PointRow>& out) {
+void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse, double ratio,
+                 double min_order, std::vector<PointRow>& out) {
   for (std::size_t begin = 0; begin < out.size();) {
     std::vector<std::size_t> rows;
     for (const int experiment = out[begin].experiment;
@@ -101,7 +102,8 @@ double achieved_error(const std::vector<PointRow>& rows) {
   for (const PointRow& row : rows) {
     if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
     if (!std::isfinite(row.force_error)) return kUnknown;
-    error = std::max(error, row.force_error / std::max(row.force.norm(), kLightForce * largest_N));
+    error =
+        std::max(error, relative_error(row.force_error, row.force.norm(), kLightForce * largest_N));
   }
   return error;
 }
@@ -136,10 +138,10 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
 }
 
 /// The graded mesh about a test point, in coordinates whose origin is the test point. About each
-/// way of the contact, size is proportional to distance from the contact radius at its depth on: so
-/// at every depth the rim of the contact meets elements of the same share of its radius.
+/// segment of the contact, size is proportional to distance from the contact radius at its depth
+/// on: so at every depth the rim of the contact meets elements of the same share of its radius.
 QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
-                                        const Script& script, double coarsening) const {
+                                        const ExperimentPlan& plan, double coarsening) const {
   const SolverOptions& options = setup.options;
   GradeOptions grade;
   grade.growth = std::min(1.0, options.growth * coarsening);
@@ -155,40 +157,40 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
                             position - origin + middle + ring * out[(k + 1) % kRingPieces],
                             coarsening * options.element_size * kEdgeShare * ring, 0});
   };
-  for (const ContactWay& way : script.ways) {
-    const double depth = std::max(way.depth_m, options.shallowest * script.depth_m);
+  for (const ContactSegment& segment : plan.segments) {
+    const double depth = std::max(segment.depth_m, options.shallowest * plan.depth_m);
     const double radius = probe.mesh_length_m(depth);
     const auto add = [&](const Vec3& from, const Vec3& to) {
       grade.path.push_back({position - origin + from, position - origin + to,
                             coarsening * options.element_size * radius,
                             probe.contact_reach_m(depth) - radius});
     };
-    if (ring > 0 && way.from == way.to) {
-      if (grade.path.empty()) add_ring(way.from);  // a press begins every script; once is enough
+    if (ring > 0 && segment.from == segment.to) {
+      if (grade.path.empty()) add_ring(segment.from);  // a press begins every plan; once is enough
       continue;
     }
-    add(way.from, way.to);
+    add(segment.from, segment.to);
     if (line.isZero()) continue;
-    add(way.from - line, way.from + line);
-    add(way.to - line, way.to + line);
+    add(segment.from - line, segment.from + line);
+    add(segment.to - line, segment.to + line);
   }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();
   return mesh;
 }
 
-/// Walks the script on one mesh; false when stopped.
-bool Simulator::State::run(const Script& script, const Vec3& position, const Vec3& normal,
-                           double coarsening, const Progress& progress, std::vector<TrackRow>& rows,
+/// Follows the plan on one mesh; false when stopped.
+bool Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
+                           double coarsening, const Progress& progress, std::vector<PathRow>& rows,
                            double& touch_m, int& nodes, SolverCounts& counts) const {
-  const QuadraticMesh mesh = mesh_at(position, normal, script, coarsening);
+  const QuadraticMesh mesh = mesh_at(position, normal, plan, coarsening);
   nodes = static_cast<int>(mesh.nodes.rows());
-  rows.assign(script.rows.size(), {});
-  const Probe here = pressed_to(probe, script.depth_m);
+  rows.assign(plan.rows.size(), {});
+  const Probe here = pressed_to(probe, plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
   if (!touch) {
-    for (TrackRow& row : rows) row.status = RowStatus::no_contact;
+    for (PathRow& row : rows) row.status = RowStatus::no_contact;
     return true;
   }
   touch_m = *touch;
@@ -197,8 +199,8 @@ bool Simulator::State::run(const Script& script, const Vec3& position, const Vec
                       : RegionAt();
   Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
                           setup.options.equilibrium);
-  rows = walk_tracks(equilibrium, here, {touch_m * normal, normal}, script.tracks,
-                     static_cast<int>(script.rows.size()), setup.options.walk, progress);
+  rows = follow_paths(equilibrium, here, {touch_m * normal, normal}, plan.paths,
+                      static_cast<int>(plan.rows.size()), setup.options.path, progress);
   counts = equilibrium.counts();
   return !progress.stopped();
 }
@@ -218,20 +220,20 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
   return false;
 }
 
-PointRows Simulator::State::experiment(const Script& script, const Vec3& position,
+PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& position,
                                        const Vec3& normal, const Progress& progress) const {
   PointRows out;
-  std::vector<TrackRow> fine, coarse;
-  out.is_complete = run(script, position, normal, 1.0, progress, fine, out.touch_offset_m,
+  std::vector<PathRow> fine, coarse;
+  out.is_complete = run(plan, position, normal, 1.0, progress, fine, out.touch_offset_m,
                         out.cost.nodes, out.cost.solver);
-  const double ratio = setup.options.twin_ratio;
-  double twin_touch_m = 0;
+  const double ratio = setup.options.coarse_ratio;
+  double coarse_touch_m = 0;
   if (out.is_complete && ratio > 0)
-    out.is_complete = run(script, position, normal, ratio, progress, coarse, twin_touch_m,
-                          out.cost.twin_nodes, out.cost.twin_solver);
+    out.is_complete = run(plan, position, normal, ratio, progress, coarse, coarse_touch_m,
+                          out.cost.coarse_nodes, out.cost.coarse_solver);
   const int min_order =
-      sees_interface(position, pressed_to(probe, script.depth_m), script.depth_m) ? 1 : 2;
-  out.rows = script.rows;
+      sees_interface(position, pressed_to(probe, plan.depth_m), plan.depth_m) ? 1 : 2;
+  out.rows = plan.rows;
   record_rows(fine, coarse, ratio, min_order, out.rows);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
@@ -241,11 +243,11 @@ PointRows Simulator::State::experiment(const Script& script, const Vec3& positio
     coarse = std::move(fine);
     coarsening /= ratio;
     PointRows next;
-    next.cost.twin_nodes = out.cost.nodes;
-    next.cost.twin_solver = out.cost.solver;
-    next.is_complete = run(script, position, normal, coarsening, progress, fine,
-                           next.touch_offset_m, next.cost.nodes, next.cost.solver);
-    next.rows = script.rows;
+    next.cost.coarse_nodes = out.cost.nodes;
+    next.cost.coarse_solver = out.cost.solver;
+    next.is_complete = run(plan, position, normal, coarsening, progress, fine, next.touch_offset_m,
+                           next.cost.nodes, next.cost.solver);
+    next.rows = plan.rows;
     record_rows(fine, coarse, ratio, min_order, next.rows);
     if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
       break;  // what solved is not given up
@@ -257,12 +259,12 @@ PointRows Simulator::State::experiment(const Script& script, const Vec3& positio
 PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
                                     const Experiments& experiments,
                                     const Progress& progress) const {
-  return state_->experiment(press_and_drag_script(experiments, normal), position, normal, progress);
+  return state_->experiment(press_and_drag_plan(experiments, normal), position, normal, progress);
 }
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Points& deflections,
                             const Progress& progress) const {
-  return state_->experiment(path_script(deflections, normal), position, normal, progress);
+  return state_->experiment(path_plan(deflections, normal), position, normal, progress);
 }
 
 }  // namespace palpate::fem

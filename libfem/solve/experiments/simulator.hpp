@@ -12,31 +12,21 @@
 
 namespace palpate::fem {
 
-/// What is done at every test point (method, section 5): a press to depth_m in equal steps, and at
-/// each drag depth a drag of drag_distance_m along each direction, at constant depth, with rows
-/// that lie closer at the beginning, where the interface sticks and slips in part.
-struct Experiments {
-  double depth_m = 0;
-  int press_steps = 12;
-  std::vector<double> drag_depths_m;
-  double drag_distance_m = 0;
-  int drag_directions = 2;
-  int drag_steps = 8;
-};
+using palpate::Experiments;
 
 /// How fine, how exact.
 struct SolverOptions {
   double element_size = 0.6;  ///< finest h, over the probe's contact radius at the shallowest depth
-  double growth = 0.6;  ///< h over distance from first touch or the probe's way, so at any rim too
+  double growth = 0.6;  ///< h over distance from first touch or the probe's path, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
-  double twin_ratio = 1.6;  ///< element size of the coarser twin that extrapolates force; 0: none
+  double coarse_ratio = 1.6;  ///< element size of the coarser grid that extrapolates force; 0: none
   /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
-  /// finer by twin_ratio, the former one its twin, up to kMaxFiner times. 0: as it comes.
+  /// finer by coarse_ratio, the former one its coarse grid, up to kMaxFiner times. 0: as it comes.
   double force_tolerance = 0;
   EquilibriumOptions equilibrium;
   ContactSettings contact;
-  WalkOptions walk;
+  PathOptions path;
 };
 
 /// Meshes that SolverOptions::force_tolerance may add to a point; each has two to four times the
@@ -56,8 +46,8 @@ struct SimulationSetup {
   SolverOptions options;
 };
 
-/// One row as experiments record it; see Samples. Force and torque are extrapolated to the mesh
-/// limit and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of
+/// One row as experiments record it; see Samples. Force and torque are extrapolated to size
+/// zero and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of
 /// the step that failed, where the status is rejected or inverted.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
@@ -68,7 +58,7 @@ struct PointRow {
   Vec3 torque = Vec3::Zero();
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
-  RowDoubt doubt = RowDoubt::none;
+  StepCheck doubt = StepCheck::none;
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
@@ -77,8 +67,8 @@ double achieved_error(const std::vector<PointRow>& rows);
 
 /// What was spent on a point, on the meshes that its rows come from; deterministic.
 struct PointCost {
-  int nodes = 0, twin_nodes = 0;
-  SolverCounts solver, twin_solver;
+  int nodes = 0, coarse_nodes = 0;
+  SolverCounts solver, coarse_solver;
 };
 
 /// The rows of one test point. touch_offset_m: from the given position to first touch along the

@@ -21,7 +21,9 @@ struct Cholmod {
     common.method[0].ordering = CHOLMOD_GIVEN;
     // Supernodes of so few columns are merged with their parents whatever zeros that stores;
     // CHOLMOD's own numbers, over the three unknowns of a node.
-    common.nrelax[0] = 2, common.nrelax[1] = 6, common.nrelax[2] = 16;
+    common.nrelax[0] = 2;
+    common.nrelax[1] = 6;
+    common.nrelax[2] = 16;
   }
   ~Cholmod() {
     cholmod_free_factor(&factor, &common);

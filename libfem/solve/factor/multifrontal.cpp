@@ -100,7 +100,8 @@ BlockList blocks_by_place(const SymmetricBlockMatrix& K, const Elimination& plan
   };
   visit([&](std::int32_t at, std::int32_t, std::int32_t) { ++out.start[at + 1]; });
   for (std::size_t k = 0; k < plan.order.size(); ++k) out.start[k + 1] += out.start[k];
-  out.node.resize(out.start.back()), out.block.resize(out.start.back());
+  out.node.resize(out.start.back());
+  out.block.resize(out.start.back());
   std::vector<std::int32_t> next(out.start.begin(), out.start.end() - 1);
   visit([&](std::int32_t at, std::int32_t node, std::int32_t b) {
     out.node[next[at]] = node;
@@ -137,7 +138,6 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
   // top.
   std::vector<Real> stack, work;
   std::vector<std::pair<int, std::size_t>> waiting;  // supernode, begin on the stack
-  std::size_t highest = 0;
   const Real one = 1, minus_one = -1;
   for (int s = 0; s < plan.supernodes(); ++s) {
     const std::int32_t* rows = plan.rows.data() + plan.row_start[s];
@@ -168,7 +168,6 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
       Lapack<Real>::syrk("L", "N", &under, &own, &minus_one, work.data() + own, &n, &one, tail, &n);
       const std::size_t begin = stack.size(), u = static_cast<std::size_t>(under);
       stack.resize(begin + u * u);
-      highest = std::max(highest, stack.size());
       for (std::size_t j = 0; j < u; ++j)
         std::copy(tail + n * j + j, tail + n * j + u, stack.data() + begin + u * j + j);
       if (plan.parent[s] >= 0) {
@@ -182,9 +181,6 @@ bool eliminate(const Elimination& plan, const SymmetricBlockMatrix& K, FrontalFa
   }
   for (std::size_t k = plan.inner; k < plan.order.size(); ++k)
     take_up(static_cast<std::int32_t>(k), last);
-  out.scratch_bytes =
-      sizeof(Real) * (highest + work.size() + static_cast<std::size_t>(dense) * dense) +
-      sizeof(std::int32_t) * (3 * K.block_row().size() + 2 * position.size());
   out.schur = schur.template cast<double>();
   out.schur.template triangularView<Eigen::StrictlyUpper>() = out.schur.transpose();
   return true;

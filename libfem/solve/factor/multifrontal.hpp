@@ -10,12 +10,10 @@ namespace palpate::fem {
 /// Factor of K up to the dense block of its last nodes, in single precision.
 /// panels: of each supernode, at panel_start: see panel_kernels.hpp.
 /// schur: what is left on the last nodes (S), all entries, in double precision.
-/// scratch_bytes: what the elimination needed besides, at most.
 struct FrontalFactor {
   std::vector<float> panels;
   std::vector<std::size_t> panel_start;
   Eigen::MatrixXd schur;
-  std::size_t scratch_bytes = 0;
 };
 
 /// Eliminates K as planned, supernode by supernode, each in a small dense matrix that takes up what

@@ -97,7 +97,9 @@ PALPATE_INLINE void forward(const PanelTask& task) {
   }
   for (int r = 0; r < under; r += 3) {
     float* x = task.x + std::ptrdiff_t{3} * task.rows[r / 3];
-    x[0] -= below[r], x[1] -= below[r + 1], x[2] -= below[r + 2];
+    x[0] -= below[r];
+    x[1] -= below[r + 1];
+    x[2] -= below[r + 2];
   }
 }
 
@@ -116,7 +118,9 @@ PALPATE_INLINE void backward(const PanelTask& task) {
   float* sums = below + under + kTileRows;  // kTileRows to a column
   for (int r = 0; r < under; r += 3) {
     const float* x = task.x + std::ptrdiff_t{3} * task.rows[r / 3];
-    below[r] = x[0], below[r + 1] = x[1], below[r + 2] = x[2];
+    below[r] = x[0];
+    below[r + 1] = x[1];
+    below[r + 2] = x[2];
   }
   std::fill_n(below + under, kTileRows, 0.0F);
   std::fill_n(sums, std::ptrdiff_t{kTileRows} * (own + kTileRows), 0.0F);

@@ -35,12 +35,10 @@ struct SchurFactor::State {
   Eigen::MatrixXf dense;  // lower factor of S + C
   bool is_factored = false;
   bool needs_double = false;  // single precision has failed where double has not
-  Profile* profile = nullptr;
   PanelKernels kernels = panel_kernels(best_instruction_set());
   Eigen::VectorXf x, work;
 
   void analyse(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes) {
-    const PhaseTimer timer(profile, Phase::analysis);
     if (node_order.empty()) node_order = dissect(K);
     plan = analyse_elimination(K, node_order, contact_nodes);
     x.resize(K.size());
@@ -118,10 +116,10 @@ SchurFactor& SchurFactor::operator=(SchurFactor&&) noexcept = default;
 bool SchurFactor::factor(const SymmetricBlockMatrix& K,
                          const std::vector<std::int32_t>& contact_nodes) {
   use_one_thread();
-  const PhaseTimer timer(state_->profile, Phase::factor);
   State& state = *state_;
   std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
-  std::sort(have.begin(), have.end()), std::sort(wanted.begin(), wanted.end());
+  std::sort(have.begin(), have.end());
+  std::sort(wanted.begin(), wanted.end());
   if (state.plan.order.empty() || have != wanted) state.analyse(K, wanted);
   state.is_factored = state.factor(K);
   return state.is_factored;
@@ -162,20 +160,5 @@ void SchurFactor::solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) co
   state_->solve_dense(single.data());
   x = single.cast<double>();
 }
-
-void SchurFactor::count_time(Profile* profile) { state_->profile = profile; }
-
-void SchurFactor::use_double() { state_->needs_double = true; }
-std::int64_t SchurFactor::memory_bytes() const {
-  const State& state = *state_;
-  return static_cast<std::int64_t>(
-      sizeof(float) * (state.frontal.panels.size() + static_cast<std::size_t>(state.dense.size())) +
-      sizeof(double) * static_cast<std::size_t>(state.frontal.schur.size()) +
-      sizeof(std::int32_t) * (3 * state.plan.order.size() + state.plan.rows.size()) +
-      state.frontal.scratch_bytes);
-}
-
-double SchurFactor::factor_flops() const { return state_->plan.flops; }
-std::int64_t SchurFactor::factor_entries() const { return state_->plan.entries; }
 
 }  // namespace palpate::fem

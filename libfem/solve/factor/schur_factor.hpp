@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "libfem/elements/block_matrix.hpp"
-#include "libfem/solve/equilibrium/profile.hpp"
 
 namespace palpate::fem {
 
@@ -50,16 +49,6 @@ class SchurFactor {
   void expand(const Eigen::VectorXd& contact_displacement, Eigen::VectorXd& x);
   /// Solves with S + C.
   void solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
-
-  /// Eliminates in double precision from now on.
-  void use_double();
-  std::int64_t memory_bytes() const;  ///< greatest so far, while factoring
-
-  /// Where the time of analyses and factorizations is counted; null for nowhere.
-  void count_time(Profile* profile);
-
-  double factor_flops() const;          ///< of a factorization, the dense block apart
-  std::int64_t factor_entries() const;  ///< numbers in the factor, the same apart
 
  private:
   struct State;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {
@@ -11,5 +12,18 @@ namespace palpate::fit {
 std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
                                                   std::vector<PointRows>& rows,
                                                   const FitOptions& options);
+
+/// Degree of the body's curves, 1 to 4, and why.
+struct ChosenDegree {
+  int degree = 3;
+  std::string reason;  ///< a sentence
+};
+
+/// The degree whose bases, chosen as for any other, describe the body with the fewest control
+/// values: of those whose held-out errors exceed the tolerance by little more than the least do.
+/// Degree 1 only where every curve is one straight piece, so curves stay smooth. rows: as for
+/// choose_bases. options.degree is not read.
+ChosenDegree choose_degree(const BodyData& body, std::vector<PointRows>& rows,
+                           const FitOptions& options);
 
 }  // namespace palpate::fit

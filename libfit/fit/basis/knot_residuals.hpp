@@ -13,14 +13,13 @@ std::vector<double> knots_from(const Eigen::VectorXd& log_ratios, double range, 
 /// d interior knots / d log ratios, p - 1 x p - 1.
 Eigen::MatrixXd knots_jacobian(const Eigen::VectorXd& log_ratios, double range, double least);
 
-/// Residuals of all points as a function of the knots alone: each point's bounded least squares
-/// (docs/method.md, M5) is solved for its own increments at the knots asked about, and what is left
-/// over the point's rms force stays. A function as ceres::TinySolver wants it.
-/// Rows count as in a robust fit on `reference`, a basis fine enough that what is far from it is an
-/// outlier, and no knot can be moved by it.
-/// Source: variable projection, Golub and Pereyra 1973, doi:10.1137/0710036; its derivative as
-/// Kaufman 1975, doi:10.1007/BF01932995, which leaves the gradient exact, projected on the
-/// complement of the increments above their bound.
+/// Residuals of all points as a function of the knots alone (M5a): each point's bounded least
+/// squares (M5) is solved for its own increments at the knots asked about, and what is left over
+/// the point's rms force stays. A function as ceres::TinySolver wants it. Rows count as in a robust
+/// fit on `reference`, a basis fine enough that what is far from it is an outlier, and no knot can
+/// be moved by it. Source: variable projection, Golub and Pereyra 1973, doi:10.1137/0710036; its
+/// derivative as Kaufman 1975, doi:10.1007/BF01932995, which leaves the gradient exact, projected
+/// on the complement of the increments above their bound.
 class KnotResiduals {
  public:
   using Scalar = double;

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/fit/spline/evenly.hpp"
-
 namespace palpate::fit {
 namespace {
 

@@ -1,10 +1,20 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "libfit/fit/basis/knot_residuals.hpp"
 
 namespace palpate::fit {
+
+/// At most `most` of the values, evenly taken in their order.
+template <class T>
+std::vector<T> evenly(const std::vector<T>& all, std::size_t most) {
+  if (all.size() <= most) return all;
+  std::vector<T> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(all[i * all.size() / most]);
+  return some;
+}
 
 /// Knots of the whole body that bring its curves nearest to the rows, each point with increments of
 /// its own, and how near they were before and after.

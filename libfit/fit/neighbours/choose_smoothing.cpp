@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/fit/words.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -1,7 +1,8 @@
 #pragma once
 
 #include "libfit/fit/neighbours/graph_quadratic.hpp"
-#include "libfit/fit/neighbours/smoothing_report.hpp"
+#include "libfit/fit/options.hpp"
+#include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {

@@ -6,7 +6,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/neighbours/point_graph.hpp"
 
-// Estimates at the points of a graph under a Gaussian Markov random field: docs/method.md, 16.
+// Estimates at the points of a graph under a Gaussian Markov random field (M19).
 
 namespace palpate::fit {
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "libfit/core/error.hpp"
-#include "libfit/fit/fit_options.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/fit/neighbours/choose_smoothing.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -110,19 +110,17 @@ void replace_curves(const SmoothingData& data, const Members& members,
   for (const PointEdge& e : data.edges)
     has_neighbour[static_cast<std::size_t>(e.first)] =
         has_neighbour[static_cast<std::size_t>(e.second)] = 1;
-  fitted.own.control[kind] = fitted.curves.control[kind];
-  fitted.own.covariance[kind] = fitted.covariance[kind];
   std::vector<double> moves;
   for (std::size_t i = 0; i < members.point.size(); ++i) {
     if (!has_neighbour[i]) continue;
     const auto at = static_cast<Eigen::Index>(i), p = members.point[i];
-    const Eigen::VectorXd u = smooth.row(at), way = u - field.centre.row(at).transpose();
+    const Eigen::VectorXd u = smooth.row(at), move = u - field.centre.row(at).transpose();
     fitted.curves.control[kind].row(p) = stored_controls(u.cwiseProduct(typical), 1, kind == 1);
     const Eigen::MatrixXd left = covariance[i] + (1 - field.own_share) * data.covariance[i];
     fitted.covariance[kind].row(p) =
         pack_symmetric(typical.asDiagonal() * left * typical.asDiagonal());
-    moves.push_back(std::sqrt(field.own_share * way.dot(field.precision[i] * way) /
-                              static_cast<double>(way.size())));
+    moves.push_back(std::sqrt(field.own_share * move.dot(field.precision[i] * move) /
+                              static_cast<double>(move.size())));
     if (report.largest_point < 0 || moves.back() > report.largest_move)
       report.largest_move = moves.back(), report.largest_point = p;
   }
@@ -130,6 +128,14 @@ void replace_curves(const SmoothingData& data, const Members& members,
   if (field.own_share < kMostlyOwn)
     report.reason += ", but " + percent(1 - field.own_share) +
                      " of their variance is common to neighbours and stays";
+}
+
+// Strengths that a warm start keeps: those that the earlier fit chose, where none is asked for.
+std::optional<std::array<double, kCurveKinds>> kept_strengths(const FitOptions& options) {
+  const FittedCurves* earlier = options.warm_start;
+  if (earlier == nullptr || options.smoothing || earlier->smoothing_reason[0].empty())
+    return std::nullopt;
+  return earlier->smoothing;
 }
 
 SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& rows,
@@ -165,80 +171,33 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
   return report;
 }
 
-// Whether a kept point has the curves that its stored score is of.
-bool has_earlier_curves(const FittedCurves& fitted, const FitOptions& options, Eigen::Index p,
-                        const PointResult& result) {
-  bool is_same = result.is_kept;
-  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family) && is_same; ++kind)
-    is_same = fitted.curves.control[kind].row(p) ==
-              options.warm_start->curves.control[kind].row(result.earlier_row);
-  return is_same;
-}
-
-void score_points(const Samples& samples, const BodyData& body, const BodyBases& bases,
-                  const std::vector<char>& is_wanted, FittedCurves& fitted,
-                  std::vector<PointResult>& results) {
-  const Bases si = si_bases(bases);
-  for (std::size_t p = 0; p < results.size(); ++p) {
-    if (!is_wanted[p]) continue;
-    PointResult& result = results[p];
-    result.score =
-        score_point(samples, body.points[p], body.length_m, si, result.control, result.sensor);
-    fitted.rms_residual_N[static_cast<Eigen::Index>(p)] = result.score.rms_N;
-    fitted.max_residual_N[static_cast<Eigen::Index>(p)] = result.score.max_N;
-  }
-}
-
-void score_again(const Samples& samples, const BodyData& body, const BodyBases& bases,
-                 const FitOptions& options, const ReadRows& read_rows, FittedCurves& fitted,
-                 std::vector<PointResult>& results) {
-  std::vector<char> is_here(results.size(), 0), is_elsewhere(results.size(), 0);
-  for (std::size_t p = 0; p < results.size(); ++p) {
-    const auto at = static_cast<Eigen::Index>(p);
-    for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
-      results[p].control[kind] = fitted.curves.control[kind].row(at);
-    if (!results[p].is_scored || has_earlier_curves(fitted, options, at, results[p])) continue;
-    (body.points[p].experiments.empty() ? is_elsewhere : is_here)[p] = 1;
-  }
-  score_points(samples, body, bases, is_here, fitted, results);
-  if (std::find(is_elsewhere.begin(), is_elsewhere.end(), 1) == is_elsewhere.end()) return;
-  const Samples more = read_rows(is_elsewhere);
-  score_points(more, gather_experiments(more, options.weight_floor, body.length_m), bases,
-               is_elsewhere, fitted, results);
-}
-
 }  // namespace
 
-std::array<SmoothingReport, kCurveKinds> smooth_curves(
-    const Samples& samples, const BodyData& body, const std::vector<PointRows>& rows,
-    const BodyBases& bases, const FitOptions& options, FittedCurves& fitted,
-    std::vector<PointResult>& results, const ReadRows& read_rows) {
+Smoothing smooth_curves(const BodyData& body, const std::vector<PointRows>& rows,
+                        const BodyBases& bases, const FitOptions& options, FittedCurves& fitted) {
   if (options.triangles.rows() > 0 &&
       (options.triangles.minCoeff() < 0 || options.triangles.maxCoeff() >= fitted.position.rows()))
     throw Error("fit option triangles", "names a point that is not there",
                 "Give the triangles of these test points, or none.");
-  std::array<SmoothingReport, kCurveKinds> reports;
-  const FittedCurves* earlier = options.warm_start;
+  Smoothing out;
   const auto kept = kept_strengths(options);
-  bool is_changed = false;
-  for (const double strength : earlier != nullptr ? earlier->smoothing : fitted.smoothing)
-    is_changed = is_changed || strength > 0;  // kept scores are of smoothed curves
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind) {
+    SmoothingReport& report = out.report[kind];
     if (options.smoothing == 0.0) {
-      reports[kind].reason = "as asked";
+      report.reason = "as asked";
       continue;
     }
     if (kept && (*kept)[kind] == 0) {
-      reports[kind].reason = fitted.smoothing_reason[kind] = earlier->smoothing_reason[kind];
+      report.reason = fitted.smoothing_reason[kind] = options.warm_start->smoothing_reason[kind];
       continue;
     }
-    reports[kind] = smooth_kind(body, rows, bases, options, kind, fitted);
-    fitted.smoothing[kind] = reports[kind].strength;
-    fitted.smoothing_reason[kind] = reports[kind].reason;
-    is_changed = is_changed || reports[kind].strength > 0;
+    const Controls control = fitted.curves.control[kind], covariance = fitted.covariance[kind];
+    report = smooth_kind(body, rows, bases, options, kind, fitted);
+    fitted.smoothing[kind] = report.strength;
+    fitted.smoothing_reason[kind] = report.reason;
+    if (report.strength > 0) out.own_control[kind] = control, out.own_covariance[kind] = covariance;
   }
-  if (is_changed) score_again(samples, body, bases, options, read_rows, fitted, results);
-  return reports;
+  return out;
 }
 
 }  // namespace palpate::fit

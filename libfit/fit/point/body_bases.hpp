@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "libfit/fit/fit_curves.hpp"
 #include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/report.hpp"
 
 namespace palpate::fit {
 

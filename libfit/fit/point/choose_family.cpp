@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-#include "libfit/fit/words.hpp"
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate::fit {
 namespace {
 
 constexpr std::size_t kMaxPoints = 24;
-constexpr double kWorthIt = 0.9;         // of the best family's so far
-constexpr double kRelativeFloor = 0.05;  // of the typical force: lighter touches count absolutely
+constexpr double kWorthIt = 0.9;  // of the best family's so far
 
 // The point with the rows of one parity weightless.
 PointData without_rows(PointData point, std::size_t parity) {
@@ -45,7 +45,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
                    is_any(curves.sensor[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
-      errors.push_back(difference.norm() / std::max(e.force[i].norm(), kRelativeFloor));
+      errors.push_back(relative_error(difference.norm(), e.force[i].norm(), kLightForce));
     }
   }
 }
@@ -66,7 +66,7 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& 
       if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
     }
   }
-  return {family, median(errors), quantile(errors, 0.95)};
+  return {family, median(errors), lower_quantile(errors, 0.95)};
 }
 
 FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,

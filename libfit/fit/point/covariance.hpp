@@ -4,7 +4,7 @@
 
 namespace palpate::fit {
 
-/// How far the curves of a point may be off (docs/method.md, section 14).
+/// How far the curves of a point may be off (M17).
 struct PointCovariance {
   /// Second moments of the error of each curve's increments, # x #, in the point's unit of force
   /// squared; empty for a curve that no row speaks of.

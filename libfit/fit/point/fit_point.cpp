@@ -2,12 +2,11 @@
 
 #include <limits>
 
-#include "libfit/fit/basis/basis_bias.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/point/solve_point.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
-#include "libfit/fit/words.hpp"
 
 namespace palpate::fit {
 namespace {

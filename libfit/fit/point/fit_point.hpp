@@ -1,14 +1,14 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "libfit/fit/point/body_bases.hpp"
+#include "libfit/fit/point/score.hpp"
 #include "libfit/fit/point/start_values.hpp"
+#include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
-#include "libfit/fit/rows/score.hpp"
 
 namespace palpate::fit {
 
@@ -23,15 +23,7 @@ struct PointResult {
   std::vector<Sensor> sensor_deviation;                 ///< SI; 0 where it was known
   PointScore score;
   bool is_scored = false;
-  std::string rows_hash;
-  bool is_kept = false;  ///< of an earlier fit, there in row earlier_row
-  Eigen::Index earlier_row = -1;
-  double depth_m = 0;  ///< deepest row fitted
-  /// Where the rows of each curve end; NaN without any.
-  Eigen::RowVector3d curve_end_m =
-      Eigen::RowVector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  bool states_errors = false;  ///< some row has a force error of its own
-  RowCounts rows;
+  bool is_kept = false;  ///< of an earlier fit
 };
 
 /// A result without curves.

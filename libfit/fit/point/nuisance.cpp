@@ -30,11 +30,11 @@ void append(Eigen::VectorXd& column, double value) {
 
 }  // namespace
 
-void free_sensors(const Samples& samples, const FitOptions& options, BodyData& body) {
-  const bool frees_contact = options.frees[static_cast<std::size_t>(SensorPart::contact)];
+void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body) {
+  const bool frees_contact = options.estimates[static_cast<std::size_t>(Nuisance::contact)];
   const auto stated = stated_deviations(samples.recordings);
   if (frees_contact && stated.empty() && !(options.contact_deviation_m > 0))
-    throw Error("fit option frees",
+    throw Error("fit option estimates",
                 "asks for contact points, but the samples state no deviation of any",
                 "Say how far off a contact point may be: --contact-deviation \"0.1 mm\".");
   for (PointData& point : body.points)
@@ -44,21 +44,21 @@ void free_sensors(const Samples& samples, const FitOptions& options, BodyData& b
         e.unknown.contact =
             (found != stated.end() ? found->second : options.contact_deviation_m) / body.length_m;
       }
-      if (options.frees[static_cast<std::size_t>(SensorPart::bias)])
-        e.unknown.bias = options.sensor_deviation;
-      if (options.frees[static_cast<std::size_t>(SensorPart::drift)])
-        e.unknown.drift = options.sensor_deviation;
+      if (options.estimates[static_cast<std::size_t>(Nuisance::bias)])
+        e.unknown.bias = options.nuisance_deviation;
+      if (options.estimates[static_cast<std::size_t>(Nuisance::drift)])
+        e.unknown.drift = options.nuisance_deviation;
     }
 }
 
-bool has_unknown_sensors(const BodyData& body) {
+bool has_nuisances(const BodyData& body) {
   for (const PointData& point : body.points)
     for (const Experiment& e : point.experiments)
       if (is_any(e.unknown)) return true;
   return false;
 }
 
-PointData without_sensors(PointData point, const std::vector<Sensor>& sensor) {
+PointData without_nuisances(PointData point, const std::vector<Sensor>& sensor) {
   point.depth = 0;
   for (std::size_t k = 0; k < sensor.size(); ++k) {
     Experiment& e = point.experiments[k];
@@ -71,7 +71,7 @@ PointData without_sensors(PointData point, const std::vector<Sensor>& sensor) {
   return point;
 }
 
-FittedRecordings collect_sensors(const BodyData& body, const std::vector<PointResult>& results) {
+FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results) {
   FittedRecordings out;
   for (std::size_t p = 0; p < results.size(); ++p)
     for (std::size_t e = 0; e < results[p].sensor.size(); ++e) {
@@ -87,8 +87,8 @@ FittedRecordings collect_sensors(const BodyData& body, const std::vector<PointRe
   return out;
 }
 
-void restore_sensors(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
-                     PointResult& result) {
+void restore_nuisances(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
+                       PointResult& result) {
   for (std::size_t i = 0; i < earlier.point.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     if (earlier.point[i] != point) continue;

@@ -9,19 +9,19 @@ namespace palpate::fit {
 /// Sets Experiment::unknown as the options ask. The contact point of an experiment is as uncertain
 /// as its recordings' (the mean of those pooled), or as the option says where they state nothing.
 /// Throws Error when contact points are to be found and nothing says how uncertain any of them is.
-void free_sensors(const Samples& samples, const FitOptions& options, BodyData& body);
+void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& body);
 
 /// Whether anything is unknown of any experiment.
-bool has_unknown_sensors(const BodyData& body);
+bool has_nuisances(const BodyData& body);
 
 /// A point's rows as they would have been recorded without what its sensors add.
-PointData without_sensors(PointData point, const std::vector<Sensor>& sensor);
+PointData without_nuisances(PointData point, const std::vector<Sensor>& sensor);
 
 /// Rows for curves.h5; none where nothing was unknown.
-FittedRecordings collect_sensors(const BodyData& body, const std::vector<PointResult>& results);
+FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);
 
 /// A point's sensors of an earlier fit, in the order of its experiments.
-void restore_sensors(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
-                     PointResult& result);
+void restore_nuisances(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
+                       PointResult& result);
 
 }  // namespace palpate::fit

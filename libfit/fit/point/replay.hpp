@@ -89,7 +89,7 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
-/// Forces of one experiment, its sensor's reading included; returns how many rows slipped.
+/// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
            const runtime::Quadric& quadric, const double* deflection, int rows,
@@ -107,11 +107,6 @@ int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& 
 }
 inline std::array<double, 3> as_array(const Sensor& s) { return {s.contact, s.bias, s.drift}; }
 inline bool is_any(const Sensor& s) { return s.contact != 0 || s.bias != 0 || s.drift != 0; }
-inline int count_unknown(const Sensor& deviation) {
-  int count = 0;
-  for (const double d : as_array(deviation)) count += d > 0;
-  return count;
-}
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and what is fitted of the family's

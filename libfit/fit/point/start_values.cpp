@@ -3,10 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "libfit/core/text.hpp"
 #include "libfit/fit/point/replay.hpp"
-#include "libfit/fit/words.hpp"
 #include "libfit/runtime/response.hpp"
 
 namespace palpate::fit {
@@ -16,12 +15,6 @@ namespace {
 // and a slip's root always exists.
 constexpr double kLateralSlopeFloor = 1e-4;
 constexpr double kHoldMargin = 1.05;  // a limit made up exceeds every lateral force seen by 5 %
-
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
-}
 
 // Slope of the straight line through zero nearest to the rows.
 double line_slope(const std::vector<CurveRow>& rows) {

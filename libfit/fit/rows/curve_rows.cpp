@@ -83,7 +83,7 @@ std::size_t plateau_begin(const WayOut& way) {
   }
   if (!(square > 0) || cross / square > kPlateauSlope * median(secants)) return way.row.size();
 
-  const double plateau = kPlateauForce * quantile(way.force, 0.9);
+  const double plateau = kPlateauForce * lower_quantile(way.force, 0.9);
   for (const std::size_t k : moved)
     if (way.force[k] >= plateau) return k;
   return way.row.size();

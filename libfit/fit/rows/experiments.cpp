@@ -118,7 +118,7 @@ double typical_force_N(const PointData& point) {
   std::vector<double> sizes;
   for (const Experiment& e : point.experiments)
     for (const Vec3& f : e.force) sizes.push_back(f.norm());
-  return quantile(std::move(sizes), 0.95);
+  return lower_quantile(std::move(sizes), 0.95);
 }
 
 std::vector<double> known_errors(const Samples& s, const PointData& point) {
@@ -190,7 +190,7 @@ void make_dimensionless(double length_m, PointData& point) {
 
 }  // namespace
 
-BodyData gather_experiments(const Samples& samples, double weight_floor, double known_depth_m) {
+BodyData gather_experiments(const Samples& samples, double weight_floor) {
   check(samples);
   BodyData body;
   body.points.resize(static_cast<std::size_t>(samples.points()));
@@ -204,7 +204,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor, double 
   }
   const auto counts = sort_rows(samples, body);
 
-  double deepest_m = known_depth_m;
+  double deepest_m = 0;
   std::vector<double> errors_N;
   for (std::size_t p = 0; p < body.points.size(); ++p) {
     PointData& point = body.points[p];

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "libfit/fit/fit_curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/fit/options.hpp"
 
 namespace palpate::fit {
 
@@ -66,10 +67,9 @@ struct BodyData {
 /// Only `good` and finite rows; a drag or path ends at its first row that is not. A row without
 /// force error gets the median of its point's, else of the body's, else the scatter of the
 /// point's own forces about smoothness.
-/// known_depth_m: deepest row of points whose rows are not among the samples.
 /// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
 /// unit vector or an experiment mixes points or kinds.
-BodyData gather_experiments(const Samples& samples, double weight_floor, double known_depth_m = 0);
+BodyData gather_experiments(const Samples& samples, double weight_floor);
 
 /// Depth and lateral deflection of a row about the rest normal.
 inline double depth_of(const PointData& point, const Vec3& deflection) {

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/relative_error.hpp"
+
 namespace palpate::fit {
 namespace {
 
-constexpr double kRelativeFloor = 0.1;  // of the largest force: below it errors count absolutely
+constexpr double kLightShare = 0.1;  // of the largest force: floor of a held-out relative error
 // The largest of many medians of three: noise of deviation 1 reaches 1.5 in one point of three.
 constexpr double kLocalShare = 1.5;
 constexpr double kClearlyBetter = 0.9;  // of the other's rms error
@@ -20,14 +22,14 @@ Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const Curv
 
 // Errors of rows by group, each predicted by a fit that left its fold out; then, as one of them
 // left them, those of the deepest group, which every fold sees.
-struct HeldOut {
+struct HeldOutErrors {
   std::size_t rows = 0;  // held out
   std::vector<int> group;
   std::vector<double> relative;  // over the row's force
   std::vector<double> weighted;  // over the point's rms force, both weighted
 };
-HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
-                 const std::vector<CurveBasis>& of_fold, FitLoss loss) {
+HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
+                       const std::vector<CurveBasis>& of_fold, FitLoss loss) {
   double force_square = 0;
   for (const CurveRow& row : point.rows) force_square += std::pow(row.weight * row.f, 2);
   const double rms = std::sqrt(force_square / static_cast<double>(point.rows.size()));
@@ -48,13 +50,13 @@ HeldOut hold_out(const PointEvidence& point, const CurveBasis& normal,
           is_held_out(point, row, fold) || row.group == point.rows.back().group)
         error[i] = increment_weights(spline, row.x).dot(increments) - row.f;
   }
-  HeldOut out;
+  HeldOutErrors out;
   for (std::size_t i = 0; i < error.size(); ++i) {
     const CurveRow& row = point.rows[i];
     if (std::isnan(error[i])) continue;
     out.rows += row.group != point.rows.back().group;
     out.group.push_back(row.group);
-    out.relative.push_back(error[i] / std::max(std::abs(row.f), kRelativeFloor * point.largest));
+    out.relative.push_back(relative_error(error[i], std::abs(row.f), kLightShare * point.largest));
     out.weighted.push_back(error[i] * row.weight / rms);
   }
   return out;
@@ -155,17 +157,17 @@ Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& norm
   Candidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
   std::vector<double> point_errors, local_errors;
   for (const PointEvidence& point : points) {
-    const HeldOut errors = hold_out(point, normal, bases, loss);
+    const HeldOutErrors errors = hold_out(point, normal, bases, loss);
     const std::vector<double> common = common_errors(errors.group, errors.relative);
     point_errors.push_back(
         std::sqrt(mean(clipped_squares(errors.relative, errors.rows, common, loss))));
-    local_errors.push_back(quantile(common, 1));
+    local_errors.push_back(lower_quantile(common, 1));
     const auto squares = clipped_squares(errors.weighted, errors.rows,
                                          common_errors(errors.group, errors.weighted), loss);
     candidate.squared.insert(candidate.squared.end(), squares.begin(), squares.end());
   }
-  candidate.evidence.heldout_error = quantile(point_errors, 0.95);
-  candidate.evidence.local_error = quantile(local_errors, 0.95);
+  candidate.evidence.heldout_error = lower_quantile(point_errors, 0.95);
+  candidate.evidence.local_error = lower_quantile(local_errors, 0.95);
   candidate.mean_square = mean(candidate.squared);
   return candidate;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {

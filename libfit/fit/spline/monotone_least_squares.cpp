@@ -129,15 +129,6 @@ Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::Vec
   return lower + nonnegative_least_squares(R, rotated);
 }
 
-double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std::move(sizes)); }
 
 double robust_weight(FitLoss loss, double size, double scale) {

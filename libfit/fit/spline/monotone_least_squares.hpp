@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
-#include "libfit/fit/fit_curves.hpp"
+#include "libfit/core/statistics.hpp"
+#include "libfit/fit/options.hpp"
 #include "libfit/runtime/spline.hpp"
 
 namespace palpate::fit {
@@ -84,10 +85,6 @@ double robust_weight(FitLoss loss, double size, double scale);
 
 /// Standard deviation of mostly Gaussian sizes with outliers, 1.4826 times their median.
 double robust_deviation(std::vector<double> sizes);
-/// Middle value (of an even number the lower one); 0 when empty.
-double median(std::vector<double> values);
-/// Value below which `share` (0 to 1) of the values lie; 0 when empty.
-double quantile(std::vector<double> values, double share);
 
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
 /// Robust losses by iterated reweighting. faint.strength becomes what was used.

@@ -67,7 +67,4 @@ class CsvWriter {
   std::string line_;
 };
 
-/// The shortest decimal that reads back to the same double.
-std::string to_text(double value);
-
 }  // namespace palpate

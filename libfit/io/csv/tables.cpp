@@ -1,11 +1,14 @@
 #include "libfit/io/csv/tables.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
 
 namespace palpate {
@@ -47,7 +50,7 @@ std::vector<std::string_view> header(const std::array<CsvColumnRule, N>& rules,
 
 Error error_at(const CsvTable& table, std::size_t row, const std::string& what,
                const std::string& remedy) {
-  return Error(table.path.string() + ":" + std::to_string(table.line[row]), what, remedy);
+  return Error(fmt::format("{}:{}", table.path.string(), table.line[row]), what, remedy);
 }
 
 Points columns(const CsvTable& table, std::string_view x, std::string_view y, std::string_view z) {
@@ -57,17 +60,6 @@ Points columns(const CsvTable& table, std::string_view x, std::string_view y, st
     points.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(
         table.number(names[k]).data(), static_cast<Eigen::Index>(table.rows()));
   return points;
-}
-
-std::int64_t whole_number(const CsvTable& table, std::string_view column, std::size_t row,
-                          double lowest, double highest) {
-  const double value = table.number(column)[row];
-  if (value != std::floor(value) || value < lowest || value > highest)
-    throw error_at(table, row,
-                   "column `" + std::string(column) + "`: " + to_text(value) +
-                       " is not a whole number from " + to_text(lowest) + " to " + to_text(highest),
-                   "Correct the row.");
-  return static_cast<std::int64_t>(value);
 }
 
 void put(CsvWriter& csv, const Vec3& v) { csv.number(v[0]).number(v[1]).number(v[2]); }
@@ -94,23 +86,12 @@ PointTable read_point_table(const std::filesystem::path& path) {
   return {columns(table, "x_m", "y_m", "z_m"), given == 3 ? unit_normals(table) : Points(0, 3)};
 }
 
-void write_point_table(const std::filesystem::path& path, const PointTable& points) {
-  const bool has_normals = points.normal.rows() != 0;
-  CsvWriter csv(path, header(kPointRules, has_normals));
-  for (Eigen::Index i = 0; i < points.position.rows(); ++i) {
-    put(csv, points.position.row(i));
-    if (has_normals) put(csv, points.normal.row(i));
-    csv.end_row();
-  }
-  csv.commit();
-}
-
-std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
   const CsvTable table = read_csv(path, kToolPathRules);
   const Points point = columns(table, "x_m", "y_m", "z_m");
   const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
   const auto& name = table.text("path");
-  std::vector<ToolPath> paths;
+  std::vector<PathInTable> paths;
   std::set<std::string> seen;
   for (std::size_t first = 0, last = 0; first < table.rows(); first = last) {
     if (!seen.insert(name[first]).second)
@@ -127,18 +108,6 @@ std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path) {
   return paths;
 }
 
-void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths) {
-  CsvWriter csv(path, header(kToolPathRules));
-  for (const auto& tool : paths)
-    for (Eigen::Index i = 0; i < tool.deflection.rows(); ++i) {
-      csv.text(tool.name);
-      put(csv, tool.point);
-      put(csv, tool.deflection.row(i));
-      csv.end_row();
-    }
-  csv.commit();
-}
-
 TipPath read_tip_path(const std::filesystem::path& path) {
   const CsvTable table = read_csv(path, kTipPathRules);
   TipPath tip{table.number("t_s"), columns(table, "x_m", "y_m", "z_m")};
@@ -146,35 +115,6 @@ TipPath read_tip_path(const std::filesystem::path& path) {
     if (!(tip.time_s[i] > tip.time_s[i - 1]))
       throw error_at(table, i, "column `t_s` does not increase", "Sort the rows by time.");
   return tip;
-}
-
-void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
-  CsvWriter csv(path, header(kTipPathRules));
-  for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
-    csv.number(tip.time_s[i]);
-    put(csv, tip.position.row(static_cast<Eigen::Index>(i)));
-    csv.end_row();
-  }
-  csv.commit();
-}
-
-std::vector<ForceRow> read_forces(const std::filesystem::path& path) {
-  const CsvTable table = read_csv(path, kForceRules);
-  const Points force = columns(table, "fx_N", "fy_N", "fz_N");
-  const Points contact = columns(table, "cx_m", "cy_m", "cz_m");
-  std::vector<ForceRow> rows(table.rows());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i].time_s = table.number("t_s")[i];
-    rows[i].force_N = force.row(static_cast<Eigen::Index>(i));
-    rows[i].is_in_contact = whole_number(table, "contact", i, 0, 1) != 0;
-    rows[i].contact_point_m = contact.row(static_cast<Eigen::Index>(i));
-    rows[i].triangle =
-        static_cast<std::int32_t>(whole_number(table, "triangle", i, -1, 2147483647));
-    rows[i].depth_m = table.number("depth_m")[i];
-    rows[i].lateral_m = table.number("lateral_m")[i];
-    rows[i].is_sliding = whole_number(table, "sliding", i, 0, 1) != 0;
-  }
-  return rows;
 }
 
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows) {
@@ -188,23 +128,6 @@ void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>
     csv.end_row();
   }
   csv.commit();
-}
-
-std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path) {
-  const CsvTable table = read_csv(path, kCurveRules);
-  std::vector<CurveRow> rows(table.rows());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string& name = table.text("curve")[i];
-    const auto kind = std::find(kCurveNames.begin(), kCurveNames.end(), name);
-    if (kind == kCurveNames.end())
-      throw error_at(table, i, "column `curve`: `" + name + "` is no curve",
-                     "Write normal, lateral or limit.");
-    rows[i] = {whole_number(table, "point", i, 0, 9007199254740992.0),
-               static_cast<CurveKind>(kind - kCurveNames.begin()), table.number("at_m")[i],
-               table.number("value_N")[i], table.number("slope_N_m")[i]};
-    if (table.has("deviation_N")) rows[i].deviation_N = table.number("deviation_N")[i];
-  }
-  return rows;
 }
 
 void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows) {

@@ -11,8 +11,8 @@
 
 namespace palpate {
 
-// The comma-separated tables of the command line, one reader and one writer each. All readers
-// throw Error naming file, line and column (read_csv); all writers store whole or not at all.
+// The comma-separated tables of the command line. All readers throw Error naming file, line and
+// column (read_csv); all writers store whole or not at all.
 
 /// P.csv, `x_m,y_m,z_m[,nx,ny,nz]`: where to experiment. position P x 3 [m]; normal P x 3 inward,
 /// made unit on reading, or 0 x 3 when the file has none.
@@ -21,17 +21,15 @@ struct PointTable {
   Points normal;
 };
 PointTable read_point_table(const std::filesystem::path& path);
-void write_point_table(const std::filesystem::path& path, const PointTable& points);
 
 /// One tool path of PATHS.csv, `path,x_m,y_m,z_m,dx_m,dy_m,dz_m`: a test point and successive
 /// deflections there, K x 3 [m]. Rows of a path follow one another and repeat its point.
-struct ToolPath {
+struct PathInTable {
   std::string name;
   Vec3 point;
   Points deflection;
 };
-std::vector<ToolPath> read_tool_paths(const std::filesystem::path& path);
-void write_tool_paths(const std::filesystem::path& path, const std::vector<ToolPath>& paths);
+std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path);
 
 /// PATH.csv, `t_s,x_m,y_m,z_m`: where the tip is, K x 3 [m], at strictly increasing times [s].
 struct TipPath {
@@ -39,7 +37,6 @@ struct TipPath {
   Points position;
 };
 TipPath read_tip_path(const std::filesystem::path& path);
-void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
 
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
 /// triangle -1 without contact.
@@ -53,7 +50,6 @@ struct ForceRow {
   double lateral_m = 0;
   bool is_sliding = false;
 };
-std::vector<ForceRow> read_forces(const std::filesystem::path& path);
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 
 /// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test
@@ -67,7 +63,6 @@ struct CurveRow {
   double slope_N_m = 0;
   double deviation_N = std::numeric_limits<double>::quiet_NaN();
 };
-std::vector<CurveRow> read_curve_rows(const std::filesystem::path& path);
 void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows);
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "libfit/io/files/body_file.hpp"
 
 #include "libfit/io/files/columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -41,6 +42,33 @@ void check(const Body& body, const h5::Complain& complain) {
   check_volume(body, complain);
 }
 
+constexpr std::string_view kSettings = "settings/";
+
+Settings read_settings(const h5::Reader& reader) {
+  Settings settings;
+  for (const std::string& name : reader.data_sets()) {
+    if (!name.starts_with(kSettings)) continue;
+    Setting& setting = settings[name.substr(kSettings.size())];
+    if (reader.type_of(name) == "text") {
+      setting.text = reader.strings(name, 1).front();
+    } else {
+      setting.unit = reader.unit_of(name);
+      setting.numbers = reader.numbers(name, setting.unit, {h5::kAny, 0}, true);
+    }
+  }
+  return settings;
+}
+
+void write_settings(h5::Writer& writer, const Settings& settings) {
+  for (const auto& [key, setting] : settings) {
+    const std::string name = std::string(kSettings) + key;
+    if (setting.unit.empty())
+      writer.strings(name, {setting.text});
+    else
+      writer.numbers(name, setting.unit, setting.numbers.data(), {setting.numbers.size(), 0});
+  }
+}
+
 }  // namespace
 
 Body read_body(const std::filesystem::path& path) {
@@ -62,7 +90,8 @@ Body read_body(const std::filesystem::path& path) {
       Eigen::Map<const Eigen::VectorXi>(region.data(), static_cast<Eigen::Index>(region.size()));
   body.is_held = read_flags(reader, "volume/is_held", h5::kAny);
   body.mended = reader.strings("mended", h5::kAny);
-  body.scene = reader.strings("scene", 1).front();
+  body.probe = read_probe(reader);
+  body.settings = read_settings(reader);
   check(body, complain_about(reader));
   return body;
 }
@@ -84,7 +113,8 @@ void write_body(const std::filesystem::path& path, const Body& body, const Attri
                   {static_cast<std::size_t>(body.volume.region.size()), 0});
   write_flags(writer, "volume/is_held", body.is_held);
   writer.strings("mended", body.mended);
-  writer.strings("scene", {body.scene});
+  write_probe(writer, body.probe, complain_about(path));
+  write_settings(writer, body.settings);
   writer.commit();
 }
 

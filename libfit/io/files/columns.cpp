@@ -1,5 +1,7 @@
 #include "libfit/io/files/columns.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,24 +35,31 @@ Reader open(const std::filesystem::path& path, const FileSchema& schema) {
 }
 
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes, const std::filesystem::path& earlier) {
+              const Attributes& attributes) {
   for (const std::string reserved : {"schema", "version", "family"})
     if (attributes.count(reserved) != 0)
       throw Error(path.string(), "attribute `" + reserved + "` is the file's own",
                   "Name it otherwise.");
-  return Writer(path, schema.name, schema.version, attributes, earlier);
+  return Writer(path, schema.name, schema.version, attributes);
 }
 
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan, const Rows& wanted) {
-  const auto values = reader.numbers(name, unit, {rows, 3}, may_be_nan, wanted);
+                   std::size_t rows, bool may_be_nan) {
+  const auto values = reader.numbers(name, unit, {rows, 3}, may_be_nan);
   return Eigen::Map<const Points>(values.data(), static_cast<Eigen::Index>(values.size() / 3), 3);
 }
 
 Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan, const Rows& wanted) {
-  const auto values = reader.numbers(name, unit, {rows, 0}, may_be_nan, wanted);
+                            std::size_t rows, bool may_be_nan) {
+  const auto values = reader.numbers(name, unit, {rows, 0}, may_be_nan);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
+                    Eigen::Index rows, Eigen::Index columns, bool may_be_nan) {
+  const auto values = reader.numbers(
+      name, unit, {static_cast<std::size_t>(rows), static_cast<std::size_t>(columns)}, may_be_nan);
+  return Eigen::Map<const Controls>(values.data(), rows, columns);
 }
 
 Triangles read_triangles(const Reader& reader, const std::string& name, std::size_t rows) {
@@ -74,6 +83,11 @@ void write_vector(Writer& writer, const std::string& name, std::string_view unit
   writer.numbers(name, unit, values.data(), shape_of_matrix(values.size(), 0));
 }
 
+void write_table(Writer& writer, const std::string& name, std::string_view unit,
+                 const Controls& values) {
+  writer.numbers(name, unit, values.data(), shape_of_matrix(values.rows(), values.cols()));
+}
+
 void write_triangles(Writer& writer, const std::string& name, const Triangles& triangles) {
   writer.integers(name, kNoUnit, triangles.data(), shape_of_matrix(triangles.rows(), 3));
 }
@@ -85,28 +99,27 @@ void write_flags(Writer& writer, const std::string& name, const std::vector<char
 
 void check_rows(const Complain& complain, const std::string& name, Eigen::Index found,
                 Eigen::Index expected) {
-  if (found != expected)
-    throw complain(name, "has " + std::to_string(found) + " rows, not " + std::to_string(expected));
+  if (found != expected) throw complain(name, fmt::format("has {} rows, not {}", found, expected));
 }
 
 void check_finite(const Complain& complain, const std::string& name, const Points& points) {
   for (Eigen::Index i = 0; i < points.rows(); ++i)
     if (!points.row(i).allFinite())
-      throw complain(name, "row " + std::to_string(i) + " is not a finite number");
+      throw complain(name, fmt::format("row {} is not a finite number", i));
 }
 
 void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors) {
   for (Eigen::Index i = 0; i < vectors.rows(); ++i)
     if (!(std::abs(vectors.row(i).norm() - 1) < kUnitLengthTolerance))
-      throw complain(name, "row " + std::to_string(i) + " is not a unit vector");
+      throw complain(name, fmt::format("row {} is not a unit vector", i));
 }
 
 void check_indices(const Complain& complain, const std::string& name, const std::int32_t* indices,
                    Eigen::Index rows, Eigen::Index columns, Eigen::Index end) {
   for (Eigen::Index i = 0; i < rows * columns; ++i)
     if (indices[i] < 0 || indices[i] >= end)
-      throw complain(name, "row " + std::to_string(i / columns) + " holds index " +
-                               std::to_string(indices[i]) + ", not 0.." + std::to_string(end - 1));
+      throw complain(
+          name, fmt::format("row {} holds index {}, not 0..{}", i / columns, indices[i], end - 1));
 }
 
 void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags,
@@ -115,7 +128,7 @@ void check_flags(const Complain& complain, const std::string& name, const std::v
   const auto bad =
       std::find_if(flags.begin(), flags.end(), [](char f) { return f != 0 && f != 1; });
   if (bad != flags.end())
-    throw complain(name, "row " + std::to_string(bad - flags.begin()) + " is neither 0 nor 1");
+    throw complain(name, fmt::format("row {} is neither 0 nor 1", bad - flags.begin()));
 }
 
 }  // namespace palpate::h5

@@ -5,8 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/io/files/schemas.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
 // Between the plain data of libfit/core and the columns of an HDF5 file, for this layer alone.
@@ -22,20 +23,25 @@ Complain complain_about(const std::filesystem::path& path);
 /// A file of this schema, opened and checked.
 Reader open(const std::filesystem::path& path, const FileSchema& schema);
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
-              const Attributes& attributes, const std::filesystem::path& earlier = {});
+              const Attributes& attributes);
 
-/// rows: expected, or kAny. wanted: those to read.
+/// rows: expected, or kAny.
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan = false, const Rows& wanted = {});
+                   std::size_t rows, bool may_be_nan = false);
 Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan = false, const Rows& wanted = {});
+                            std::size_t rows, bool may_be_nan = false);
 Triangles read_triangles(const Reader& reader, const std::string& name, std::size_t rows);
+/// rows x columns numbers.
+Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
+                    Eigen::Index rows, Eigen::Index columns, bool may_be_nan = false);
 std::vector<char> read_flags(const Reader& reader, const std::string& name, std::size_t rows);
 
 void write_points(Writer& writer, const std::string& name, std::string_view unit,
                   const Points& points);
 void write_vector(Writer& writer, const std::string& name, std::string_view unit,
                   const Eigen::VectorXd& values);
+void write_table(Writer& writer, const std::string& name, std::string_view unit,
+                 const Controls& values);
 void write_triangles(Writer& writer, const std::string& name, const Triangles& triangles);
 void write_flags(Writer& writer, const std::string& name, const std::vector<char>& flags);
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "libfit/core/rounding.hpp"
+
 namespace palpate::h5 {
 namespace {
 
@@ -24,7 +26,7 @@ void check_values(const Complain& complain, const std::string& name, const runti
     for (Eigen::Index j = 0; j < controls.cols(); ++j) {
       const double value = controls(i, j);
       if (!std::isfinite(value)) throw complain(name, row + " is not a finite number");
-      if (as_float32(value) != value) throw complain(name, row + " is not exact in float32");
+      if (rounded_to_float(value) != value) throw complain(name, row + " is not exact in float32");
       if (part.rises && j >= part.width && value < controls(i, j - part.width))
         throw complain(name, row + " falls");
       if (value < part.min || value > part.max) throw complain(name, row + " is out of bounds");

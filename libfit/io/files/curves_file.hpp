@@ -24,9 +24,8 @@ inline constexpr std::array<FitStatusName, 4> kFitStatusNames{{
 /// curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.
 FittedCurves read_curves(const std::filesystem::path& path);
 
-/// Stores them, whole or not at all. Refuses what read_curves would refuse. earlier: a file with
-/// much of the same content, which makes it quicker; the one that is replaced where none is named.
+/// Stores them, whole or not at all. Refuses what read_curves would refuse.
 void write_curves(const std::filesystem::path& path, const FittedCurves& curves,
-                  const Attributes& attributes = {}, const std::filesystem::path& earlier = {});
+                  const Attributes& attributes = {});
 
 }  // namespace palpate

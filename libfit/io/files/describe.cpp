@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "libfit/io/files/schemas.hpp"
-
 namespace palpate {
 namespace {
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "libfit/io/files/curve_set_columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -46,8 +47,6 @@ void check(const Model& model, const h5::Complain& complain) {
   check_flags(complain, "is_covered", model.is_covered, vertices);
   check_curve_set(complain, model.curves, vertices);
   check_blend(complain, model);
-  if (!(model.probe_radius_m >= 0) || std::isinf(model.probe_radius_m))
-    throw complain("probe_radius", "is negative or infinite");
 }
 
 }  // namespace
@@ -63,7 +62,7 @@ Model read_model(const std::filesystem::path& path) {
   model.is_covered = read_flags(reader, "is_covered", vertices);
   model.blend_point = read_triangles(reader, "blend_point", vertices);
   model.blend_weight = read_points(reader, "blend_weight", h5::kNoUnit, vertices);
-  model.probe_radius_m = reader.numbers("probe_radius", "m", {1, 0}).front();
+  model.probe = read_probe(reader);
   check(model, complain_about(reader));
   return model;
 }
@@ -79,7 +78,7 @@ void write_model(const std::filesystem::path& path, const Model& model,
   write_flags(writer, "is_covered", model.is_covered);
   write_triangles(writer, "blend_point", model.blend_point);
   write_points(writer, "blend_weight", h5::kNoUnit, model.blend_weight);
-  writer.numbers("probe_radius", "m", &model.probe_radius_m, {1, 0});
+  write_probe(writer, model.probe, complain_about(path));
   writer.commit();
 }
 

@@ -1,11 +1,13 @@
 #include "libfit/io/files/samples_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <unordered_set>
 
-#include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/columns.hpp"
-#include "libfit/io/files/measured_columns.hpp"
+#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 
@@ -19,7 +21,7 @@ std::size_t rows_of(const Samples& samples) { return samples.point.size(); }
 
 template <class Integer>
 std::string row_name(Integer row) {
-  return "row " + std::to_string(row);
+  return fmt::format("row {}", row);
 }
 
 void check_sizes(const Samples& s, const h5::Complain& complain) {
@@ -64,12 +66,70 @@ void check_experiments(const Samples& s, const h5::Complain& complain) {
       finished.insert(s.experiment[i - 1]);
       if (finished.count(s.experiment[i]) != 0)
         throw complain("rows/experiment",
-                       row_name(i) + " goes back to experiment " + std::to_string(s.experiment[i]));
+                       fmt::format("{} goes back to experiment {}", row_name(i), s.experiment[i]));
     } else if (s.point[i] != s.point[i - 1] || s.kind[i] != s.kind[i - 1]) {
-      throw complain("rows/experiment", row_name(i) + " changes point or kind within experiment " +
-                                            std::to_string(s.experiment[i]));
+      throw complain("rows/experiment", fmt::format("{} changes point or kind within experiment {}",
+                                                    row_name(i), s.experiment[i]));
     }
   }
+}
+
+const std::vector<std::string> kGradeNames{"good", "fair", "poor"};
+
+// The optional group `recordings`: empty when the file has none.
+MeasuredRecordings read_measured(const Reader& reader) {
+  MeasuredRecordings r;
+  if (!reader.has("recordings/experiment")) return r;
+  r.experiment = reader.integers("recordings/experiment", kNoUnit, {kAny, 0});
+  const std::size_t rows = r.size();
+  r.file = reader.strings("recordings/file", rows);
+  r.hash = reader.strings("recordings/hash", rows);
+  r.contact_m = read_vector(reader, "recordings/contact", "m", rows);
+  r.contact_deviation_m = read_vector(reader, "recordings/contact_deviation", "m", rows);
+  r.estimator = reader.strings("recordings/estimator", rows);
+  r.speed_m_s = read_vector(reader, "recordings/speed", "m/s", rows, true);
+  r.noise_N = read_vector(reader, "recordings/noise", "N", rows);
+  r.hysteresis = read_vector(reader, "recordings/hysteresis", kNoUnit, rows, true);
+  r.young_Pa = read_vector(reader, "recordings/young", "Pa", rows, true);
+  r.grade = reader.bytes("recordings/grade", kNoUnit, {rows, 0});
+  r.reasons = reader.strings("recordings/reasons", rows);
+  return r;
+}
+
+void write_measured(Writer& writer, const MeasuredRecordings& r) {
+  if (r.size() == 0) return;
+  writer.integers("recordings/experiment", kNoUnit, r.experiment.data(), {r.size(), 0});
+  writer.strings("recordings/file", r.file);
+  writer.strings("recordings/hash", r.hash);
+  write_vector(writer, "recordings/contact", "m", r.contact_m);
+  write_vector(writer, "recordings/contact_deviation", "m", r.contact_deviation_m);
+  writer.strings("recordings/estimator", r.estimator);
+  write_vector(writer, "recordings/speed", "m/s", r.speed_m_s);
+  write_vector(writer, "recordings/noise", "N", r.noise_N);
+  write_vector(writer, "recordings/hysteresis", kNoUnit, r.hysteresis);
+  write_vector(writer, "recordings/young", "Pa", r.young_Pa);
+  writer.bytes("recordings/grade", kNoUnit, r.grade.data(), {r.size(), 0});
+  writer.attribute("recordings/grade", "names", kGradeNames);
+  writer.strings("recordings/reasons", r.reasons);
+}
+
+void check_measured(const MeasuredRecordings& r, const Complain& complain) {
+  const auto rows = static_cast<Eigen::Index>(r.size());
+  const auto size = [](const auto& column) { return static_cast<Eigen::Index>(column.size()); };
+  check_rows(complain, "recordings/file", size(r.file), rows);
+  check_rows(complain, "recordings/hash", size(r.hash), rows);
+  check_rows(complain, "recordings/contact", r.contact_m.size(), rows);
+  check_rows(complain, "recordings/contact_deviation", r.contact_deviation_m.size(), rows);
+  check_rows(complain, "recordings/estimator", size(r.estimator), rows);
+  check_rows(complain, "recordings/speed", r.speed_m_s.size(), rows);
+  check_rows(complain, "recordings/noise", r.noise_N.size(), rows);
+  check_rows(complain, "recordings/hysteresis", r.hysteresis.size(), rows);
+  check_rows(complain, "recordings/young", r.young_Pa.size(), rows);
+  check_rows(complain, "recordings/grade", size(r.grade), rows);
+  check_rows(complain, "recordings/reasons", size(r.reasons), rows);
+  if (!r.contact_m.allFinite()) throw complain("recordings/contact", "is not finite");
+  if (!r.contact_deviation_m.allFinite() || (r.contact_deviation_m.array() < 0).any())
+    throw complain("recordings/contact_deviation", "is not finite and positive");
 }
 
 void check(const Samples& s, const h5::Complain& complain) {
@@ -92,9 +152,8 @@ std::vector<std::string> names_of(const Table& table) {
 // `member` is the table's column of values.
 template <class Row, std::size_t Count, class Enum>
 std::vector<Enum> read_named(const h5::Reader& reader, const std::string& column, std::size_t rows,
-                             const std::array<Row, Count>& table, Enum Row::*member,
-                             const h5::Rows& wanted) {
-  const auto codes = reader.bytes(column, h5::kNoUnit, {rows, 0}, wanted);
+                             const std::array<Row, Count>& table, Enum Row::*member) {
+  const auto codes = reader.bytes(column, h5::kNoUnit, {rows, 0});
   const auto names = reader.has_attribute(column, "names") ? reader.texts_attribute(column, "names")
                                                            : names_of(table);
   std::vector<Enum> meanings, out;
@@ -106,20 +165,19 @@ std::vector<Enum> read_named(const h5::Reader& reader, const std::string& column
   }
   for (const std::int8_t code : codes) {
     if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
-      throw reader.error(column, "row " + std::to_string(out.size()) + " has code " +
-                                     std::to_string(code) + " without a name");
+      throw reader.error(column,
+                         fmt::format("row {} has code {} without a name", out.size(), code));
     out.push_back(meanings[static_cast<std::size_t>(code)]);
   }
   return out;
 }
 
-std::vector<ExperimentKind> read_kind(const h5::Reader& reader, std::size_t rows,
-                                      const h5::Rows& wanted) {
+std::vector<ExperimentKind> read_kind(const h5::Reader& reader, std::size_t rows) {
   std::vector<ExperimentKind> kinds;
-  for (const std::int8_t code : reader.bytes("rows/kind", h5::kNoUnit, {rows, 0}, wanted)) {
+  for (const std::int8_t code : reader.bytes("rows/kind", h5::kNoUnit, {rows, 0})) {
     if (code < 0 || code >= kExperimentKinds)
-      throw reader.error("rows/kind", "row " + std::to_string(kinds.size()) + " has code " +
-                                          std::to_string(code) + ", not 0 press, 1 drag, 2 path");
+      throw reader.error("rows/kind", fmt::format("row {} has code {}, not 0 press, 1 drag, 2 path",
+                                                  kinds.size(), code));
     kinds.push_back(static_cast<ExperimentKind>(code));
   }
   return kinds;
@@ -130,26 +188,28 @@ void read_points_of(const h5::Reader& reader, Samples& s) {
   const auto points = static_cast<std::size_t>(s.points());
   s.point_normal = read_points(reader, "points/normal", h5::kNoUnit, points);
   s.point_name = reader.strings("points/name", points);
+  s.probe = read_probe(reader);
+  if (reader.has("body/poisson"))
+    s.poisson = reader.numbers("body/poisson", h5::kNoUnit, {1, 0}).front();
   if (!reader.has("points/normal_gradient")) return;
   const auto values = reader.numbers("points/normal_gradient", "1/m", {points, 9});
   s.point_normal_gradient =
       Eigen::Map<const decltype(s.point_normal_gradient)>(values.data(), s.points(), 9);
 }
 
-void read_rows(const h5::Reader& reader, const h5::Rows& wanted, Samples& s) {
+void read_rows(const h5::Reader& reader, Samples& s) {
   const std::size_t rows = reader.shape_of("rows/point").rows;
-  s.point = reader.integers("rows/point", h5::kNoUnit, {rows, 0}, wanted);
-  s.experiment = reader.integers("rows/experiment", h5::kNoUnit, {rows, 0}, wanted);
-  s.kind = read_kind(reader, rows, wanted);
-  s.step = reader.integers("rows/step", h5::kNoUnit, {rows, 0}, wanted);
-  s.deflection = read_points(reader, "rows/deflection", "m", rows, false, wanted);
-  s.force = read_points(reader, "rows/force", "N", rows, true, wanted);
-  s.torque = read_points(reader, "rows/torque", "N m", rows, true, wanted);
-  s.force_error = read_vector(reader, "rows/force_error", "N", rows, true, wanted);
-  s.status =
-      read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status, wanted);
+  s.point = reader.integers("rows/point", h5::kNoUnit, {rows, 0});
+  s.experiment = reader.integers("rows/experiment", h5::kNoUnit, {rows, 0});
+  s.kind = read_kind(reader, rows);
+  s.step = reader.integers("rows/step", h5::kNoUnit, {rows, 0});
+  s.deflection = read_points(reader, "rows/deflection", "m", rows, false);
+  s.force = read_points(reader, "rows/force", "N", rows, true);
+  s.torque = read_points(reader, "rows/torque", "N m", rows, true);
+  s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
+  s.status = read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status);
   if (reader.has("rows/doubt"))
-    s.doubt = read_named(reader, "rows/doubt", rows, kRowDoubtNames, &RowDoubtName::doubt, wanted);
+    s.doubt = read_named(reader, "rows/doubt", rows, kStepCheckNames, &StepCheckName::doubt);
 }
 
 template <class Enum>
@@ -159,86 +219,14 @@ void write_codes(h5::Writer& writer, const std::string& name, const std::vector<
   writer.bytes(name, h5::kNoUnit, codes.data(), {codes.size(), 0});
 }
 
-// Data sets whose stored bytes an index of the rows answers for.
-constexpr std::string_view kIndexed[] = {"rows/point",
-                                         "rows/experiment",
-                                         "rows/kind",
-                                         "rows/step",
-                                         "rows/deflection",
-                                         "rows/force",
-                                         "rows/force_error",
-                                         "rows/status",
-                                         "points/first_row",
-                                         "points/row_count",
-                                         "points/first_experiment",
-                                         "points/rows_hash"};
-constexpr const char* kIndexOf = "stored_hash";  // attribute of points/rows_hash
-
-// of: gives the hash of a data set's stored bytes.
-template <class File>
-std::string stored_hash_of_rows(const File& file) {
-  std::string all;
-  for (const std::string_view name : kIndexed)
-    all += std::to_string(file.stored_hash(std::string(name))) + ' ';
-  return content_hash(all);
-}
-
-void write_index(h5::Writer& writer, const Samples& s) {
-  const RowIndex index = index_rows(s);
-  if (!index.is_contiguous) return;
-  const h5::Shape column{index.hash.size(), 0};
-  writer.integers("points/first_row", h5::kNoUnit, index.first_row.data(), column);
-  writer.integers("points/row_count", h5::kNoUnit, index.row_count.data(), column);
-  writer.integers("points/first_experiment", h5::kNoUnit, index.first_experiment.data(), column);
-  writer.strings("points/rows_hash", index.hash);
-  writer.attribute("points/rows_hash", kIndexOf, stored_hash_of_rows(writer));
-}
-
 }  // namespace
 
 Samples read_samples(const std::filesystem::path& path) {
   const h5::Reader reader = h5::open(path, kSamplesSchema);
   Samples s;
   read_points_of(reader, s);
-  read_rows(reader, std::nullopt, s);
+  read_rows(reader, s);
   s.recordings = read_measured(reader);
-  check(s, complain_about(reader));
-  return s;
-}
-
-std::optional<IndexedSamples> read_samples_index(const std::filesystem::path& path) {
-  const h5::Reader reader = h5::open(path, kSamplesSchema);
-  if (!reader.has("points/rows_hash") || !reader.has_attribute("points/rows_hash", kIndexOf))
-    return std::nullopt;
-  for (const std::string_view name : kIndexed)
-    if (!reader.has(std::string(name))) return std::nullopt;
-  if (reader.text_attribute("points/rows_hash", kIndexOf) != stored_hash_of_rows(reader))
-    return std::nullopt;
-  IndexedSamples out;
-  read_points_of(reader, out.points);
-  const auto points = static_cast<std::size_t>(out.points.points());
-  out.index.first_row = reader.integers("points/first_row", h5::kNoUnit, {points, 0});
-  out.index.row_count = reader.integers("points/row_count", h5::kNoUnit, {points, 0});
-  out.index.first_experiment = reader.integers("points/first_experiment", h5::kNoUnit, {points, 0});
-  out.index.hash = reader.strings("points/rows_hash", points);
-  out.rows = reader.shape_of("rows/point").rows;
-  check_sizes(out.points, complain_about(reader));
-  check_numbers(out.points, complain_about(reader));
-  return out;
-}
-
-Samples read_samples_of(const std::filesystem::path& path, const IndexedSamples& indexed,
-                        const std::vector<char>& is_wanted) {
-  const h5::Reader reader = h5::open(path, kSamplesSchema);
-  std::vector<h5::RowRange> ranges;
-  for (std::size_t p = 0; p < is_wanted.size(); ++p) {
-    const std::int32_t first = indexed.index.first_row[p], count = indexed.index.row_count[p];
-    if (first < 0 || count < 0) throw reader.error("points/first_row", "is negative");
-    if (is_wanted[p] && count > 0)
-      ranges.push_back({static_cast<std::size_t>(first), static_cast<std::size_t>(count)});
-  }
-  Samples s = indexed.points;
-  read_rows(reader, ranges, s);
   check(s, complain_about(reader));
   return s;
 }
@@ -266,9 +254,10 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   writer.attribute("rows/status", "names", names_of(kRowStatusNames));
   if (!s.doubt.empty()) {
     write_codes(writer, "rows/doubt", s.doubt);
-    writer.attribute("rows/doubt", "names", names_of(kRowDoubtNames));
+    writer.attribute("rows/doubt", "names", names_of(kStepCheckNames));
   }
-  write_index(writer, s);
+  write_probe(writer, s.probe, complain_about(path));
+  if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});
   write_measured(writer, s.recordings);
   writer.commit();
 }

@@ -4,14 +4,13 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/hdf5/handle.hpp"
 
 namespace palpate {
 
@@ -20,6 +19,44 @@ namespace palpate {
 using Attributes = std::map<std::string, std::string>;
 
 namespace h5 {
+
+/// Owns one HDF5 identifier (hid_t) and gives it back with the function that suits its kind.
+class Handle {
+ public:
+  using Close = int (*)(std::int64_t);
+
+  Handle() = default;
+  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    if (this != &other) {
+      reset();
+      id_ = std::exchange(other.id_, -1);
+      close_ = other.close_;
+    }
+    return *this;
+  }
+  ~Handle() { reset(); }
+
+  std::int64_t id() const { return id_; }
+  bool is_valid() const { return id_ >= 0; }
+  /// Hands the identifier over; the caller closes it.
+  std::int64_t release() { return std::exchange(id_, -1); }
+  void reset() {
+    if (id_ >= 0) close_(id_);
+    id_ = -1;
+  }
+
+ private:
+  std::int64_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+/// Stops HDF5 from printing its error stack; for the calling thread.
+void silence();
+
+/// Root cause in HDF5's own words from its error stack, "" without one; clears the stack.
+std::string take_reason();
 
 /// Rows and columns of a data set; `columns` 0 means one-dimensional.
 struct Shape {
@@ -32,12 +69,6 @@ struct Shape {
 /// "12", "12 x 3".
 std::string to_string(const Shape& shape);
 
-/// Rows of a data set, one after another; none at all means every row.
-struct RowRange {
-  std::size_t first = 0, count = 0;
-};
-using Rows = std::optional<std::vector<RowRange>>;
-
 /// Wildcard in the shape a reader expects.
 inline constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
 
@@ -48,13 +79,12 @@ inline constexpr std::string_view kAnyUnit = "*";
 
 /// Makes one HDF5 file in memory and stores it whole or not at all (AtomicFile).
 /// Same content, same bytes: no dates, no host names, arrays row-major, chunks compressed
-/// (deflate) and guarded by checksums, HDF5 1.10 format. Chunks that the file to be replaced, or
-/// `earlier` where one is named, has already are copied from it packed: the bytes are the same.
+/// (deflate) and guarded by checksums, HDF5 1.10 format.
 /// Throws Error naming the file, and the data set where one is concerned.
 class Writer {
  public:
   Writer(const std::filesystem::path& path, std::string_view schema, int version,
-         const Attributes& attributes, const std::filesystem::path& earlier = {});
+         const Attributes& attributes);
 
   /// Data sets by path, "rows/force"; groups are made as needed. data: shape.count() values.
   void numbers(const std::string& name, std::string_view unit, const double* data, Shape shape);
@@ -70,17 +100,12 @@ class Writer {
   void attribute(const std::string& object, const std::string& name,
                  const std::vector<std::string>& values);
 
-  /// Hash of a data set's chunks as they are stored; 0 for one without values.
-  std::uint64_t stored_hash(const std::string& name) const;
-
   /// Stores the file. Call it once, last.
   void commit();
 
  private:
   void put(const std::string& name, std::string_view unit, std::int64_t type, const void* data,
            Shape shape);
-  void put_chunks(const Handle& set, const std::string& name, const char* data, Shape shape,
-                  std::size_t value_bytes);
   Handle group_of(const std::string& name);
   Handle open(const std::string& object);
   void put_attribute(std::int64_t object, const std::string& name, std::int64_t type,
@@ -89,9 +114,7 @@ class Writer {
 
   std::filesystem::path path_;
   AtomicFile stored_;
-  Handle earlier_;
   Handle file_;
-  std::map<std::string, std::uint64_t> stored_hash_;
 };
 
 /// Reads one HDF5 file, trusting nothing in it: kind, version, unit, type, shape, storage and
@@ -110,17 +133,13 @@ class Reader {
   bool has(const std::string& name) const;
   /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).
   /// The unit attribute must be there and equal `unit` (but for kAnyUnit). may_be_nan: NaN (never
-  /// inf) is let through. rows: those to read, in order, of a data set of that shape.
+  /// inf) is let through.
   std::vector<double> numbers(const std::string& name, std::string_view unit, Shape shape,
-                              bool may_be_nan = false, const Rows& rows = {}) const;
-  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit, Shape shape,
-                                     const Rows& rows = {}) const;
-  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape,
-                                 const Rows& rows = {}) const;
+                              bool may_be_nan = false) const;
+  std::vector<std::int32_t> integers(const std::string& name, std::string_view unit,
+                                     Shape shape) const;
+  std::vector<std::int8_t> bytes(const std::string& name, std::string_view unit, Shape shape) const;
   std::vector<std::string> strings(const std::string& name, std::size_t rows) const;
-  /// As Writer::stored_hash, from the bytes as they are; 0 where chunks are missing or packed
-  /// otherwise.
-  std::uint64_t stored_hash(const std::string& name) const;
   /// Shape of a data set of one or two dimensions.
   Shape shape_of(const std::string& name) const;
 
@@ -148,12 +167,10 @@ class Reader {
   void check_storage(const Handle& set, const std::string& name, std::size_t count) const;
   void check_unit(const Handle& set, const std::string& name, std::string_view unit) const;
   template <class T>
-  std::vector<T> integers_as(const std::string& name, std::string_view unit, Shape shape,
-                             const Rows& rows) const;
-  /// Values of the rows asked for, as `memory_type` of T.
+  std::vector<T> integers_as(const std::string& name, std::string_view unit, Shape shape) const;
   template <class T>
   std::vector<T> values(const Handle& set, const std::string& name, std::int64_t memory_type,
-                        Shape shape, const Rows& rows) const;
+                        Shape shape) const;
   Error attribute_error(const std::string& object, const std::string& name,
                         const std::string& what) const;
 

@@ -1,12 +1,11 @@
+#include <fmt/format.h>
+
 #include <hdf5.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "libfit/core/fast_hash.hpp"
-#include "libfit/io/hdf5/chunks.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
-#include "libfit/io/hdf5/strings.hpp"
 
 namespace palpate::h5 {
 namespace fs = std::filesystem;
@@ -52,7 +51,8 @@ std::string to_string(const Shape& shape) {
   const auto word = [](std::size_t n) {
     return n == kAny ? std::string("any") : std::to_string(n);
   };
-  return shape.columns == 0 ? word(shape.rows) : word(shape.rows) + " x " + word(shape.columns);
+  return shape.columns == 0 ? word(shape.rows)
+                            : fmt::format("{} x {}", word(shape.rows), word(shape.columns));
 }
 
 Reader::Reader(const fs::path& path, std::string remedy) : path_(path), remedy_(std::move(remedy)) {
@@ -83,11 +83,12 @@ void Reader::expect(std::string_view schema, int newest) const {
                         std::string(schema) + "`");
   const std::int64_t version = integer_attribute("", "version");
   if (version > newest)
-    throw Error(path_.string(),
-                "was written by a newer Palpate (version " + std::to_string(version) +
-                    "; this program reads up to " + std::to_string(newest) + ")",
-                "Use a newer Palpate, or make the file again with this one.");
-  if (version < 1) throw error("", "version " + std::to_string(version) + " does not exist");
+    throw Error(
+        path_.string(),
+        fmt::format("was written by a newer Palpate (version {}; this program reads up to {})",
+                    version, newest),
+        "Use a newer Palpate, or make the file again with this one.");
+  if (version < 1) throw error("", fmt::format("version {} does not exist", version));
 }
 
 // Every step of the path must be a hard link: soft and external links lead to other places.
@@ -120,7 +121,7 @@ Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape ex
   const int dimensions = H5Sget_simple_extent_ndims(space.id());
   const bool is_any = expected == Shape{kAny, kAny};
   if (dimensions < 1 || dimensions > 2)
-    throw error(name, "has " + std::to_string(dimensions) + " dimensions, not 1 or 2");
+    throw error(name, fmt::format("has {} dimensions, not 1 or 2", dimensions));
   hsize_t dims[2] = {0, 0};
   H5Sget_simple_extent_dims(space.id(), dims, nullptr);
   const Shape found{dims[0], dims[1]};
@@ -130,7 +131,8 @@ Shape Reader::checked_shape(const Handle& set, const std::string& name, Shape ex
   const bool fits = (dimensions == 2) == (expected.columns != 0) &&
                     (expected.rows == kAny || expected.rows == found.rows) &&
                     (expected.columns == kAny || expected.columns == found.columns);
-  if (!fits) throw error(name, "has shape " + to_string(found) + ", not " + to_string(expected));
+  if (!fits)
+    throw error(name, fmt::format("has shape {}, not {}", to_string(found), to_string(expected)));
   return found;
 }
 
@@ -141,8 +143,7 @@ void Reader::check_storage(const Handle& set, const std::string& name, std::size
   if (H5Pget_layout(creation.id()) == H5D_VIRTUAL || H5Pget_external_count(creation.id()) > 0)
     throw error(name, "keeps its values in another file");
   if (value_bytes == 0 || count > kMaxCompression * file_bytes_ / value_bytes)
-    throw error(name, "claims " + std::to_string(count) + " values in a file of " +
-                          std::to_string(file_bytes_) + " bytes");
+    throw error(name, fmt::format("claims {} values in a file of {} bytes", count, file_bytes_));
   if (!is_written_whole(set, creation)) throw error(name, "was not written whole");
 }
 
@@ -161,50 +162,33 @@ void Reader::check_unit(const Handle& set, const std::string& name, std::string_
 
 template <class T>
 std::vector<T> Reader::values(const Handle& set, const std::string& name, std::int64_t memory_type,
-                              Shape shape, const Rows& rows) const {
-  const std::size_t columns = std::max<std::size_t>(shape.columns, 1);
-  const std::vector<RowRange> ranges = rows ? *rows : std::vector<RowRange>{{0, shape.rows}};
-  std::size_t count = 0;
-  for (const RowRange& range : ranges) {
-    if (range.count > shape.rows || range.first > shape.rows - range.count)
-      throw error(name, "has " + std::to_string(shape.rows) + " rows, not those asked for");
-    count += range.count;
-  }
-  std::vector<T> out(count * columns);
-  const Handle space(H5Dget_space(set.id()), H5Sclose);
-  T* at = out.data();
-  for (const RowRange& range : ranges) {
-    if (range.count == 0) continue;
-    const hsize_t first[2] = {range.first, 0}, size[2] = {range.count, columns};
-    const Handle memory(H5Screate_simple(shape.columns == 0 ? 1 : 2, size, nullptr), H5Sclose);
-    if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, first, nullptr, size, nullptr) < 0 ||
-        H5Dread(set.id(), memory_type, memory.id(), space.id(), H5P_DEFAULT, at) < 0)
-      throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
-    at += range.count * columns;
-  }
+                              Shape shape) const {
+  std::vector<T> out(shape.count());
+  if (!out.empty() && H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out.data()) < 0)
+    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
   return out;
 }
 
 std::vector<double> Reader::numbers(const std::string& name, std::string_view unit, Shape expected,
-                                    bool may_be_nan, const Rows& rows) const {
+                                    bool may_be_nan) const {
   const Handle set = open_data_set(name);
   check_unit(set, name, unit);
   const Shape shape = checked_shape(set, name, expected);
   const Handle type(H5Dget_type(set.id()), H5Tclose);
   if (H5Tget_class(type.id()) != H5T_FLOAT)
-    throw error(name, "holds " + type_of(name) + ", not floating-point numbers");
+    throw error(name, fmt::format("holds {}, not floating-point numbers", type_of(name)));
   check_storage(set, name, shape.count());
-  std::vector<double> out = values<double>(set, name, H5T_NATIVE_DOUBLE, shape, rows);
+  std::vector<double> out = values<double>(set, name, H5T_NATIVE_DOUBLE, shape);
   const std::size_t columns = shape.columns == 0 ? 1 : shape.columns;
   for (std::size_t i = 0; i < out.size(); ++i)
     if (!std::isfinite(out[i]) && !(may_be_nan && std::isnan(out[i])))
-      throw error(name, "row " + std::to_string(i / columns) + " is not a finite number");
+      throw error(name, fmt::format("row {} is not a finite number", i / columns));
   return out;
 }
 
 template <class T>
-std::vector<T> Reader::integers_as(const std::string& name, std::string_view unit, Shape expected,
-                                   const Rows& rows) const {
+std::vector<T> Reader::integers_as(const std::string& name, std::string_view unit,
+                                   Shape expected) const {
   const Handle set = open_data_set(name);
   check_unit(set, name, unit);
   const Shape shape = checked_shape(set, name, expected);
@@ -213,59 +197,24 @@ std::vector<T> Reader::integers_as(const std::string& name, std::string_view uni
     throw error(name, "holds " + type_of(name) + ", not integers");
   check_storage(set, name, shape.count());
   const hid_t own = sizeof(T) == 1 ? H5T_NATIVE_INT8 : H5T_NATIVE_INT32;
-  if (H5Tequal(type.id(), own) > 0) return values<T>(set, name, own, shape, rows);
+  if (H5Tequal(type.id(), own) > 0) return values<T>(set, name, own, shape);
   std::vector<T> out;
-  for (const std::int64_t wide : values<std::int64_t>(set, name, H5T_NATIVE_INT64, shape, rows)) {
+  for (const std::int64_t wide : values<std::int64_t>(set, name, H5T_NATIVE_INT64, shape)) {
     out.push_back(static_cast<T>(wide));
     if (out.back() != wide)
-      throw error(name, "row " + std::to_string(out.size() - 1) + " is beyond " +
-                            std::to_string(8 * sizeof(T)) + " bits");
+      throw error(name, fmt::format("row {} is beyond {} bits", out.size() - 1, 8 * sizeof(T)));
   }
   return out;
 }
 
 std::vector<std::int32_t> Reader::integers(const std::string& name, std::string_view unit,
-                                           Shape shape, const Rows& rows) const {
-  return integers_as<std::int32_t>(name, unit, shape, rows);
+                                           Shape shape) const {
+  return integers_as<std::int32_t>(name, unit, shape);
 }
 
-std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit, Shape shape,
-                                       const Rows& rows) const {
-  return integers_as<std::int8_t>(name, unit, shape, rows);
-}
-
-std::uint64_t Reader::stored_hash(const std::string& name) const {
-  const Handle set = open_data_set(name);
-  const Handle creation(H5Dget_create_plist(set.id()), H5Pclose);
-  const Shape shape = checked_shape(set, name, {kAny, kAny});
-  hsize_t chunk[2] = {0, 0};
-  if (H5Pget_layout(creation.id()) != H5D_CHUNKED || H5Pget_chunk(creation.id(), 2, chunk) < 0 ||
-      chunk[0] == 0)
-    return 0;
-  std::uint64_t hash = 0;
-  std::string stored;
-  for (std::size_t row = 0; row < shape.rows; row += chunk[0]) {
-    if (!read_chunk(set.id(), row, file_bytes_, stored)) return 0;
-    hash = mix_word(hash, fast_hash(stored));
-  }
-  return hash;
-}
-
-std::vector<std::string> Reader::strings(const std::string& name, std::size_t rows) const {
-  const Handle set = open_data_set(name);
-  const Shape shape = checked_shape(set, name, {rows, 0});
-  const Handle type(H5Dget_type(set.id()), H5Tclose);
-  if (H5Tget_class(type.id()) != H5T_STRING)
-    throw error(name, "holds " + type_of(name) + ", not text");
-  check_storage(set, name, shape.count());
-  const Handle space(H5Dget_space(set.id()), H5Sclose);
-  std::vector<std::string> values;
-  const auto read = [&](hid_t memory_type, void* data) {
-    return H5Dread(set.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data);
-  };
-  if (shape.rows > 0 && !read_strings(type, space, shape.rows, read, values))
-    throw error(name, "cannot be read (HDF5: " + take_reason() + ")");
-  return values;
+std::vector<std::int8_t> Reader::bytes(const std::string& name, std::string_view unit,
+                                       Shape shape) const {
+  return integers_as<std::int8_t>(name, unit, shape);
 }
 
 }  // namespace palpate::h5

@@ -2,11 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 
-#include "libfit/core/fast_hash.hpp"
-#include "libfit/io/atomic_file.hpp"
-#include "libfit/io/hdf5/chunks.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
 namespace palpate::h5 {
@@ -17,7 +13,8 @@ static_assert(std::endian::native == std::endian::little,
 namespace {
 
 constexpr std::size_t kImageGrowth = 1 << 20;  // bytes the memory image grows by
-constexpr std::size_t kChunkBytes = 1 << 16;   // small: what is packed anew for one changed row
+constexpr std::size_t kChunkBytes = 1 << 18;   // half of what the HDF5 cache of a data set holds
+constexpr unsigned kDeflateLevel = 4;          // 6: 1 % less on control values for twice the time
 
 // Made in memory, stored when closed. H5Fget_file_image would do without a path, but in 1.10 it
 // spoils the superblock's checksum.
@@ -44,19 +41,15 @@ Handle space_of(Shape shape) {
   return Handle(H5Screate_simple(shape.columns == 0 ? 1 : 2, dims, nullptr), H5Sclose);
 }
 
-// Rows of a chunk: whole rows, at least one. HDF5 has no chunks without rows.
-std::size_t chunk_rows_of(Shape shape, std::size_t value_bytes) {
-  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
-  return std::clamp<std::size_t>(kChunkBytes / row_bytes, 1, std::max<std::size_t>(shape.rows, 1));
-}
-
-// Compressed and with a checksum.
+// Compressed and with a checksum, in chunks of whole rows. HDF5 has no chunks without rows.
 Handle storage_of(Shape shape, std::size_t value_bytes) {
   Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.id(), false);
   H5Pset_fill_time(creation.id(), H5D_FILL_TIME_NEVER);
   if (shape.count() == 0) return creation;
-  const hsize_t chunk[2] = {chunk_rows_of(shape, value_bytes), shape.columns};
+  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
+  const hsize_t chunk[2] = {std::clamp<std::size_t>(kChunkBytes / row_bytes, 1, shape.rows),
+                            shape.columns};
   H5Pset_chunk(creation.id(), shape.columns == 0 ? 1 : 2, chunk);
   H5Pset_shuffle(creation.id());
   H5Pset_deflate(creation.id(), kDeflateLevel);
@@ -87,10 +80,9 @@ PackedStrings pack(const std::vector<std::string>& values, const std::string& wh
 }  // namespace
 
 Writer::Writer(const std::filesystem::path& path, std::string_view schema, int version,
-               const Attributes& attributes, const std::filesystem::path& earlier)
+               const Attributes& attributes)
     : path_(path), stored_(path) {
   silence();
-  earlier_ = open_earlier(earlier.empty() ? path : earlier);
   file_ = new_file(stored_.partial_path());
   check(file_.id(), "", "cannot be written");
   attribute("", "schema", schema);
@@ -133,51 +125,15 @@ void Writer::put(const std::string& name, std::string_view unit, std::int64_t ty
   const Handle group = group_of(name);
   const std::string leaf = name.substr(name.rfind('/') + 1);
   const Handle space = space_of(shape);
-  const std::size_t value_bytes = H5Tget_size(type);
-  const Handle storage = storage_of(shape, value_bytes);
+  const Handle storage = storage_of(shape, H5Tget_size(type));
   const Handle set(H5Dcreate2(group.id(), leaf.c_str(), type, space.id(), H5P_DEFAULT, storage.id(),
                               H5P_DEFAULT),
                    H5Dclose);
   check(set.id(), name, "data set cannot be made");
-  if (shape.count() > 0) put_chunks(set, name, static_cast<const char*>(data), shape, value_bytes);
-  attribute(name, "unit", unit);
-}
-
-// Chunks that an earlier file has are taken from there: packing them is what costs time. Each is
-// handed over packed, in order, so that the bytes do not depend on what was taken.
-void Writer::put_chunks(const Handle& set, const std::string& name, const char* data, Shape shape,
-                        std::size_t value_bytes) {
-  const std::size_t chunk_rows = chunk_rows_of(shape, value_bytes);
-  const std::size_t row_bytes = value_bytes * std::max<std::size_t>(shape.columns, 1);
-  const EarlierChunks earlier(earlier_, name, value_bytes, chunk_rows);
-  std::vector<ChunkHash> hashes;
-  std::string padded, bytes;
-  for (std::size_t row = 0; row < shape.rows; row += chunk_rows) {
-    std::string_view values(data + row * row_bytes,
-                            std::min(chunk_rows, shape.rows - row) * row_bytes);
-    if (values.size() < chunk_rows * row_bytes) {
-      padded.assign(values);
-      padded.resize(chunk_rows * row_bytes, '\0');
-      values = padded;
-    }
-    ChunkHash hash{values_hash(values, value_bytes), 0};
-    if (!earlier.find(hash.values, bytes, hash.stored)) {
-      bytes = packed_chunk(values, value_bytes, kDeflateLevel);
-      hash.stored = fast_hash(bytes);
-    }
-    const hsize_t offset[2] = {row, 0};
-    check(H5Dwrite_chunk(set.id(), H5P_DEFAULT, 0, offset, bytes.size(), bytes.data()), name,
+  if (shape.count() > 0)
+    check(H5Dwrite(set.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), name,
           "data set cannot be written");
-    hashes.push_back(hash);
-    stored_hash_[name] = mix_word(stored_hash_[name], hash.stored);
-  }
-  const Handle space = space_of({hashes.size(), 2});
-  put_attribute(set.id(), kChunkHash, H5T_STD_U64LE, space.id(), hashes.data());
-}
-
-std::uint64_t Writer::stored_hash(const std::string& name) const {
-  const auto found = stored_hash_.find(name);
-  return found == stored_hash_.end() ? 0 : found->second;
+  attribute(name, "unit", unit);
 }
 
 void Writer::numbers(const std::string& name, std::string_view unit, const double* data,
@@ -230,7 +186,6 @@ void Writer::attribute(const std::string& object, const std::string& name,
 }
 
 void Writer::commit() {
-  earlier_.reset();
   const bool is_stored = H5Fclose(file_.release()) >= 0;
   if (!is_stored)
     throw Error(path_.string(), "cannot be written (HDF5: " + take_reason() + ")",

@@ -1,5 +1,7 @@
 #include "libfit/recordings/batch/batch.hpp"
 
+#include <fmt/format.h>
+
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -7,6 +9,7 @@
 #include <ctime>
 #include <mutex>
 
+#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/batch/journal.hpp"
@@ -40,7 +43,7 @@ ContentHash settings_of(const BatchItem& item, const Mat3& body_from_rig) {
 
 // Settings, and what the system knows of the file: its change time cannot be set back. Empty for a
 // file that changed within the clock's tick, or cannot be seen.
-std::string look_of(const BatchItem& item, const ContentHash& settings) {
+std::string stamp_of(const BatchItem& item, const ContentHash& settings) {
   struct stat seen {};
   timespec now{};
   if (::stat(item.file.c_str(), &seen) != 0 || ::clock_gettime(CLOCK_REALTIME, &now) != 0 ||
@@ -61,16 +64,16 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
   ItemResult result;
   std::string key;
   const ContentHash settings = settings_of(item, body_from_rig);
-  const std::string look = look_of(item, settings);
-  if (!look.empty())
-    if (auto kept = journal.find_look(look)) return std::move(*kept);
+  const std::string stamp = stamp_of(item, settings);
+  if (!stamp.empty())
+    if (auto kept = journal.find_stamp(stamp)) return std::move(*kept);
   try {
     std::string bytes = importers::read_bytes(item.file, item.read.max_bytes);
-    result.hash = content_hash(bytes);
+    result.hash = ContentHash().add(bytes).hex();
     key = ContentHash(settings).add(result.hash).hex();
     if (auto kept = journal.find(key)) {
       result = std::move(*kept);
-      if (!look.empty()) journal.add(key, look, result);  // not read next time
+      if (!stamp.empty()) journal.add(key, stamp, result);  // not read next time
       return result;
     }
     condition_all(item, body_from_rig, std::move(bytes), result);
@@ -89,7 +92,7 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
     key.clear();
   }
   result.is_done = true;
-  if (!key.empty()) journal.add(key, look, result);
+  if (!key.empty()) journal.add(key, stamp, result);
   return result;
 }
 
@@ -98,7 +101,7 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
 std::string canonical(const BatchItem& item) {
   std::string text;
   const auto put = [&](std::string_view value) {
-    text += std::to_string(value.size()) + ":", text += value;
+    text += fmt::format("{}:{}", value.size(), value);
   };
   const auto put_number = [&](double value) { put(to_text(value)); };
   const auto put_all = [&](const std::vector<std::string>& values) {

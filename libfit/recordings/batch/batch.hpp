@@ -30,7 +30,7 @@ struct Failure {
 
 /// What became of an item: its recordings, or a failure.
 struct ItemResult {
-  std::string hash;  ///< content_hash of the file's bytes; empty when they could not be read
+  std::string hash;  ///< ContentHash of the file's bytes; empty when they could not be read
   std::vector<Conditioned> recordings;
   std::optional<Failure> failure;
   bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again

@@ -1,12 +1,14 @@
 #include "libfit/recordings/batch/condition.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "libfit/recordings/batch/grade.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/batch/rows.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
-#include "libfit/recordings/contact_point/bias.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/signal/phases.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
@@ -17,8 +19,11 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSaturated = 0.7;  // share of the depth
 constexpr double kManySpikes = 0.01;   // of the rows of a good recording
+constexpr Eigen::Index kMinFreeRows = 8;
+constexpr double kMinSignal = 20;       // force over noise of a fair recording
+constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
-ContactEstimate contact_of(const Signal& signal, const Approach& way,
+ContactEstimate contact_of(const Signal& signal, const Approach& approach,
                            const SignalSettings& settings, const importers::RawRecording& raw,
                            std::string& estimator) {
   if (!signal.is_axial && raw.contact_m) {
@@ -28,18 +33,18 @@ ContactEstimate contact_of(const Signal& signal, const Approach& way,
     return given;
   }
   estimator = settings.contact;
-  return contact_estimator_named(settings.contact)->estimate(way.curve, settings);
+  return contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
 }
 
 // Where the tip was at the contact travel, between two rows of the way in.
-Vec3 contact_position(const Signal& signal, const Approach& way, double travel_m) {
+Vec3 contact_position(const Signal& signal, const Approach& approach, double travel_m) {
   Eigen::Index i = 0;
-  while (i + 1 < way.travel.size() && way.travel[i] < travel_m) ++i;
-  const Vec3 here = signal.position_m.row(way.range.begin + i);
-  return here + (travel_m - way.travel[i]) * signal.inward;
+  while (i + 1 < approach.travel.size() && approach.travel[i] < travel_m) ++i;
+  const Vec3 here = signal.position_m.row(approach.range.begin + i);
+  return here + (travel_m - approach.travel[i]) * signal.inward;
 }
 
-double hysteresis_of(const Signal& signal, const Approach& way, const RowRange& back,
+double hysteresis_of(const Signal& signal, const Approach& approach, const RowRange& back,
                      double contact_m) {
   if (back.rows() < 5) return kNan;
   const auto work_J = [&](const RowRange& range) {
@@ -52,18 +57,94 @@ double hysteresis_of(const Signal& signal, const Approach& way, const RowRange& 
                (curve.push_N[i] + curve.push_N[i - 1]) / 2;
     return sum;
   };
-  const double in_J = work_J(way.range);
+  const double in_J = work_J(approach.range);
   return in_J > 0 ? 1 - work_J(back) / in_J : kNan;
 }
 
-double speed_of(const Signal& signal, const Approach& way, double contact_m) {
+double speed_of(const Signal& signal, const Approach& approach, double contact_m) {
   if (signal.time_s.empty()) return kNan;
   Eigen::Index first = 0;
-  while (first + 2 < way.travel.size() && way.travel[first] < contact_m) ++first;
-  const Eigen::Index last = way.travel.size() - 1;
-  const double dt = signal.time_s[static_cast<std::size_t>(way.range.begin + last)] -
-                    signal.time_s[static_cast<std::size_t>(way.range.begin + first)];
-  return dt > 0 ? (way.travel[last] - way.travel[first]) / dt : kNan;
+  while (first + 2 < approach.travel.size() && approach.travel[first] < contact_m) ++first;
+  const Eigen::Index last = approach.travel.size() - 1;
+  const double dt = signal.time_s[static_cast<std::size_t>(approach.range.begin + last)] -
+                    signal.time_s[static_cast<std::size_t>(approach.range.begin + first)];
+  return dt > 0 ? (approach.travel[last] - approach.travel[first]) / dt : kNan;
+}
+
+// Takes the free push (its mean, or its line over travel) off all rows and axes, and says in `out`
+// how noisy it is. Returns the correlation of neighbours in that noise; 0 where nothing is free.
+double take_off_bias(Signal& signal, const Approach& approach, const ContactEstimate& contact,
+                     const SignalSettings& settings, Conditioned& out) {
+  const double margin_m = std::max(
+      3 * contact.deviation_m, 0.01 * (approach.travel.maxCoeff() - approach.travel.minCoeff()));
+  Eigen::Index free = 0;
+  while (free < approach.travel.size() && approach.travel[free] < contact.travel_m - margin_m)
+    ++free;
+  if (free < kMinFreeRows) {  // less of a margin, before none is left
+    for (free = 0; free < approach.travel.size() && approach.travel[free] < contact.travel_m;
+         ++free) {
+    }
+  }
+  if (free < kMinFreeRows || contact.begins_in_contact) {
+    out.reasons.push_back(out.estimator == "given"
+                              ? "the contact point is the file's own; no bias was taken off"
+                              : "begins in contact: no free travel from which to take the bias");
+    if (out.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
+    out.noise_N = approach.noise_N;
+    return 0;
+  }
+  const Eigen::VectorXd travel = approach.travel.head(free);
+  const Line line = fit_line(travel, approach.push.head(free));
+  out.noise_N = line.deviation;
+  const double correlation = std::clamp(line.correlation, 0.0, 0.95);
+  if (settings.drift == Drift::none) return correlation;
+  const Eigen::VectorXd all = signal.travel_m();
+  const auto take_off = [&](auto&& axis) {
+    const Eigen::VectorXd before = axis.segment(approach.range.begin, free);
+    const Line drift = fit_line(travel, before);
+    if (settings.drift == Drift::line)
+      axis.array() -= drift.at_0 + drift.slope * all.array();
+    else
+      axis.array() -= before.mean();
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    take_off(signal.force_N.col(axis));
+    if (signal.torque_Nm.rows() > 0) take_off(signal.torque_Nm.col(axis));
+  }
+  return correlation;
+}
+
+// Lowers the grade of a recording to what its rows, noise (neighbours correlate by `correlation`)
+// and contact point allow, with a reason each, and fills in the apparent modulus.
+void grade(const SignalSettings& settings, const ContactEstimate& contact, double correlation,
+           Conditioned& out) {
+  const auto note = [&](Grade least, const std::string& reason) {
+    out.grade = std::max(out.grade, least);
+    out.reasons.push_back(reason);
+  };
+  const auto good =
+      static_cast<Eigen::Index>(std::count(out.status.begin(), out.status.end(), RowStatus::good));
+  double depth_m = 0, force_N = 0;
+  for (Eigen::Index i = 0; i < out.deflection_m.rows(); ++i)
+    if (out.status[static_cast<std::size_t>(i)] == RowStatus::good) {
+      depth_m = std::max(depth_m, out.deflection_m.row(i).norm());
+      force_N = std::max(force_N, out.force_N.row(i).norm());
+    }
+  if (good < out.deflection_m.rows())
+    note(Grade::fair, fmt::format("{} of {} rows are saturated", out.deflection_m.rows() - good,
+                                  out.deflection_m.rows()));
+  if (force_N < kMinSignal * out.noise_N)
+    note(Grade::poor, "the largest force is " + number(force_N / out.noise_N) + " times the noise");
+  if (depth_m > 0 && contact.deviation_m > kContactShare * depth_m)
+    note(contact.deviation_m > 5 * kContactShare * depth_m ? Grade::poor : Grade::fair,
+         "the contact point is uncertain by " + number(100 * contact.deviation_m / depth_m) +
+             " % of the depth");
+  if (out.dropped_rows > 0)
+    note(Grade::fair, fmt::format("{} unusable rows were left out", out.dropped_rows));
+  if (correlation > 0.9)
+    note(Grade::fair, "the noise before contact is a slow wave (neighbours correlate by " +
+                          number(correlation) + ")");
+  out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 
 }  // namespace
@@ -74,7 +155,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   Conditioned out;
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
-  out.name = raw.name, out.is_axial = raw.is_axial(), out.dropped_rows = raw.dropped_rows;
+  out.tip_radius_m = settings.radius_m;
+  out.name = raw.name;
+  out.is_axial = raw.is_axial();
+  out.dropped_rows = raw.dropped_rows;
   out.is_force_from_signal = raw.is_force_from_signal;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
@@ -83,20 +167,20 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
 
   Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
   if (const std::size_t spikes = replace_spikes(signal); spikes > 0) {
-    out.reasons.push_back(std::to_string(spikes) +
-                          " single readings stand out of their "
-                          "neighbours and were left out");
+    out.reasons.push_back(
+        fmt::format("{} single readings stand out of their neighbours and were left out", spikes));
     if (static_cast<double>(spikes) > kManySpikes * static_cast<double>(signal.rows()))
       out.grade = Grade::fair;
   }
   if (!signal.is_axial && !out.inward) {  // where the tip went until it felt most
     Eigen::Index most = 0;
     signal.force_N.rowwise().squaredNorm().maxCoeff(&most);
-    const Vec3 way = signal.position_m.row(most) - signal.position_m.row(0);
-    if (!(way.norm() > 0))
+    const Vec3 move = signal.position_m.row(most) - signal.position_m.row(0);
+    if (!(move.norm() > 0))
       throw Error(place(file, signal, 0), "the tip does not move before the force is largest",
                   "Say `normal` in the manifest.");
-    signal.inward = way.normalized(), out.inward = signal.inward;
+    signal.inward = move.normalized();
+    out.inward = signal.inward;
   }
   if (settings.smooth_s > 0) {
     if (signal.time_s.empty())
@@ -118,18 +202,19 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
       throw Error(file, "use = \"mean\" is for presses", "Say use = \"approach\".");
     cycles = cycles_like(signal, phases, range);
   }
-  const Approach way = way_in(signal, range, cycles);
-  check_contact(signal, way, file);
-  const ContactEstimate contact = contact_of(signal, way, settings, raw, out.estimator);
-  const double correlation = take_off_bias(signal, way, contact, settings, out);
-  out.contact_travel_m = contact.travel_m, out.contact_deviation_m = contact.deviation_m;
+  const Approach approach = approach_of(signal, range, cycles);
+  check_contact(signal, approach, file);
+  const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
+  const double correlation = take_off_bias(signal, approach, contact, settings, out);
+  out.contact_travel_m = contact.travel_m;
+  out.contact_deviation_m = contact.deviation_m;
   out.contact_m = raw.contact_m;
   if (!signal.is_axial && !raw.contact_m)
-    out.contact_m = contact_position(signal, way, contact.travel_m);
+    out.contact_m = contact_position(signal, approach, contact.travel_m);
 
   const RowRange back = retract_after(signal, phases, range);
-  out.hysteresis = hysteresis_of(signal, way, back, contact.travel_m);
-  out.speed_m_s = speed_of(signal, way, contact.travel_m);
+  out.hysteresis = hysteresis_of(signal, approach, back, contact.travel_m);
+  out.speed_m_s = speed_of(signal, approach, contact.travel_m);
   if (settings.use == Use::retract && back.rows() < 5)
     throw Error(place(file, signal, signal.rows() - 1), "has no way back",
                 "Say use = \"approach\".");
@@ -141,12 +226,12 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   take_rows(signal, used, cycles, contact.travel_m, settings, correlation, out);
   if (out.deflection_m.rows() < 3)
     throw Error(place(file, signal, range.end - 1),
-                "has " + std::to_string(out.deflection_m.rows()) + " rows in contact",
+                fmt::format("has {} rows in contact", out.deflection_m.rows()),
                 "Press deeper, or record more rows.");
   const double saturated = saturated_share(out);
   if (saturated > kMaxSaturated)
     throw Error(place(file, signal, range.end - 1),
-                "the force is saturated over " + three_digits(100 * saturated) + " % of the depth",
+                "the force is saturated over " + number(100 * saturated) + " % of the depth",
                 "Use a sensor with a larger range, or press less deep.");
   out.young_Pa = kNan;
   if (contact.amplitude > 0 && settings.tip == Tip::sphere && settings.radius_m > 0)
@@ -154,6 +239,15 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                    (1 - settings.poisson * settings.poisson);
   grade(settings, contact, correlation, out);
   return out;
+}
+
+double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings) {
+  if (!(force_N > 0) || !(depth_m > 0)) return kNan;
+  const double elastic = 1 - 0.25;  // nu = 1/2
+  if (settings.radius_m <= 0) return force_N / (depth_m * depth_m);
+  return settings.tip == Tip::flat
+             ? elastic * force_N / (2 * settings.radius_m * depth_m)
+             : 0.75 * elastic * force_N / (std::sqrt(settings.radius_m * depth_m) * depth_m);
 }
 
 }  // namespace palpate::recordings

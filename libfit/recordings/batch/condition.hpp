@@ -37,10 +37,11 @@ struct Conditioned {
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
   bool is_force_from_signal = false;  ///< of a cantilever
+  double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal
-/// steps of depth (press) or of the tip's way since contact (drag, path).
+/// steps of depth (press) or of the tip's path since contact (drag, path).
 /// inward: unit, where the manifest or a surface says it. Throws Error (file:line, what, remedy) on
 /// recordings from which no curve comes: no contact, reversed sign, saturated over most of the
 /// depth, implausible stiffness, too few rows.

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/fast_hash.hpp"
+#include "libfit/core/hash.hpp"
 #include "libfit/io/atomic_file.hpp"
 
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 4\n";   // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 5\n";   // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // Values one after another, native order: a journal does not travel between machines.
@@ -74,11 +74,18 @@ class Reader {
   }
   std::size_t count(std::size_t bytes_each) {
     const auto n = plain<std::uint64_t>();
-    if (n > kMaxCount || n * bytes_each > rest_.size()) return is_bad = true, 0;
+    if (n > kMaxCount || n * bytes_each > rest_.size()) {
+      is_bad = true;
+      return 0;
+    }
     return static_cast<std::size_t>(n);
   }
   std::string_view take(std::size_t bytes) {
-    if (bytes > rest_.size()) return is_bad = true, rest_ = {}, std::string_view{};
+    if (bytes > rest_.size()) {
+      is_bad = true;
+      rest_ = {};
+      return {};
+    }
     const auto part = rest_.substr(0, bytes);
     rest_.remove_prefix(bytes);
     return part;
@@ -102,38 +109,48 @@ void write(Writer& w, const Conditioned& r) {
   w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
   w.plain<std::uint64_t>(r.reasons.size());
   for (const std::string& reason : r.reasons) w.text(reason);
-  w.plain<std::uint64_t>(r.dropped_rows);
+  w.plain<std::uint64_t>(r.dropped_rows).plain(r.tip_radius_m);
 }
 
 Conditioned read_recording(Reader& in) {
   Conditioned r;
-  r.name = in.text(), r.is_axial = in.plain<bool>();
-  in.numbers(r.deflection_m), in.numbers(r.force_N), in.numbers(r.error_N);
-  in.numbers(r.torque_Nm), r.is_force_from_signal = in.plain<bool>();
+  r.name = in.text();
+  r.is_axial = in.plain<bool>();
+  in.numbers(r.deflection_m);
+  in.numbers(r.force_N);
+  in.numbers(r.error_N);
+  in.numbers(r.torque_Nm);
+  r.is_force_from_signal = in.plain<bool>();
   r.status.resize(in.count(1));
   for (RowStatus& status : r.status) status = in.plain<RowStatus>();
-  r.contact_m = in.place(), r.inward = in.place();
-  r.contact_travel_m = in.plain<double>(), r.contact_deviation_m = in.plain<double>(),
+  r.contact_m = in.place();
+  r.inward = in.place();
+  r.contact_travel_m = in.plain<double>();
+  r.contact_deviation_m = in.plain<double>();
   r.estimator = in.text();
-  r.speed_m_s = in.plain<double>(), r.noise_N = in.plain<double>(),
+  r.speed_m_s = in.plain<double>();
+  r.noise_N = in.plain<double>();
   r.hysteresis = in.plain<double>();
-  r.young_Pa = in.plain<double>(), r.apparent_Pa = in.plain<double>(), r.grade = in.plain<Grade>();
+  r.young_Pa = in.plain<double>();
+  r.apparent_Pa = in.plain<double>();
+  r.grade = in.plain<Grade>();
   r.reasons.resize(in.count(8));
   for (std::string& reason : r.reasons) reason = in.text();
   r.dropped_rows = in.plain<std::uint64_t>();
+  r.tip_radius_m = in.plain<double>();
   return r;
 }
 
-std::string entry_of(const std::string& key, const std::string& look, const ItemResult& result) {
+std::string entry_of(const std::string& key, const std::string& stamp, const ItemResult& result) {
   Writer w;
-  w.text(key).text(look).text(result.hash).plain<char>(result.failure.has_value());
+  w.text(key).text(stamp).text(result.hash).plain<char>(result.failure.has_value());
   if (result.failure)
     w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
   w.plain<std::uint64_t>(result.recordings.size());
   for (const Conditioned& recording : result.recordings) write(w, recording);
   Writer framed;
   framed.text(w.bytes);
-  framed.plain(fast_hash(w.bytes));
+  framed.plain(hash_of(w.bytes));
   return framed.bytes;
 }
 
@@ -142,7 +159,8 @@ ItemResult read_result(Reader& in) {
   result.hash = in.text();
   if (in.plain<char>()) {
     result.failure.emplace();
-    result.failure->where = in.text(), result.failure->what = in.text(),
+    result.failure->where = in.text();
+    result.failure->what = in.text();
     result.failure->remedy = in.text();
   }
   result.recordings.resize(in.count(16));
@@ -176,13 +194,13 @@ Journal::Journal(const std::filesystem::path& path) : path_(path) {
         Reader in(std::string_view(before_).substr(bytes_));
         const std::string_view body = in.view();
         const auto hash = in.plain<std::uint64_t>();
-        if (in.is_bad || body.empty() || fast_hash(body) != hash) break;
+        if (in.is_bad || body.empty() || hash_of(body) != hash) break;
         const std::size_t length = 2 * sizeof(std::uint64_t) + body.size();
         bytes_ += length;
         Reader entry(body);
-        const std::string key = entry.text(), look = entry.text();
+        const std::string key = entry.text(), stamp = entry.text();
         if (entry.is_bad) continue;
-        if (!look.empty()) key_of_look_[look] = key;
+        if (!stamp.empty()) key_of_stamp_[stamp] = key;
         kept_[key] = {bytes_ - length, length, entry.rest(), false};
       }
     }
@@ -216,19 +234,19 @@ std::optional<ItemResult> Journal::find(const std::string& key) {
   return parsed(bytes);
 }
 
-std::optional<ItemResult> Journal::find_look(const std::string& look) {
+std::optional<ItemResult> Journal::find_stamp(const std::string& stamp) {
   std::string_view bytes;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = key_of_look_.find(look);
-    if (found != key_of_look_.end()) bytes = use(found->second);
+    const auto found = key_of_stamp_.find(stamp);
+    if (found != key_of_stamp_.end()) bytes = use(found->second);
   }
   return parsed(bytes);
 }
 
-void Journal::add(const std::string& key, const std::string& look, const ItemResult& result) {
+void Journal::add(const std::string& key, const std::string& stamp, const ItemResult& result) {
   if (path_.empty()) return;
-  const std::string entry = entry_of(key, look, result);
+  const std::string entry = entry_of(key, stamp, result);
   const std::lock_guard<std::mutex> lock(mutex_);
   kept_[key] = {bytes_, entry.size(), {}, true};
   std::string_view rest = entry;

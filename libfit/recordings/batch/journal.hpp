@@ -25,11 +25,11 @@ class Journal {
 
   /// The result kept under a key, if there is one; from any thread.
   std::optional<ItemResult> find(const std::string& key);
-  /// Likewise under what a file looks like from outside (`look`, not empty), so that it need not be
-  /// read to be known again.
-  std::optional<ItemResult> find_look(const std::string& look);
-  /// Appends; from any thread. look: empty where it says too little.
-  void add(const std::string& key, const std::string& look, const ItemResult& result);
+  /// Likewise under what a file looks like from outside (`stamp`, not empty), so that it need not
+  /// be read to be known again.
+  std::optional<ItemResult> find_stamp(const std::string& stamp);
+  /// Appends; from any thread. stamp: empty where it says too little.
+  void add(const std::string& key, const std::string& stamp, const ItemResult& result);
   /// Writes the journal anew with what was found or added alone, where more than half of it is
   /// something else: settings and files of before. An interruption leaves the old one.
   void compact();
@@ -46,7 +46,7 @@ class Journal {
   std::filesystem::path path_;
   std::string before_;  ///< the file as it was
   std::unordered_map<std::string, Kept> kept_;
-  std::unordered_map<std::string, std::string> key_of_look_;
+  std::unordered_map<std::string, std::string> key_of_stamp_;
   std::mutex mutex_;
   std::size_t bytes_ = 0;
   int descriptor_ = -1;

@@ -6,22 +6,25 @@
 namespace palpate::recordings {
 namespace {
 
-// Where along the rows' abscissa each signal row lies: depth, or way since contact.
+// Where along the rows' abscissa each signal row lies: depth, or length of the path since contact.
 Eigen::VectorXd abscissa(const Signal& signal, const RowRange& used, Eigen::Index touched,
                          double contact_travel_m, bool is_press) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(used.rows(), -1);
   const Eigen::VectorXd depth =
       signal.travel_m().segment(used.begin, used.rows()).array() - contact_travel_m;
   if (is_press) return depth;
-  // Way of the tip, in strides of a hundredth of its range so that noise does not count as way.
+  // Path of the tip, in strides of a hundredth of its range so that noise does not lengthen it.
   const auto part = signal.position_m.middleRows(used.begin, used.rows());
   const double stride_m = 0.01 * (part.colwise().maxCoeff() - part.colwise().minCoeff()).norm();
-  double way_m = 0;
+  double path_m = 0;
   Vec3 last = part.row(touched);
   for (Eigen::Index i = touched; i < used.rows(); ++i) {
     const double step_m = (Vec3(part.row(i)) - last).norm();
-    at[i] = way_m + step_m;
-    if (step_m > stride_m) way_m += step_m, last = part.row(i);
+    at[i] = path_m + step_m;
+    if (step_m > stride_m) {
+      path_m += step_m;
+      last = part.row(i);
+    }
   }
   return at;
 }
@@ -71,7 +74,9 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
       add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
   std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
   const auto rows = static_cast<Eigen::Index>(means.size());
-  out.deflection_m.resize(rows, 3), out.force_N.resize(rows, 3), out.error_N.resize(rows);
+  out.deflection_m.resize(rows, 3);
+  out.force_N.resize(rows, 3);
+  out.error_N.resize(rows);
   out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const Mean& mean = means[static_cast<std::size_t>(i)];

@@ -1,8 +1,11 @@
 #include "libfit/recordings/contact_point/approach.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 
 namespace palpate::recordings {
@@ -25,9 +28,9 @@ double rise_of(const PressCurve& curve) {
 }  // namespace
 
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row) {
-  return file + ":" +
-         std::to_string(signal.line[static_cast<std::size_t>(
-             std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
+  return file_line(
+      file,
+      signal.line[static_cast<std::size_t>(std::clamp<Eigen::Index>(row, 0, signal.rows() - 1))]);
 }
 
 // The way in without its last rows where the force falls already: a soft cantilever springs back
@@ -41,14 +44,16 @@ RowRange loading_part(const Signal& signal, RowRange range) {
   return range;
 }
 
-Approach way_in(const Signal& signal, const RowRange& range, const std::vector<RowRange>& more) {
-  Approach way;
-  way.range = range;
-  way.travel = signal.travel_m().segment(range.begin, range.rows());
-  way.push = signal.push_N().segment(range.begin, range.rows());
+Approach approach_of(const Signal& signal, const RowRange& range,
+                     const std::vector<RowRange>& more) {
+  Approach approach;
+  approach.range = range;
+  approach.travel = signal.travel_m().segment(range.begin, range.rows());
+  approach.push = signal.push_N().segment(range.begin, range.rows());
   const auto free = static_cast<Eigen::Index>(kFreeShare * static_cast<double>(range.rows()));
-  way.noise_N = free >= kMinRows ? fit_line(way.travel.head(free), way.push.head(free)).deviation
-                                 : neighbour_scatter(way.push);
+  approach.noise_N = free >= kMinRows
+                         ? fit_line(approach.travel.head(free), approach.push.head(free)).deviation
+                         : neighbour_scatter(approach.push);
   Eigen::Index believed = 0;  // a saturated force tells nothing about contact
   while (believed < range.rows() &&
          !signal.is_saturated[static_cast<std::size_t>(range.begin + believed)])
@@ -56,40 +61,40 @@ Approach way_in(const Signal& signal, const RowRange& range, const std::vector<R
   if (believed < kMinRows) believed = range.rows();
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < believed; ++i) rows.push_back(range.begin + i);
-  const double deepest_m = way.travel.head(believed).maxCoeff();
+  const double deepest_m = approach.travel.head(believed).maxCoeff();
   for (const RowRange& other : more)
     for (Eigen::Index i = other.begin; i < other.end; ++i)
       if (signal.position_m.row(i).dot(signal.inward) <= deepest_m) rows.push_back(i);
-  way.curve = mean_curve(signal.travel_m()(rows), signal.push_N()(rows), kMeans);
+  approach.curve = mean_curve(signal.travel_m()(rows), signal.push_N()(rows), kMeans);
   const double per_mean =
-      static_cast<double>(rows.size()) / static_cast<double>(way.curve.push_N.size());
-  way.curve.noise_N = way.noise_N / std::sqrt(per_mean);
-  return way;
+      static_cast<double>(rows.size()) / static_cast<double>(approach.curve.push_N.size());
+  approach.curve.noise_N = approach.noise_N / std::sqrt(per_mean);
+  return approach;
 }
 
-void check_contact(const Signal& signal, const Approach& way, const std::string& file) {
-  if (way.curve.push_N.size() < 5)
-    throw Error(place(file, signal, way.range.begin),
-                "the tip goes in over " + std::to_string(way.curve.push_N.size()) + " rows alone",
+void check_contact(const Signal& signal, const Approach& approach, const std::string& file) {
+  if (approach.curve.push_N.size() < 5)
+    throw Error(place(file, signal, approach.range.begin),
+                fmt::format("the tip goes in over {} rows alone", approach.curve.push_N.size()),
                 "Record at least 5 rows on the way in; is the depth's sign right?");
-  const double rise_N = rise_of(way.curve), seen_N = kSeenInNoise * way.noise_N;
+  const double rise_N = rise_of(approach.curve), seen_N = kSeenInNoise * approach.noise_N;
   if (rise_N < -seen_N && rise_N < 0)
-    throw Error(place(file, signal, way.range.end - 1),
-                "the force falls as the tip goes in, to " + three_digits(rise_N) +
+    throw Error(place(file, signal, approach.range.end - 1),
+                "the force falls as the tip goes in, to " + number(rise_N) +
                     " N: the sign of force or depth is reversed",
                 "Say force_on = \"tool\" or \"body\", whichever it is not yet, or turn the depth "
                 "around: depth = \"-NAME\".");
-  const auto first = signal.is_saturated.begin() + way.range.begin,
-             last = signal.is_saturated.begin() + way.range.end;
+  const auto first = signal.is_saturated.begin() + approach.range.begin,
+             last = signal.is_saturated.begin() + approach.range.end;
   if (!(rise_N > seen_N) && std::find(first, last, 1) != last)
     throw Error(place(file, signal, std::find(first, last, 1) - signal.is_saturated.begin()),
                 "the force is saturated before it rises out of its noise of " +
-                    three_digits(way.noise_N) + " N",
+                    number(approach.noise_N) + " N",
                 "Use a sensor with a larger range.");
   if (!(rise_N > seen_N) || !(rise_N > 0))
-    throw Error(place(file, signal, way.range.end - 1),
-                "no contact: the force rises by " + three_digits(rise_N) +
-                    " N on the way in, its noise is " + three_digits(way.noise_N) + " N",
+    throw Error(place(file, signal, approach.range.end - 1),
+                "no contact: the force rises by " + number(rise_N) +
+                    " N on the way in, its noise is " + number(approach.noise_N) + " N",
                 "Press deeper, or remove the recording.");
 }
 

@@ -21,11 +21,12 @@ struct Approach {
 RowRange loading_part(const Signal& signal, RowRange range);
 
 /// The rows of `range`, and in the means those of `more` too. Saturated rows are in no mean.
-Approach way_in(const Signal& signal, const RowRange& range, const std::vector<RowRange>& more);
+Approach approach_of(const Signal& signal, const RowRange& range,
+                     const std::vector<RowRange>& more);
 
 /// Throws Error (file:line, what, remedy) where the way in holds no contact: too few rows, a force
 /// that falls (its sign is reversed), saturates at once, or stays in the noise.
-void check_contact(const Signal& signal, const Approach& way, const std::string& file);
+void check_contact(const Signal& signal, const Approach& approach, const std::string& file);
 
 /// "file:line" of a row.
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row);

@@ -81,9 +81,13 @@ struct State {
   }
   void see(double y, double variance) {
     const double s = ff + variance, e = y - f, kf = ff / s, kg = fg / s;
-    log_determinant += std::log(s), squares += e * e / s;
-    f += kf * e, g += kg * e;
-    gg -= kg * fg, fg -= kf * fg, ff -= kf * ff;
+    log_determinant += std::log(s);
+    squares += e * e / s;
+    f += kf * e;
+    g += kg * e;
+    gg -= kg * fg;
+    fg -= kf * fg;
+    ff -= kf * ff;
   }
 };
 
@@ -93,7 +97,9 @@ struct Free {
   void see(double y, double variance) {
     const double w = 1 / variance, e = y - mean;
     squares += e * e * w * weight / (weight + w);
-    weight += w, mean += e * w / weight, log_determinant += std::log(variance);
+    weight += w;
+    mean += e * w / weight;
+    log_determinant += std::log(variance);
   }
 };
 
@@ -118,7 +124,8 @@ class Posterior {
     const Eigen::Index n = data_.y.size();
     State state;
     state.f = data_.y[n - 1];
-    state.ff = kWide2 / data_.min_variance, state.gg = 100 * state.ff;
+    state.ff = kWide2 / data_.min_variance;
+    state.gg = 100 * state.ff;
     state.see(data_.y[n - 1], data_.spread[n - 1]);
     for (Eigen::Index i = n - 2; i >= 0; --i) {  // contact between means i and i + 1
       const double gap = data_.z[i + 1] - data_.z[i];
@@ -188,11 +195,15 @@ ContactEstimate contact_of_smooth_curve(const PressCurve& curve) {
     const double weight = trial.width * std::exp((trial.log_weight - best->log_weight) / tau);
     if (trial.free < kMinBias)
       before += weight;
-    else
-      sum += weight, first += weight * trial.contact, second += weight * square(trial.contact);
+    else {
+      sum += weight;
+      first += weight * trial.contact;
+      second += weight * square(trial.contact);
+    }
   }
   ContactEstimate out;
-  out.travel_m = curve.travel_m[0], out.deviation_m = data.range_m;
+  out.travel_m = curve.travel_m[0];
+  out.deviation_m = data.range_m;
   out.begins_in_contact = !(sum > before);
   if (out.begins_in_contact) return out;
   const double mean = first / sum;

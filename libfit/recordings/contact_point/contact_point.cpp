@@ -39,17 +39,20 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index
   const auto fit = profile.at(out.travel_m);
   rms_N = profile.rms_N(out.travel_m, fit);
   if (!std::isfinite(fit.squares)) {
-    out.travel_m = curve.travel_m[0], out.begins_in_contact = true;
+    out.travel_m = curve.travel_m[0];
+    out.begins_in_contact = true;
     out.deviation_m = curve.travel_m[means - 1] - curve.travel_m[0];
     return out;
   }
   out.deviation_m = profile.deviation_m(out.travel_m, fit);
-  out.amplitude = fit.amplitude, out.bias_N = fit.bias_N;
+  out.amplitude = fit.amplitude;
+  out.bias_N = fit.bias_N;
   const double first = curve.travel_m[0], step = curve.travel_m[1] - first;
   if (out.travel_m < first + step) {  // no mean without contact
     out.begins_in_contact = true;
     out.deviation_m = std::max(out.deviation_m, std::abs(out.travel_m - first));
-    out.travel_m = first, out.bias_N = 0;
+    out.travel_m = first;
+    out.bias_N = 0;
   }
   return out;
 }
@@ -77,7 +80,8 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, double share
     const bool is_good = rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit;
     if (is_good || misfit < least) {
       if (least < kInfinity) other_m = best.travel_m;
-      best = fit, least = misfit;
+      best = fit;
+      least = misfit;
     }
     const double noise_N =
         std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * free_scatter_N(curve, fit));
@@ -157,7 +161,8 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
     return out;
   }
   ContactEstimate smooth = by_smooth_curve(curve, settings);
-  smooth.amplitude = hertz.amplitude, smooth.bias_N = hertz.bias_N;
+  smooth.amplitude = hertz.amplitude;
+  smooth.bias_N = hertz.bias_N;
   return smooth;
 }
 constexpr std::array<ContactEstimator, 6> kEstimators{{
@@ -192,15 +197,20 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
     const double share = range > 0 ? (travel_m[i] - first) / range : 0;
     const Eigen::Index b =
         std::min(bins - 1, static_cast<Eigen::Index>(share * static_cast<double>(bins)));
-    travel[b] += travel_m[i], push[b] += push_N[i], count[b] += 1;
+    travel[b] += travel_m[i];
+    push[b] += push_N[i];
+    count[b] += 1;
   }
   PressCurve curve;
   curve.quantum_N = quantum_of(push_N);
   const auto filled = static_cast<Eigen::Index>((count.array() > 0).count());
-  curve.travel_m.resize(filled), curve.push_N.resize(filled), curve.count.resize(filled);
+  curve.travel_m.resize(filled);
+  curve.push_N.resize(filled);
+  curve.count.resize(filled);
   for (Eigen::Index b = 0, k = 0; b < bins; ++b) {
     if (!(count[b] > 0)) continue;
-    curve.travel_m[k] = travel[b] / count[b], curve.push_N[k] = push[b] / count[b],
+    curve.travel_m[k] = travel[b] / count[b];
+    curve.push_N[k] = push[b] / count[b];
     curve.count[k++] = count[b];
   }
   return curve;

@@ -19,7 +19,11 @@ PowerProfile::Fit PowerProfile::at(double contact_m) const {
   double n = 0, g1 = 0, g2 = 0, f1 = 0, fg = 0;
   for (Eigen::Index i = 0; i < means_; ++i) {
     const double w = curve_.count[i], g = basis(i, contact_m), f = curve_.push_N[i];
-    n += w, g1 += w * g, g2 += w * g * g, f1 += w * f, fg += w * f * g;
+    n += w;
+    g1 += w * g;
+    g2 += w * g * g;
+    f1 += w * f;
+    fg += w * f * g;
   }
   const double determinant = n * g2 - g1 * g1;
   if (!(determinant > 1e-12 * n * g2)) return {};
@@ -43,17 +47,28 @@ double PowerProfile::best_contact_m() const {
   int best = 0;
   double least = kInfinity;
   for (int k = 0; k < kScan; ++k)
-    if (const double squares = at(low + step * k).squares; squares < least)
-      least = squares, best = k;
+    if (const double squares = at(low + step * k).squares; squares < least) {
+      least = squares;
+      best = k;
+    }
   double a = low + step * (best - 1), b = low + step * (best + 1);
   constexpr double kGolden = 0.6180339887498949;
   double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares,
          at_d = at(d).squares;
   for (int i = 0; i < kRefinements; ++i) {
-    if (at_c < at_d)
-      b = d, d = c, at_d = at_c, c = b - kGolden * (b - a), at_c = at(c).squares;
-    else
-      a = c, c = d, at_c = at_d, d = a + kGolden * (b - a), at_d = at(d).squares;
+    if (at_c < at_d) {
+      b = d;
+      d = c;
+      at_d = at_c;
+      c = b - kGolden * (b - a);
+      at_c = at(c).squares;
+    } else {
+      a = c;
+      c = d;
+      at_c = at_d;
+      d = a + kGolden * (b - a);
+      at_d = at(d).squares;
+    }
   }
   return (a + b) / 2;
 }

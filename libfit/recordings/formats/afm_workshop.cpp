@@ -53,8 +53,10 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
   };
   TableLayout layout;
   layout.first = header + 1;
-  layout.field = {0, 1, 2, 3}, layout.name = names;
-  layout.drop_invalid = settings.drop_invalid, layout.may_end_early = true;
+  layout.field = {0, 1, 2, 3};
+  layout.name = names;
+  layout.drop_invalid = settings.drop_invalid;
+  layout.may_end_early = true;
   const NumberTable table = read_numbers(file, layout);
 
   RawRecording r;
@@ -64,9 +66,9 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
   r.retract_begins = static_cast<Eigen::Index>(table.line.size());
   const double metre = factor_of({Meaning::depth, 0, names[0]}, names[0], {}, fail);
   std::vector<double> scanner_m, signal;
-  for (const std::size_t way : {std::size_t{0}, std::size_t{2}}) {
-    for (const double z : table.column[way]) scanner_m.push_back(z * metre);
-    signal.insert(signal.end(), table.column[way + 1].begin(), table.column[way + 1].end());
+  for (const std::size_t part : {std::size_t{0}, std::size_t{2}}) {
+    for (const double z : table.column[part]) scanner_m.push_back(z * metre);
+    signal.insert(signal.end(), table.column[part + 1].begin(), table.column[part + 1].end());
     r.line.insert(r.line.end(), table.line.begin(), table.line.end());
   }
   const std::string unit = split_unit(names[1]).second;

@@ -48,7 +48,8 @@ std::vector<RawRecording> read_chiaro(const std::filesystem::path& path, std::st
     throw file.error("has no header `" + std::string(kHeader.substr(0, 25)) + "...`",
                      "Export the indentation again as text.");
   TableLayout layout;
-  layout.first = header + 1, layout.separator = '\t';
+  layout.first = header + 1;
+  layout.separator = '\t';
   layout.field = {0, 1, 3, 4};
   layout.name = {"Time (s)", "Load (uN)", "Cantilever (nm)", "Piezo (nm)"};
   layout.drop_invalid = settings.drop_invalid;

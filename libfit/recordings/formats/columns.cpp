@@ -1,5 +1,7 @@
 #include "libfit/recordings/formats/columns.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -101,9 +103,10 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles,
                  "Name it as the header does, under `columns` of the manifest. There are: " +
                      listed(header) + ".");
     if (found.size() > 1)
-      throw fail("column `" + role.name + "` comes twice",
-                 "Rename one of them, or give the column by its number, such as \"#" +
-                     std::to_string(found[0] + 1) + "\".");
+      throw fail(
+          "column `" + role.name + "` comes twice",
+          fmt::format("Rename one of them, or give the column by its number, such as \"#{}\".",
+                      found[0] + 1));
     fields.push_back(found[0]);
   }
   return fields;

@@ -65,8 +65,11 @@ Header find_header(const TextFile& file, const std::vector<Role>& roles,
       continue;
     }
     const std::size_t count = matches(roles, header.names);
-    if (count > most || (!has_one && header.names.size() > 1))
-      best = header, most = count, has_one = true;
+    if (count > most || (!has_one && header.names.size() > 1)) {
+      best = header;
+      most = count;
+      has_one = true;
+    }
     if (count == roles.size()) break;
   }
   if (best.names.empty() && is_numbered)
@@ -128,8 +131,10 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
       if (is_of_force(i) == is_force) part.push_back(i);
     if (part.empty()) continue;
     layout.field.clear(), layout.name.clear();
-    for (const std::size_t i : part)
-      layout.field.push_back(field[i]), layout.name.push_back(names[i]);
+    for (const std::size_t i : part) {
+      layout.field.push_back(field[i]);
+      layout.name.push_back(names[i]);
+    }
     NumberTable table = read_numbers(file, layout);
     for (std::size_t c = 0; c < part.size(); ++c) columns[part[c]] = std::move(table.column[c]);
     if (!is_force) line = std::move(table.line);

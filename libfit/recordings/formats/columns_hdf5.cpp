@@ -1,6 +1,8 @@
 // Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position
 // or force given by one name. A `unit` attribute stands for the brackets of a text header.
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <mutex>
 
@@ -38,7 +40,7 @@ std::vector<double> column_of(const h5::Reader& file, const std::string& name) {
   const h5::Shape shape = file.shape_of(set);
   const auto values = values_of(file, set, shape);
   const std::size_t stride = shape.columns == 0 ? 1 : shape.columns;
-  if (axis >= stride) throw file.error(set, "has no column " + std::to_string(axis));
+  if (axis >= stride) throw file.error(set, fmt::format("has no column {}", axis));
   std::vector<double> column;
   for (std::size_t i = axis; i < values.size(); i += stride) column.push_back(values[i]);
   return column;
@@ -67,7 +69,7 @@ std::vector<std::size_t> usable_rows(const h5::Reader& file, const std::vector<R
       if (std::abs(columns[c][i]) <= kLargestNumber) continue;
       if (!drop_invalid)
         throw file.error(set_and_axis(roles[c].name).first,
-                         "row " + std::to_string(i) + " is not a number in range");
+                         fmt::format("row {} is not a number in range", i));
       is_usable = false;
     }
     if (is_usable) rows.push_back(i);
@@ -105,9 +107,8 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
     }
     columns.push_back(column_of(file, role.name));
     if (columns.back().size() != columns.front().size())
-      throw fail("has " + std::to_string(columns.back().size()) + " rows, " +
-                     set_and_axis(roles[0].name).first + " has " +
-                     std::to_string(columns.front().size()),
+      throw fail(fmt::format("has {} rows, {} has {}", columns.back().size(),
+                             set_and_axis(roles[0].name).first, columns.front().size()),
                  "Give data sets of one length.");
     factors.push_back(factor_of(role, set + " (" + file.unit_of(set) + ")", settings.units, fail));
   }

@@ -26,11 +26,13 @@ std::vector<RawRecording> read_instron(const std::filesystem::path& path, std::s
                                        const ReadSettings& settings) {
   ReadSettings own = settings;
   own.columns = {};
-  own.columns.time = "Time (s)", own.columns.depth = "Compression (mm)",
+  own.columns.time = "Time (s)";
+  own.columns.depth = "Compression (mm)";
   own.columns.force = {"Load (N)"};
   own.units = {};
   own.is_force_on_tool = false;
-  own.separator = ',', own.decimal = '.';
+  own.separator = ',';
+  own.decimal = '.';
   auto recordings = read_columns_csv(path, bytes, own);
   const TextFile file(path, bytes, settings.encoding);
   for (std::size_t i = 0; i < file.lines() && file.line(i).find(kHeader) == std::string_view::npos;

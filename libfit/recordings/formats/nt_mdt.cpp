@@ -32,8 +32,10 @@ std::vector<RawRecording> read_nt_mdt(const std::filesystem::path& path, std::st
                                       const ReadSettings& settings) {
   const TextFile file(path, bytes, settings.encoding);
   TableLayout layout;
-  layout.separator = '\t', layout.decimal = ',';
-  layout.field = {0, 1, 2}, layout.name = {"#1", "#2", "#3"};
+  layout.separator = '\t';
+  layout.decimal = ',';
+  layout.field = {0, 1, 2};
+  layout.name = {"#1", "#2", "#3"};
   layout.drop_invalid = settings.drop_invalid;
   const NumberTable table = read_numbers(file, layout);
   const double metre = *unit_factor("nm", Dimension::length);
@@ -43,11 +45,13 @@ std::vector<RawRecording> read_nt_mdt(const std::filesystem::path& path, std::st
   r.retract_begins = static_cast<Eigen::Index>(rows);
   std::vector<double> scanner_m, signal;
   for (std::size_t i = rows; i-- > 0;) {  // the way in: from far above down to the deepest row
-    scanner_m.push_back(-table.column[0][i] * metre), signal.push_back(table.column[1][i]);
+    scanner_m.push_back(-table.column[0][i] * metre);
+    signal.push_back(table.column[1][i]);
     r.line.push_back(table.line[i]);
   }
   for (std::size_t i = 0; i < rows; ++i) {
-    scanner_m.push_back(-table.column[0][i] * metre), signal.push_back(table.column[2][i]);
+    scanner_m.push_back(-table.column[0][i] * metre);
+    signal.push_back(table.column[2][i]);
     r.line.push_back(table.line[i]);
   }
   bend_cantilever(file, 0, settings, scanner_m, signal, r);

@@ -1,5 +1,7 @@
 // The bytes of a recording's file, unpacked.
 
+#include <fmt/format.h>
+
 #include <zlib.h>
 
 #include <algorithm>
@@ -14,7 +16,7 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;
 
-std::string in_mebibytes(std::uintmax_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+std::string in_mebibytes(std::uintmax_t bytes) { return fmt::format("{} MiB", bytes >> 20); }
 
 Error too_large(const fs::path& path, std::uintmax_t most) {
   return Error(path.string(), "holds more than " + in_mebibytes(most),

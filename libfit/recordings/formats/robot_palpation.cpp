@@ -2,6 +2,8 @@
 // desired and current position. Rows of one contact point follow one another; a file holds many.
 
 #include "libfit/recordings/formats/columns.hpp"
+
+#include <fmt/format.h>
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
@@ -62,9 +64,11 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
   };
   const auto roles = roles_of(with_defaults(settings.columns));
   TableLayout layout;
-  layout.first = header.line + 1, layout.separator = header.separator;
+  layout.first = header.line + 1;
+  layout.separator = header.separator;
   layout.decimal = settings.decimal ? settings.decimal : '.';
-  layout.comment = settings.comment, layout.drop_invalid = settings.drop_invalid,
+  layout.comment = settings.comment;
+  layout.drop_invalid = settings.drop_invalid;
   layout.may_end_early = true;
   layout.field = find_columns(roles, header.names, fail);
   std::vector<double> factors;
@@ -94,7 +98,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
       throw file.error(table.line[static_cast<std::size_t>(first)] - 1,
                        "the surface normal has no direction", "Correct the row.");
     RawRecording r;
-    r.name = "contact" + std::to_string(recordings.size() + 1);
+    r.name = fmt::format("contact{}", recordings.size() + 1);
     r.position_m = position.middleRows(first, last - first);
     r.force_N = force.middleRows(first, last - first);
     if (!settings.columns.torque.empty()) r.torque_Nm = torque.middleRows(first, last - first);
@@ -103,7 +107,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     r.normal = Vec3(normal.row(first)).normalized();
     const double error_m =
         (desired - position).middleRows(first, last - first).rowwise().norm().maxCoeff();
-    r.facts["largest_tracking_error_m"] = std::to_string(error_m);
+    r.facts["largest_tracking_error_m"] = fmt::format("{:f}", error_m);
     recordings.push_back(std::move(r));
   }
   recordings.front().dropped_rows = table.dropped_rows;

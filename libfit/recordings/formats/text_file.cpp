@@ -1,5 +1,7 @@
 #include "libfit/recordings/formats/text_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -93,22 +95,22 @@ TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
   const auto controls = static_cast<double>(std::count_if(bytes.begin(), bytes.end(), is_control));
   if (zero != std::string_view::npos ||
       controls > kControlShare * static_cast<double>(bytes.size()))
-    throw Error(path.string() + ":" +
-                    std::to_string(line_of(bytes, zero == std::string_view::npos ? 0 : zero)),
+    throw Error(fmt::format("{}:{}", path.string(),
+                            line_of(bytes, zero == std::string_view::npos ? 0 : zero)),
                 "is binary data, not text",
                 "Export the recording as text, or name its `format` in the manifest.");
   if (encoding == "latin-1") {
     converted_ = from_latin1(bytes);
     bytes = converted_;
   } else if (const std::size_t bad = first_invalid(bytes); bad < bytes.size()) {
-    throw Error(path.string() + ":" + std::to_string(line_of(bytes, bad)), "is not UTF-8 text",
+    throw Error(fmt::format("{}:{}", path.string(), line_of(bytes, bad)), "is not UTF-8 text",
                 "Say encoding = \"latin-1\" in the manifest, or save the file as UTF-8.");
   }
   line_ = lines_of(bytes);
 }
 
 Error TextFile::error(std::size_t index, const std::string& what, const std::string& remedy) const {
-  return Error(path_.string() + ":" + std::to_string(index + 1), what, remedy);
+  return Error(fmt::format("{}:{}", path_.string(), index + 1), what, remedy);
 }
 
 Error TextFile::error(const std::string& what, const std::string& remedy) const {
@@ -129,13 +131,6 @@ std::string_view trimmed(std::string_view text) {
     strip();
   }
   return text;
-}
-
-std::string in_lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
 }
 
 std::vector<std::string_view> split(std::string_view line, char separator) {

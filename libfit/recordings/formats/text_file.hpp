@@ -33,7 +33,6 @@ class TextFile {
 
 /// Without blanks and quotes around it.
 std::string_view trimmed(std::string_view text);
-std::string in_lower_case(std::string_view text);
 /// Fields of a line, each trimmed; a separator ' ' stands for any run of blanks.
 std::vector<std::string_view> split(std::string_view line, char separator);
 /// The separator of a header or data line: tab, semicolon, comma, else blanks.

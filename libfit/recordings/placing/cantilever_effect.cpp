@@ -1,8 +1,12 @@
 #include "libfit/recordings/placing/cantilever_effect.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 
@@ -11,15 +15,9 @@ namespace {
 
 constexpr int kParts = 3;  // of the rows, over which the steepest slope is taken
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // "12 % larger"
 std::string change(double share) {
-  return three_digits(std::abs(100 * share)) + (share < 0 ? " % smaller" : " % larger");
+  return number(std::abs(100 * share)) + (share < 0 ? " % smaller" : " % larger");
 }
 
 double steepest_N_m(const Eigen::VectorXd& depth_m, const Eigen::VectorXd& push_N) {
@@ -64,25 +62,26 @@ std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
     const auto effect = cantilever_effect(items[candidate.item], *candidate.recording);
     if (!effect) continue;
     cantilever = &*items[candidate.item].read.cantilever;
-    stiffness.push_back(effect->stiffness), sensitivity.push_back(effect->sensitivity);
+    stiffness.push_back(effect->stiffness);
+    sensitivity.push_back(effect->sensitivity);
     max_m.push_back(effect->max_sensitivity_m);
     open.push_back(std::hypot(effect->stiffness * cantilever->stiffness_deviation,
                               effect->sensitivity * cantilever->sensitivity_deviation));
   }
   if (!cantilever) return {};
-  std::string note = "cantilever of " + std::to_string(stiffness.size()) +
-                     " recordings, as the manifest has it: 10 % more stiffness makes moduli " +
-                     change(0.1 * median_of(stiffness));
-  if (median_of(sensitivity) > 0) {
-    note += ", 10 % more sensitivity " + change(0.1 * median_of(sensitivity));
-    if (median_of(max_m) > 0)
-      note += " (it is at most " + three_digits(1e9 * median_of(max_m)) +
+  std::string note = fmt::format(
+      "cantilever of {} recordings, as the manifest has it: 10 % more stiffness makes moduli {}",
+      stiffness.size(), change(0.1 * upper_median(stiffness)));
+  if (upper_median(sensitivity) > 0) {
+    note += ", 10 % more sensitivity " + change(0.1 * upper_median(sensitivity));
+    if (upper_median(max_m) > 0)
+      note += " (it is at most " + number(1e9 * upper_median(max_m)) +
               " nm per unit, or the body would be stiffer than rigid)";
   }
-  const double left_open = median_of(open);
-  note += left_open > 0 ? "; its stated deviations leave moduli open by " +
-                              three_digits(100 * left_open) + " %"
-                        : "; no deviation is stated";
+  const double left_open = upper_median(open);
+  note += left_open > 0
+              ? "; its stated deviations leave moduli open by " + number(100 * left_open) + " %"
+              : "; no deviation is stated";
   return {note};
 }
 

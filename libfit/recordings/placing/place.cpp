@@ -1,11 +1,17 @@
 #include "libfit/recordings/placing/place.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string_view>
 
-#include "libfit/recordings/placing/plausible.hpp"
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
+#include "libfit/core/units.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -13,19 +19,12 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kOutlier = 100;          // of the median modulus of a batch: a prefix is 1000
 constexpr std::size_t kMinToCompare = 5;  // recordings
-constexpr double kTypical_Pa = 1e4;       // a soft tissue, when there is nothing to compare with
+constexpr std::array<std::string_view, 6> kForces{"N", "mN", "uN", "nN", "kN", "gf"};
+constexpr std::array<std::string_view, 5> kLengths{"mm", "m", "um", "nm", "cm"};
+constexpr double kNear = 30;         // bodies differ by this much; prefixes by 1000
+constexpr double kTypical_Pa = 1e4;  // a soft tissue, when there is nothing to compare with
 
-std::string in_millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
-
-std::string in_pascal(double pressure_Pa) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g Pa", pressure_Pa);
-  return text;
-}
+std::string in_pascal(double pressure_Pa) { return number(pressure_Pa, 2) + " Pa"; }
 
 void refuse(Candidate& candidate, const std::vector<BatchItem>& items, const std::string& what,
             const std::string& remedy) {
@@ -61,10 +60,10 @@ bool find_position(const BatchItem& item, const RigidMotion& motion, const Assem
     const double off_m = (motion(*contact) - *item.position_m).norm();
     if (off_m > options.place_tolerance_m) {
       refuse(c, items,
-             "touches " + in_millimetres(off_m) +
+             "touches " + millimetres(off_m) +
                  " from the position that the manifest names: it is a recording of another point",
              "Correct `position`, or raise place_tolerance (" +
-                 in_millimetres(options.place_tolerance_m) + ").");
+                 millimetres(options.place_tolerance_m) + ").");
       return false;
     }
   }
@@ -109,12 +108,11 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
       if (c.failure) continue;
       if (!places[i] || places[i]->distance_m > options.place_tolerance_m) {
         refuse(c, items,
-               "lies " +
-                   (places[i] ? in_millimetres(places[i]->distance_m) : std::string("nowhere")) +
+               "lies " + (places[i] ? millimetres(places[i]->distance_m) : std::string("nowhere")) +
                    " from the surface",
                "Register the rig to the body ([registration] of the manifest), or raise "
                "place_tolerance (" +
-                   in_millimetres(options.place_tolerance_m) + ").");
+                   millimetres(options.place_tolerance_m) + ").");
         continue;
       }
       c.surface_distance_m = places[i]->distance_m;
@@ -127,21 +125,42 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
   return registration;
 }
 
+std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
+                                      const std::string& force_unit, const std::string& length_unit,
+                                      bool has_radius) {
+  const double force = unit_factor(force_unit, Dimension::force).value_or(1);
+  const double length = unit_factor(length_unit, Dimension::length).value_or(1e-3);
+  const double power = has_radius ? 1.5 : 2;
+  std::optional<LikelyUnit> best;
+  double least = std::log10(kNear);
+  const auto consider = [&](double modulus_Pa, const std::string& key, std::string_view unit) {
+    const double off = std::abs(std::log10(modulus_Pa / expected_Pa));
+    if (off < least - 1e-9) {
+      least = off;
+      best = LikelyUnit{key, std::string(unit)};
+    }
+  };
+  for (const auto unit : kForces)
+    if (const double factor = *unit_factor(unit, Dimension::force); factor != force)
+      consider(found_Pa * factor / force, "units.force", unit);
+  for (const auto unit : kLengths)
+    if (const double factor = *unit_factor(unit, Dimension::length); factor != length)
+      consider(found_Pa * std::pow(length / factor, power), "units.position", unit);
+  return best;
+}
+
 void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates) {
   // By the way they were made: a batch may hold several rigs.
   const auto rig_of = [&](const Candidate& c) {
     const BatchItem& item = items[c.item];
-    return item.read.format + "|" + std::to_string(item.signal.radius_m) + "|" +
-           std::to_string(static_cast<int>(item.signal.kind)) +
-           (item.signal.is_range_given ? "|given" : "|");
+    return fmt::format("{}|{}|{}{}", item.read.format, item.signal.radius_m,
+                       static_cast<int>(item.signal.kind),
+                       item.signal.is_range_given ? "|given" : "|");
   };
   std::map<std::string, std::vector<double>> sizes;
   for (const Candidate& c : candidates)
     if (!c.failure && std::isfinite(c.recording->apparent_Pa))
       sizes[rig_of(c)].push_back(c.recording->apparent_Pa);
-  for (auto& [rig, moduli] : sizes)
-    std::nth_element(moduli.begin(),
-                     moduli.begin() + static_cast<std::ptrdiff_t>(moduli.size() / 2), moduli.end());
   for (Candidate& c : candidates) {
     if (c.failure) continue;
     const SignalSettings& s = items[c.item].signal;
@@ -149,7 +168,7 @@ void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candida
     const double found_Pa = c.recording->apparent_Pa;
     const std::vector<double>& moduli = sizes[rig_of(c)];
     const double median_Pa =
-        moduli.size() >= kMinToCompare && !s.is_range_given ? moduli[moduli.size() / 2] : kNan;
+        moduli.size() >= kMinToCompare && !s.is_range_given ? upper_median(moduli) : kNan;
     const bool is_alone = std::isfinite(median_Pa) &&
                           std::abs(std::log10(found_Pa / median_Pa)) > std::log10(kOutlier);
     const bool is_implausible = !(found_Pa >= s.min_young_Pa && found_Pa <= s.max_young_Pa);

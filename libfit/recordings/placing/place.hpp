@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
 // Steps of `assemble`, for this layer alone.
 
@@ -23,6 +23,19 @@ struct Candidate {
 std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
                                           const AssembleOptions& options,
                                           std::vector<Candidate>& candidates);
+
+/// A unit that would bring an implausible modulus to where it belongs.
+struct LikelyUnit {
+  std::string key;   ///< "units.force", "units.position"
+  std::string unit;  ///< what the manifest should probably say
+};
+
+/// The unit of force or length that brings `found_Pa` nearest to `expected_Pa`, of those that bring
+/// it within a factor of 30; nothing when none does. factor steps are those of SI prefixes. given:
+/// the manifest's units, "N" and "mm" where empty.
+std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
+                                      const std::string& force_unit, const std::string& length_unit,
+                                      bool has_radius);
 
 /// Refuses what no body is made of, or what is a prefix away from the other recordings.
 void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates);

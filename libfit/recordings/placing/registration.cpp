@@ -1,5 +1,7 @@
 #include "libfit/recordings/placing/registration.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -7,8 +9,9 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/refine/nearest_triangle.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -24,19 +27,13 @@ Points moved(const Points& points, const RigidMotion& motion) {
   return out;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 // The small motion that minimises distances along the normals of the nearest surface points.
 RigidMotion step_towards(const Points& points,
                          const std::vector<std::optional<SurfacePlace>>& places) {
   std::vector<double> sizes;
   for (const auto& place : places) sizes.push_back(place ? place->distance_m : 0);
   const double limit_m =
-      kFarDeviations * median(sizes) / 0.6745 + std::numeric_limits<double>::min();
+      kFarDeviations * upper_median(sizes) / 0.6745 + std::numeric_limits<double>::min();
   const Vec3 centre = points.colwise().mean();
   const double scale = std::max((points.rowwise() - centre.transpose()).rowwise().norm().mean(),
                                 std::numeric_limits<double>::min());
@@ -66,7 +63,7 @@ RigidMotion step_towards(const Points& points,
 
 Registration register_landmarks(const Points& from, const Points& to) {
   if (from.rows() < 3 || from.rows() != to.rows())
-    throw Error("registration", "has " + std::to_string(from.rows()) + " landmarks",
+    throw Error("registration", fmt::format("has {} landmarks", from.rows()),
                 "Give at least three pairs.");
   const Vec3 from_centre = from.colwise().mean(), to_centre = to.colwise().mean();
   const Points a = from.rowwise() - from_centre.transpose(),
@@ -84,7 +81,7 @@ Registration register_landmarks(const Points& from, const Points& to) {
   out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
   out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
-  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())),
+  out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size()));
   out.largest_m = left.maxCoeff();
   return out;
 }
@@ -93,7 +90,7 @@ Registration register_to_surface(const Points& points, const Surface& surface,
                                  const RigidMotion& start) {
   if (points.rows() < 6)
     throw Error("registration",
-                "has " + std::to_string(points.rows()) + " contact points to fit to the surface",
+                fmt::format("has {} contact points to fit to the surface", points.rows()),
                 "Give at least six, or landmarks alone.");
   Registration out;
   out.motion = start;
@@ -118,18 +115,16 @@ Registration register_to_surface(const Points& points, const Surface& surface,
 }
 
 std::vector<std::optional<SurfacePlace>> project(const Points& points, const Surface& surface) {
-  const TriangleTree tree(surface);
+  const BoxTree boxes = triangle_boxes(surface);
   const Points outward = vertex_normals(surface);
   std::vector<std::optional<SurfacePlace>> places(static_cast<std::size_t>(points.rows()));
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const auto hit = tree.nearest(points.row(i), std::numeric_limits<double>::max() / 1e160,
-                                  [](auto, const auto&) { return true; });
+    const auto hit = closest_point(surface, boxes, points.row(i));
     if (!hit) continue;
-    SurfacePlace place{Vec3::Zero(), Vec3::Zero(), hit->point.distance_m};
+    SurfacePlace place{hit->position, Vec3::Zero(), hit->distance_m};
     for (int k = 0; k < 3; ++k) {
       const auto vertex = surface.triangles(hit->triangle, k);
-      place.position_m += hit->point.weight[k] * Vec3(surface.vertices.row(vertex));
-      place.inward -= hit->point.weight[k] * Vec3(outward.row(vertex));
+      place.inward -= hit->weight[k] * Vec3(outward.row(vertex));
     }
     if (!(place.inward.norm() > 1e-12)) continue;
     place.inward.normalize();

@@ -1,6 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/scatter.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
@@ -13,10 +16,6 @@ constexpr double kCoarse = 2e-3;        // of the force's range: a larger step i
 constexpr double kExtremeShare = 0.02;  // likewise, within which a reading is the largest
 constexpr double kStuckTravelShare = 0.03;  // of the whole travel, gone while the force stood still
 
-std::string place(const std::string& file, std::size_t line) {
-  return file + ":" + std::to_string(line);
-}
-
 // Rows whose time is later than that of all rows kept before.
 std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
                                        const std::vector<std::size_t>& line,
@@ -26,7 +25,7 @@ std::vector<Eigen::Index> rows_in_time(const std::vector<double>& time_s,
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     if (!rows.empty() && !(time_s[i] > time_s[static_cast<std::size_t>(rows.back())])) {
       if (!drop_invalid)
-        throw Error(place(file, line[std::min(i, line.size() - 1)]),
+        throw Error(file_line(file, line[std::min(i, line.size() - 1)]),
                     time_s[i] == time_s[static_cast<std::size_t>(rows.back())]
                         ? "the time stamp repeats"
                         : "time goes back",
@@ -78,7 +77,8 @@ void interpolate(Signal& signal, const std::vector<double>& force_time_s, const 
     position.push_back((1 - share) * before.position_m.row(row) +
                        share * before.position_m.row(row + 1));
     kept.push_back(static_cast<Eigen::Index>(i));
-    signal.time_s.push_back(t), signal.line.push_back(before.line[j]);
+    signal.time_s.push_back(t);
+    signal.line.push_back(before.line[j]);
   }
   signal.position_m.resize(static_cast<Eigen::Index>(position.size()), 3);
   for (std::size_t i = 0; i < position.size(); ++i)
@@ -120,10 +120,10 @@ void mark_saturated(Signal& signal, double force_limit_N) {
 
 void check_rows(const Signal& signal, const std::string& file) {
   if (signal.rows() >= kMinRows) return;
-  throw Error(place(file, signal.line.empty() ? 1 : signal.line.front()),
-              "has " + std::to_string(signal.rows()) +
-                  (signal.rows() == 1 ? " sample" : " samples") + ", too few for a curve",
-              "Record at least " + std::to_string(kMinRows) + " rows.");
+  throw Error(file_line(file, signal.line.empty() ? 1 : signal.line.front()),
+              fmt::format("has {}{}, too few for a curve", signal.rows(),
+                          signal.rows() == 1 ? " sample" : " samples"),
+              fmt::format("Record at least {} rows.", kMinRows));
 }
 
 }  // namespace
@@ -134,7 +134,8 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
   Signal signal;
   signal.is_axial = raw.is_axial();
   signal.position_m = raw.is_axial() ? along_first_axis(raw.travel_m) : raw.position_m;
-  signal.time_s = raw.time_s, signal.line = raw.line;
+  signal.time_s = raw.time_s;
+  signal.line = raw.line;
   signal.retract_begins = raw.retract_begins;
   Points force_N = raw.force_N.rows() > 0 ? raw.force_N : along_first_axis(raw.push_N);
   Points torque_Nm = raw.torque_Nm;
@@ -168,26 +169,31 @@ Signal align(const importers::RawRecording& raw, const SignalSettings& settings,
     const auto rows = rows_in_time(signal.time_s, raw.line, file, drop_invalid, dropped);
     const bool has_own_clock = !raw.force_time_s.empty();
     signal.position_m = picked(signal.position_m, rows);
-    signal.time_s = picked(signal.time_s, rows), signal.line = picked(signal.line, rows);
+    signal.time_s = picked(signal.time_s, rows);
+    signal.line = picked(signal.line, rows);
     if (!has_own_clock) force_N = picked(force_N, rows);
     if (!has_own_clock && torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, rows);
     std::vector<double> force_time_s = has_own_clock ? raw.force_time_s : signal.time_s;
     if (has_own_clock) {
       const auto force_rows = rows_in_time(force_time_s, raw.line, file, drop_invalid, dropped);
-      force_time_s = picked(force_time_s, force_rows), force_N = picked(force_N, force_rows);
+      force_time_s = picked(force_time_s, force_rows);
+      force_N = picked(force_N, force_rows);
       if (torque_Nm.rows() > 0) torque_Nm = picked(torque_Nm, force_rows);
     }
     for (double& t : force_time_s) t -= settings.force_delay_s;
     check_rows(signal, file);
     if (has_own_clock || settings.force_delay_s != 0)
       interpolate(signal, force_time_s, force_N, torque_Nm);
-    else
-      signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
+    else {
+      signal.force_N = std::move(force_N);
+      signal.torque_Nm = std::move(torque_Nm);
+    }
   } else {
     if (settings.force_delay_s != 0)
       throw Error(file, "has no time, so a force delay cannot be taken off",
                   "Name the time column, or leave out `force_delay`.");
-    signal.force_N = std::move(force_N), signal.torque_Nm = std::move(torque_Nm);
+    signal.force_N = std::move(force_N);
+    signal.torque_Nm = std::move(torque_Nm);
   }
   check_rows(signal, file);
   mark_saturated(signal, settings.force_limit_N);

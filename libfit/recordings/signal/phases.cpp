@@ -21,10 +21,12 @@ std::vector<Eigen::Index> turning_rows(const Eigen::VectorXd& travel, double min
     if (travel[i] > travel[highest]) highest = i;
     if (direction >= 0 && travel[highest] - travel[i] > min_m) {
       if (direction > 0 || highest > 0) turns.push_back(highest);
-      direction = -1, lowest = i;
+      direction = -1;
+      lowest = i;
     } else if (direction <= 0 && travel[i] - travel[lowest] > min_m) {
       if (direction < 0 || lowest > 0) turns.push_back(lowest);
-      direction = 1, highest = i;
+      direction = 1;
+      highest = i;
     }
   }
   if (direction > 0 && highest + 1 < travel.size() && highest != turns.back())
@@ -98,8 +100,10 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
   double max_m = 0;
   for (const RowRange& run : runs_of(phases, Phase::approach)) {
     const RowRange rising = rising_part(travel, run);
-    if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m)
-      max_m = gain_m, best = rising;
+    if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m) {
+      max_m = gain_m;
+      best = rising;
+    }
   }
   return best;
 }

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <vector>
+
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -22,9 +23,7 @@ double neighbour_scatter(const Eigen::VectorXd& values) {
   for (Eigen::Index i = 1; i + 1 < values.size(); ++i)
     bent.push_back(std::abs(values[i - 1] - 2 * values[i] + values[i + 1]));
   if (bent.empty()) return 0;
-  const auto middle = bent.begin() + static_cast<std::ptrdiff_t>(bent.size() / 2);
-  std::nth_element(bent.begin(), middle, bent.end());
-  return *middle / kMedianOfNormal / std::sqrt(6.0);
+  return upper_median(std::move(bent)) / kMedianOfNormal / std::sqrt(6.0);
 }
 
 double quantum_of(const Eigen::VectorXd& values) {
@@ -64,22 +63,13 @@ Line least_squares(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
 Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   const Line line = least_squares(x, y);
   const Eigen::ArrayXd off = (y.array() - line.at_0 - line.slope * x.array()).abs();
-  std::vector<double> sizes(off.begin(), off.end());
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  if (sizes.size() < kMinTrimmed) return line;
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double most = kOutlier * *middle / kMedianOfNormal;
+  if (static_cast<std::size_t>(off.size()) < kMinTrimmed) return line;
+  const double most = kOutlier * upper_median({off.begin(), off.end()}) / kMedianOfNormal;
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < off.size(); ++i)
     if (off[i] <= most) kept.push_back(i);
   return static_cast<Eigen::Index>(kept.size()) < off.size() ? least_squares(x(kept), y(kept))
                                                              : line;
-}
-
-std::string three_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
 }
 
 }  // namespace palpate::recordings

@@ -21,7 +21,4 @@ struct Line {
 };
 Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
 
-/// Three digits, for messages.
-std::string three_digits(double value);
-
 }  // namespace palpate::recordings

@@ -2,8 +2,8 @@
 #pragma once
 
 // The leaning family: as the separable one, with the lateral deflection counted from the lean
-// l(dz), the lateral way that a tool pressed to dz would go if nothing held it sideways
-// (docs/method.md, M3a and M3b).
+// l(dz), the lateral displacement of a tool pressed to dz with nothing to hold it sideways (M3a,
+// M3b).
 
 #include "separable.hpp"
 

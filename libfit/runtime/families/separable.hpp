@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The separable family: W = Z(dz) + R(dr) (docs/method.md, M3). The depth does not change the
+// The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the
 // lateral stiffness, nor the lateral deflection the normal one.
 
 #include "../slide.hpp"
@@ -73,7 +73,7 @@ struct Separable : OneAnchor<Separable> {
     return deflection_of(normal_m, delta - spot.normal * normal_m);
   }
 
-  /// f^z u + f^r u^r; zero where dz <= 0.
+  /// (M3): f^z u + f^r u^r; zero where dz <= 0.
   template <class T, class Spot>
   static Vec3<T> force(const CurveViews& views, const Footing<T, Spot>& foot,
                        const Memory<T>&) noexcept {

@@ -101,10 +101,10 @@ struct Pressed {
     const Points rest = Points::Zero(sheet.nodes.rows(), 3);
     const ProbePose before = pose_at(0, 0.9 * kDepth_m);
     const ContactHistory touching = contact.untouched(pose_at(0, 0));
-    contact.hold_friction_limit(rest, before, touching);
-    history = contact.accepted(rest, before, touching);
+    contact.lag_friction_limit({rest, before, touching});
+    history = contact.accepted({rest, before, touching});
     u = random_field(sheet.nodes.rows(), rough_m, seed);
-    contact.hold_friction_limit(u, pose, history);
+    contact.lag_friction_limit({u, pose, history});
   }
 };
 
@@ -118,20 +118,22 @@ constexpr Case kCases[] = {{"frictionless", 0, 1e-3},
                            {"partly_sliding", kFriction, 2e-3},
                            {"sliding", kSlippery, 3e-3}};
 
+void PrintTo(const Case& param, std::ostream* out) { *out << param.name; }
+
 class ContactTerms : public testing::TestWithParam<Case> {};
 
 TEST_P(ContactTerms, force_is_the_derivative_of_energy_for_the_limit_held) {
   for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
     Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
-    const ContactTotals totals = at.contact.evaluate(at.u, at.pose, at.history);
+    const ContactTotals totals = at.contact.evaluate({at.u, at.pose, at.history});
     ASSERT_GT(totals.points, 20);
     const Points force = assembled_force(at.sheet, at.contact);
     const Points d = random_field(at.u.rows(), kRadius_m, seed + 100);
     const double exact = force.cwiseProduct(d).sum();
     double least = std::numeric_limits<double>::infinity();
     for (const double h : {1e-4, 1e-5, 1e-6})
-      least = std::min(least, std::abs((at.contact.energy(at.u + h * d, at.pose, at.history) -
-                                        at.contact.energy(at.u - h * d, at.pose, at.history)) /
+      least = std::min(least, std::abs((at.contact.energy({at.u + h * d, at.pose, at.history}) -
+                                        at.contact.energy({at.u - h * d, at.pose, at.history})) /
                                            (2 * h) -
                                        exact));
     EXPECT_LE(least, 1e-7 * force.norm() * d.norm()) << "seed " << seed;
@@ -141,14 +143,14 @@ TEST_P(ContactTerms, force_is_the_derivative_of_energy_for_the_limit_held) {
 TEST_P(ContactTerms, stiffness_is_the_derivative_of_force) {
   for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
     Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
-    at.contact.evaluate(at.u, at.pose, at.history);
+    at.contact.evaluate({at.u, at.pose, at.history});
     const Points d = random_field(at.u.rows(), kRadius_m, seed + 200);
     const Points exact = stiffness_times(at.sheet, at.contact, d);
     double least = std::numeric_limits<double>::infinity();
     for (const double h : {1e-5, 1e-6, 1e-7}) {
-      at.contact.evaluate(at.u + h * d, at.pose, at.history);
+      at.contact.evaluate({at.u + h * d, at.pose, at.history});
       Points difference = assembled_force(at.sheet, at.contact);
-      at.contact.evaluate(at.u - h * d, at.pose, at.history);
+      at.contact.evaluate({at.u - h * d, at.pose, at.history});
       difference -= assembled_force(at.sheet, at.contact);
       least = std::min(least, (difference / (2 * h) - exact).norm());
     }
@@ -158,7 +160,7 @@ TEST_P(ContactTerms, stiffness_is_the_derivative_of_force) {
 
 TEST_P(ContactTerms, totals_are_minus_the_nodal_forces_and_their_moment_about_the_tip) {
   Pressed at(GetParam().friction, GetParam().along_m, 5e-5, kSeed);
-  const ContactTotals totals = at.contact.evaluate(at.u, at.pose, at.history);
+  const ContactTotals totals = at.contact.evaluate({at.u, at.pose, at.history});
   const Points force = assembled_force(at.sheet, at.contact);
   Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
   for (Eigen::Index n = 0; n < force.rows(); ++n) {
@@ -176,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(States, ContactTerms, testing::ValuesIn(kCases),
 
 TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_resting_one_not) {
   Pressed slides(kSlippery, 3e-3, 0, kSeed);
-  const Vec3 sliding = slides.contact.evaluate(slides.u, slides.pose, slides.history).force_N;
+  const Vec3 sliding = slides.contact.evaluate({slides.u, slides.pose, slides.history}).force_N;
   const Vec3 motion = Vec3(3, 1, 0).normalized();
   // Traction lies in tangent planes of the ball and pressure across them; they are inclined by up
   // to 26 degrees, so that both lose a few percent here, and not the same.
@@ -184,7 +186,7 @@ TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_r
   EXPECT_GT(ratio, 0.97 * kSlippery);
   EXPECT_LT(ratio, 1.05 * kSlippery);
   Pressed rests(kFriction, 0, 0, kSeed);
-  const Vec3 resting = rests.contact.evaluate(rests.u, rests.pose, rests.history).force_N;
+  const Vec3 resting = rests.contact.evaluate({rests.u, rests.pose, rests.history}).force_N;
   EXPECT_LT(resting.head<2>().norm(), 0.01 * -resting.z());
 }
 
@@ -194,7 +196,7 @@ TEST(Contact, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
   const Probe probe = make_probe(sphere_spec(kRadius_m, kFriction), "test");
   const auto points_in_contact = [&](const ProbePose& pose) {
     Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa, probe);
-    return contact.evaluate(rest, pose, contact.untouched(pose_at(0, 0))).points;
+    return contact.evaluate({rest, pose, contact.untouched(pose_at(0, 0))}).points;
   };
   EXPECT_GT(points_in_contact(pose_at(0, kDepth_m)), 20);
   EXPECT_EQ(points_in_contact(pose_at(0, -1e-6)), 0) << "above the surface";
@@ -214,7 +216,7 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
                   make_probe(sphere_spec(kRadius_m, 0), "test"), settings);
   const ContactHistory history = contact.untouched(pose_at(0, 0));
   const ContactTotals totals =
-      contact.evaluate(Points::Zero(sheet.nodes.rows(), 3), pose_at(0, kDepth_m), history);
+      contact.evaluate({Points::Zero(sheet.nodes.rows(), 3), pose_at(0, kDepth_m), history});
   const double k = settings.stiffness * kYoung_Pa / kRadius_m;
   const double expected = M_PI * k * (kRadius_m - kDepth_m) * kDepth_m * kDepth_m;
   EXPECT_NEAR(-totals.force_N.z() / expected, 1, 0.01);
@@ -226,21 +228,21 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
 
 // The surface then bears the pressure of its overlap without overlapping: twice the force where it
 // is.
-TEST(Contact, an_overlap_given_back_counts_twice_where_it_still_is) {
+TEST(Contact, an_updated_multiplier_counts_overlap_twice_where_it_still_is) {
   const Sheet sheet;
   Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
                   make_probe(sphere_spec(kRadius_m), "test"));
   const Points u = Points::Zero(sheet.nodes.rows(), 3);
   const ProbePose pose = pose_at(0, kDepth_m);
-  const ContactHistory accepted = contact.accepted(u, pose, contact.untouched(pose_at(0, 0)));
-  const ContactHistory again = contact.give_back(accepted);
-  const Vec3 once = contact.evaluate(u, pose, accepted).force_N;
-  const ContactTotals twice = contact.evaluate(u, pose, again);
+  const ContactHistory accepted = contact.accepted({u, pose, contact.untouched(pose_at(0, 0))});
+  const ContactHistory again = contact.updated_multipliers(accepted);
+  const Vec3 once = contact.evaluate({u, pose, accepted}).force_N;
+  const ContactTotals twice = contact.evaluate({u, pose, again});
   EXPECT_LT((twice.force_N - 2 * once).norm(), 0.01 * once.norm());
   EXPECT_NEAR(twice.greatest_penetration_m, kDepth_m, 0.02 * kDepth_m) << "true overlap";
   // A ball that has backed off to touching still bears: k (d - r^2/R) where r^2 < R d, half the
   // force.
-  const ContactTotals backed = contact.evaluate(u, pose_at(0, 0), again);
+  const ContactTotals backed = contact.evaluate({u, pose_at(0, 0), again});
   EXPECT_NEAR(backed.force_N.z() / once.z(), 0.5, 0.05);
   EXPECT_LT(backed.greatest_penetration_m, 1e-6 * kDepth_m);
 }
@@ -253,13 +255,13 @@ TEST(Contact, a_stiffer_penalty_presses_harder_and_keeps_the_traction_of_what_st
                   make_probe(sphere_spec(kRadius_m, 100), "test"));
   const Points u = Points::Zero(sheet.nodes.rows(), 3);
   const ProbePose pressed = pose_at(0, kDepth_m), dragged = pose_at(1e-5, kDepth_m);
-  const ContactHistory first = contact.accepted(u, pressed, contact.untouched(pose_at(0, 0)));
-  const ContactHistory sticks = contact.accepted(u, dragged, first);
-  contact.hold_friction_limit(u, dragged, sticks);
-  const Vec3 before = contact.evaluate(u, dragged, sticks).force_N;
+  const ContactHistory first = contact.accepted({u, pressed, contact.untouched(pose_at(0, 0))});
+  const ContactHistory sticks = contact.accepted({u, dragged, first});
+  contact.lag_friction_limit({u, dragged, sticks});
+  const Vec3 before = contact.evaluate({u, dragged, sticks}).force_N;
   contact.stiffen(2);
-  contact.hold_friction_limit(u, dragged, sticks);
-  const Vec3 after = contact.evaluate(u, dragged, sticks).force_N;
+  contact.lag_friction_limit({u, dragged, sticks});
+  const Vec3 after = contact.evaluate({u, dragged, sticks}).force_N;
   ASSERT_GT(std::abs(before.x()), 0);
   // Along x the pressures of a shifted ball nearly cancel, so what is left is friction.
   EXPECT_NEAR(after.x() / before.x(), 1, 0.05);

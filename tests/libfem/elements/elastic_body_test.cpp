@@ -14,6 +14,9 @@
 #include "tests/libfem/materials/examples.hpp"
 
 namespace palpate::fem {
+
+static void PrintTo(const ElementRow& row, std::ostream* out) { *out << row.name; }
+
 namespace {
 
 // Every row of kElements walks through this suite.
@@ -222,10 +225,10 @@ TEST_P(ElasticBodySuite, bend_0_is_positive_definite_where_the_exact_tangent_is_
   const ElasticBody body = body_of(mesh, kWatery);
   // 1 % of volume lost: pressures of 20 E push the exact tangent through zero.
   const Points u = affine(mesh.nodes, std::cbrt(0.99) * Mat3::Identity());
-  const auto is_positive = [&](double bend) {
+  const auto is_positive = [&](double geometric_scale) {
     Points force = Points::Zero(mesh.nodes.rows(), 3);
     SymmetricBlockMatrix K = body.pattern();
-    body.add_stiffness(u, bend, force, K);
+    body.add_stiffness(u, geometric_scale, force, K);
     return Eigen::LLT<Eigen::MatrixXd>(dense(K)).info() == Eigen::Success;
   };
   EXPECT_FALSE(is_positive(1));
@@ -378,7 +381,8 @@ TEST(ElasticBody, volume_change_is_averaged_over_the_points_of_one_material_only
     expected += weight * here.law->energy(here.constants, F);
     if (&here == &soft) continue;  // one point: its own mean
     expected -= weight * U;
-    mean_J += F.determinant(), ++watery_points;
+    mean_J += F.determinant();
+    ++watery_points;
   }
   ASSERT_EQ(watery_points, 3);
   double U, U1, U2;

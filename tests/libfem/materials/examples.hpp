@@ -12,6 +12,10 @@ namespace palpate::fem::examples {
 
 // A material of every law, for the suites that walk the table, and the states they are tried at.
 
+/// A tensor row by row.
+using Mat3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using Vec9 = Eigen::Matrix<double, 9, 1>;
+
 inline constexpr unsigned kSeed = 20240607;
 inline constexpr double kLeftOut = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,6 +32,7 @@ struct Example {
   double min_stretch = 0.3;
   double max_stretch = 3;
 };
+inline void PrintTo(const Example& example, std::ostream* out) { *out << example.name; }
 
 inline const std::vector<Example>& all() {
   static const std::vector<Example> kExamples{

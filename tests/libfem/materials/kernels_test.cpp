@@ -29,9 +29,9 @@ class EightStates {
   void stress(InstructionSet set) {
     kernels(set).stress(constants_.data(), H_.data(), *J_.data(), *W_.data(), P_.data());
   }
-  void tangent(InstructionSet set, double bend) {
-    kernels(set).tangent(constants_.data(), H_.data(), bend, *J_.data(), *W_.data(), P_.data(),
-                         A_.data());
+  void tangent(InstructionSet set, double geometric_scale) {
+    kernels(set).tangent(constants_.data(), H_.data(), geometric_scale, *J_.data(), *W_.data(),
+                         P_.data(), A_.data());
   }
 
   double J(int lane) { return J_.at(0, lane); }
@@ -129,8 +129,8 @@ TEST_P(LawKernelSuite, without_the_bent_part_the_tangent_is_semidefinite_where_t
   }
   std::erase_if(all, [](const Mat3& F) { return F.determinant() > GetParam().max_J_at_bend_0; });
   EightStates eight(material);
-  const auto min_of = [&](double bend) {
-    eight.tangent(best_instruction_set(), bend);
+  const auto min_of = [&](double geometric_scale) {
+    eight.tangent(best_instruction_set(), geometric_scale);
     const Mat9 A = eight.A(0);
     return Eigen::SelfAdjointEigenSolver<Mat9>(A).eigenvalues()[0] / A.norm();
   };

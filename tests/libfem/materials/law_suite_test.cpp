@@ -12,8 +12,6 @@ namespace {
 // Every row of material_laws() walks through this suite by its examples.
 
 using namespace examples;
-using Vec9 = Eigen::Matrix<double, 9, 1>;
-using Mat3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 Vec9 as_vector(const Mat3& M) {
   const Mat3Rows rows = M;

@@ -14,7 +14,7 @@ constexpr double kYoung_Pa = 10e3, kPoisson = 0.45, kShear_Pa = kYoung_Pa / (2 *
 double press_N(const MaterialParameters& material, double depth_m, int steps) {
   SimulationSetup setup = ball_on_cylinder(kPoisson);
   setup.materials = {material};
-  setup.options.twin_ratio = 0;
+  setup.options.coarse_ratio = 0;
   Experiments experiments;
   experiments.depth_m = depth_m;
   experiments.press_steps = steps;

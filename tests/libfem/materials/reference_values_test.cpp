@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "libfem/materials/materials.hpp"
+#include "tests/libfem/materials/examples.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -13,8 +14,8 @@ namespace {
 // from 40-digit differences of W by independent code, cases own/* from make_points.py.
 // uniaxial.csv: traction-free uniaxial states of the same independent code.
 
-using Mat3Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Vec9 = Eigen::Matrix<double, 9, 1>;
+using examples::Mat3Rows;
+using examples::Vec9;
 constexpr double kDirection[9] = {0.3, -0.7, 0.2, 0.5, 0.1, -0.4, 0.6, -0.2, 0.8};
 
 std::vector<double> numbers(const std::string& text) {

@@ -120,13 +120,16 @@ inline std::vector<ProbeCase> probe_cases() {
   capsule.orientation = Vec3::UnitX();
   capsule.heading = Vec3::UnitX();
   Mat3 turn;  // own x to z (into the body), own z to the heading x
-  turn.col(0) = Vec3::UnitZ(), turn.col(2) = Vec3::UnitX(),
+  turn.col(0) = Vec3::UnitZ();
+  turn.col(2) = Vec3::UnitX();
   turn.col(1) = turn.col(2).cross(turn.col(0));
   cases.push_back(
       {"capsule_lying", capsule, R, 0.1 * L, placed(capsule_points(R, L), Vec3(R, 0, 0), turn)});
   capsule.orientation = Vec3(1, 0, 1);
   const double h = std::sqrt(0.5);  // own (1,0,1)/sqrt 2 to z, own z leans to x
-  turn.col(2) = Vec3(h, 0, h), turn.col(0) = Vec3(-h, 0, h), turn.col(1) = Vec3(0, 1, 0);
+  turn.col(2) = Vec3(h, 0, h);
+  turn.col(0) = Vec3(-h, 0, h);
+  turn.col(1) = Vec3(0, 1, 0);
   turn.col(1) = turn.col(2).cross(turn.col(0));
   cases.push_back({"capsule_tilted", capsule, R, 0.1 * L,
                    placed(capsule_points(R, L), Vec3(R * h, 0, L / 2 - R + R * h), turn)});

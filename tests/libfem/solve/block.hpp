@@ -24,7 +24,7 @@ inline QuadraticMesh ungraded(const TetMesh& base, const std::vector<char>& is_h
 constexpr double kYoung_Pa = 10e3, kPoisson = 0.45;
 
 /// A flat block of 60 x 60 x 30 mm, held at its bottom, and a ball of 8 mm; a coarse mesh without
-/// twin. scale: factor on all lengths.
+/// coarse grid. scale: factor on all lengths.
 inline SimulationSetup block_setup(double friction, double scale = 1) {
   SimulationSetup setup;
   setup.volume = structured_block(scale * Vec3(0.06, 0.06, 0.03), {4, 4, 2});
@@ -32,7 +32,7 @@ inline SimulationSetup block_setup(double friction, double scale = 1) {
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
   setup.probe = sphere_spec(scale * 0.008, friction);
-  setup.options.twin_ratio = 0;
+  setup.options.coarse_ratio = 0;
   setup.options.element_size = setup.options.growth = 0.8;
   return setup;
 }

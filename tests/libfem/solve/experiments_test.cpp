@@ -52,7 +52,8 @@ TEST(PressAndDrag, press_force_points_into_the_body_and_rises_faster_than_depth)
     EXPECT_GT(force, before);
     EXPECT_GT(slope, before_slope);
     EXPECT_LT((row.force - force * kInward).norm(), 0.05 * force);  // no side is preferred
-    before = force, before_slope = slope;
+    before = force;
+    before_slope = slope;
   }
 }
 
@@ -147,17 +148,17 @@ TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_fo
   }
 }
 
-TEST(PressAndDrag, the_twin_gives_a_finite_error_of_a_few_percent) {
+TEST(PressAndDrag, the_coarse_grid_gives_a_finite_error_of_a_few_percent) {
   SimulationSetup setup = block_setup(0);
-  setup.options.twin_ratio = SolverOptions{}.twin_ratio;
+  setup.options.coarse_ratio = SolverOptions{}.coarse_ratio;
   const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   for (const PointRow& row : result.rows) {
     ASSERT_EQ(row.status, RowStatus::good);
     EXPECT_GT(row.force_error, 0);
     EXPECT_LT(row.force_error, 0.2 * row.force.norm());
   }
-  EXPECT_LT(result.cost.twin_nodes, result.cost.nodes);
-  EXPECT_TRUE(std::isnan(with_friction().rows[0].force_error)) << "no twin, no estimate";
+  EXPECT_LT(result.cost.coarse_nodes, result.cost.nodes);
+  EXPECT_TRUE(std::isnan(with_friction().rows[0].force_error)) << "no coarse grid, no estimate";
 }
 
 TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolerance_of_the_solver) {
@@ -194,7 +195,7 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
 
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
-  setup.options.twin_ratio = 1.6;
+  setup.options.coarse_ratio = 1.6;
   const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   const double before = achieved_error(plain.rows);
   ASSERT_GT(before, 0.004);
@@ -208,7 +209,7 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   const PointRows finer = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   EXPECT_LT(achieved_error(finer.rows), 0.7 * before);
   EXPECT_GT(finer.cost.nodes, 3 * plain.cost.nodes / 2);
-  EXPECT_EQ(finer.cost.twin_nodes, plain.cost.nodes);
+  EXPECT_EQ(finer.cost.coarse_nodes, plain.cost.nodes);
   for (std::size_t i = 0; i < plain.rows.size(); ++i)
     EXPECT_LT((finer.rows[i].force - plain.rows[i].force).norm(),
               finer.rows[i].force_error + plain.rows[i].force_error);

@@ -11,7 +11,8 @@ namespace {
 /// Three points on top of the block.
 TestPoints three_points() {
   TestPoints points;
-  points.position.resize(3, 3), points.normal.resize(3, 3);
+  points.position.resize(3, 3);
+  points.normal.resize(3, 3);
   for (int p = 0; p < 3; ++p) {
     points.position.row(p) = (block_top() + p * Vec3(-0.006, 0.007, 0)).transpose();
     points.normal.row(p) = -Vec3::UnitZ().transpose();

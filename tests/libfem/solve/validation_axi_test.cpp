@@ -25,6 +25,8 @@ constexpr Case kCases[] = {{0.45,
                             {0.058636, 0.168528, 0.312130, 0.482380, 0.674115, 0.883201, 1.106157,
                              1.339524, 1.579860, 1.824296}}};
 
+void PrintTo(const Case& param, std::ostream* out) { *out << "poisson " << param.poisson; }
+
 class ValidationAxi : public testing::TestWithParam<Case> {};
 
 /// Frictionless ball of 10 mm pressed 1, 2 .. 10 mm into the top of a cylinder of 10 kPa, bottom
@@ -40,8 +42,8 @@ TEST_P(ValidationAxi,
     const double start = validation::cpu_seconds();
     const PointRows result = simulator.press_and_drag(place, -Vec3::UnitZ(), experiments);
     const double cost_s = validation::cpu_seconds() - start;
-    std::printf("poisson %.2f: %d nodes, twin %d, %.2f s CPU\n", GetParam().poisson,
-                result.cost.nodes, result.cost.twin_nodes, cost_s);
+    std::printf("poisson %.2f: %d nodes, coarse %d, %.2f s CPU\n", GetParam().poisson,
+                result.cost.nodes, result.cost.coarse_nodes, cost_s);
     ASSERT_EQ(result.rows.size(), GetParam().force_N.size());
     for (std::size_t k = 0; k < result.rows.size(); ++k) {
       const PointRow& row = result.rows[k];

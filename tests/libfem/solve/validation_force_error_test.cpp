@@ -41,11 +41,12 @@ std::vector<Case> cases() {
   return out;
 }
 
-/// Finer by 1.5, itself extrapolated with a twin: its own error is a third of the run's and less.
+/// Finer by 1.5, itself extrapolated with a coarse grid: its own error is a third of the run's and
+/// less.
 SolverOptions truth_options() {
   SolverOptions options;
   options.element_size = options.growth = 0.33;
-  options.twin_ratio = 1.5;
+  options.coarse_ratio = 1.5;
   return options;
 }
 
@@ -66,8 +67,11 @@ TEST(ValidationForceError, bounds_the_true_error_in_nineteen_rows_of_twenty_and_
       const double bound = row.force_error / size;
       std::printf("%-20s %d/%d: error %.2f %%, bound %.2f %%\n", c.name, row.experiment, row.step,
                   100 * error, 100 * bound);
-      ++rows, covered += error <= bound;
-      worst = std::max(worst, error), squares += error * error, bounds += bound;
+      ++rows;
+      covered += error <= bound;
+      worst = std::max(worst, error);
+      squares += error * error;
+      bounds += bound;
     }
   }
   const double coverage = double(covered) / rows, rms = std::sqrt(squares / rows);

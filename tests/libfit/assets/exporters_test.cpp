@@ -83,7 +83,7 @@ TEST_F(Exporting, unknown_formats_are_refused_with_the_names) {
 
 TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
   model.surface.vertices.rowwise() += Eigen::RowVector3d(120.5, -3.25, 7);  // far from the origin
-  model.probe_radius_m = 0.005;
+  model.probe = sphere_spec(0.005);
   const fs::path path = folder / "m.palp";
   export_palp(model, path, {.has_guard = false, .meta_json = "{\"scene\": \"x\"}"});
   const AssetFile file = read_asset_file(path);
@@ -183,11 +183,12 @@ TEST_F(Exporting, neighbours_point_at_each_other_on_closed_surfaces) {
 TEST_F(Exporting, the_engine_folder_holds_every_file_of_the_engine) {
   write_engine_folder(folder / "engine");
   int files = 0;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime")) {
-    if (entry.path().filename() == "CMakeLists.txt") continue;
+  const fs::path runtime = fs::path(PALPATE_SOURCE_DIR) / "libfit/runtime";
+  for (const auto& entry : fs::recursive_directory_iterator(runtime)) {
+    if (entry.is_directory() || entry.path().filename() == "CMakeLists.txt") continue;
     ++files;
-    EXPECT_EQ(content(folder / "engine" / entry.path().filename()), content(entry.path()))
+    EXPECT_EQ(content(folder / "engine" / entry.path().lexically_relative(runtime)),
+              content(entry.path()))
         << entry.path();
   }
   EXPECT_EQ(static_cast<std::size_t>(files), engine_files().size());

@@ -157,7 +157,7 @@ TEST(hostile_bytes, each_fault_has_its_status) {
             Status::controls_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable, 2, 0.0); }),
             Status::curves_wrong);
-  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kLimitTable, 12, 0.5); }),
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable + 2, 12, 0.5); }),
             Status::curves_wrong);
   EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 1, nan); }),
             Status::triangles_wrong);

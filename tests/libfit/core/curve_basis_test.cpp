@@ -30,7 +30,8 @@ class EveryDegree : public testing::TestWithParam<int> {
   SplineTables tables = tabulate(basis);
   runtime::SplineView spline = view(tables);
 };
-INSTANTIATE_TEST_SUITE_P(Degrees, EveryDegree, testing::Values(1, 2, 3, 4));
+INSTANTIATE_TEST_SUITE_P(Degrees, EveryDegree, testing::Values(1, 2, 3, 4),
+                         testing::PrintToStringParamName());
 
 TEST_P(EveryDegree, basis_sums_to_one_inside_and_past_the_last_knot) {
   for (double x = 0; x < 0.8; x += 1e-3) {

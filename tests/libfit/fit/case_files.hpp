@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "tests/libfit/fit/synthetic.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate::test {
 
-inline const std::filesystem::path kCaseCurves = PALPATE_SOURCE_DIR "/../shared/cases/curves";
+inline const std::filesystem::path kCaseCurves = testing_support::shared_data("cases/curves");
 
 /// Numbers of a comma-separated file below its header.
 inline std::vector<std::vector<double>> read_columns(const std::filesystem::path& file) {

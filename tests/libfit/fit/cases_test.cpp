@@ -96,7 +96,7 @@ Found fit_case(const Recording& r, bool knows_contact, FitOptions options) {
     const auto estimate = estimate_contact(r);
     contact_m = estimate.travel_m;
     options.contact_deviation_m = std::max(estimate.deviation_m, 0.05 * r.range_m);
-    options.frees[0] = true;
+    options.estimates[0] = true;
   }
   Recorder rig;
   std::vector<Vec3> deflection, force;
@@ -176,12 +176,14 @@ constexpr NoiseCase kNoises[] = {
     {"N7_all", false, 1.5, "the claim, of force at the tip's positions"},
 };
 
+void PrintTo(const NoiseCase& param, std::ostream* out) { *out << param.name; }
+
 class Cases : public testing::TestWithParam<NoiseCase> {};
 INSTANTIATE_TEST_SUITE_P(Noises, Cases, testing::ValuesIn(kNoises),
                          [](const auto& named) { return std::string(named.param.name); });
 
 TEST_P(Cases, errors_are_those_of_the_oracle) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
+  PALPATE_NEEDS_DATA("cases/curves");
   const NoiseCase& noise = GetParam();
   std::printf("  %-10s %-14s %9s %9s %6s %6s %s\n", "noise", "truth", "oracle", "fit", "ratio",
               "pieces", noise.knows_contact ? "" : "contact off, um");
@@ -202,7 +204,7 @@ TEST_P(Cases, errors_are_those_of_the_oracle) {
 }
 
 TEST(cases, without_noise_the_error_is_no_larger_than_the_oracles) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
+  PALPATE_NEEDS_DATA("cases/curves");
   for (const char* truth : {"T1_cubic", "T3_toe_linear", "T5_hertz", "T6_soft", "T8_paper_eq6"}) {
     const Recording r = read_case(truth, "N0");
     const Found found = fit_case(r, true, {.tolerance = 0});
@@ -212,7 +214,7 @@ TEST(cases, without_noise_the_error_is_no_larger_than_the_oracles) {
 }
 
 TEST(cases, a_snap_is_fitted_monotone_with_and_without_noise) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
+  PALPATE_NEEDS_DATA("cases/curves");
   for (const char* noise : {"N0", "N1_gauss", "N3_outlier", "N4_quant"})
     expect_admissible(fit_case(read_case("T9_snap", noise), true, {.tolerance = 0}), noise);
 }

@@ -85,7 +85,7 @@ TEST(certified, a_load_cells_parabola_offset_and_errors_are_the_certified_ones) 
   rig.samples.force_error.setConstant(residual_deviation);
   FitOptions options{.degree = 2, .loss = FitLoss::squared, .weight_floor = 1e-9};
   options.knots_m[0] = {0, 1};
-  options.frees[static_cast<std::size_t>(SensorPart::bias)] = true;
+  options.estimates[static_cast<std::size_t>(Nuisance::bias)] = true;
   const FittedCurves fitted = fit_curves(rig.samples, options);
   ASSERT_EQ(fitted.recordings.bias_N.size(), 1);
   EXPECT_NEAR(fitted.recordings.bias_N[0], b0, 0.1 * b0_error);

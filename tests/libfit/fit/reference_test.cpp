@@ -8,13 +8,13 @@
 namespace palpate::test {
 namespace {
 
-struct Recording {
+struct NoisyCurve {
   Samples samples;
   Curve truth;
   double range_m = 0;
 };
 
-Recording read_recording(const std::string& truth, const std::string& noise) {
+NoisyCurve read_recording(const std::string& truth, const std::string& noise) {
   const auto rows = read_columns(kCaseCurves / (truth + "__" + noise + ".csv"));
   const auto exact = read_columns(kCaseCurves / (truth + "__TRUTH.csv"));
   Recorder rig;
@@ -34,6 +34,8 @@ struct Case {
   double oracle;  // full-scale RMSE of least squares that knows contact and outliers
 };
 
+void PrintTo(const Case& param, std::ostream* out) { *out << param.truth << " " << param.noise; }
+
 class ReferenceCurve : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(
     Recordings, ReferenceCurve,
@@ -47,8 +49,8 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& named) { return std::string(named.param.truth) + "_" + named.param.noise; });
 
 TEST_P(ReferenceCurve, is_recovered_within_one_and_a_half_oracle_errors) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
-  const Recording recording = read_recording(GetParam().truth, GetParam().noise);
+  PALPATE_NEEDS_DATA("cases/curves");
+  const NoisyCurve recording = read_recording(GetParam().truth, GetParam().noise);
   FitReport report;
   const FittedCurves fitted = fit_curves(recording.samples, {.tolerance = 0}, {}, &report);
   const double error = full_scale_rmse(fitted_curve(fitted, 0, CurveKind::normal), recording.truth,
@@ -60,8 +62,8 @@ TEST_P(ReferenceCurve, is_recovered_within_one_and_a_half_oracle_errors) {
 }
 
 TEST(reference, a_curve_that_snaps_back_is_fitted_monotone_and_called_poor) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
-  const Recording recording = read_recording("T9_snap", "N0");
+  PALPATE_NEEDS_DATA("cases/curves");
+  const NoisyCurve recording = read_recording("T9_snap", "N0");
   const FittedCurves fitted = fit_curves(recording.samples, {.poor_above = 0.02});
   for (Eigen::Index j = 1; j < fitted.curves.control[0].cols(); ++j)
     EXPECT_GE(fitted.curves.control[0](0, j), fitted.curves.control[0](0, j - 1));
@@ -69,7 +71,7 @@ TEST(reference, a_curve_that_snaps_back_is_fitted_monotone_and_called_poor) {
 }
 
 TEST(reference, friction_falling_with_depth_comes_from_noisy_slip_rows) {
-  if (!std::filesystem::exists(kCaseCurves)) GTEST_SKIP() << "needs the reference curves";
+  PALPATE_NEEDS_DATA("cases/curves");
   const auto pairs = read_columns(kCaseCurves / "mu_slip_pairs.csv");
   const Curve mu = through(read_columns(kCaseCurves / "mu_TRUTH.csv"));
   Recorder rig;

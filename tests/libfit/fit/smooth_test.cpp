@@ -26,7 +26,7 @@ double smooth_stiffness(const Vec3& at) {
 }
 
 // A flat body of side x side points, each pressed once.
-struct Body {
+struct FlatBody {
   Recorder rig;
   std::vector<double> k;
 
@@ -37,8 +37,8 @@ struct Body {
     rig.press(p, normal_of(stiffness), kDepth, steps);
   }
 };
-Body flat_body(int side, const Stiffness& stiffness, double noise_N, unsigned seed) {
-  Body body;
+FlatBody flat_body(int side, const Stiffness& stiffness, double noise_N, unsigned seed) {
+  FlatBody body;
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < side; ++j) {
       const Vec3 at(kSpacing * i, kSpacing * j, 0);
@@ -103,7 +103,7 @@ TEST(smoothing, of_noisy_presses_over_a_smooth_body_lowers_the_error_and_keeps_c
   const int trials = 6;
   for (int trial = 0; trial < trials; ++trial) {
     const unsigned seed = 300 + static_cast<unsigned>(trial);
-    const Body body = flat_body(10, smooth_stiffness, 0.25, seed);
+    const FlatBody body = flat_body(10, smooth_stiffness, 0.25, seed);
     FitReport report;
     const Errors before = errors_of(fit_curves(body.rig.samples, with_smoothing(0)), body.k);
     const FittedCurves fitted =
@@ -129,7 +129,7 @@ TEST(smoothing, of_noisy_presses_over_a_smooth_body_lowers_the_error_and_keeps_c
 
 TEST(smoothing, of_drags_lowers_the_normal_curves_error_and_harms_no_other) {
   const unsigned seed = 71;
-  Body body;
+  FlatBody body;
   std::vector<Curve> truth[kCurveKinds];
   for (int i = 0; i < 5; ++i)
     for (int j = 0; j < 5; ++j) {
@@ -173,7 +173,7 @@ TEST(smoothing, an_abrupt_stiff_lump_is_not_smeared_beyond_its_noise) {
     return (at - Vec3(0.045, 0.045, 0)).norm() < 0.016 ? 900.0 : 300.0;
   };
   for (const unsigned seed : {41U, 42U, 43U}) {
-    const Body body = flat_body(10, lumpy, 0.15, seed);
+    const FlatBody body = flat_body(10, lumpy, 0.15, seed);
     FitReport report;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
     const FittedCurves fitted =
@@ -210,7 +210,7 @@ TEST(smoothing, where_points_have_nothing_in_common_is_none) {
   for (const unsigned seed : {51U, 52U, 53U}) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(100, 900);
-    Body body = flat_body(
+    FlatBody body = flat_body(
         8, [&](const Vec3&) { return any(random); }, 0.05, seed);
     FitReport report;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
@@ -224,21 +224,22 @@ TEST(smoothing, where_points_have_nothing_in_common_is_none) {
 
 TEST(smoothing, without_noise_is_none_and_changes_no_bit) {
   for (const bool is_even : {true, false}) {
-    Body body = flat_body(
+    FlatBody body = flat_body(
         6, is_even ? Stiffness([](const Vec3&) { return 300.0; }) : Stiffness(smooth_stiffness), 0,
         0);
     FitReport report;
+    FitCache cache;
     const FittedCurves own = fit_curves(body.rig.samples, with_smoothing(0));
     const FittedCurves fitted =
-        fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report);
+        fit_curves(body.rig.samples, with_smoothing(std::nullopt), {}, &report, &cache);
     for (const SmoothingReport& kind : report.smoothing) EXPECT_EQ(kind.strength, 0);
     expect_same_curves(own, fitted);
-    EXPECT_EQ(fitted.own.control[0].size(), 0);
+    EXPECT_EQ(cache.own_control[0].size(), 0);
   }
 }
 
 TEST(smoothing, does_not_narrow_bands_for_an_error_that_neighbours_have_in_common) {
-  Body body = flat_body(
+  FlatBody body = flat_body(
       6, [](const Vec3&) { return 300.0; }, 0, 0);
   Samples& samples = body.rig.samples;
   std::mt19937 random(21);
@@ -259,7 +260,7 @@ TEST(smoothing, does_not_narrow_bands_for_an_error_that_neighbours_have_in_commo
 }
 
 TEST(smoothing, keeps_two_sheets_close_to_each_other_apart) {
-  Body body;
+  FlatBody body;
   for (const double side : {0.0, 1.0})
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j < 6; ++j)
@@ -281,7 +282,7 @@ TEST(smoothing, keeps_two_sheets_close_to_each_other_apart) {
 }
 
 TEST(smoothing, leaves_failed_points_as_they_are_and_neighbours_unpoisoned) {
-  Body body = flat_body(6, smooth_stiffness, 0.2, 12);
+  FlatBody body = flat_body(6, smooth_stiffness, 0.2, 12);
   Samples samples = body.rig.samples;
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     const auto p = samples.point[static_cast<std::size_t>(i)];
@@ -308,7 +309,7 @@ TEST(smoothing, leaves_failed_points_as_they_are_and_neighbours_unpoisoned) {
 
 TEST(smoothing, of_one_or_two_points_is_possible_on_request_and_none_by_itself) {
   for (const int count : {1, 2}) {
-    Body body;
+    FlatBody body;
     for (int p = 0; p < count; ++p)
       body.add(Vec3(kSpacing * p, 0, 0), -Vec3::UnitZ(), 300 + 10.0 * p);
     add_noise(body.rig.samples, 0.2, 4);
@@ -325,7 +326,7 @@ TEST(smoothing, of_one_or_two_points_is_possible_on_request_and_none_by_itself) 
 }
 
 TEST(smoothing, refuses_triangles_of_other_points) {
-  const Body body = flat_body(3, smooth_stiffness, 0.1, 3);
+  const FlatBody body = flat_body(3, smooth_stiffness, 0.1, 3);
   FitOptions options = with_smoothing(10);
   options.triangles.resize(1, 3);
   options.triangles << 0, 1, 9;
@@ -339,7 +340,7 @@ TEST(smoothing, refuses_triangles_of_other_points) {
 }
 
 TEST(smoothing, does_not_depend_on_the_number_of_threads) {
-  const Body body = flat_body(6, smooth_stiffness, 0.25, 5);
+  const FlatBody body = flat_body(6, smooth_stiffness, 0.25, 5);
   FitOptions options = with_smoothing(std::nullopt);
   options.jobs = 1;
   const FittedCurves one = fit_curves(body.rig.samples, options);
@@ -348,17 +349,18 @@ TEST(smoothing, does_not_depend_on_the_number_of_threads) {
 }
 
 TEST(smoothing, of_a_warm_fit_with_one_changed_recording_is_that_of_a_whole_fit) {
-  Body body = flat_body(7, smooth_stiffness, 0.25, 6);
+  FlatBody body = flat_body(7, smooth_stiffness, 0.25, 6);
   Samples& samples = body.rig.samples;
   FitOptions options = with_smoothing(std::nullopt);
   options.pieces = {2, 1, 1};
-  const FittedCurves first = fit_curves(samples, options);
+  FitCache first_cache, whole_cache;
+  const FittedCurves first = fit_curves(samples, options, {}, nullptr, &first_cache);
   EXPECT_GT(first.smoothing[0], 0);
-  EXPECT_EQ(first.own.control[0].rows(), 49);
+  EXPECT_EQ(first_cache.own_control[0].rows(), 49);
   for (Eigen::Index i = 0; i < samples.rows(); ++i)
     if (samples.point[static_cast<std::size_t>(i)] == 17) samples.force.row(i) *= 1.1;
-  const FittedCurves whole = fit_curves(samples, options);
-  options.warm_start = &first;
+  const FittedCurves whole = fit_curves(samples, options, {}, nullptr, &whole_cache);
+  options.warm_start = &first, options.warm_cache = &first_cache;
   FitReport report;
   const FittedCurves warm = fit_curves(samples, options, {}, &report);
   EXPECT_EQ(report.kept, 48U);
@@ -366,10 +368,16 @@ TEST(smoothing, of_a_warm_fit_with_one_changed_recording_is_that_of_a_whole_fit)
     EXPECT_LT((warm.curves.control[kind] - whole.curves.control[kind]).cwiseAbs().maxCoeff(),
               1e-9 * whole.curves.control[kind].maxCoeff());
   EXPECT_EQ(warm.smoothing, whole.smoothing);
+  // Without the points' own curves all are fitted again, and smoothed with the strengths kept.
+  options.warm_cache = nullptr;
+  const FittedCurves without = fit_curves(samples, options, {}, &report);
+  EXPECT_EQ(report.kept, 0U);
+  expect_same_curves(without, warm);
+  options.warm_start = nullptr;
   // Smoothing switched off goes back to the points' own curves.
   options.smoothing = 0;
   const FittedCurves back = fit_curves(samples, options);
-  EXPECT_EQ(back.curves.control[0], whole.own.control[0]);
+  EXPECT_EQ(back.curves.control[0], whole_cache.own_control[0]);
 }
 
 }  // namespace

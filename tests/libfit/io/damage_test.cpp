@@ -152,7 +152,8 @@ TEST_F(Damage, missing_data_sets_are_named) {
             "s.h5:rows/force: data set is missing");
   EXPECT_EQ(samples_error([](Tamper& t) { t.remove("points"); }),
             "s.h5:points/position: data set is missing");
-  EXPECT_EQ(body_error([](Tamper& t) { t.remove("scene"); }), "b.h5:scene: data set is missing");
+  EXPECT_EQ(body_error([](Tamper& t) { t.remove("probe/friction"); }),
+            "b.h5:probe/friction: data set is missing");
   EXPECT_EQ(curves_error([](Tamper& t) { t.remove("curves/limit/controls"); }),
             "c.h5:curves/limit/controls: data set is missing");
   EXPECT_EQ(model_error([](Tamper& t) { t.remove("blend_weight"); }),
@@ -166,8 +167,8 @@ TEST_F(Damage, missing_and_wrong_units_are_named) {
             "s.h5:points/position: is in `mm`, not in m");
   EXPECT_EQ(samples_error([](Tamper& t) { t.remove_attribute("rows/point", "unit"); }),
             "s.h5:rows/point: has no `unit` attribute, expected 1");
-  EXPECT_EQ(model_error([](Tamper& t) { t.set_text("probe_radius", "unit", "mm"); }),
-            "m.h5:probe_radius: is in `mm`, not in m");
+  EXPECT_EQ(model_error([](Tamper& t) { t.set_text("probe/semi_axes", "unit", "mm"); }),
+            "m.h5:probe/semi_axes: is in `mm`, not in m");
   EXPECT_EQ(samples_error([](Tamper& t) { t.set_text("rows/torque", "unit", "N\u00b7m"); }), "");
 }
 
@@ -277,8 +278,8 @@ TEST_F(Damage, numbers_that_cannot_be_are_named) {
             "m.h5:blend_weight: row 1 is negative or does not sum to 1");
   EXPECT_EQ(model_error([](Tamper& t) { t.poke("blend_weight", H5T_NATIVE_DOUBLE, 12, 0.1); }),
             "m.h5:blend_weight: row 4 is negative or does not sum to 0");
-  EXPECT_EQ(model_error([](Tamper& t) { t.poke("probe_radius", H5T_NATIVE_DOUBLE, 0, -1.0); }),
-            "m.h5:probe_radius: is negative or infinite");
+  EXPECT_EQ(model_error([](Tamper& t) { t.poke("probe/friction", H5T_NATIVE_DOUBLE, 0, -1.0); }),
+            "m.h5:probe/friction: is negative or not finite");
 }
 
 TEST_F(Damage, values_that_were_never_written_or_live_elsewhere_are_refused) {
@@ -304,8 +305,9 @@ TEST_F(Damage, writers_refuse_what_readers_would) {
   EXPECT_EQ(error_of([&] { write_model(at("m.h5"), model); }),
             "m.h5:curves/normal/controls: row 0 is not exact in float32");
   Body body = example_body();
-  body.scene += '\0';
-  EXPECT_EQ(error_of([&] { write_body(at("b.h5"), body); }), "b.h5:scene: text holds a zero byte");
+  body.settings["fit/family"].text += '\0';
+  EXPECT_EQ(error_of([&] { write_body(at("b.h5"), body); }),
+            "b.h5:settings/fit/family: text holds a zero byte");
   EXPECT_TRUE(names().empty()) << "nothing half-written may stay";
 }
 

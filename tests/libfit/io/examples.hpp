@@ -5,7 +5,8 @@
 #include <random>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/curves.hpp"
+#include "libfit/core/fit_cache.hpp"
+#include "libfit/core/rounding.hpp"
 #include "libfit/core/samples.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the
@@ -31,8 +32,23 @@ inline Points unit_vectors(Eigen::Index rows, unsigned seed) {
   return points;
 }
 
+/// A mesh with everything a probe may say; make_probe would refuse it, files must not.
+inline ProbeSpec example_probe() {
+  ProbeSpec probe;
+  probe.shape = "m\u00e4sh";
+  probe.values = {{"half_angle", {0.1}}, {"semi_axes", {1.0 / 3, 5e-324, 7}}};
+  probe.mesh.vertices = awkward_points(4, 21);
+  probe.mesh.triangles.resize(1, 3);
+  probe.mesh.triangles << 3, 0, 2;
+  probe.heading = Vec3(-0.0, 1.0 / 3, 1e300);
+  probe.friction = 0.8;
+  return probe;
+}
+
 inline Samples example_samples() {
   Samples s;
+  s.probe = example_probe();
+  s.poisson = 0.45;
   s.point_position = awkward_points(3, 1);
   s.point_normal = unit_vectors(3, 2);
   s.point_name = {"p001", "", "Pr\u00fcfpunkt, \"3\""};
@@ -71,7 +87,10 @@ inline Body example_body() {
   body.volume.region = Eigen::VectorXi::Constant(1, 2);
   body.is_held = {0, 0, 1, 1};
   body.mended = {"3 duplicate vertices were joined", ""};
-  body.scene = "[body]\nsurface = \"lever \u03bc.obj\"\n\n";
+  body.probe = example_probe();
+  body.settings["material/law"] = {"", {}, "lever \u03bc"};
+  body.settings["material/c20"] = {"Pa", {std::numeric_limits<double>::quiet_NaN()}, ""};
+  body.settings["experiments/drag_depths"] = {"m", {}, ""};
   return body;
 }
 
@@ -119,13 +138,14 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
     const Eigen::Index first = parts[i].starts_at_zero ? parts[i].width : 0;
     for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
       out.control[i].col(j).setConstant(
-          as_float32(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+          rounded_to_float(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
   }
   return out;
 }
 
 inline FittedCurves example_curves() {
   FittedCurves f;
+  f.probe = example_probe();
   f.position = awkward_points(3, 10);
   f.normal = unit_vectors(3, 11);
   f.name = {"p1", "p2", "p3"};
@@ -142,24 +162,22 @@ inline FittedCurves example_curves() {
   }
   f.smoothing = {0, 12.1, 0};
   f.smoothing_reason = {"rows not seen are predicted no better", "gain 40 %", ""};
-  f.own.control[1] = f.curves.control[1];
-  f.own.control[1].row(2).setZero();
-  f.own.covariance[1] = 2 * f.covariance[1];
   f.recordings.experiment = {4, 7}, f.recordings.point = {0, 2};
   f.recordings.contact_m = Eigen::Vector2d(1e-4, -3e-5);
   f.recordings.contact_deviation_m = Eigen::Vector2d(1e-5, 2e-5);
   for (auto* column : {&f.recordings.bias_N, &f.recordings.bias_deviation_N, &f.recordings.drift_N,
                        &f.recordings.drift_deviation_N})
     *column = Eigen::Vector2d(0.01, 0);
-  f.scores.relative_residual = Eigen::Vector3d(0.01, std::numeric_limits<double>::quiet_NaN(), 0.1);
-  f.scores.worst_experiment = {0, 0, 2}, f.scores.worst_row = {7, 0, 1};
-  f.scores.rows.resize(3, 4);
-  f.scores.rows << 2, 1, 0, 0, 0, 3, 1, 0, 1, 0, 0, 5;
-  f.scores.curve_end_m = awkward_points(3, 13).cwiseMin(1).cwiseMax(0);
-  f.scores.curve_end_m(0, 2) = std::numeric_limits<double>::quiet_NaN();
-  f.scores.states_errors = {1, 0, 1};
-  f.scores.relative_error = {100, 2000000000, 7};
   return f;
+}
+
+inline FitCache example_cache(const FittedCurves& f) {
+  FitCache cache;
+  cache.fingerprint = {"00", "11", "22"};
+  cache.own_control[1] = f.curves.control[1];
+  cache.own_control[1].row(2).setZero();
+  cache.own_covariance[1] = 2 * f.covariance[1];
+  return cache;
 }
 
 inline Model example_model() {
@@ -174,7 +192,7 @@ inline Model example_model() {
   model.blend_weight.resize(5, 3);
   model.blend_weight << 1, 0, 0, 0.5, 0.25, 0.25, 0.3, 0.3, 0.4, 0, 1, 0, 0, 0, 0;
   for (auto& control : model.curves.control) control.row(4).setZero();
-  model.probe_radius_m = 0.005;
+  model.probe = example_probe();
   return model;
 }
 

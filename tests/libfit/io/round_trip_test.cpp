@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
+
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
 #include "libfit/io/files/describe.hpp"
+#include "libfit/io/files/fit_cache_file.hpp"
 #include "libfit/io/files/model_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "tests/libfit/io/examples.hpp"
@@ -24,6 +28,17 @@ void expect_same(const CurveSet& a, const CurveSet& b) {
   }
 }
 
+void expect_same(const std::optional<ProbeSpec>& a, const std::optional<ProbeSpec>& b) {
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->shape, b->shape);
+  EXPECT_EQ(a->values, b->values);
+  EXPECT_TRUE(same_bits(a->mesh.vertices, b->mesh.vertices));
+  EXPECT_TRUE(same_bits(a->mesh.triangles, b->mesh.triangles));
+  EXPECT_EQ(a->orientation, b->orientation);
+  EXPECT_EQ(a->heading, b->heading);
+  EXPECT_EQ(a->friction, b->friction);
+}
+
 TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
   const Samples a = example_samples();
   write_samples(at("s.h5"), a, kAttributes);
@@ -42,13 +57,15 @@ TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
   EXPECT_TRUE(same_bits(a.force_error, b.force_error));
   EXPECT_EQ(a.status, b.status);
   EXPECT_TRUE(b.doubt.empty()) << "nobody checked";
+  expect_same(a.probe, b.probe);
+  EXPECT_EQ(a.poisson, b.poisson);
   EXPECT_EQ(read_attributes(at("s.h5")).at("inputs_hash"), "00ff00ff00ff00ff");
 }
 
 TEST_F(RoundTrip, what_checks_of_rows_found_comes_back_and_needs_one_entry_a_row) {
   Samples a = example_samples();
   for (std::size_t row = 0; row < a.status.size(); ++row)
-    a.doubt.push_back(kRowDoubtNames[row % kRowDoubtNames.size()].doubt);
+    a.doubt.push_back(kStepCheckNames[row % kStepCheckNames.size()].doubt);
   write_samples(at("s.h5"), a, {});
   EXPECT_EQ(read_samples(at("s.h5")).doubt, a.doubt);
   a.doubt.pop_back();
@@ -67,7 +84,10 @@ TEST_F(RoundTrip, samples_without_rows_or_gradient_come_back) {
   EXPECT_EQ(b.points(), 3);
   EXPECT_EQ(b.point_normal_gradient.rows(), 0);
   write_samples(at("none.h5"), Samples{});
-  EXPECT_EQ(read_samples(at("none.h5")).points(), 0);
+  const Samples none = read_samples(at("none.h5"));
+  EXPECT_EQ(none.points(), 0);
+  EXPECT_FALSE(none.probe) << "others may not know it";
+  EXPECT_TRUE(std::isnan(none.poisson));
 }
 
 TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
@@ -86,7 +106,16 @@ TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
   EXPECT_TRUE(same_bits(a.volume.region, b.volume.region));
   EXPECT_EQ(a.is_held, b.is_held);
   EXPECT_EQ(a.mended, b.mended);
-  EXPECT_EQ(a.scene, b.scene);
+  expect_same(a.probe, b.probe);
+  ASSERT_EQ(a.settings.size(), b.settings.size());
+  for (const auto& [key, setting] : a.settings) {
+    EXPECT_EQ(setting.unit, b.settings.at(key).unit) << key;
+    EXPECT_EQ(setting.text, b.settings.at(key).text) << key;
+    ASSERT_EQ(setting.numbers.size(), b.settings.at(key).numbers.size()) << key;
+    for (std::size_t i = 0; i < setting.numbers.size(); ++i)
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(setting.numbers[i]),
+                std::bit_cast<std::uint64_t>(b.settings.at(key).numbers[i]));
+  }
 }
 
 TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
@@ -98,7 +127,8 @@ TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
   EXPECT_EQ(b.volume.tets.rows(), 0);
   EXPECT_EQ(b.test_points.position.rows(), 0);
   EXPECT_TRUE(b.mended.empty());
-  EXPECT_EQ(b.scene, "");
+  EXPECT_FALSE(b.probe);
+  EXPECT_TRUE(b.settings.empty());
 }
 
 TEST_F(RoundTrip, a_lean_comes_back_bit_for_bit) {
@@ -148,38 +178,54 @@ TEST_F(RoundTrip, curves_come_back_bit_for_bit) {
   EXPECT_EQ(a.recordings.point, b.recordings.point);
   EXPECT_TRUE(same_bits(a.recordings.contact_m, b.recordings.contact_m));
   EXPECT_TRUE(same_bits(a.recordings.drift_deviation_N, b.recordings.drift_deviation_N));
-  EXPECT_TRUE(same_bits(a.scores.relative_residual, b.scores.relative_residual));
-  EXPECT_TRUE(same_bits(a.scores.rows, b.scores.rows));
-  EXPECT_TRUE(same_bits(a.scores.curve_end_m, b.scores.curve_end_m));
-  EXPECT_EQ(a.scores.worst_experiment, b.scores.worst_experiment);
-  EXPECT_EQ(a.scores.worst_row, b.scores.worst_row);
-  EXPECT_EQ(a.scores.states_errors, b.scores.states_errors);
-  EXPECT_EQ(a.scores.relative_error, b.scores.relative_error);
+  expect_same(a.probe, b.probe);
 }
 
-TEST_F(RoundTrip, what_smoothing_did_and_the_curves_before_it_come_back) {
-  FittedCurves a = example_curves();
+TEST_F(RoundTrip, what_smoothing_did_comes_back) {
+  const FittedCurves a = example_curves();
   write_curves(at("c.h5"), a);
   const FittedCurves b = read_curves(at("c.h5"));
   EXPECT_EQ(b.smoothing, a.smoothing);
   EXPECT_EQ(b.smoothing_reason, a.smoothing_reason);
+}
+
+TEST_F(RoundTrip, a_fit_cache_comes_back_with_the_curves_it_is_of) {
+  const FittedCurves curves = example_curves();
+  const FitCache a = example_cache(curves);
+  write_curves(at("c.h5"), curves);
+  write_fit_cache(at("c.h5"), a);
+  const auto b = read_fit_cache(at("c.h5"), curves);
+  ASSERT_TRUE(b);
+  EXPECT_EQ(b->fingerprint, a.fingerprint);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
-    EXPECT_TRUE(same_bits(a.own.control[kind], b.own.control[kind]));
-    EXPECT_TRUE(same_bits(a.own.covariance[kind], b.own.covariance[kind]));
+    EXPECT_TRUE(same_bits(a.own_control[kind], b->own_control[kind]));
+    EXPECT_TRUE(same_bits(a.own_covariance[kind], b->own_covariance[kind]));
   }
-  a.smoothing[0] = 3;
-  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
-            "d.h5:curves/normal/own_controls: does not go with the strength of smoothing");
-  a = example_curves();
-  a.own.control[1](2, 1) = -1;
-  EXPECT_EQ(error_of([&] { write_curves(at("d.h5"), a); }),
-            "d.h5:curves/lateral/own_controls: row 2 falls");
+}
+
+TEST_F(RoundTrip, a_fit_cache_of_other_curves_or_damaged_is_none) {
+  const FittedCurves curves = example_curves();
+  write_curves(at("c.h5"), curves);
+  EXPECT_FALSE(read_fit_cache(at("c.h5"), curves));
+  write_fit_cache(at("c.h5"), example_cache(curves));
+  write_curves(at("c.h5"), curves, {{"note", "another file"}});
+  EXPECT_FALSE(read_fit_cache(at("c.h5"), curves));
+  FitCache falling = example_cache(curves);
+  falling.own_control[1](2, 1) = -1;
+  write_fit_cache(at("c.h5"), falling);
+  EXPECT_FALSE(read_fit_cache(at("c.h5"), curves));
+  write_fit_cache(at("c.h5"), example_cache(curves));
+  const std::string whole = read_whole_file(fit_cache_path(at("c.h5")));
+  for (std::size_t length = 0; length < whole.size(); length += whole.size() / 9) {
+    write_quickly(fit_cache_path(at("c.h5")), whole.substr(0, length));
+    EXPECT_FALSE(read_fit_cache(at("c.h5"), curves)) << length;
+  }
 }
 
 TEST_F(RoundTrip, curves_without_errors_and_with_impossible_ones) {
   FittedCurves a = example_curves();
   a.recordings = {};
-  a.smoothing = {}, a.smoothing_reason = {}, a.own = {};
+  a.smoothing = {}, a.smoothing_reason = {};
   for (auto& covariance : a.covariance) covariance.resize(0, 0);
   write_curves(at("old.h5"), a);
   const FittedCurves b = read_curves(at("old.h5"));
@@ -206,12 +252,12 @@ TEST_F(RoundTrip, model_comes_back_bit_for_bit) {
   EXPECT_EQ(a.is_covered, b.is_covered);
   EXPECT_TRUE(same_bits(a.blend_point, b.blend_point));
   EXPECT_TRUE(same_bits(a.blend_weight, b.blend_weight));
-  EXPECT_EQ(a.probe_radius_m, b.probe_radius_m);
+  expect_same(a.probe, b.probe);
 }
 
 TEST_F(RoundTrip, columns_longer_than_a_chunk_come_back) {
   Samples s;
-  const Eigen::Index rows = 50000;  // 1.2 MB a column: five chunks
+  const Eigen::Index rows = 50000;  // 1.2 MB a column: six chunks
   s.point_position = Points::Zero(1, 3);
   s.point_normal = unit_vectors(1, 1);
   s.point_name = {"p"};
@@ -265,10 +311,10 @@ TEST_F(RoundTrip, describe_lists_schema_shapes_and_units) {
   const FileDescription d = describe(at("s.h5"));
   EXPECT_EQ(d.version, 1);
   EXPECT_EQ(d.attributes, kAttributes);
-  ASSERT_EQ(d.data_sets.size(), 17u);
-  EXPECT_EQ(d.data_sets[2].name, "points/name");
-  EXPECT_EQ(d.data_sets[2].type, "text");
-  const auto& force = d.data_sets[10];
+  ASSERT_EQ(d.data_sets.size(), 21u);
+  EXPECT_EQ(d.data_sets[1].name, "points/name");
+  EXPECT_EQ(d.data_sets[1].type, "text");
+  const auto& force = d.data_sets[14];
   EXPECT_EQ(force.name, "rows/force");
   EXPECT_EQ(force.type, "float64");
   EXPECT_EQ(h5::to_string(force.shape), "6 x 3");

@@ -1,6 +1,6 @@
 // Where recordings lie on the body, and what becomes of several of one point.
 
-#include "libfit/recordings/batch/assemble.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/placing/plausible.hpp"
+#include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -18,7 +18,8 @@ constexpr unsigned kSeed = 7;
 Surface bumpy_sheet() {
   Surface s;
   const int n = 21;
-  s.vertices.resize(n * n, 3), s.triangles.resize(2 * (n - 1) * (n - 1), 3);
+  s.vertices.resize(n * n, 3);
+  s.triangles.resize(2 * (n - 1) * (n - 1), 3);
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const double x = 0.005 * i, y = 0.005 * j;
@@ -74,13 +75,19 @@ TEST(registration, landmarks_on_one_line_are_refused) {
 // Presses of one point, conditioned already: push = stiffness * depth.
 Conditioned linear_press(double stiffness_N_m, double speed_m_s) {
   Conditioned r;
-  r.is_axial = true, r.inward = Vec3(0, 0, -1), r.contact_m = Vec3(0.01, 0, 0),
+  r.is_axial = true;
+  r.inward = Vec3(0, 0, -1);
+  r.contact_m = Vec3(0.01, 0, 0);
   r.speed_m_s = speed_m_s;
-  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN(), r.apparent_Pa = 1e4,
+  r.hysteresis = r.young_Pa = std::numeric_limits<double>::quiet_NaN();
+  r.apparent_Pa = 1e4;
   r.noise_N = 1e-3;
-  r.deflection_m = r.force_N = Points::Zero(20, 3), r.error_N = Eigen::VectorXd::Constant(20, 1e-3);
-  for (int i = 0; i < 20; ++i)
-    r.deflection_m(i, 0) = 1e-4 * (i + 1), r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
+  r.deflection_m = r.force_N = Points::Zero(20, 3);
+  r.error_N = Eigen::VectorXd::Constant(20, 1e-3);
+  for (int i = 0; i < 20; ++i) {
+    r.deflection_m(i, 0) = 1e-4 * (i + 1);
+    r.force_N(i, 0) = stiffness_N_m * r.deflection_m(i, 0);
+  }
   r.status.assign(20, RowStatus::good);
   return r;
 }
@@ -89,8 +96,10 @@ Assembled assembled(const std::vector<Conditioned>& presses, const AssembleOptio
   std::vector<BatchItem> items(presses.size());
   std::vector<ItemResult> results(presses.size());
   for (std::size_t i = 0; i < presses.size(); ++i) {
-    items[i].file = items[i].shown = "p" + std::to_string(i) + ".csv", items[i].point = "p";
-    results[i].recordings = {presses[i]}, results[i].is_done = true;
+    items[i].file = items[i].shown = "p" + std::to_string(i) + ".csv";
+    items[i].point = "p";
+    results[i].recordings = {presses[i]};
+    results[i].is_done = true;
   }
   return assemble(items, results, options);
 }

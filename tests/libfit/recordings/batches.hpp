@@ -7,7 +7,7 @@
 
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
-#include "libfit/recordings/batch/summary.hpp"
+#include "libfit/recordings/placing/summary.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/recordings/synthetic.hpp"
 

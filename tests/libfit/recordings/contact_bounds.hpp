@@ -92,7 +92,9 @@ inline double contact_bound_m(const std::string& truth, const Noise& noise, bool
         const double t = d / kDepth * kPieces - piece, u = 1 - t;
         const int c = 2 * piece - 1;  // value, slope at the piece's ends; value 0 at contact
         if (piece > 0) J(i, c) = (1 + 2 * t) * u * u;
-        J(i, c + 1) = t * u * u, J(i, c + 2) = t * t * (3 - 2 * t), J(i, c + 3) = -t * t * u;
+        J(i, c + 1) = t * u * u;
+        J(i, c + 2) = t * t * (3 - 2 * t);
+        J(i, c + 3) = -t * t * u;
       }
     }
     if (noise.drift == 0) J.row(i) *= std::sqrt(information(force, noise));

@@ -19,8 +19,10 @@ struct Score {
   int cases = 0, covered = 0, refused = 0;
   double worst_m = 0, squares = 0, stated_m = 0;
   void add(double error_m, double deviation_m) {
-    ++cases, covered += std::abs(error_m) <= 3 * deviation_m;
-    worst_m = std::max(worst_m, std::abs(error_m)), squares += error_m * error_m;
+    ++cases;
+    covered += std::abs(error_m) <= 3 * deviation_m;
+    worst_m = std::max(worst_m, std::abs(error_m));
+    squares += error_m * error_m;
     stated_m += deviation_m * deviation_m;
   }
   double rms_m() const { return std::sqrt(squares / std::max(1, cases)); }
@@ -29,9 +31,7 @@ struct Score {
 
 class ContactOfCases : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!std::filesystem::exists(kCases)) GTEST_SKIP() << "no cases at " << kCases;
-  }
+  void SetUp() override { PALPATE_NEEDS_DATA("cases/curves"); }
 };
 
 struct Told {
@@ -59,9 +59,11 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
   for (const char* noise : kCaseNoises)
     for (const Told& told : kTold) {
       BatchItem item = case_item(told.truth, noise);
-      item.signal.use = Use::mean, item.signal.radius_m = told.radius_m;
+      item.signal.use = Use::mean;
+      item.signal.radius_m = told.radius_m;
       item.signal.is_range_given = true;
-      item.signal.min_young_Pa = 0, item.signal.max_young_Pa = 1e15;
+      item.signal.min_young_Pa = 0;
+      item.signal.max_young_Pa = 1e15;
       const auto results = run_batch({item}, {}, {});
       ASSERT_FALSE(results[0].failure)
           << told.truth << " " << noise << ": " << results[0].failure->where << ": "
@@ -80,7 +82,9 @@ TEST_F(ContactOfCases, errors_are_within_what_the_readings_can_tell) {
                    unknown_m =
                        told.radius_m > 0 ? bound_m : 3 * contact_bound_m(told.truth, kind, false);
       const bool is_kept = std::abs(off_m) <= bound_m;
-      kept += is_kept, not_kept += !is_kept, outside += std::abs(off_m) > unknown_m;
+      kept += is_kept;
+      not_kept += !is_kept;
+      outside += std::abs(off_m) > unknown_m;
       std::printf("%-10s | %-14s | %7.1f +- %6.1f | %6.1f %7.1f | %s\n", noise, told.shown,
                   1e6 * off_m, 1e6 * r.contact_deviation_m, 1e6 * bound_m, 1e6 * unknown_m,
                   is_kept                        ? "inside"

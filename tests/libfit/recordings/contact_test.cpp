@@ -18,7 +18,8 @@ PressCurve power_curve(double exponent, double noise_N, unsigned seed, double st
   PressCurve curve;
   const Eigen::Index n = 300;
   curve.travel_m = Eigen::VectorXd::LinSpaced(n, 0, 3e-3);
-  curve.push_N.resize(n), curve.count = Eigen::VectorXd::Ones(n);
+  curve.push_N.resize(n);
+  curve.count = Eigen::VectorXd::Ones(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double depth = std::max(0.0, curve.travel_m[i] - 1e-3);
     curve.push_N[i] = 0.01 + std::pow(depth / 2e-3, exponent) * (1 + stiffens_1_m * depth) +
@@ -49,7 +50,8 @@ TEST(contact, the_stated_deviation_is_the_scatter_over_noisy_repeats) {
     settings.contact_range = 1;
     const auto found =
         contact_estimator_named("hertz")->estimate(power_curve(1.5, 0.02, kSeed + k), settings);
-    squares += std::pow(found.travel_m - 1e-3, 2), stated += found.deviation_m / repeats;
+    squares += std::pow(found.travel_m - 1e-3, 2);
+    stated += found.deviation_m / repeats;
   }
   const double scatter = std::sqrt(squares / repeats);
   EXPECT_LT(scatter, 40e-6);
@@ -73,7 +75,8 @@ TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
 
 TEST(contact, a_recording_that_begins_in_contact_says_so) {
   PressCurve curve = power_curve(1, 1e-3, kSeed);
-  curve.travel_m = curve.travel_m.tail(180).eval(), curve.push_N = curve.push_N.tail(180).eval(),
+  curve.travel_m = curve.travel_m.tail(180).eval();
+  curve.push_N = curve.push_N.tail(180).eval();
   curve.count = curve.count.tail(180).eval();
   EXPECT_TRUE(contact_estimator_named("auto")->estimate(curve, {}).begins_in_contact);
 }

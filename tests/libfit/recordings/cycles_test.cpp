@@ -19,8 +19,9 @@ importers::RawRecording cycles_with_spikes(bool has_spikes) {
     const double travel = 5e-6 * (is_in ? phase : 800 - phase),
                  depth = std::max(0.0, travel - 5e-4),
                  loop = 0.05 * std::sin(M_PI * depth / 1.5e-3) * (is_in ? 1 : -1);
-    raw.time_s.push_back(0.01 * i), raw.travel_m.push_back(travel),
-        raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(0.01 * i);
+    raw.travel_m.push_back(travel);
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.push_N.push_back(2e3 * depth + 3 * loop * 2e3 * depth + 1e-3 * std::sin(40.0 * i) +
                          (has_spikes && i % 50 == 17 ? 0.9 : 0));
   }
@@ -45,7 +46,8 @@ TEST(signal, the_mean_of_all_ways_is_the_middle_of_the_loop) {
   EXPECT_LT(middle.error_N.mean(), 0.7 * in.error_N.mean());
   settings.kind = ExperimentKind::drag;
   importers::RawRecording drag = cycles_with_spikes(false);
-  drag.position_m.resize(1600, 3), drag.force_N.resize(1600, 3);
+  drag.position_m.resize(1600, 3);
+  drag.force_N.resize(1600, 3);
   for (int i = 0; i < 1600; ++i)
     drag.position_m.row(i) << 0, 0, -drag.travel_m[static_cast<std::size_t>(i)],
         drag.force_N.row(i) << 0, 0, -drag.push_N[static_cast<std::size_t>(i)];

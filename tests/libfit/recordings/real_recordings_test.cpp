@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "libfit/recordings/batch/assemble.hpp"
 #include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -13,24 +14,24 @@ namespace fs = std::filesystem;
 
 class RealRecordings : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!fs::exists(folder_ / "indentation")) GTEST_SKIP() << "no recordings at " << folder_;
-  }
+  void SetUp() override { PALPATE_NEEDS_DATA("data/indentation"); }
   std::vector<BatchItem> items(const std::string& sub, const std::string& begins) const {
     std::vector<BatchItem> out;
     for (const auto& entry : fs::directory_iterator(folder_ / sub)) {
       const std::string name = entry.path().filename().string();
       if (!name.starts_with(begins) || entry.is_directory()) continue;
       BatchItem item;
-      item.file = entry.path(), item.shown = name;
-      item.position_m = Vec3::Zero(), item.normal = Vec3(0, 0, -1);
+      item.file = entry.path();
+      item.shown = name;
+      item.position_m = Vec3::Zero();
+      item.normal = Vec3(0, 0, -1);
       out.push_back(std::move(item));
     }
     std::sort(out.begin(), out.end(),
               [](const auto& a, const auto& b) { return a.shown < b.shown; });
     return out;
   }
-  fs::path folder_ = PALPATE_SHARED_DATA;
+  fs::path folder_ = testing_support::shared_data("data");
 };
 
 // The instrument's own result stands in the file: E[v=0.500] (Pa) 117.007.
@@ -53,7 +54,10 @@ TEST_F(RealRecordings, a_hertz_fit_with_free_contact_gives_the_nanoindenters_own
 TEST_F(RealRecordings, five_compressions_of_a_phantom_pool_to_one_curve_with_their_scatter) {
   auto batch = items("compression", "EF10_100T");
   ASSERT_EQ(batch.size(), 5u);
-  for (BatchItem& item : batch) item.point = "EF10_100T", item.signal.tip = Tip::flat;
+  for (BatchItem& item : batch) {
+    item.point = "EF10_100T";
+    item.signal.tip = Tip::flat;
+  }
   const Assembled out = assemble(batch, run_batch(batch, {}, {}), {});
   EXPECT_EQ(out.failed(), 0u);
   ASSERT_EQ(out.samples.points(), 1);
@@ -69,7 +73,9 @@ TEST_F(RealRecordings, a_force_map_becomes_a_point_per_curve_at_its_place) {
   for (BatchItem& item : batch) {
     item.position_m.reset();
     item.read.cantilever = importers::Cantilever{0.2, 1e-7};
-    item.signal.min_young_Pa = 1, item.signal.max_young_Pa = 1e9, item.signal.is_range_given = true;
+    item.signal.min_young_Pa = 1;
+    item.signal.max_young_Pa = 1e9;
+    item.signal.is_range_given = true;
   }
   AssembleOptions options;
   options.place_tolerance_m = 1e-6;

@@ -17,8 +17,9 @@ importers::RawRecording axial_press(int rows, double rate_hz) {
   importers::RawRecording raw;
   for (int i = 0; i < rows; ++i) {
     const double t = i / rate_hz, travel = 2e-3 * t, depth = std::max(0.0, travel - 1e-3);
-    raw.time_s.push_back(t), raw.travel_m.push_back(travel),
-        raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(t);
+    raw.travel_m.push_back(travel);
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.push_N.push_back(0.05 + 3e4 * std::pow(depth, 1.5) + 1e-4 * std::sin(40.0 * i));
   }
   return raw;
@@ -45,8 +46,9 @@ TEST(signal, clocks_of_different_rate_and_a_late_force_give_the_same_samples) {
   other.time_s.clear(), other.travel_m.clear(), other.line.clear();
   for (int i = 0; i < 90; ++i) {
     const double t = i / 44.0;
-    other.time_s.push_back(t), other.travel_m.push_back(2e-3 * t),
-        other.line.push_back(static_cast<std::size_t>(i) + 2);
+    other.time_s.push_back(t);
+    other.travel_m.push_back(2e-3 * t);
+    other.line.push_back(static_cast<std::size_t>(i) + 2);
   }
   SignalSettings settings;
   settings.force_delay_s = late_s;
@@ -94,7 +96,8 @@ TEST(signal, drift_along_the_way_is_taken_off_on_request) {
   auto raw = axial_press(400, 200);
   for (std::size_t i = 0; i < raw.push_N.size(); ++i) raw.push_N[i] += 20 * raw.travel_m[i];
   SignalSettings settings;
-  settings.drift = Drift::line, settings.contact = "hertz";
+  settings.drift = Drift::line;
+  settings.contact = "hertz";
   const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "a", false);
   EXPECT_NEAR(r.force_N(39, 0),
               3e4 * std::pow(r.deflection_m(39, 0) + r.contact_travel_m - 1e-3, 1.5),
@@ -138,7 +141,8 @@ TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
   for (int i = 0; i < 100; ++i) way.emplace_back(0, 0, -1e-3);
   for (int i = 0; i < 100; ++i) way.emplace_back(1e-5 * i, 0, -1e-3);
   for (int i = 0; i < 100; ++i) way.emplace_back(1e-3, 0, -1e-3 + 1e-5 * i);
-  signal.position_m.resize(400, 3), signal.force_N = Points::Zero(400, 3);
+  signal.position_m.resize(400, 3);
+  signal.force_N = Points::Zero(400, 3);
   for (int i = 0; i < 400; ++i) signal.position_m.row(i) = way[static_cast<std::size_t>(i)];
   const auto phases = find_phases(signal);
   EXPECT_EQ(phases[50], Phase::approach);
@@ -150,8 +154,10 @@ TEST(signal, approach_hold_slide_and_retract_are_told_apart) {
 TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
   importers::RawRecording raw;
   raw.name = "contact1";
-  raw.contact_m = Vec3(0.1, 0.2, 0.3), raw.normal = Vec3(0, 0, -1);
-  raw.position_m.resize(8, 3), raw.force_N.resize(8, 3);
+  raw.contact_m = Vec3(0.1, 0.2, 0.3);
+  raw.normal = Vec3(0, 0, -1);
+  raw.position_m.resize(8, 3);
+  raw.force_N.resize(8, 3);
   for (int i = 0; i < 8; ++i) {
     raw.position_m.row(i) << 0.1, 0.2, 0.3 - 5e-4 * i;
     raw.force_N.row(i) << 0.1 * i, 0, -0.5 * i;
@@ -173,17 +179,20 @@ TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way
   for (int i = 0; i < 300; ++i) way.emplace_back(0, 0, 1e-3 - 1e-5 * i);
   for (int i = 1; i <= 500; ++i) way.emplace_back(1e-5 * i, 0, -2e-3);
   for (int i = 1; i <= 300; ++i) way.emplace_back(5e-3, 0, -2e-3 + 1e-5 * i);
-  raw.position_m.resize(1100, 3), raw.force_N.resize(1100, 3);
+  raw.position_m.resize(1100, 3);
+  raw.force_N.resize(1100, 3);
   for (int i = 0; i < 1100; ++i) {
     const Vec3& x = way[static_cast<std::size_t>(i)];
     const double push = 3e4 * std::pow(std::max(0.0, -x.z()), 1.5);
-    raw.time_s.push_back(0.01 * i), raw.line.push_back(static_cast<std::size_t>(i) + 2);
+    raw.time_s.push_back(0.01 * i);
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
     raw.position_m.row(i) = x;
     raw.force_N.row(i) << std::min(1000 * x.x(), 0.4 * push) + noise(random), noise(random),
         -push + noise(random);
   }
   SignalSettings settings;
-  settings.kind = ExperimentKind::drag, settings.rows = 60;
+  settings.kind = ExperimentKind::drag;
+  settings.rows = 60;
   const Conditioned r = condition(raw, settings, Vec3(0, 0, -1), "drag.csv", false);
   const Eigen::Index last = r.deflection_m.rows() - 1;
   EXPECT_NEAR(r.deflection_m(last, 0), 5e-3, 2e-4);
@@ -208,15 +217,17 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     const double step = std::pow(10, 6 * unit(random) - 6),
                  scale_N = std::pow(10, 6 * unit(random));
     double x = 0;
-    raw.position_m.resize(is_axial ? 0 : rows, 3), raw.force_N.resize(is_axial ? 0 : rows, 3);
+    raw.position_m.resize(is_axial ? 0 : rows, 3);
+    raw.force_N.resize(is_axial ? 0 : rows, 3);
     for (int i = 0; i < rows; ++i) {
       x += pick(4) == 0 ? 0 : step * (unit(random) + static_cast<double>(pick(3)) - 0.5);
       const double push_N =
           pick(5) == 0 ? 1e15 * unit(random) : scale_N * (x / step + unit(random));
       if (has_time) raw.time_s.push_back(i);
-      if (is_axial)
-        raw.travel_m.push_back(x), raw.push_N.push_back(push_N);
-      else {
+      if (is_axial) {
+        raw.travel_m.push_back(x);
+        raw.push_N.push_back(push_N);
+      } else {
         raw.position_m.row(i) << step * unit(random), 0, -x;
         raw.force_N.row(i) << 0, 0, -push_N;
       }
@@ -228,8 +239,10 @@ TEST(signal, any_signal_gives_finite_samples_or_an_error) {
     settings.contact =
         contact_estimators()[pick(static_cast<unsigned>(contact_estimators().size()))].name;
     settings.kind = is_axial ? ExperimentKind::press : static_cast<ExperimentKind>(pick(3));
-    settings.tip = static_cast<Tip>(pick(3)), settings.drift = static_cast<Drift>(pick(3));
-    settings.use = static_cast<Use>(pick(3)), settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
+    settings.tip = static_cast<Tip>(pick(3));
+    settings.drift = static_cast<Drift>(pick(3));
+    settings.use = static_cast<Use>(pick(3));
+    settings.smooth_s = has_time && pick(3) == 0 ? 2 : 0;
     settings.rows = 3 + static_cast<int>(pick(60));
     const auto inward = is_axial || pick(2) == 0 ? std::optional(Vec3(0, 0, -1)) : std::nullopt;
     try {

@@ -107,10 +107,12 @@ inline recordings::BatchItem item_of(const std::filesystem::path& folder, int nu
   recordings::BatchItem item;
   char name[32];
   std::snprintf(name, sizeof name, "r%05d.csv", number);
-  item.shown = name, item.file = folder / name;
+  item.shown = name;
+  item.file = folder / name;
   item.position_m = truth_of(number, seed).position_m;
   item.normal = Vec3(0, 0, -1);
-  item.read.columns.time = "t", item.read.columns.position = {"x", "y", "z"},
+  item.read.columns.time = "t";
+  item.read.columns.position = {"x", "y", "z"};
   item.read.columns.force = {"fx", "fy", "fz"};
   item.read.units = {"s", "mm", "N"};
   item.read.is_force_on_tool = true;

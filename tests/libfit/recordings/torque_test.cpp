@@ -6,8 +6,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "libfit/recordings/batch/assemble.hpp"
 #include "libfit/recordings/batch/condition.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/cantilever_effect.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
@@ -27,10 +27,15 @@ class TorqueTest : public testing_io::ScratchTest {
     }
     testing_io::write_quickly(at(name), text.str());
     BatchItem out;
-    out.file = at(name), out.shown = name, out.point = "p", out.position_m = Vec3::Zero();
+    out.file = at(name);
+    out.shown = name;
+    out.point = "p";
+    out.position_m = Vec3::Zero();
     out.normal = Vec3(0, 0, -1);
-    out.read.columns.time = "t", out.read.columns.position = {"x", "y", "z"};
-    out.read.columns.force = {"fx", "fy", "fz"}, out.read.columns.torque = {"tx", "ty", "tz"};
+    out.read.columns.time = "t";
+    out.read.columns.position = {"x", "y", "z"};
+    out.read.columns.force = {"fx", "fy", "fz"};
+    out.read.columns.torque = {"tx", "ty", "tz"};
     out.read.units = {"s", "mm", "N", "Nmm"};
     return out;
   }
@@ -100,7 +105,9 @@ TEST_F(TorqueTest, the_effect_of_a_cantilever_is_that_of_changing_it) {
   testing_io::write_quickly(at("a.csv"), text.str());
   const auto modulus = [&](double stiffness, double sensitivity, CantileverEffect* effect) {
     BatchItem item;
-    item.file = at("a.csv"), item.normal = Vec3(0, 0, -1), item.position_m = Vec3::Zero();
+    item.file = at("a.csv");
+    item.normal = Vec3(0, 0, -1);
+    item.position_m = Vec3::Zero();
     item.read.cantilever = importers::Cantilever{stiffness, sensitivity, 0, 0};
     item.signal.radius_m = 1e-6;
     const auto results = run_batch({item}, {}, {});

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "libfit/refine/match_triangles.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "tests/libfit/refine/blending.hpp"
 
 namespace palpate::testing_refine {

@@ -4,10 +4,9 @@
 
 #include <cmath>
 
-#include "libfit/refine/expected_error.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
-#include "libfit/refine/point_seeds.hpp"
+#include "libfit/refine/points_on_surface.hpp"
 #include "tests/libfit/refine/blending.hpp"
 
 namespace palpate::testing_refine {
@@ -39,7 +38,8 @@ TEST(ExpectedError, bounds_what_a_parabola_loses_and_is_near_it) {
     const double value = parabola(at);
     const double actual = std::abs(model.curves.control[0](v, 1) - value) / value;
     EXPECT_GE(errors[static_cast<std::size_t>(v)], 0.9 * actual - 1e-6) << "vertex " << v;
-    actual_sum += actual, expected_sum += errors[static_cast<std::size_t>(v)];
+    actual_sum += actual;
+    expected_sum += errors[static_cast<std::size_t>(v)];
   }
   EXPECT_LT(expected_sum, 2 * actual_sum);
 }

@@ -97,8 +97,10 @@ TEST(NaturalNeighbours, do_not_earn_their_weights) {
   for (unsigned seed = 1; seed <= 2; ++seed)
     for (const Field& field : {kSmooth, lump}) {
       const Errors e = compare(10, seed, field);
-      area += e.area_rms, natural += e.natural_rms;
-      area_p95 += e.area_p95, natural_p95 += e.natural_p95;
+      area += e.area_rms;
+      natural += e.natural_rms;
+      area_p95 += e.area_p95;
+      natural_p95 += e.natural_p95;
     }
   EXPECT_GT(natural, 0.8 * area);
   EXPECT_LT(natural, 1.25 * area);

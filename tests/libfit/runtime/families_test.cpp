@@ -38,7 +38,8 @@ struct Node {
       const int count = parts[i].width * size_of(parts[i], basis);
       for (int j = 0; j < count; ++j) {
         const bool is_zero = parts[i].starts_at_zero && j < parts[i].width;
-        const double step = parts[i].rises ? draw(random) : 2e-3 * (draw(random) - 1);
+        const double unit = std::pow(kRange_m, parts[i].length);
+        const double step = parts[i].rises ? draw(random) : 0.2 * unit * (draw(random) - 1);
         const double below = parts[i].rises && j > 0 ? numbers[i].back() : 0;
         numbers[i].push_back(is_zero ? 0 : std::clamp(below + step, parts[i].min, parts[i].max));
       }

@@ -7,13 +7,17 @@
 
 #include "libfit/runtime/quadric.hpp"
 #include "libfit/validation/causes.hpp"
-#include "libfit/validation/compared_paths.hpp"
-#include "libfit/validation/predict.hpp"
+#include "libfit/validation/replay.hpp"
 #include "libfit/validation/substitute.hpp"
 #include "tools/bench/bodies.hpp"
 
 namespace palpate::validation {
 namespace {
+
+using tools::bench_cylinder;
+using tools::BenchAsset;
+using tools::kCylinderRadius_m;
+using tools::make_bench_asset;
 
 constexpr HeldOutRange kRange{0.006, 0.004};
 
@@ -104,13 +108,31 @@ TEST(HeldOut, the_body_and_the_seed_alone_decide) {
   EXPECT_NE(draw_held_out(body, kRange, 5, 2).points.position, one.points.position);
 }
 
-Points forces_of(const runtime::AssetView& asset, const HeldOut& held_out) {
-  Points all(0, 3);
-  for (const Followed& followed : follow_paths(asset, held_out, kRange.depth_m)) {
-    all.conservativeResize(all.rows() + followed.force.rows(), 3);
-    all.bottomRows(followed.force.rows()) = followed.force;
+// Rows of the held-out paths, without forces.
+Samples rows_of(const HeldOut& held_out) {
+  Samples s;
+  s.point_position = held_out.points.position;
+  s.point_normal = held_out.points.normal;
+  s.point_name = held_out.points.name;
+  for (std::size_t path = 0; path < held_out.paths.size(); ++path) {
+    const Points& deflections = held_out.paths[path].deflections;
+    s.deflection.conservativeResize(s.deflection.rows() + deflections.rows(), 3);
+    s.deflection.bottomRows(deflections.rows()) = deflections;
+    for (Eigen::Index step = 0; step < deflections.rows(); ++step) {
+      s.point.push_back(static_cast<std::int32_t>(path));
+      s.experiment.push_back(static_cast<std::int32_t>(path));
+      s.kind.push_back(ExperimentKind::path);
+      s.step.push_back(static_cast<std::int32_t>(step));
+      s.status.push_back(RowStatus::good);
+    }
   }
-  return all;
+  s.force = s.torque = Points::Zero(s.deflection.rows(), 3);
+  s.force_error = Eigen::VectorXd::Constant(s.deflection.rows(), 0.001);
+  return s;
+}
+
+Points forces_of(const runtime::AssetView& asset, const HeldOut& held_out) {
+  return replay_paths(asset, {held_out, rows_of(held_out), {}}, kRange.depth_m).force_N;
 }
 
 class Substituted : public testing::Test {
@@ -171,33 +193,14 @@ TEST_F(Substituted, a_nudge_of_every_float_changes_forces_by_millionths) {
 
 // Samples that the law itself makes on a plate: every error must come out as what it is.
 Samples samples_of(const runtime::AssetView& asset, const HeldOut& held_out) {
-  Samples s;
-  s.point_position = held_out.points.position;
-  s.point_normal = held_out.points.normal;
-  s.point_name = held_out.points.name;
-  const auto followed = follow_paths(asset, held_out, kRange.depth_m);
-  for (std::size_t path = 0; path < followed.size(); ++path)
-    for (Eigen::Index row = 0; row < followed[path].force.rows(); ++row) {
-      const auto at = s.deflection.rows();
-      s.deflection.conservativeResize(at + 1, 3);
-      s.force.conservativeResize(at + 1, 3);
-      s.force_error.conservativeResize(at + 1);
-      s.deflection.row(at) = held_out.paths[path].deflections.row(row);
-      s.force.row(at) = followed[path].force.row(row);
-      s.force_error[at] = 0.001;
-      s.point.push_back(static_cast<std::int32_t>(path));
-      s.experiment.push_back(static_cast<std::int32_t>(path));
-      s.kind.push_back(ExperimentKind::path);
-      s.step.push_back(static_cast<std::int32_t>(row));
-      s.status.push_back(RowStatus::good);
-    }
-  s.torque = Points::Zero(s.deflection.rows(), 3);
+  Samples s = rows_of(held_out);
+  s.force = forces_of(asset, held_out);
   return s;
 }
 
 TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose) {
   const Reference reference{held_out, samples_of(body.asset, held_out), {}};
-  const auto engine = follow_paths(body.asset, held_out, kRange.depth_m);
+  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
   for (const NamedError& error : errors_by_path(reference, engine))
     EXPECT_EQ(error.p95_N, 0) << error.name;
   const auto baselines =
@@ -214,7 +217,9 @@ TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
   for (std::int32_t point = 0; point < 8; point += 4) {  // the straight ones
     const auto one = SubstitutedAsset::with_one_response(body.asset, model.curves, 500);
     const Points engine = forces_of(one.view(), held_out);
-    const auto rows = predicted_rows(presses, point, model.curves, 500);
+    Replayed replayed(presses);
+    replay_point(presses, point, model.curves, 500, replayed);
+    const auto rows = compare(presses, replayed);
     ASSERT_EQ(rows.size(), 6u);
     const Eigen::Index first = point == 0 ? 0 : 6 + 6 + 9 + 14;
     for (Eigen::Index row = 0; row < 6; ++row)  // the tip enters the facet, below the round body
@@ -222,6 +227,20 @@ TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
                     .norm(),
                 0.02 * engine.row(first + row).norm() + 1e-3);
   }
+}
+
+TEST_F(Substituted, a_row_that_failed_is_not_compared_and_ends_a_path_replayed_by_the_law) {
+  Reference reference{held_out, samples_of(body.asset, held_out), {}};
+  const auto all = static_cast<std::size_t>(reference.paths.rows());
+  reference.paths.status[3] = RowStatus::not_converged;  // of the six of path 0
+  reference.paths.force.row(3).setConstant(std::nan(""));
+  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
+  const auto rows = compare(reference.paths, engine);
+  EXPECT_EQ(rows.size(), all - 1);
+  EXPECT_EQ(summarize(rows).max_N, 0) << "the engine passes the failed row on its way";
+  Replayed by_law(reference.paths);
+  replay_point(reference.paths, 0, model.curves, 500, by_law);
+  EXPECT_EQ(compare(reference.paths, by_law).size(), 3u);
 }
 
 }  // namespace

@@ -46,7 +46,10 @@ TEST(statement, unknown_reference_errors_do_not_count) {
 
 TEST(statement, reads_back_what_it_wrote) {
   Statement s = summarize({row(1, 0.02), row(3, 0.5)});
-  s.probes = 2, s.tick_ns = 123.5, s.asset_bytes = 4567, s.reference_failures = 1;
+  s.probes = 2;
+  s.tick_ns = 123.5;
+  s.asset_bytes = 4567;
+  s.reference_failures = 1;
   const Statement back = parse_statement(to_json(s, "0123"), "statement.json");
   EXPECT_EQ(to_json(back), to_json(s));
 }
@@ -70,9 +73,11 @@ TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
 
 TEST(statement, an_asset_carries_nothing_that_changes_from_one_machine_to_the_next) {
   Statement s = summarize({row(1, 0.02)});
-  s.tick_ns = 100, s.asset_bytes = 5;
+  s.tick_ns = 100;
+  s.asset_bytes = 5;
   Statement other = s;
-  other.tick_ns = 200, other.asset_bytes = 6;
+  other.tick_ns = 200;
+  other.asset_bytes = 6;
   EXPECT_EQ(to_asset_json(s), to_asset_json(other));
   EXPECT_NE(to_asset_json(s).find("\"p95_rel\""), std::string::npos);
 }

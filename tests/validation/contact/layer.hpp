@@ -38,7 +38,7 @@ inline SimulationSetup layer_setup(double poisson, const ProbeSpec& probe,
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, poisson}}};
   setup.probe = probe;
-  setup.options.twin_ratio = 0;
+  setup.options.coarse_ratio = 0;
   return setup;
 }
 

@@ -21,7 +21,7 @@ struct Exact {
 /// force, relative per depth, which an exact linear layer does not have.
 void compare(const std::string& case_id, SimulationSetup setup, const std::vector<Exact>& exact,
              double allowed, double nonlinearity = 0) {
-  setup.options.twin_ratio = SolverOptions{}.twin_ratio;  // as shipped
+  setup.options.coarse_ratio = SolverOptions{}.coarse_ratio;  // as shipped
   const double step = exact.front().depth_m / 2, deepest = exact.back().depth_m;
   const int steps = static_cast<int>(std::lround(deepest / step));
   const Pressed pressed = press(setup, deepest, steps);

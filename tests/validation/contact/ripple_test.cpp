@@ -39,7 +39,9 @@ TEST(Ripple, force_of_a_ball_rises_smoothly_over_tenths_of_a_millimetre) {
   int count = 0;
   for (std::size_t i = 9; i < depth.size(); ++i) {  // 1 to 5 mm
     const double off = local_cubic(depth, force, i, 10) / force[i] - 1;
-    squared += off * off, most = std::max(most, std::abs(off)), ++count;
+    squared += off * off;
+    most = std::max(most, std::abs(off));
+    ++count;
   }
   const double rms = std::sqrt(squared / count);
   std::printf("%d nodes, %.2f s CPU: ripple %.3f %% rms, %.3f %% at most\n",
@@ -61,7 +63,8 @@ TEST(SmallBall, pressed_to_three_radii_neither_pops_through_nor_reports_no_force
     EXPECT_NE(row.status, RowStatus::no_contact);
     if (row.status != RowStatus::good) continue;
     EXPECT_GT(pressed.force_N(i), before) << "step " << i;
-    before = pressed.force_N(i), deepest_m = -row.deflection.z();
+    before = pressed.force_N(i);
+    deepest_m = -row.deflection.z();
   }
   std::printf("%d nodes, %.2f s CPU: %.4f N at %.2f mm, the deepest good row\n",
               pressed.result.cost.nodes, pressed.cpu_s, before, 1e3 * deepest_m);

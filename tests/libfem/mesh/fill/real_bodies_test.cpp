@@ -9,6 +9,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
 #include "libfem/mesh/tet_quality.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate {
 namespace {
@@ -19,12 +20,14 @@ struct BodyFile {
   int max_tets;
 };
 
+void PrintTo(const BodyFile& param, std::ostream* out) { *out << param.file; }
+
 class RealBodies : public ::testing::TestWithParam<BodyFile> {};
 
 TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   const auto [file, length_unit_m, target_edge_m, max_tets] = GetParam();
-  const std::filesystem::path path = std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces" / file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << file << " is not here";
+  PALPATE_NEEDS_DATA("data/surfaces");
+  const auto path = testing_support::shared_data("data/surfaces") / file;
   const Surface fine = mend_surface(read_surface(path, length_unit_m), {}, file).surface;
   const auto start = std::chrono::steady_clock::now();
   const SimulationSurface coarse = simulation_surface(fine, target_edge_m);
@@ -47,11 +50,12 @@ TEST_P(RealBodies, go_from_file_to_sound_coarse_tets) {
   EXPECT_LT(report.tets, max_tets);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealBodies,
-                         ::testing::Values(BodyFile{"sofa_liver2.obj", 0.110, 0.016, 4000},
-                                           BodyFile{"sofa_liver.vtk", 0.001, 0.016, 8000},
-                                           BodyFile{"odedstein_hand_closed.obj", 0.2, 0.012,
-                                                    15000}));
+INSTANTIATE_TEST_SUITE_P(
+    Shared, RealBodies,
+    ::testing::Values(BodyFile{"sofa_liver2.obj", 0.110, 0.016, 4000},
+                      BodyFile{"sofa_liver.vtk", 0.001, 0.016, 8000},
+                      BodyFile{"odedstein_hand_closed.obj", 0.2, 0.012, 15000}),
+    [](const auto& body) { return testing_support::file_as_name(body.param.file); });
 
 }  // namespace
 }  // namespace palpate

@@ -16,7 +16,10 @@ namespace {
 Vec3 random_weights(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   double u = unit(random), v = unit(random);
-  if (u + v > 1) u = 1 - u, v = 1 - v;
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
   return {1 - u - v, u, v};
 }
 

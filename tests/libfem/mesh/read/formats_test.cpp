@@ -7,6 +7,7 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/read/sample_files.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate {
 namespace {
@@ -103,7 +104,7 @@ TEST(Formats, each_extension_known_has_a_sample) {
 
 // Real files: counts and volumes as documented with the data.
 std::filesystem::path shared(const std::string& name) {
-  return std::filesystem::path(PALPATE_SHARED_DATA) / name;
+  return testing_support::shared_data("data/" + name);
 }
 
 struct RealSurface {
@@ -112,7 +113,7 @@ struct RealSurface {
 };
 
 TEST(RealFiles, surfaces_have_the_counts_documented) {
-  if (!std::filesystem::exists(shared("surfaces"))) GTEST_SKIP() << "no shared data";
+  PALPATE_NEEDS_DATA("data/surfaces");
   for (const RealSurface& real :
        {RealSurface{"sofa_liver.vtk", 5008, 10000},
         RealSurface{"sofa_liver-smooth.obj", 2194, 4384},
@@ -127,12 +128,12 @@ TEST(RealFiles, surfaces_have_the_counts_documented) {
 }
 
 TEST(RealFiles, the_liver_of_1477_cubic_centimetres_points_inward) {
-  if (!std::filesystem::exists(shared("surfaces"))) GTEST_SKIP() << "no shared data";
+  PALPATE_NEEDS_DATA("data/surfaces");
   EXPECT_NEAR(volume_m3(read_surface(shared("surfaces/sofa_liver.vtk"), 1e-3)), -1.477e-3, 1e-6);
 }
 
 TEST(RealFiles, tet_meshes_have_the_counts_documented) {
-  if (!std::filesystem::exists(shared("tets"))) GTEST_SKIP() << "no shared data";
+  PALPATE_NEEDS_DATA("data/tets");
   TetReadNotes notes;
   const TetMesh bunny = read_tet_mesh(shared("tets/polyfem_bunny.msh"), 1, &notes);
   EXPECT_EQ(bunny.nodes.rows(), 4670);

@@ -11,6 +11,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/repair/shapes.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate {
 namespace {
@@ -103,11 +104,14 @@ INSTANTIATE_TEST_SUITE_P(
                     RealCase{"odedstein_hand_closed.obj", true, ""},
                     RealCase{"sofa_c_open.obj", true, "filled 2 holes"},
                     RealCase{"cgal_elephant-with-holes.off", true, "filled 106 holes"},
-                    RealCase{"sofa_dragon.obj", false, "crosses itself in"}));
+                    RealCase{"sofa_dragon.obj", false, "crosses itself in"}),
+    [](const auto& real) {
+      return testing_support::file_as_name(real.param.file) + "_" + std::to_string(real.index);
+    });
 
 TEST_P(RealFile, is_mended_or_refused_as_documented_in_seconds) {
-  const auto path = std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces" / GetParam().file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data";
+  PALPATE_NEEDS_DATA("data/surfaces");
+  const auto path = testing_support::shared_data("data/surfaces") / GetParam().file;
   const Surface surface = read_surface(path, 1e-3);
   const auto start = std::chrono::steady_clock::now();
   std::string text;
@@ -132,8 +136,8 @@ TEST_P(RealFile, is_mended_or_refused_as_documented_in_seconds) {
 }
 
 TEST(HardCases, the_dragon_is_wrapped_when_asked) {
-  const auto path = std::filesystem::path(PALPATE_SHARED_DATA) / "surfaces/sofa_dragon.obj";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared data";
+  PALPATE_NEEDS_DATA("data/surfaces");
+  const auto path = testing_support::shared_data("data/surfaces/sofa_dragon.obj");
   EXPECT_TRUE(mends_soundly(read_surface(path, 1e-3), {.wrap = true}));
 }
 

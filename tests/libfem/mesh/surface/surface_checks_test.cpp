@@ -4,7 +4,6 @@
 
 #include <limits>
 
-#include "libfem/mesh/surface/surface_tree.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 
 namespace palpate {
@@ -50,26 +49,9 @@ TEST(SurfaceChecks, overlapping_cubes_cross_and_disjoint_ones_do_not) {
   EXPECT_FALSE(is_self_intersecting(joined(cube(1), moved(cube(1), Vec3(1.5, 0.3, 0.4)))));
 }
 
-TEST(SurfaceTree, nearest_point_and_ray_on_a_cube_are_exact) {
-  const SurfaceTree tree(cube(1));
-  const SurfaceHit hit = tree.closest(Vec3(0.3, 0.6, 1.7));
-  EXPECT_NEAR((hit.point - Vec3(0.3, 0.6, 1)).norm(), 0, 1e-14);
-  EXPECT_NEAR(hit.distance_m, 0.7, 1e-14);
-  const Surface box = cube(1);
-  Vec3 mixed = Vec3::Zero();
-  for (int k = 0; k < 3; ++k)
-    mixed += hit.barycentric[k] * box.vertices.row(box.triangles(hit.triangle, k)).transpose();
-  EXPECT_NEAR((mixed - hit.point).norm(), 0, 1e-14);
-
-  const auto through = tree.ray_distance_m(Vec3(0.3, 0.6, 1), -Vec3::UnitZ(), 1e-6);
-  ASSERT_TRUE(through);
-  EXPECT_NEAR(*through, 1, 1e-12);
-  EXPECT_FALSE(tree.ray_distance_m(Vec3(0.3, 0.6, 1), Vec3::UnitZ(), 1e-6));
-}
-
-TEST(SurfaceTree, deviation_of_concentric_spheres_is_their_gap) {
+TEST(SurfaceChecks, deviation_of_concentric_spheres_is_their_gap) {
   const Surface inner = sphere(0.050, 4), outer = sphere(0.053, 4);
-  EXPECT_NEAR(deviation_m(inner, SurfaceTree(inner), outer), 0.003, 1e-4);
+  EXPECT_NEAR(deviation_m(inner, triangle_boxes(inner), outer), 0.003, 1e-4);
 }
 
 }  // namespace

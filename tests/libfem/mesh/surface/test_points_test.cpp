@@ -7,7 +7,6 @@
 #include <set>
 
 #include "libfem/mesh/surface/surface_checks.hpp"
-#include "libfem/mesh/surface/surface_tree.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/surface/surfaces.hpp"
 

@@ -22,7 +22,9 @@ class ImportersTest : public testing_io::ScratchTest {
  protected:
   ReadSettings axial() const {
     ReadSettings s;
-    s.columns.time = "t", s.columns.depth = "d", s.columns.force = {"F"};
+    s.columns.time = "t";
+    s.columns.depth = "d";
+    s.columns.force = {"F"};
     s.units = {"s", "mm", "N"};
     return s;
   }
@@ -68,11 +70,13 @@ TEST_F(ImportersTest, the_same_table_reads_alike_however_it_is_spelled) {
 
 TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
   ReadSettings latin = axial();
-  latin.encoding = "latin-1", latin.units.position = "";
+  latin.encoding = "latin-1";
+  latin.units.position = "";
   EXPECT_DOUBLE_EQ(read("t,d (\xb5m),F\n0,0,1\n1,5,2\n", latin)[0].travel_m[1], 5e-6);
   ReadSettings numbered = axial();
   numbered.columns = {};
-  numbered.columns.depth = "#1", numbered.columns.force = {"-#2"};
+  numbered.columns.depth = "#1";
+  numbered.columns.force = {"-#2"};
   EXPECT_DOUBLE_EQ(read("1,0 2,0\n3,5 4,0\n",
                         [&] {
                           auto s = numbered;
@@ -90,7 +94,8 @@ TEST_F(ImportersTest, latin_1_and_gzip_and_columns_by_number) {
 
 TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column) {
   ReadSettings tool = axial();
-  tool.is_force_on_tool = true, tool.columns.depth = "-d";
+  tool.is_force_on_tool = true;
+  tool.columns.depth = "-d";
   const auto r = read(kPlain, tool);
   EXPECT_DOUBLE_EQ(r[0].push_N[2], -2.5);
   EXPECT_DOUBLE_EQ(r[0].travel_m[2], -2e-3);
@@ -99,7 +104,9 @@ TEST_F(ImportersTest, force_on_the_tool_changes_sign_and_a_minus_turns_a_column)
 TEST_F(ImportersTest, extend_and_retract_side_by_side_follow_one_another) {
   ReadSettings s = axial();
   s.columns = {};
-  s.columns.depth = "Zi", s.columns.force = {"Fi"}, s.columns.retract_depth = "Zo",
+  s.columns.depth = "Zi";
+  s.columns.force = {"Fi"};
+  s.columns.retract_depth = "Zo";
   s.columns.retract_force = "Fo";
   const auto r = read("Zi,Fi,Zo,Fo\n0,0,1,3\n1,4,0,0\n", s);
   EXPECT_EQ(r[0].travel_m, (std::vector<double>{0, 1e-3, 1e-3, 0}));
@@ -118,7 +125,8 @@ TEST_F(ImportersTest, a_force_with_its_own_clock_has_rows_of_its_own) {
 
 TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   ReadSettings unknown = axial(), bracket = axial();
-  unknown.units.force = "", bracket.units.force = "mN";
+  unknown.units.force = "";
+  bracket.units.force = "mN";
   EXPECT_EQ(refusal("t,d,Fz\n0,0,1\n", axial()), "a.csv:1: column `F` is missing");
   EXPECT_EQ(refusal("t,d,F,F\n0,0,1,1\n", axial()), "a.csv:1: column `F` comes twice");
   EXPECT_EQ(refusal("t,d,F\n0,0,1\n1,1,nan\n", axial()),
@@ -163,7 +171,9 @@ TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
   writer.numbers("run/f", "mN", f.data(), {3, 0});
   writer.commit();
   ReadSettings s;
-  s.columns.time = "/run/t", s.columns.position = {"/run/x"}, s.columns.force = {"run/f"};
+  s.columns.time = "/run/t";
+  s.columns.position = {"/run/x"};
+  s.columns.force = {"run/f"};
   const auto r = read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s);
   EXPECT_DOUBLE_EQ(r[0].position_m(2, 1), 5e-3);
   EXPECT_DOUBLE_EQ(r[0].push_N[2], 3e-3);
@@ -182,7 +192,9 @@ TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
               std::to_string(10 * p) + ",0," + std::to_string(-i) + "," + std::to_string(10 * p) +
               ",0," + std::to_string(-0.9 * i) + "\n";
   ReadSettings s;
-  s.format = "robot-palpation", s.units = {"", "mm", "N"}, s.is_force_on_tool = true,
+  s.format = "robot-palpation";
+  s.units = {"", "mm", "N"};
+  s.is_force_on_tool = true;
   s.is_normal_outward = true;
   const auto r = read(text, s);
   ASSERT_EQ(r.size(), 2u);
@@ -257,7 +269,8 @@ TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
         }
         if (damaged.empty()) damaged = "x";
       }
-      s.format = format, s.drop_invalid = random() % 2,
+      s.format = format;
+      s.drop_invalid = random() % 2;
       s.encoding = random() % 2 ? "utf-8" : "latin-1";
       try {
         for (const RawRecording& r : read_recordings("damaged", damaged, s)) {

@@ -45,7 +45,7 @@ inline Model golden_model() {
     model.is_covered[static_cast<std::size_t>(v)] = 0;
     for (Controls& control : model.curves.control) control.row(v).setZero();
   }
-  model.probe_radius_m = 0.005;
+  model.probe = sphere_spec(0.005);
   return model;
 }
 

@@ -1,0 +1,103 @@
+#include "libfem/solve/experiments/experiment_plan.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTau = 6.283185307179586;
+
+}  // namespace
+
+int ExperimentPlan::add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection) {
+  PointRow row;
+  row.kind = kind;
+  row.experiment = experiment;
+  row.step = step;
+  row.deflection = deflection;
+  row.force_error = kNaN;
+  rows.push_back(row);
+  return static_cast<int>(rows.size()) - 1;
+}
+
+ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal) {
+  ExperimentPlan plan;
+  plan.depth_m = experiments.depth_m;
+  plan.segments.push_back({});
+  struct Stop {
+    double depth_m;
+    int row;
+  };
+  std::vector<Stop> stops;
+  for (int step = 1; step <= experiments.press_steps; ++step) {
+    const double depth = experiments.depth_m * step / experiments.press_steps;
+    stops.push_back({depth, plan.add_row(ExperimentKind::press, 0, step - 1, depth * normal)});
+  }
+  const double same = 1e-9 * experiments.depth_m;
+  const auto stop_at = [&](double depth) {
+    return std::find_if(stops.begin(), stops.end(),
+                        [&](const Stop& stop) { return std::abs(stop.depth_m - depth) <= same; });
+  };
+  for (const double depth : experiments.drag_depths_m)
+    if (stop_at(depth) == stops.end()) stops.push_back({depth, -1});
+  std::stable_sort(stops.begin(), stops.end(),
+                   [](const Stop& a, const Stop& b) { return a.depth_m < b.depth_m; });
+  plan.paths.emplace_back();
+  for (const Stop& stop : stops)
+    plan.paths[0].targets.push_back({stop.depth_m * normal, stop.row, true});
+
+  int experiment = 1;
+  for (const double depth : experiments.drag_depths_m) {
+    for (const Vec3& tangent : drag_tangents(normal, experiments.drag_directions)) {
+      ProbePath drag{0, static_cast<int>(stop_at(depth) - stops.begin()), {}};
+      for (int step = 1; step <= experiments.drag_steps; ++step) {
+        const double share = std::pow(double(step) / experiments.drag_steps, 1.5);
+        const Vec3 deflection = depth * normal + share * experiments.drag_distance_m * tangent;
+        drag.targets.push_back(
+            {deflection, plan.add_row(ExperimentKind::drag, experiment, step - 1, deflection)});
+      }
+      plan.paths.push_back(drag);
+      plan.segments.push_back({Vec3::Zero(), experiments.drag_distance_m * tangent, depth});
+      ++experiment;
+    }
+  }
+  return plan;
+}
+
+ExperimentPlan path_plan(const Points& deflections, const Vec3& normal) {
+  ExperimentPlan plan;
+  plan.paths.emplace_back();
+  Vec3 before = Vec3::Zero();
+  double depth_before = 0;
+  for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
+    const Vec3 here = deflections.row(i);
+    const double depth = here.dot(normal);
+    plan.depth_m = std::max(plan.depth_m, depth);
+    plan.paths[0].targets.push_back(
+        {here, plan.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
+    const Vec3 lateral = here - depth * normal;
+    plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
+    before = lateral;
+    depth_before = depth;
+  }
+  return plan;
+}
+
+std::vector<Vec3> drag_tangents(const Vec3& normal, int count) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().minCoeff(&axis);
+  const Vec3 first = (Vec3::Unit(axis) - normal[axis] * normal).normalized();
+  const Vec3 second = normal.cross(first);
+  std::vector<Vec3> out;
+  for (int k = 0; k < count; ++k) {
+    const double angle = count == 2 ? k * kTau / 4 : k * kTau / count;
+    out.push_back(std::cos(angle) * first + std::sin(angle) * second);
+  }
+  return out;
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "libfem/solve/experiments/simulator.hpp"
+
+namespace palpate::fem {
+
+/// A straight piece of where contact goes on the surface, from the test point, and the shallowest
+/// depth there.
+struct ContactSegment {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  double depth_m = 0;
+};
+
+/// Rows of one test point, the paths of the probe that fill them, and the segments of the surface
+/// that contact visits.
+struct ExperimentPlan {
+  std::vector<PointRow> rows;
+  std::vector<ProbePath> paths;
+  std::vector<ContactSegment> segments;
+  double depth_m = 0;  // deepest
+
+  /// Appends a row and returns its number.
+  int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection);
+};
+
+/// The press passes every row and every depth where a drag starts; drags branch off there.
+ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
+
+/// One experiment `path` along successive deflections (N x 3 [m]) from first touch.
+ExperimentPlan path_plan(const Points& deflections, const Vec3& normal);
+
+}  // namespace palpate::fem

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/geometry.hpp"
+#include "libfit/core/surface.hpp"
+#include "libfit/core/units.hpp"
+
+namespace palpate {
+
+/// A ball of 5 mm and Coulomb friction of 0.3, where nothing else is said.
+inline constexpr double kDefaultBallRadius_m = 5e-3;
+inline constexpr double kDefaultFriction = 0.3;
+
+/// The rigid tool of an experiment. It travels with the data: samples, curves, model and asset
+/// carry it. values: by key of the shape's parameters (libfem/probes), SI; keys left out take their
+/// defaults. mesh: closed, outward [m], for the shape `mesh` alone. For shapes that are not round
+/// about their axis: orientation, in the shape's own axes, is the direction that points into the
+/// body (default: own z, the mesh's own -z); heading, in the body's axes, is where the shape's own
+/// z leans, or its own x when z points along the press (default: the first drag direction: the
+/// coordinate axis least along the normal). Only its part along the surface counts.
+struct ProbeSpec {
+  std::string shape = "sphere";
+  std::map<std::string, std::vector<double>, std::less<>> values;
+  Surface mesh;
+  std::optional<Vec3> orientation, heading;
+  double friction = 0;  ///< Coulomb coefficient of the interface, 0 for none
+};
+
+inline ProbeSpec sphere_spec(double radius_m, double friction = 0) {
+  ProbeSpec spec;
+  spec.values["radius"] = {radius_m};
+  spec.friction = friction;
+  return spec;
+}
+
+/// Radius of a ball; 0 for other shapes, which the engine plays as a point, and for no probe.
+inline double ball_radius_m(const std::optional<ProbeSpec>& probe) {
+  if (!probe || probe->shape != "sphere") return 0;
+  const auto radius = probe->values.find("radius");
+  return radius == probe->values.end() || radius->second.empty() ? kDefaultBallRadius_m
+                                                                 : radius->second.front();
+}
+
+/// What a key of ProbeSpec::values measures: keys that end in "angle" are angles, others lengths.
+constexpr Dimension probe_dimension(std::string_view key) {
+  return key.ends_with("angle") ? Dimension::angle : Dimension::length;
+}
+
+}  // namespace palpate

@@ -1,0 +1,131 @@
+#include "libfit/fit/collect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "libfit/core/text.hpp"
+#include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
+
+namespace palpate::fit {
+namespace {
+
+std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
+                                     const std::vector<PointResult>& results, int count) {
+  std::vector<WorstPoint> worst;
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    if (!results[p].is_scored) continue;
+    const PointScore& score = results[p].score;
+    const auto at = static_cast<Eigen::Index>(p);
+    std::string reason =
+        fmt::format("worst at row {} of experiment {}", score.worst_row, score.worst_experiment);
+    if (!results[p].message.empty()) add_sentence(reason, results[p].message);
+    worst.push_back({at, fitted.name[p], fitted.position.row(at), score.relative, score.rms_N,
+                     score.max_N, reason});
+  }
+  std::stable_sort(worst.begin(), worst.end(), [](const WorstPoint& a, const WorstPoint& b) {
+    return a.relative_residual > b.relative_residual;
+  });
+  if (worst.size() > static_cast<std::size_t>(std::max(count, 0)))
+    worst.resize(static_cast<std::size_t>(std::max(count, 0)));
+  return worst;
+}
+
+// Relative bands where each curve's rows end: past that it is extrapolated.
+void report_bands(const FittedCurves& fitted, const std::vector<PointRows>& rows, double length_m,
+                  FitReport& report) {
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
+    const SplineTables tables = tabulate(fitted.curves.basis[kind]);
+    const auto spline = view(tables);
+    std::vector<double> bands;
+    for (Eigen::Index at = 0; at < fitted.position.rows(); ++at) {
+      const std::vector<CurveRow>& own = rows[static_cast<std::size_t>(at)].curve[kind];
+      if (!fitted.covariance[kind].row(at).allFinite() || own.empty()) continue;
+      double end = 0;
+      for (const CurveRow& row : own) end = std::max(end, row.x * length_m);
+      const Eigen::VectorXd covariance = fitted.covariance[kind].row(at);
+      const double value =
+          runtime::curve_value(spline, fitted.curves.control[kind].row(at).data(), end);
+      if (!(value > 0)) continue;
+      bands.push_back(kBand90 * curve_deviation(spline, covariance, end) / value);
+      if (bands.back() > report.widest_band[kind] || report.widest_point[kind] < 0)
+        report.widest_band[kind] = bands.back(), report.widest_point[kind] = at;
+    }
+    report.median_band[kind] = median(std::move(bands));
+  }
+}
+
+}  // namespace
+
+FittedCurves collect_curves(const Samples& samples, const BodyData& body, const BodyBases& bases,
+                            const std::vector<PointResult>& results) {
+  const Eigen::Index points = samples.points();
+  FittedCurves out;
+  out.position = samples.point_position;
+  out.normal = samples.point_normal;
+  out.name = samples.point_name;
+  out.curves = CurveSet(bases.family);
+  out.curves.basis = bases.si;
+  const auto parts = parts_of(bases.family);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
+    out.covariance[kind].resize(points, packed_size(bases.si[kind].size() - 1));
+  out.depth_range_m.setZero(points);
+  for (Eigen::Index p = 0; p < points; ++p) {
+    const PointResult& result = results[static_cast<std::size_t>(p)];
+    for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
+    for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
+      out.covariance[kind].row(p) = result.covariance[kind];
+    out.status.push_back(result.status);
+    out.message.push_back(result.message);
+    out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth_m;
+  }
+  out.recordings = collect_nuisances(body, results);
+  return out;
+}
+
+void collect_residuals(const std::vector<PointResult>& results, FittedCurves& fitted) {
+  fitted.rms_residual_N.setConstant(static_cast<Eigen::Index>(results.size()),
+                                    std::numeric_limits<double>::quiet_NaN());
+  fitted.max_residual_N = fitted.rms_residual_N;
+  for (std::size_t p = 0; p < results.size(); ++p) {
+    if (!results[p].is_scored) continue;
+    fitted.rms_residual_N[static_cast<Eigen::Index>(p)] = results[p].score.rms_N;
+    fitted.max_residual_N[static_cast<Eigen::Index>(p)] = results[p].score.max_N;
+  }
+}
+
+FitReport make_report(const BodyData& body, const std::vector<PointRows>& rows,
+                      const BodyBases& bases, const FittedCurves& fitted,
+                      const std::vector<PointResult>& results, int count) {
+  FitReport report;
+  report.kind = bases.report;
+  report.worst = worst_points(fitted, results, count);
+  for (const PointResult& result : results) report.kept += result.is_kept;
+  for (const FitStatus status : fitted.status) {
+    report.good += status == FitStatus::good;
+    report.underdetermined += status == FitStatus::underdetermined;
+    report.poor += status == FitStatus::poor;
+    report.failed += status == FitStatus::failed;
+  }
+  for (const PointData& point : body.points) {
+    report.rows_used += static_cast<std::size_t>(point.rows.used);
+    report.rows_not_good += static_cast<std::size_t>(point.rows.not_good);
+    report.rows_not_finite += static_cast<std::size_t>(point.rows.not_finite);
+    report.rows_cut += static_cast<std::size_t>(point.rows.cut);
+  }
+  std::vector<double> errors;
+  for (const PointResult& result : results)
+    errors.insert(errors.end(), result.score.relative_errors.begin(),
+                  result.score.relative_errors.end());
+  report.median_relative_error = median(errors);
+  report.p95_relative_error = quantile(errors, 0.95);
+  report.max_relative_error = quantile(errors, 1);
+  report_bands(fitted, rows, body.length_m, report);
+  return report;
+}
+
+}  // namespace palpate::fit

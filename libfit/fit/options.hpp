@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/fit_cache.hpp"
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate {
+
+/// How a row far from the curves counts. `huber` grows linearly past three robust standard
+/// deviations, `cauchy` logarithmically past two and a half.
+enum class FitLoss : std::int8_t { squared = 0, huber = 1, cauchy = 2 };
+struct FitLossName {
+  FitLoss loss;
+  std::string_view name;
+};
+inline constexpr std::array<FitLossName, 3> kFitLossNames{{
+    {FitLoss::squared, "squared"},
+    {FitLoss::huber, "huber"},
+    {FitLoss::cauchy, "cauchy"},
+}};
+
+/// What may be unknown of a recording besides the body's curves.
+enum class Nuisance : std::int8_t { contact = 0, bias = 1, drift = 2 };
+struct NuisanceName {
+  Nuisance part;
+  std::string_view name;
+};
+inline constexpr std::array<NuisanceName, 3> kNuisanceNames{{
+    {Nuisance::contact, "contact"},  ///< where the tip touched first
+    {Nuisance::bias, "bias"},        ///< of the force along the normal
+    {Nuisance::drift, "drift"},      ///< likewise, linear from the first row to the last
+}};
+
+inline constexpr double kStrongestSmoothing = 1e12;
+
+/// What a user may decide about a fit; the defaults suit simulated samples.
+struct FitOptions {
+  std::optional<CurveFamily> family{};  ///< none: by held-out error
+  bool judges_family = false;           ///< a family that was asked for gets its evidence, too
+  int degree = 3;                       ///< of every curve, 1 to 4; 0: by held-out error
+  /// Pieces of the normal, lateral and limit basis; 0: the fewest that held-out rows support.
+  std::array<int, kCurveKinds> pieces{0, 0, 0};
+  /// Knots of each kind [m], taken as they are; empty: placed from the samples.
+  std::array<std::vector<double>, kCurveKinds> knots_m{};
+  int max_pieces = 12;  ///< the search for `pieces` stops here
+  /// Held-out force error that is good enough, relative; 0: as good as the rows can tell.
+  double tolerance = 0.02;
+  /// A point whose relative residual is above this is `poor`: the force JND (docs/method.md, 8).
+  double poor_above = kForceJnd;
+  FitLoss loss = FitLoss::huber;
+  /// Weight floor as a fraction of the point's typical force: rows are weighted by
+  /// 1 / sqrt(force_error^2 + floor^2).
+  double weight_floor = 1e-3;
+  double default_friction = kDefaultFriction;  ///< L / f^z where no row slips
+  /// f^r'/f^z' where no row sticks: 2 (1-nu)/(2-nu) of a half-space, here an incompressible one.
+  double default_lateral_ratio = 2.0 / 3.0;
+  /// Parts of each experiment's recording that are fitted with the curves, by Nuisance; each is
+  /// bounded by four standard deviations of what is known of it beforehand.
+  std::array<bool, 3> estimates{false, false, false};
+  /// Deviation of a contact point where the recording states none; 0: such an experiment keeps its.
+  double contact_deviation_m = 0;
+  double nuisance_deviation = 0.05;  ///< of bias and drift, as a share of the point's typical force
+  /// Strength of smoothing over neighbouring points, SmoothingReport::strength; none: the least
+  /// that rows held out support, which is 0 where neighbours tell nothing new.
+  std::optional<double> smoothing = 0;
+  /// Rows index the points: whose edges say which are neighbours. Empty: points near each other on
+  /// one sheet (point_graph).
+  Triangles triangles{};
+  int jobs = 0;           ///< threads, 0: all. Results do not depend on it.
+  int worst_points = 10;  ///< length of FitReport::worst
+  /// Curves of an earlier fit, which must outlive the call: its bases, family and strengths of
+  /// smoothing are kept.
+  const FittedCurves* warm_start = nullptr;
+  /// What that fit left: points fitted from the same rows with the same options keep their curves.
+  /// Without it all are fitted again. Must outlive the call.
+  const FitCache* warm_cache = nullptr;
+};
+
+/// Options with what the samples say of their probe and body, the rest at its defaults: friction,
+/// and the lateral ratio of a half-space of the body's Poisson's ratio.
+FitOptions options_for(const Samples& samples);
+
+namespace fit {
+
+/// Throws Error on options out of range.
+void check_options(const FitOptions& options);
+
+}  // namespace fit
+}  // namespace palpate

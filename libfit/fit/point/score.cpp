@@ -1,0 +1,74 @@
+#include "libfit/fit/point/score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfit/core/relative_error.hpp"
+#include "libfit/core/rounding.hpp"
+
+namespace palpate::fit {
+Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,
+                                bool is_strictly_rising) {
+  Eigen::VectorXd control = controls_of(increments) * force_N;
+  float last = 0;
+  for (Eigen::Index j = 1; j < control.size(); ++j) {
+    auto rounded = static_cast<float>(control[j]);  // to nearest keeps order, but may meet
+    if (!(rounded >= last)) rounded = last;
+    if (is_strictly_rising && !(rounded > last))
+      rounded = std::nextafter(last, std::numeric_limits<float>::infinity());
+    control[j] = static_cast<double>(rounded);
+    last = rounded;
+  }
+  return control;
+}
+
+Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
+                            const Eigen::VectorXd& unknowns, double length_m) {
+  const std::vector<double> control = part_controls<double>(
+      part, tangents_of(point.inward), quadric_of(point.inward, point.normal_gradient),
+      unknowns.data(), static_cast<int>(unknowns.size()));
+  const double unit = std::pow(length_m, part.length) * std::pow(point.force_N, part.force);
+  Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
+  for (std::size_t j = 0; j < control.size(); ++j)
+    stored[static_cast<Eigen::Index>(j)] =
+        rounded_to_float(std::clamp(unit * control[j], part.min, part.max));
+  return stored;
+}
+
+PointScore score_point(const Samples& samples, const PointData& point, double length_m,
+                       const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
+                       const std::vector<Sensor>& sensor) {
+  const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
+  const auto pointers = pointers_to<double>(controls);
+  PointScore score;
+  double square = 0, force_square = 0, rows = 0;
+  for (std::size_t at = 0; at < point.experiments.size(); ++at) {
+    const Experiment& e = point.experiments[at];
+    const Sensor known = sensor.empty() ? Sensor{} : sensor[at];
+    std::vector<double> deflection_m;
+    for (const Eigen::Index i : e.row)
+      for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
+    std::vector<runtime::Vec3d> force(e.row.size());
+    score.slipped_rows += replay<double>(bases_m.views, pointers, quadric, deflection_m.data(),
+                                         static_cast<int>(e.row.size()), as_array(known),
+                                         is_any(known), force.data());
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      const Vec3 measured = samples.force.row(e.row[i]);
+      const double size = (Vec3(force[i].x, force[i].y, force[i].z) - measured).norm();
+      square += size * size, force_square += measured.squaredNorm(), ++rows;
+      score.relative_errors.push_back(
+          relative_error(size, measured.norm(), kLightForce * point.force_N));
+      if (size > score.max_N || rows == 1) {
+        score.max_N = size;
+        score.worst_experiment = e.id;
+        score.worst_row = i;
+      }
+    }
+  }
+  score.rms_N = std::sqrt(square / rows);
+  score.relative = std::sqrt(square / force_square);
+  return score;
+}
+
+}  // namespace palpate::fit

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+
+namespace palpate {
+
+/// How knots got where they are: equal pieces, equal shares of the curves' bend, or where curves
+/// with knots there are nearest to the rows.
+enum class KnotPlacement : std::int8_t { even = 0, curvature = 1, identified = 2 };
+
+/// One candidate of the search for a basis: mean error of rows the curve did not see.
+struct BasisEvidence {
+  int pieces = 0;
+  KnotPlacement placement = KnotPlacement::even;
+  double heldout_error = 0;  ///< 95th percentile over points of the relative rms error
+  /// Likewise of the largest error that three neighbouring abscissae have in common.
+  double local_error = 0;
+};
+
+/// Why a kind got its basis.
+struct BasisReport {
+  CurveBasis basis;
+  std::vector<BasisEvidence> evidence;  ///< in the order tried; empty when the user chose
+  int points = 0;                       ///< that had rows to hold out
+  double heldout_error = 0;             ///< of the basis; 0 where none could be held out
+  std::string reason;                   ///< a sentence
+};
+
+/// Relative error of rows that curves of a family did not see.
+struct FamilyEvidence {
+  CurveFamily family = CurveFamily::separable;
+  double median_error = 0, p95_error = 0;
+};
+
+/// Why the body got its family.
+struct FamilyReport {
+  CurveFamily family = CurveFamily::separable;
+  /// Of the families tried; of one that was asked for where FitOptions::judges_family.
+  std::vector<FamilyEvidence> evidence;
+  std::string reason;
+};
+
+/// One candidate of the search for a strength: mean over points of the loss of rows that the curves
+/// did not see, in units of those rows' variance.
+struct SmoothingEvidence {
+  double strength = 0;
+  double heldout_loss = 0;
+};
+
+/// What smoothing over neighbouring test points did to the curves of one kind (docs/method.md,
+/// section 16).
+struct SmoothingReport {
+  /// 0: nothing was changed. Else increments of neighbours at the graph's median distance differ by
+  /// about 1 / sqrt(strength) of the body's typical increment.
+  double strength = 0;
+  Eigen::Index points = 0, neighbours = 0;  ///< with a band of their own; edges between them
+  std::vector<SmoothingEvidence> evidence;  ///< ascending; empty where nothing was tried
+  /// Part of the curves' own error, as their bands have it, that smoothing takes off rows that they
+  /// did not see, and the standard error of that part.
+  double gain = 0, gain_error = 0;
+  /// How far curves moved, in their own standard errors: root mean square over a curve's
+  /// directions.
+  double median_move = 0, largest_move = 0;
+  Eigen::Index largest_point = -1;
+  std::string reason;  ///< a sentence
+};
+
+/// A point that the curves describe badly, worst first.
+struct WorstPoint {
+  Eigen::Index point = 0;
+  std::string name;
+  Vec3 position = Vec3::Zero();  ///< [m]
+  double relative_residual = 0;  ///< rms residual over rms force
+  double rms_residual_N = 0;
+  double max_residual_N = 0;
+  std::string reason;  ///< which experiment and row is worst, then the point's message
+};
+
+/// How the fit went. All but `seconds` is independent of the number of threads.
+struct FitReport {
+  std::array<BasisReport, kCurveKinds> kind;
+  std::string degree_reason;  ///< of a degree that was chosen, a sentence
+  FamilyReport family;
+  std::array<SmoothingReport, kCurveKinds> smoothing;
+  std::vector<WorstPoint> worst;
+  std::size_t kept = 0;  ///< points that a warm start did not fit again
+  std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points
+  std::size_t rows = 0;                                             ///< in the samples
+  std::size_t rows_used = 0;                                        ///< fitted and scored
+  std::size_t rows_not_good = 0;                                    ///< left out for their status
+  std::size_t rows_not_finite = 0;  ///< left out although `good`: NaN or infinite
+  std::size_t rows_cut = 0;         ///< after the first row left out of a drag or path
+  /// |force difference| / max(|force|, 5 % of the point's typical force), over all rows used.
+  double median_relative_error = 0, p95_relative_error = 0, max_relative_error = 0;
+  /// Half widths of the curves' bands of 90 % at the end of their rows, over the curve there:
+  /// median over the points that have one, and the widest.
+  std::array<double, kCurveKinds> median_band{}, widest_band{};
+  std::array<Eigen::Index, kCurveKinds> widest_point{-1, -1, -1};
+  bool is_stopped = false;  ///< Progress asked to stop; the points left are `failed`
+  double seconds = 0;       ///< wall clock
+};
+
+}  // namespace palpate

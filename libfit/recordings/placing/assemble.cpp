@@ -1,0 +1,189 @@
+#include "libfit/recordings/placing/assemble.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "libfit/recordings/placing/cantilever_effect.hpp"
+#include "libfit/recordings/placing/place.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
+                                     const std::vector<ItemResult>& results) {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < results.size(); ++i)
+    for (const Conditioned& recording : results[i].recordings) {
+      Candidate c;
+      c.item = i;
+      c.recording = &recording;
+      c.point = items[i].point.empty() ? items[i].file.stem().string() : items[i].point;
+      if (!recording.name.empty()) c.point += "#" + recording.name;
+      candidates.push_back(std::move(c));
+    }
+  return candidates;
+}
+
+// Points by name, in the order in which they first come; a member elsewhere is refused.
+std::vector<std::vector<std::size_t>> group_by_point(const std::vector<BatchItem>& items,
+                                                     const AssembleOptions& options,
+                                                     std::vector<Candidate>& candidates) {
+  std::vector<std::vector<std::size_t>> points;
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    Candidate& c = candidates[i];
+    if (c.failure) continue;
+    const auto [at, is_new] = index.emplace(c.point, points.size());
+    if (is_new) points.emplace_back();
+    auto& members = points[at->second];
+    if (!members.empty() &&
+        (candidates[members[0]].position_m - c.position_m).norm() > options.place_tolerance_m) {
+      c.failure = Failure{items[c.item].file.string(),
+                          "lies elsewhere than " + shown(items, candidates[members[0]]) +
+                              ", the first recording of point `" + c.point + "`",
+                          "Give it a point of its own, or correct its position."};
+      continue;
+    }
+    c.point_index = static_cast<std::int32_t>(at->second);
+    members.push_back(i);
+  }
+  return points;
+}
+
+void reserve_rows(const std::vector<std::vector<Pooled>>& experiments, Samples& samples) {
+  std::size_t rows = 0;
+  for (const auto& of_point : experiments)
+    for (const Pooled& pooled : of_point) rows += pooled.status.size();
+  samples.point.reserve(rows), samples.experiment.reserve(rows), samples.kind.reserve(rows);
+  samples.step.reserve(rows), samples.status.reserve(rows);
+}
+
+void append_rows(const Pooled& pooled, std::int32_t point, std::int32_t experiment,
+                 ExperimentKind kind, Samples& samples, std::vector<const Pooled*>& parts) {
+  for (Eigen::Index i = 0; i < pooled.force_N.rows(); ++i) {
+    samples.point.push_back(point);
+    samples.experiment.push_back(experiment);
+    samples.kind.push_back(kind);
+    samples.step.push_back(static_cast<std::int32_t>(i));
+    samples.status.push_back(pooled.status[static_cast<std::size_t>(i)]);
+  }
+  parts.push_back(&pooled);
+}
+
+void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
+  const auto rows = static_cast<Eigen::Index>(samples.point.size());
+  samples.deflection.resize(rows, 3);
+  samples.force.resize(rows, 3);
+  samples.force_error.resize(rows);
+  samples.torque = Points::Zero(rows, 3);
+  Eigen::Index at = 0;
+  for (const Pooled* part : parts) {
+    const Eigen::Index n = part->force_N.rows();
+    samples.deflection.middleRows(at, n) = part->deflection_m;
+    samples.force.middleRows(at, n) = part->force_N;
+    samples.force_error.segment(at, n) = part->error_N;
+    if (part->torque_Nm.rows() == n) samples.torque.middleRows(at, n) = part->torque_Nm;
+    at += n;
+  }
+}
+
+MeasuredRecordings provenance(const std::vector<BatchItem>& items,
+                              const std::vector<ItemResult>& results,
+                              const std::vector<Candidate>& candidates) {
+  MeasuredRecordings out;
+  std::vector<const Candidate*> used;
+  for (const Candidate& c : candidates)
+    if (c.experiment >= 0) used.push_back(&c);
+  const auto n = static_cast<Eigen::Index>(used.size());
+  for (Eigen::VectorXd* column : {&out.contact_m, &out.contact_deviation_m, &out.speed_m_s,
+                                  &out.noise_N, &out.hysteresis, &out.young_Pa})
+    column->resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Candidate& c = *used[static_cast<std::size_t>(i)];
+    const Conditioned& r = *c.recording;
+    out.experiment.push_back(c.experiment);
+    out.file.push_back(shown(items, c));
+    out.hash.push_back(results[c.item].hash);
+    out.contact_m[i] = r.contact_travel_m;
+    out.contact_deviation_m[i] = r.contact_deviation_m;
+    out.estimator.push_back(r.estimator);
+    out.speed_m_s[i] = r.speed_m_s;
+    out.noise_N[i] = r.noise_N;
+    out.hysteresis[i] = r.hysteresis;
+    out.young_Pa[i] = r.young_Pa;
+    out.grade.push_back(static_cast<std::int8_t>(r.grade));
+    std::string reasons;
+    for (const std::string& reason : r.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
+    out.reasons.push_back(reasons);
+  }
+  return out;
+}
+
+std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
+                                 const std::vector<ItemResult>& results,
+                                 const std::vector<Candidate>& candidates) {
+  std::vector<Outcome> outcomes;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].failure) {
+      outcomes.push_back({i, "", items[i].point, -1, results[i].failure,
+                          std::numeric_limits<double>::quiet_NaN()});
+      continue;
+    }
+    for (; next < candidates.size() && candidates[next].item == i; ++next) {
+      const Candidate& c = candidates[next];
+      outcomes.push_back(
+          {i, c.recording->name, c.point, c.experiment, c.failure, c.surface_distance_m});
+    }
+  }
+  return outcomes;
+}
+
+}  // namespace
+
+std::size_t Assembled::failed() const {
+  return static_cast<std::size_t>(std::count_if(
+      outcomes.begin(), outcomes.end(), [](const Outcome& o) { return o.failure.has_value(); }));
+}
+
+Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                   const AssembleOptions& options) {
+  Assembled out;
+  auto candidates = candidates_of(items, results);
+  question_stiffness(items, candidates);
+  out.registration = place_on_body(items, options, candidates);
+  const auto points = group_by_point(items, options, candidates);
+
+  Samples& samples = out.samples;
+  samples.point_position.resize(static_cast<Eigen::Index>(points.size()), 3);
+  samples.point_normal.resize(static_cast<Eigen::Index>(points.size()), 3);
+  std::vector<std::vector<Pooled>> experiments;
+  for (const auto& members : points)
+    experiments.push_back(pool(candidates, members, items, options.pools_repeats));
+  reserve_rows(experiments, samples);
+  std::vector<const Pooled*> parts;
+  std::int32_t number = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const Candidate& first = candidates[points[p][0]];
+    samples.point_position.row(static_cast<Eigen::Index>(p)) = first.position_m;
+    samples.point_normal.row(static_cast<Eigen::Index>(p)) = first.inward;
+    samples.point_name.push_back(first.point);
+    for (const Pooled& pooled : experiments[p]) {
+      append_rows(pooled, static_cast<std::int32_t>(p), number,
+                  items[candidates[pooled.member[0]].item].signal.kind, samples, parts);
+      for (const std::size_t m : pooled.member) candidates[m].experiment = number;
+      ++number;
+    }
+    const auto notes = compare_rates(first.point, experiments[p], candidates, items);
+    out.notes.insert(out.notes.end(), notes.begin(), notes.end());
+  }
+  const auto notes = cantilever_notes(items, candidates);
+  out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  fill_numbers(parts, samples);
+  samples.recordings = provenance(items, results, candidates);
+  out.outcomes = outcomes_of(items, results, candidates);
+  return out;
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,157 @@
+#include "libfit/recordings/placing/summary.hpp"
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libfit/core/text.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/csv/csv.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
+constexpr std::array<std::string_view, 17> kHeader{"file",
+                                                   "line",
+                                                   "recording",
+                                                   "point",
+                                                   "status",
+                                                   "grade",
+                                                   "reason",
+                                                   "remedy",
+                                                   "experiment",
+                                                   "contact_m",
+                                                   "contact_deviation_m",
+                                                   "speed_m_s",
+                                                   "noise_N",
+                                                   "hysteresis",
+                                                   "young_Pa",
+                                                   "surface_distance_m",
+                                                   "hash"};
+
+const Conditioned* recording_of(const std::vector<ItemResult>& results, const Outcome& outcome) {
+  for (const Conditioned& r : results[outcome.item].recordings)
+    if (r.name == outcome.name) return &r;
+  return nullptr;
+}
+
+// A number, or an empty field: readers refuse NaN.
+void put(CsvWriter& csv, double value) {
+  if (std::isfinite(value))
+    csv.number(value);
+  else
+    csv.text("");
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+             const Outcome& o) {
+  const Conditioned* r = recording_of(results, o);
+  Json row;
+  row["file"] = items[o.item].shown;
+  if (!o.name.empty()) row["recording"] = o.name;
+  row["point"] = o.point;
+  row["status"] = o.failure ? "refused" : "imported";
+  if (o.failure) {
+    const std::string line = line_of(*o.failure);
+    row["where"] = o.failure->where;
+    row["line"] = line.empty() ? Json(nullptr) : Json(std::stoll(line));
+    row["reason"] = o.failure->what;
+    row["remedy"] = o.failure->remedy;
+    return row;
+  }
+  row["experiment"] = o.experiment, row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)],
+  row["reason"] = listed(r->reasons, "; ");
+  row["contact_m"] = number(r->contact_travel_m);
+  row["contact_deviation_m"] = number(r->contact_deviation_m);
+  row["estimator"] = r->estimator;
+  row["speed_m_s"] = number(r->speed_m_s);
+  row["noise_N"] = number(r->noise_N);
+  row["hysteresis"] = number(r->hysteresis);
+  row["young_Pa"] = number(r->young_Pa);
+  row["surface_distance_m"] = number(o.surface_distance_m);
+  row["hash"] = results[o.item].hash;
+  return row;
+}
+
+Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+            const Assembled& a) {
+  std::array<std::size_t, 3> grades{};
+  for (const std::int8_t grade : a.samples.recordings.grade)
+    ++grades[static_cast<std::size_t>(grade)];
+  Json json;
+  json["files"] = items.size();
+  json["imported"] = a.samples.recordings.size();
+  json["failed"] = a.failed();
+  for (std::size_t g = 0; g < 3; ++g) json["grades"][std::string(kGradeNames[g])] = grades[g];
+  json["points"] = a.samples.points();
+  json["rows"] = a.samples.rows();
+  if (a.registration)
+    json["registration"] = {{"rms_m", a.registration->rms_m},
+                            {"largest_m", a.registration->largest_m},
+                            {"iterations", a.registration->iterations}};
+  json["notes"] = a.notes;
+  json["failures"] = Json::array();
+  for (const Outcome& o : a.outcomes)
+    if (o.failure) json["failures"].push_back(as_json(items, results, o));
+  return json;
+}
+
+std::string dumped(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string line_of(const Failure& failure) {
+  const std::size_t colon = failure.where.rfind(':');
+  if (colon == std::string::npos || colon + 1 == failure.where.size()) return {};
+  const std::string line = failure.where.substr(colon + 1);
+  return line.size() < 16 && line.find_first_not_of("0123456789") == std::string::npos
+             ? line
+             : std::string();
+}
+
+std::string summary_json(const std::vector<BatchItem>& items,
+                         const std::vector<ItemResult>& results, const Assembled& assembled) {
+  return dumped(totals(items, results, assembled), 2);
+}
+
+void write_summary(const std::filesystem::path& csv_path, const std::filesystem::path& json_path,
+                   const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                   const Assembled& assembled) {
+  CsvWriter csv(csv_path, kHeader);
+  Json json = totals(items, results, assembled);
+  json.erase("failures");
+  json["recordings"] = Json::array();
+  for (const Outcome& o : assembled.outcomes) {
+    const Conditioned* r = recording_of(results, o);
+    csv.text(items[o.item].shown)
+        .text(o.failure ? line_of(*o.failure) : "")
+        .text(o.name)
+        .text(o.point);
+    csv.text(o.failure ? "refused" : "imported")
+        .text(o.failure ? "" : kGradeNames[static_cast<std::size_t>(r->grade)]);
+    csv.text(o.failure ? o.failure->what : listed(r->reasons, "; "))
+        .text(o.failure ? o.failure->remedy : "");
+    if (o.failure)
+      for (int k = 0; k < 8; ++k) csv.text("");
+    else {
+      csv.integer(o.experiment);
+      for (const double value : {r->contact_travel_m, r->contact_deviation_m, r->speed_m_s,
+                                 r->noise_N, r->hysteresis, r->young_Pa, o.surface_distance_m})
+        put(csv, value);
+    }
+    csv.text(results[o.item].hash);
+    csv.end_row();
+    json["recordings"].push_back(as_json(items, results, o));
+  }
+  csv.commit();
+  write_file_atomically(json_path, dumped(json, 1) + "\n");
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,128 @@
+// Single readings that stand out, and noise.
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "libfit/core/statistics.hpp"
+#include "libfit/recordings/signal/signal.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr Eigen::Index kReach = 3;    // rows on either side that a reading is compared with
+constexpr double kSpikeInNoise = 6;   // 5 deviations of the difference: one in 2 million
+constexpr double kSpikeInSteps = 5;   // of the steps between its neighbours: not a peak
+constexpr double kSpikeShare = 0.02;  // of the force's range
+constexpr double kMaxSpikes = 0.1;    // of the rows: more is no exception but the signal
+constexpr double kTail = 0.05;        // left out on both ends for the range
+
+double median_of(double a, double b, double c) {
+  return std::max(std::min(a, b), std::min(std::max(a, b), c));
+}
+
+// Least excess over its neighbours that makes a reading a spike, for a whole axis.
+double min_spike_N(const Eigen::VectorXd& force) {
+  std::vector<double> bent, sorted(force.begin(), force.end());
+  for (Eigen::Index i = 1; i + 1 < force.size(); ++i)
+    bent.push_back(std::abs(force[i - 1] - 2 * force[i] + force[i + 1]));
+  std::sort(sorted.begin(), sorted.end());
+  const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(sorted.size()));
+  return std::max(kSpikeInNoise * upper_median(bent) / 0.6745 / std::sqrt(6.0),
+                  kSpikeShare * (sorted[sorted.size() - 1 - tail] - sorted[tail]));
+}
+
+void find_spikes(const Eigen::VectorXd& force, std::vector<char>& is_spike) {
+  const double min_N = min_spike_N(force);
+  if (!(min_N > 0)) return;
+  for (Eigen::Index i = 0; i < force.size(); ++i) {
+    const Eigen::Index at = std::clamp(i, kReach, force.size() - 1 - kReach);
+    if (at != i) continue;
+    const double before = median_of(force[i - 1], force[i - 2], force[i - 3]),
+                 after = median_of(force[i + 1], force[i + 2], force[i + 3]);
+    std::vector<double> steps{
+        std::abs(force[i - 1] - force[i - 2]), std::abs(force[i - 2] - force[i - 3]),
+        std::abs(force[i + 1] - force[i + 2]), std::abs(force[i + 2] - force[i + 3])};
+    std::sort(steps.begin(), steps.end());  // one or two of them may touch another spike
+    const double off_before = force[i] - before, off_after = force[i] - after;
+    is_spike[static_cast<std::size_t>(i)] |=
+        off_before * off_after > 0 && std::min(std::abs(off_before), std::abs(off_after)) >
+                                          std::max(min_N, kSpikeInSteps * steps[1]);
+  }
+}
+
+}  // namespace
+
+std::size_t replace_spikes(Signal& signal) {
+  const Eigen::Index rows = signal.rows();
+  signal.is_spike.assign(static_cast<std::size_t>(rows), 0);
+  if (rows < 4 * kReach) return 0;
+  for (int axis = 0; axis < 3; ++axis) find_spikes(signal.force_N.col(axis), signal.is_spike);
+  for (std::size_t i = 0; i < signal.is_spike.size(); ++i)
+    if (signal.is_saturated[i]) signal.is_spike[i] = 0;
+  const auto spikes =
+      static_cast<std::size_t>(std::count(signal.is_spike.begin(), signal.is_spike.end(), 1));
+  if (static_cast<double>(spikes) > kMaxSpikes * static_cast<double>(rows)) {
+    signal.is_spike.assign(signal.is_spike.size(), 0);
+    return 0;
+  }
+  for (Eigen::Index first = 0; first < rows; ++first) {
+    if (!signal.is_spike[static_cast<std::size_t>(first)]) continue;
+    Eigen::Index last = first;  // neither end of a signal can be a spike
+    while (signal.is_spike[static_cast<std::size_t>(last)]) ++last;
+    const Vec3 before = signal.force_N.row(first - 1), after = signal.force_N.row(last);
+    for (Eigen::Index i = first; i < last; ++i) {
+      const double share =
+          static_cast<double>(i - first + 1) / static_cast<double>(last - first + 1);
+      signal.force_N.row(i) = (1 - share) * before + share * after;
+    }
+    first = last;
+  }
+  return spikes;
+}
+
+namespace {
+
+constexpr double kReach = 4;  // standard deviations: weights beyond are below 4e-4
+
+// Value at t of the line fitted to rows [begin, end) with Gaussian weights about t.
+Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& values,
+                              Eigen::Index begin, Eigen::Index end, double t, double sigma_s) {
+  double w0 = 0, w1 = 0, w2 = 0;
+  Eigen::RowVector3d v0 = Eigen::RowVector3d::Zero(), v1 = v0;
+  for (Eigen::Index i = begin; i < end; ++i) {
+    const double s = (time_s[static_cast<std::size_t>(i)] - t) / sigma_s;
+    const double w = std::exp(-0.5 * s * s);
+    w0 += w;
+    w1 += w * s;
+    w2 += w * s * s;
+    v0 += w * values.row(i);
+    v1 += w * s * values.row(i);
+  }
+  const double determinant = w0 * w2 - w1 * w1;
+  return determinant > 1e-9 * w0 * w0 ? Eigen::RowVector3d((w2 * v0 - w1 * v1) / determinant)
+                                      : Eigen::RowVector3d(v0 / w0);
+}
+
+}  // namespace
+
+void smooth(Signal& signal, double sigma_s) {
+  assert(!signal.time_s.empty());
+  if (!(sigma_s > 0)) return;
+  const Points force = signal.force_N, position = signal.position_m, torque = signal.torque_Nm;
+  Eigen::Index begin = 0, end = 0;
+  for (Eigen::Index i = 0; i < signal.rows(); ++i) {
+    const double t = signal.time_s[static_cast<std::size_t>(i)];
+    while (signal.time_s[static_cast<std::size_t>(begin)] < t - kReach * sigma_s) ++begin;
+    while (end < signal.rows() &&
+           signal.time_s[static_cast<std::size_t>(end)] <= t + kReach * sigma_s)
+      ++end;
+    signal.force_N.row(i) = local_line(signal.time_s, force, begin, end, t, sigma_s);
+    if (torque.rows() > 0)
+      signal.torque_Nm.row(i) = local_line(signal.time_s, torque, begin, end, t, sigma_s);
+    signal.position_m.row(i) = local_line(signal.time_s, position, begin, end, t, sigma_s);
+  }
+}
+
+}  // namespace palpate::recordings

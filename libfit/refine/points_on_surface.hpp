@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/refine/edge_paths.hpp"
+
+namespace palpate {
+
+/// Where each test point sits on the surface: the corners of the nearest triangle whose
+/// interpolated normal is within `largest_angle_rad` of the point's. position, inward: P x 3.
+/// outward_normal: #V x 3 of the surface. No seed for a point farther than max_m from the surface.
+std::vector<EdgePathSeeds> place_on_surface(const Points& position, const Points& inward,
+                                            const Surface& surface, const Points& outward_normal,
+                                            double largest_angle_rad, double max_m);
+
+/// Test-point triangles dual to the cells of nearest test points: a fine triangle whose vertices
+/// belong to three points joins them. cell: #V, the nearest point along the surface. Same
+/// orientation as the surface; a triangle facing against the normals of its points (it closes the
+/// surface behind the outermost ones) is dropped. Each once, ascending.
+Triangles triangulate_over(const Surface& surface, const std::vector<std::int32_t>& cell,
+                           const Points& position, const Points& inward, double largest_angle_rad);
+
+/// The triangles of the test points, over rows of `position` instead: points are paired by position
+/// within 1e-6 of `size_m` (the body's diagonal). position P x 3 [m].
+/// Empty when the pairing is not one to one: then the points are not the body's own.
+Triangles match_triangles(const Points& position, const TestPoints& points, double size_m);
+
+}  // namespace palpate

@@ -1,0 +1,143 @@
+#include "libfit/validation/replay.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "libfit/fit/point/replay.hpp"
+
+namespace palpate::validation {
+namespace {
+
+constexpr double kTick_m = 20e-6;       // 20 mm/s at 1 kHz
+constexpr double kApproachRatio = 0.1;  // of the depth, from outside, before the first row
+constexpr std::size_t kTimedTicks = 200000;
+
+class TipWalk {
+ public:
+  explicit TipWalk(const runtime::AssetView& asset) : asset_(asset) {}
+
+  // What the engine says at each deflection of a path.
+  std::vector<runtime::Output> follow(const HeldOut& held_out, std::size_t path, double depth_m) {
+    const Vec3 point = held_out.points.position.row(path),
+               normal = held_out.points.normal.row(path);
+    const Points& deflections = held_out.paths[path].deflections;
+    std::vector<runtime::Output> answers;
+    runtime::Contact contact;
+    Vec3 deflection = -kApproachRatio * depth_m * normal;
+    tick(contact, point + deflection);
+    for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
+      const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
+      const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / kTick_m)));
+      runtime::Output out;
+      for (int k = 1; k <= steps; ++k)
+        out = tick(contact, point + from + way * (double(k) / steps));
+      deflection = deflections.row(row);
+      answers.push_back(out);
+    }
+    return answers;
+  }
+
+  std::size_t ticks() const { return ticks_; }
+
+ private:
+  runtime::Output tick(runtime::Contact& contact, const Vec3& tip) {
+    runtime::Output out;
+    runtime::touch(asset_, contact, tip.data(), out);  // a status but ok comes with zero force
+    ++ticks_;
+    return out;
+  }
+
+  const runtime::AssetView& asset_;
+  std::size_t ticks_ = 0;
+};
+
+// Rows of each experiment of a point that can be replayed, in step order.
+std::map<std::int32_t, std::vector<Eigen::Index>> usable_rows(const Samples& samples,
+                                                              std::int32_t point) {
+  std::map<std::int32_t, std::vector<Eigen::Index>> usable;
+  std::map<std::int32_t, bool> has_ended;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    if (samples.point[row] != point) continue;
+    const bool is_good = samples.status[row] == RowStatus::good;
+    bool& ended = has_ended[samples.experiment[row]];
+    if (is_good && !ended) usable[samples.experiment[row]].push_back(row);
+    if (!is_good && samples.kind[row] != ExperimentKind::press) ended = true;
+  }
+  return usable;
+}
+
+}  // namespace
+
+Replayed::Replayed(const Samples& reference)
+    : force_N(Points::Zero(reference.rows(), 3)),
+      is_sliding(reference.rows(), 0),
+      is_answered(is_sliding) {}
+
+void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
+                 double depth_m, Replayed& replayed) {
+  const auto answers = TipWalk(asset).follow(reference.held_out, path, depth_m);
+  for (Eigen::Index row = 0; row < reference.paths.rows(); ++row) {
+    if (reference.paths.point[row] != static_cast<std::int32_t>(path)) continue;
+    const runtime::Output& out = answers[reference.paths.step[row]];
+    for (int k = 0; k < 3; ++k) replayed.force_N(row, k) = -out.force_on_tool_N[k];
+    replayed.is_sliding[row] = out.state == runtime::ContactState::slip;
+    replayed.is_answered[row] = 1;
+  }
+}
+
+Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m) {
+  Replayed replayed(reference.paths);
+  for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path)
+    replay_path(asset, reference, path, depth_m, replayed);
+  return replayed;
+}
+
+void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
+                  Eigen::Index row, Replayed& replayed) {
+  const fit::Bases bases = fit::bases_of(curves);
+  Mat3 gradient = Mat3::Zero();
+  if (samples.point_normal_gradient.rows() != 0)
+    for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = samples.point_normal_gradient(point, i);
+  const runtime::Quadric quadric = fit::quadric_of(samples.point_normal.row(point), gradient);
+  const runtime::ControlPointers<double> controls = fit::controls_at(curves, row);
+  for (const auto& [experiment, rows] : usable_rows(samples, point)) {
+    std::vector<double> deflection_m;
+    for (const Eigen::Index i : rows)
+      for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
+    std::vector<runtime::Vec3d> force(rows.size());
+    runtime::replay_drag<double>(bases.views, controls, quadric, deflection_m.data(),
+                                 static_cast<int>(rows.size()), force.data());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      replayed.force_N.row(rows[i]) << force[i].x, force[i].y, force[i].z;
+      replayed.is_answered[rows[i]] = 1;
+    }
+  }
+}
+
+std::vector<ComparedRow> compare(const Samples& reference, const Points& answer_N,
+                                 const std::function<bool(Eigen::Index)>& counts) {
+  std::vector<ComparedRow> rows;
+  for (Eigen::Index row = 0; row < reference.rows(); ++row)
+    if (reference.status[row] == RowStatus::good && counts(row))
+      rows.push_back({reference.force.row(row), answer_N.row(row), reference.force_error[row]});
+  return rows;
+}
+
+std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed) {
+  return compare(reference, replayed.force_N,
+                 [&](Eigen::Index row) { return replayed.is_answered[row] != 0; });
+}
+
+double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m) {
+  TipWalk walk(asset);
+  const auto started = std::chrono::steady_clock::now();
+  while (walk.ticks() < kTimedTicks)
+    for (std::size_t path = 0; path < held_out.paths.size(); ++path)
+      walk.follow(held_out, path, depth_m);
+  const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - started;
+  return spent.count() / static_cast<double>(walk.ticks());
+}
+
+}  // namespace palpate::validation

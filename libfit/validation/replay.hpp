@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/runtime/engine.hpp"
+#include "libfit/validation/paths.hpp"
+#include "libfit/validation/statement.hpp"
+
+namespace palpate::validation {
+
+/// What an asset is compared with.
+struct Reference {
+  HeldOut held_out;
+  Samples paths;  ///< simulated along held_out.paths; the point of a row is its path's number
+  Samples own;    ///< presses and drags at the held-out points themselves; empty unless wanted
+};
+
+/// What was answered to reference rows, row for row.
+struct Replayed {
+  Points force_N;                ///< ON THE BODY; 0 where nothing was replayed
+  std::vector<char> is_sliding;  ///< the last tick of the row slipped
+  std::vector<char> is_answered;
+
+  explicit Replayed(const Samples& reference);
+};
+
+/// A held-out path with the engine: the tip comes from a tenth of depth_m outside and moves 20 um a
+/// tick (20 mm/s at 1 kHz). A status but ok answers with zero force. Answers the path's rows.
+void replay_path(const runtime::AssetView& asset, const Reference& reference, std::size_t path,
+                 double depth_m, Replayed& replayed);
+
+/// The same of every held-out path.
+Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m);
+
+/// The experiments of one point with given curves: the law of section 4 on the local quadric
+/// (docs/method.md, M11), as the fit sees it. row: of `curves`. Answers the point's good rows; of a
+/// drag or path those before its first row that is not.
+void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
+                  Eigen::Index row, Replayed& replayed);
+
+/// Good reference rows with what was answered. counts: whether a row does; by default all.
+std::vector<ComparedRow> compare(
+    const Samples& reference, const Points& answer_N,
+    const std::function<bool(Eigen::Index)>& counts = [](Eigen::Index) { return true; });
+
+/// Good reference rows that were replayed.
+std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed);
+
+/// Mean wall time of a tick over repeated replays of all paths [ns].
+double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
+
+}  // namespace palpate::validation

@@ -1,0 +1,75 @@
+#include "libfem/solve/experiments/richardson.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kRatio = 1.6;
+
+/// Exact forces of a press, and those of a mesh that is too stiff by excess times (h/h_fine)^2.
+std::vector<Vec3> press(double excess, double h = 1) {
+  std::vector<Vec3> forces;
+  for (int row = 1; row <= 12; ++row)
+    forces.push_back(std::pow(row, 1.5) * (1 + excess * h * h) * Vec3(0.1, 0, -1));
+  return forces;
+}
+
+TEST(Richardson, an_error_of_second_order_is_taken_off_and_stays_within_the_bound) {
+  const std::vector<Vec3> exact = press(0), fine = press(0.012), coarse = press(0.012, kRatio);
+  const Richardson limit = richardson(fine, coarse, kRatio);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const Vec3 corrected = (1 - limit.excess) * fine[i];
+    EXPECT_LT((corrected - exact[i]).norm(), 1e-3 * exact[i].norm());
+    EXPECT_GT(limit.error[i], 0.8 * 0.012);
+    EXPECT_LT(limit.error[i], 1.2 * 0.012);
+  }
+}
+
+TEST(Richardson, a_row_that_differs_more_than_the_others_says_so_and_leaves_them_alone) {
+  const std::vector<Vec3> fine = press(0.01);
+  std::vector<Vec3> coarse = press(0.01, kRatio);
+  const Richardson even = richardson(fine, coarse, kRatio);
+  coarse[0] *= 1.06;
+  const Richardson odd = richardson(fine, coarse, kRatio);
+  EXPECT_GT(odd.error[0], 2 * even.error[0]);
+  EXPECT_NEAR(odd.error[5] / even.error[5], 1, 0.35);  // the mean moved by a twelfth
+}
+
+TEST(Richardson, meshes_too_far_apart_are_not_extrapolated_but_owned_up_to) {
+  const Richardson limit = richardson(press(0), press(0.2), kRatio);
+  EXPECT_EQ(limit.excess, 0);
+  for (const double error : limit.error) EXPECT_NEAR(error, 0.2, 1e-12);
+}
+
+TEST(Richardson, an_error_that_may_be_of_first_order_stays_within_a_wider_bound) {
+  const std::vector<Vec3> exact = press(0);
+  std::vector<Vec3> fine = exact, coarse = exact;
+  for (Vec3& force : fine) force *= 1.015;
+  for (Vec3& force : coarse) force *= 1 + 0.015 * kRatio;
+  const Richardson limit = richardson(fine, coarse, kRatio, 1);
+  EXPECT_EQ(limit.excess, richardson(fine, coarse, kRatio).excess);
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const double error = ((1 - limit.excess) * fine[i] - exact[i]).norm() / exact[i].norm();
+    EXPECT_GT(error, richardson(fine, coarse, kRatio).error[i]) << "the usual bound holds anyway";
+    EXPECT_LT(error, limit.error[i]);
+  }
+}
+
+TEST(Richardson, failed_rows_count_for_nothing_and_none_to_compare_is_unknown) {
+  const std::vector<Vec3> fine = press(0.01);
+  std::vector<Vec3> coarse = press(0.01, kRatio);
+  const double excess = richardson(fine, coarse, kRatio).excess;
+  coarse[3].setZero(), coarse[11].setZero();
+  const Richardson gaps = richardson(fine, coarse, kRatio);
+  EXPECT_NEAR(gaps.excess, excess, 1e-12);
+  EXPECT_NEAR(gaps.error[3], gaps.error[4], 1e-12) << "by the other rows";
+  const Richardson none = richardson(fine, std::vector<Vec3>(fine.size(), Vec3::Zero()), kRatio);
+  EXPECT_EQ(none.excess, 0);
+  for (const double error : none.error) EXPECT_TRUE(std::isnan(error));
+}
+
+}  // namespace
+}  // namespace palpate::fem

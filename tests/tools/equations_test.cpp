@@ -1,0 +1,115 @@
+// Labels of docs/method.md: code cites each, and each that is cited stands there.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Paths of files by the label that they mention.
+using Mentions = std::map<std::string, std::set<std::string>>;
+
+std::string read(const fs::path& path) {
+  std::ifstream stream(path);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::string method() { return read(fs::path(PALPATE_SOURCE_DIR) / "docs/method.md"); }
+
+std::vector<std::string> matches(const std::string& text, const std::regex& pattern) {
+  std::vector<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), pattern), end; it != end; ++it)
+    found.push_back((*it)[1]);
+  return found;
+}
+
+// "(M5)", "(M12a)"; a list such as "(M3, M3b)" mentions each.
+std::vector<std::string> mentioned_labels(const std::string& text) {
+  static const std::regex list(
+      R"re(\(((?:[MB][0-9]+[a-z]?)(?:(?:,| and| to)\s(?:[MB][0-9]+[a-z]?))*)\))re");
+  static const std::regex label(R"re(([MB][0-9]+[a-z]?))re");
+  std::vector<std::string> found;
+  for (const std::string& names : matches(text, list))
+    for (const std::string& name : matches(names, label)) found.push_back(name);
+  return found;
+}
+
+// An equation is an indented line that ends in its label.
+std::vector<std::string> defined_labels() {
+  static const std::regex pattern(
+      R"re((?:^|\n) {4,}[^\n]*\S\s+\(([MB][0-9]+[a-z]?)\)[ ]*(?=\n|$))re");
+  return matches(method(), pattern);
+}
+
+std::set<std::string> defined() {
+  const std::vector<std::string> labels = defined_labels();
+  return {labels.begin(), labels.end()};
+}
+
+template <class Visit>
+void visit_files(const std::vector<std::string>& folders, const std::set<std::string>& extensions,
+                 const Visit& visit) {
+  const fs::path root(PALPATE_SOURCE_DIR);
+  for (const std::string& folder : folders)
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder))
+      if (extensions.count(entry.path().extension().string()))
+        visit(fs::relative(entry.path(), root).generic_string(), read(entry.path()));
+}
+
+const std::set<std::string> kCode{".cpp", ".hpp", ".h", ".inc"};
+
+Mentions cited_in_code() {
+  Mentions cited;
+  visit_files({"libfit", "libfem", "tools"}, kCode,
+              [&](const std::string& file, const std::string& text) {
+                for (const std::string& label : mentioned_labels(text)) cited[label].insert(file);
+              });
+  return cited;
+}
+
+TEST(equations, a_label_stands_at_one_equation) {
+  std::set<std::string> seen;
+  for (const std::string& label : defined_labels())
+    EXPECT_TRUE(seen.insert(label).second) << "docs/method.md has two equations " << label;
+  EXPECT_GE(seen.size(), 20u);
+}
+
+TEST(equations, code_cites_every_label) {
+  const Mentions cited = cited_in_code();
+  for (const std::string& label : defined())
+    EXPECT_TRUE(cited.count(label)) << "no code cites (" << label << ") of docs/method.md";
+}
+
+TEST(equations, a_label_cited_in_code_or_docs_exists) {
+  const std::set<std::string> labels = defined();
+  const auto check = [&](const std::string& file, const std::string& text) {
+    for (const std::string& label : mentioned_labels(text))
+      EXPECT_TRUE(labels.count(label)) << file << " cites (" << label << ")";
+  };
+  visit_files({"libfit", "libfem", "tools", "tests"}, kCode, check);
+  visit_files({"docs"}, {".md"}, check);
+}
+
+TEST(equations, a_section_of_the_method_cited_in_code_exists) {
+  static const std::regex heading(R"re((?:^|\n)## ([0-9]+)\. )re");
+  static const std::regex citation(R"re(method\.md,(?:\s|//)*sections? ([0-9]+))re");
+  const std::vector<std::string> list = matches(method(), heading);
+  const std::set<std::string> sections(list.begin(), list.end());
+  EXPECT_GE(sections.size(), 10u);
+  visit_files({"libfit", "libfem", "tools", "tests"}, kCode,
+              [&](const std::string& file, const std::string& text) {
+                for (const std::string& section : matches(text, citation))
+                  EXPECT_TRUE(sections.count(section)) << file << " cites section " << section;
+              });
+}
+
+}  // namespace

@@ -1,0 +1,182 @@
+// Settings named once: every member of every section counts, and comes back from a body.
+
+#include "tools/scene/settings.hpp"
+
+#include <gtest/gtest.h>
+
+#include "libfem/probes/probes.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/scene/fields.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Changes the one member that it is told to, and knows its key and stage.
+class Changer {
+ public:
+  explicit Changer(int wanted) : wanted_(wanted) {}
+
+  template <class Value, class Kind>
+  void operator()(Stage stage, std::string_view key, Value& value, const Kind&) {
+    if constexpr (std::is_same_v<Value, std::optional<PlacementSection>>) {
+      if (value) visit(*value, *this);  // a member of its own only where there is none
+    }
+    if (count_++ != wanted_) return;
+    change(value);
+    changed_ = {std::string(key), stage};
+  }
+
+  int count() const { return count_; }
+  const std::optional<std::pair<std::string, Stage>>& changed() const { return changed_; }
+
+ private:
+  static void change(double& value) { value += 0.125; }
+  static void change(int& value) { ++value; }
+  static void change(bool& value) { value = !value; }
+  static void change(std::string& value) { value = value == "yeoh" ? "fung" : value + "x"; }
+  static void change(std::filesystem::path& value) { value += "x"; }
+  static void change(std::vector<double>& value) { value.push_back(0.125); }
+  static void change(Vec3& value) { value[1] += 0.125; }
+  static void change(HalfSpace& value) { value.is_below = !value.is_below; }
+  static void change(Region& value) { value = Ball{Vec3::Ones(), 0.125}; }
+  static void change(std::vector<Region>& value) { value.emplace_back(Box{}); }
+  static void change(fem::MaterialParameters& value) { value.values.front() += 1; }
+  static void change(std::map<std::string, std::vector<double>, std::less<>>& value) {
+    value["radius"].front() += 0.125;
+  }
+  static void change(Surface& value) { value.vertices.setOnes(1, 3); }
+  template <class Value>
+  static void change(std::optional<Value>& value) {
+    if (value)
+      value.reset();
+    else
+      value.emplace();
+  }
+
+  int wanted_, count_ = 0;
+  std::optional<std::pair<std::string, Stage>> changed_;
+};
+
+constexpr Stage kStages[] = {Stage::prepare, Stage::simulate, Stage::place,
+                             Stage::fit,     Stage::export_,  Stage::validate};
+
+const std::string kFull = R"([body]
+surface = "liver.obj"
+length_unit = "mm"
+element = "tet10"
+mesh_size = "9 mm"
+fixed = [ { below = { axis = "y", at = "2 mm" } }, { box = [[0, 0, 0], [1, 1, 1]] } ]
+[material]
+law = "ogden"
+mu1 = "2 kPa"
+alpha1 = 3
+[[inclusion]]
+sphere = { center = [0, 0, 0.01], radius = "5 mm" }
+material = { young = "60 kPa" }
+[[inclusion]]
+above = { axis = "z", at = "40 mm" }
+material = { law = "holzapfel-gasser-ogden", shear = "2 kPa", k1 = "1 kPa", k2 = 3, fibre = [1, 0, 2] }
+[probe]
+shape = "capsule"
+radius = "4 mm"
+length = "30 mm"
+orientation = "lying"
+friction = 0.8
+[experiments]
+test_points = "auto"
+budget = 30
+region = { box = [[0, 0, 0], [0.1, 0.1, 0.1]] }
+drag_depths = ["3 mm"]
+[fit]
+family = "leaning"
+smoothing = 64
+)";
+
+template <class Section>
+int expect_every_member_counts(const Scene& scene, Section& (*section_of)(Scene&)) {
+  Changer counter(-1);
+  Scene copy = scene;
+  visit(section_of(copy), counter);
+  for (int member = 0; member < counter.count(); ++member) {
+    Scene changed = scene;
+    Changer changer(member);
+    visit(section_of(changed), changer);
+    if (!changer.changed()) {
+      ADD_FAILURE() << "member " << member << " was not changed";
+      continue;
+    }
+    for (const Stage stage : kStages)
+      EXPECT_EQ(canonical(scene, stage) != canonical(changed, stage),
+                stage == changer.changed()->second)
+          << changer.changed()->first << " and stage " << static_cast<int>(stage);
+  }
+  return counter.count();
+}
+
+TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
+  const Scene full = parse_scene(kFull, "/s/a.toml");
+  for (const Scene& scene :
+       {full, parse_scene("[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
+                          "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
+                          "material = { young = 2 }\n[experiments]\ntest_points = \"p.csv\"\n",
+                          "/s/b.toml")}) {
+    int members = 0;
+    members += expect_every_member_counts<BodySection>(
+        scene, [](Scene& s) -> BodySection& { return s.body; });
+    members += expect_every_member_counts<std::optional<fem::MaterialParameters>>(
+        scene, [](Scene& s) -> std::optional<fem::MaterialParameters>& { return s.material; });
+    members += expect_every_member_counts<InclusionSection>(
+        scene, [](Scene& s) -> InclusionSection& { return s.inclusions.front(); });
+    members += expect_every_member_counts<ProbeSpec>(
+        scene, [](Scene& s) -> ProbeSpec& { return s.probe.spec; });
+    members += expect_every_member_counts<FitSection>(
+        scene, [](Scene& s) -> FitSection& { return s.fit; });
+    members += expect_every_member_counts<ExportSection>(
+        scene, [](Scene& s) -> ExportSection& { return s.export_; });
+    members += expect_every_member_counts<ValidateSection>(
+        scene, [](Scene& s) -> ValidateSection& { return s.validate; });
+    members += expect_every_member_counts<ExperimentsSection>(
+        scene, [](Scene& s) -> ExperimentsSection& { return s.experiments; });
+    EXPECT_GT(members, 35);
+  }
+}
+
+TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
+  for (const std::string& text :
+       {kFull, std::string("[body]\nsurface = \"a.off\"\nlength_unit = \"mm\"\n"
+                           "[experiments]\ntest_points = \"vertices\"\n")}) {
+    const Scene scene = parse_scene(text, "/s/a.toml");
+    Body body;
+    body.settings = settings_of(scene);
+    body.probe = scene.probe.spec;
+    const Scene back = scene_of(body, "body.h5");
+    for (const Stage stage : {Stage::prepare, Stage::simulate, Stage::place, Stage::fit})
+      EXPECT_EQ(canonical(scene, stage), canonical(back, stage));
+    EXPECT_EQ(canonical(scene.fit), canonical(back.fit));
+    EXPECT_EQ(back.material.has_value(), scene.material.has_value());
+    ASSERT_EQ(back.inclusions.size(), scene.inclusions.size());
+  }
+}
+
+TEST(settings, a_body_without_a_setting_is_refused_by_its_name) {
+  Body body;
+  body.settings = settings_of(parse_scene(kFull, "/s/a.toml"));
+  body.settings.erase("experiments/press_steps");
+  try {
+    scene_of(body, "out/body.h5");
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()),
+              "out/body.h5: settings/experiments/press_steps: is missing\n"
+              "  Make the body again with `palpate prepare`.");
+  }
+}
+
+TEST(settings, keys_of_probes_have_the_dimension_their_name_says) {
+  for (const fem::ShapeRow& row : fem::probe_shapes())
+    for (const fem::ProbeParameter& parameter : row.parameters)
+      EXPECT_EQ(parameter.dimension, probe_dimension(parameter.key)) << parameter.key;
+}
+
+}  // namespace
+}  // namespace palpate::tools

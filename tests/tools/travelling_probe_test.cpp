@@ -1,0 +1,160 @@
+// The probe travels with the data: what `run` makes, the stage commands make from files alone, and
+// an asset of recordings says what they were recorded with.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "libfit/runtime/format.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// An octahedron of 16 mm, outward.
+const char* const kOctahedron =
+    "OFF\n6 8 0\n8 0 0\n-8 0 0\n0 8 0\n0 -8 0\n0 0 8\n0 0 -8\n"
+    "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n";
+
+// What an asset holds but its meta, where `run` adds the error statement.
+std::string without_meta(const std::string& asset) {
+  runtime::Header header;
+  std::memcpy(&header, asset.data(), sizeof header);
+  return asset.substr(sizeof header, header.offset[runtime::kMeta] - sizeof header);
+}
+
+nlohmann::json meta_of(const std::string& asset) {
+  runtime::Header header;
+  std::memcpy(&header, asset.data(), sizeof header);
+  return nlohmann::json::parse(asset.substr(header.offset[runtime::kMeta], header.meta_bytes));
+}
+
+class TravellingProbe : public BlockRun {
+ protected:
+  std::string at(const std::string& name) const { return (folder / name).string(); }
+  void do_command(const std::string& line, int status = 0) {
+    const Outcome outcome = palpate(folder, line);
+    ASSERT_EQ(outcome.status, status) << line << '\n' << outcome.err;
+  }
+};
+
+TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) {
+  // A mesh probe beside the scene, and presses alone: the limit curves are the friction times the
+  // normal ones, so a friction that gets lost shows.
+  fs::create_directories(folder / "scenes");
+  folder.write("scenes/block.off", block_off(8));
+  folder.write("scenes/tool.off", kOctahedron);
+  std::string text = kScene;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("radius = \"8 mm\"\nfriction = 0.3",
+          "shape = \"mesh\"\nmesh = \"tool.off\"\nlength_unit = \"mm\"\nsmoothing = \"2 mm\"\n"
+          "friction = 0.8");
+  replace("depth = \"4 mm\"\npress_steps = 5", "depth = \"2 mm\"\npress_steps = 3");
+  replace("drag_depths = [\"3 mm\"]", "drag_depths = []");
+  folder.write("scenes/scene.toml", text);
+  scene = folder / "scenes" / "scene.toml";
+  const Outcome whole = run("out");
+  ASSERT_EQ(whole.status, 3) << whole.err;  // presses alone
+
+  fs::create_directories(folder / "step");
+  do_command("prepare " + scene.string() + " -o " + at("step/body.h5"));
+  fs::remove_all(folder / "scenes");  // nothing but files of before from here on
+  do_command("simulate " + at("step/body.h5") + " -o " + at("step/samples.h5"));
+  do_command("fit " + at("step/samples.h5") + " -o " + at("step/curves.h5"), 3);
+  do_command("refine " + at("step/curves.h5") + " --body " + at("step/body.h5") + " -o " +
+             at("step/model.h5"));
+  do_command("export " + at("step/model.h5") + " -o " + at("step/asset.palp"));
+  do_command("export " + at("step/model.h5") + " --format vtu -o " + at("step/stiffness.vtu"));
+  for (const char* file : {"body.h5", "samples.h5", "curves.h5", "model.h5", "stiffness.vtu"})
+    EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "step" / file)) << file;
+  const std::string ran = content_of(folder / "out" / "asset.palp");
+  const std::string stepped = content_of(folder / "step" / "asset.palp");
+  EXPECT_TRUE(without_meta(ran) == without_meta(stepped));
+  for (const auto& meta : {meta_of(ran), meta_of(stepped)}) {
+    EXPECT_EQ(meta.at("probe").at("shape"), "mesh");
+    EXPECT_EQ(meta.at("probe").at("friction"), 0.8);
+    EXPECT_EQ(meta.at("probe").at("smoothing_m"), 0.002);
+    EXPECT_EQ(meta.at("probe").at("mesh_triangles"), 8);
+  }
+  EXPECT_NE(palpate(folder, "fit " + at("step/samples.h5") + " -o " + at("again.h5"))
+                .err.find("the limit is 0.8 of the normal force"),
+            std::string::npos);
+}
+
+TEST_F(TravellingProbe, another_setting_of_experiments_leaves_the_body_and_reaches_its_file) {
+  ASSERT_EQ(run("out").status, 0);
+  std::string changed = kScene;
+  changed.replace(changed.find("friction = 0.3"), 14, "friction = 0.4");
+  folder.write("scene.toml", changed);
+  const Outcome again = run("out");
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_NE(again.err.find("body.h5 is up to date"), std::string::npos) << again.err;
+  EXPECT_EQ(again.err.find("samples.h5 is up to date"), std::string::npos) << again.err;
+  do_command("simulate " + at("out/body.h5") + " -o " + at("samples.h5"));
+  EXPECT_TRUE(content_of(folder / "samples.h5") == content_of(folder / "out" / "samples.h5"));
+}
+
+// A press of F = 1000 N/m beyond 1 mm, 2 mm deep.
+std::string press() {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i < 100; ++i)
+    text += std::to_string(0.01 * i) + "," + std::to_string(0.03 * i) + "," +
+            std::to_string(std::max(0.0, 0.03 * i - 1) + 1e-4 * (i % 3)) + "\n";
+  return text;
+}
+
+std::string recordings_of(const std::string& probe) {
+  std::string text =
+      "[defaults]\ncolumns = { time = \"t\", depth = \"d\", force = \"F\" }\n"
+      "units = { time = \"s\", position = \"mm\", force = \"N\" }\n"
+      "force_on = \"body\"\nnormal = [0, 0, -1]\n" +
+      probe;
+  for (const char* place : {"20, 20", "60, 20", "60, 60", "20, 60"})
+    text += "[[recording]]\nfile = \"a.csv\"\npoint = \"" + std::string(place) +
+            "\"\nposition = [" + place + ", 30]\n";
+  return text;
+}
+
+TEST_F(TravellingProbe, recordings_of_a_2_mm_ball_make_an_asset_that_says_so) {
+  folder.write("a.csv", press());
+  folder.write(
+      "manifest.toml",
+      recordings_of("probe = { shape = \"sphere\", radius = \"2 mm\", friction = 0.6 }\n"));
+  do_command("import " + at("manifest.toml") + " -o " + at("samples.h5"));
+  const Outcome fitted = palpate(folder, "fit " + at("samples.h5") + " -o " + at("curves.h5"));
+  EXPECT_NE(fitted.err.find("limit is 0.6 of the normal force"), std::string::npos) << fitted.err;
+  // The scene of the body says 8 mm and 0.3, which is none of the recordings' business.
+  do_command("prepare --surface-only " + scene.string() + " -o " + at("body.h5"));
+  do_command("refine " + at("curves.h5") + " --body " + at("body.h5") + " -o " + at("model.h5"));
+  do_command("export " + at("model.h5") + " -o " + at("asset.palp"));
+  const std::string asset = content_of(folder / "asset.palp");
+  runtime::Header header;
+  std::memcpy(&header, asset.data(), sizeof header);
+  EXPECT_EQ(header.probe_radius_m, 0.002);
+  EXPECT_EQ(meta_of(asset).at("probe").at("radius_m"), 0.002);
+  EXPECT_EQ(meta_of(asset).at("probe").at("friction"), 0.6);
+}
+
+TEST_F(TravellingProbe, recordings_of_two_probes_are_refused) {
+  folder.write("a.csv", press());
+  folder.write("manifest.toml",
+               recordings_of("probe = { radius = \"2 mm\" }\n") +
+                   "[[recording]]\nfile = \"a.csv\"\npoint = \"e\"\nposition = [40, 40, 30]\n"
+                   "probe = { radius = \"3 mm\" }\n");
+  const Outcome outcome =
+      palpate(folder, "import " + at("manifest.toml") + " -o " + at("samples.h5"));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("a.csv was recorded with another probe than those before it"),
+            std::string::npos)
+      << outcome.err;
+}
+
+}  // namespace
+}  // namespace palpate::tools

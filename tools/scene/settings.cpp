@@ -1,0 +1,299 @@
+#include "tools/scene/settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "libfem/materials/materials.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/scene/fields.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr const char* kPlain = "1";
+
+std::string_view unit_of(const fem::ParameterRow& row) {
+  return row.unit.empty() ? kPlain : row.unit;
+}
+
+std::vector<double> numbers_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+// Puts each member of the sections it visits under its path; with a stage, that stage's alone.
+class Writer {
+ public:
+  explicit Writer(std::optional<Stage> only = {}) : only_(only) {}
+
+  template <class Section>
+  void section(const std::string& prefix, const Section& section) {
+    prefix_ = prefix;
+    visit(section, *this);
+  }
+  template <class Kind>
+  void operator()(Stage stage, std::string_view key, double value, const Kind&) {
+    put(stage, std::string(key), std::is_same_v<Kind, Number> ? kPlain : "m", {value});
+  }
+  void operator()(Stage stage, std::string_view key, std::optional<double> value, Smoothing) {
+    if (value) put(stage, std::string(key), kPlain, {*value});
+  }
+  void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Length) {
+    put(stage, std::string(key), "m", value);
+  }
+  template <class Kind>
+  void operator()(Stage stage, std::string_view key, int value, const Kind&) {
+    put(stage, std::string(key), kPlain, {static_cast<double>(value)});
+  }
+  void operator()(Stage stage, std::string_view key, bool value, Any) {
+    put(stage, std::string(key), kPlain, {value ? 1.0 : 0.0});
+  }
+  void operator()(Stage stage, std::string_view key, const std::string& value, const Choice&) {
+    put(stage, std::string(key), "", {}, value);
+  }
+  template <class Kind>
+  void operator()(Stage stage, std::string_view key, const std::filesystem::path& value,
+                  const Kind&) {
+    put(stage, std::string(key), "", {}, value.filename().string());
+  }
+  template <class Kind>
+  void operator()(Stage, std::string_view, const PlacementSection& value, const Kind&) {
+    visit(value, *this);
+  }
+  template <class Value, class Kind>
+  void operator()(Stage stage, std::string_view key, const std::optional<Value>& value,
+                  const Kind& kind) {
+    if (value) (*this)(stage, key, *value, kind);
+  }
+  void operator()(Stage stage, std::string_view key, const Vec3& value, Any) {
+    put(stage, std::string(key), kPlain, numbers_of(value));
+  }
+  void operator()(Stage stage, std::string_view key, const Region& region, Any) {
+    const std::string path = key.empty() ? "" : std::string(key) + "/";
+    if (const auto* half = std::get_if<HalfSpace>(&region)) {
+      const std::string side = path + (half->is_below ? "below/" : "above/");
+      put(stage, side + "axis", kPlain, {static_cast<double>(half->axis)});
+      put(stage, side + "at", "m", {half->at_m});
+    } else if (const auto* box = std::get_if<Box>(&region)) {
+      put(stage, path + "box/low", "m", numbers_of(box->low_m));
+      put(stage, path + "box/high", "m", numbers_of(box->high_m));
+    } else {
+      const Ball& ball = std::get<Ball>(region);
+      put(stage, path + "sphere/center", "m", numbers_of(ball.center_m));
+      put(stage, path + "sphere/radius", "m", {ball.radius_m});
+    }
+  }
+  void operator()(Stage stage, std::string_view key, const std::vector<Region>& value, Any) {
+    for (std::size_t i = 0; i < value.size(); ++i)
+      (*this)(stage, fmt::format("{}/{}", key, i), value[i], Any{});
+  }
+  void operator()(Stage stage, std::string_view key, const fem::MaterialParameters& value, Any) {
+    const std::string path(key);
+    put(stage, path + "/law", "", {}, value.law);
+    auto next = value.values.begin();
+    for (const fem::ParameterRow& row : fem::find_law(value.law, "law").parameters) {
+      put(stage, path + "/" + std::string(row.name), unit_of(row), {next, next + row.count});
+      next += row.count;
+    }
+  }
+  void operator()(Stage stage, std::string_view,
+                  const std::map<std::string, std::vector<double>, std::less<>>& values, Any) {
+    for (const auto& [key, numbers] : values)
+      put(stage, key, probe_dimension(key) == Dimension::angle ? "rad" : "m", numbers);
+  }
+  void operator()(Stage stage, std::string_view key, const Surface& mesh, Any) {
+    const std::string path(key);
+    put(stage, path + "/vertices", "m",
+        {mesh.vertices.data(), mesh.vertices.data() + mesh.vertices.size()});
+    put(stage, path + "/triangles", kPlain,
+        {mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size()});
+  }
+
+  const Settings& settings() const { return settings_; }
+
+ private:
+  void put(Stage stage, const std::string& key, std::string_view unit, std::vector<double> numbers,
+           const std::string& text = "") {
+    if (!only_ || *only_ == stage)
+      settings_[prefix_ + key] = {std::string(unit), std::move(numbers), text};
+  }
+
+  std::optional<Stage> only_;
+  std::string prefix_;
+  Settings settings_;
+};
+
+// Takes the members of a section from where Writer put them.
+class Reader {
+ public:
+  Reader(const Settings& settings, const std::string& where) : settings_(settings), where_(where) {}
+
+  template <class Section>
+  Section section(const std::string& prefix) {
+    Section section;
+    prefix_ = prefix;
+    visit(section, *this);
+    return section;
+  }
+  template <class Kind>
+  void operator()(Stage, std::string_view key, double& value, const Kind&) {
+    value = number(key);
+  }
+  void operator()(Stage, std::string_view key, std::vector<double>& value, Length) {
+    value = get(key).numbers;
+  }
+  template <class Kind>
+  void operator()(Stage, std::string_view key, int& value, const Kind&) {
+    value = static_cast<int>(number(key));
+  }
+  void operator()(Stage, std::string_view key, bool& value, Any) { value = number(key) != 0; }
+  template <class Kind>
+  void operator()(Stage, std::string_view key, std::string& value, const Kind&) {
+    value = get(key).text;
+  }
+  template <class Kind>
+  void operator()(Stage, std::string_view key, std::filesystem::path& value, const Kind&) {
+    value = get(key).text;
+  }
+  template <class Kind>
+  void operator()(Stage, std::string_view, std::optional<PlacementSection>& value, const Kind&) {
+    value.reset();
+    if (has("tolerance")) visit(value.emplace(), *this);
+  }
+  void operator()(Stage stage, std::string_view key, std::optional<Region>& value, Any) {
+    value.reset();
+    if (has_below(key)) (*this)(stage, key, value.emplace(), Any{});
+  }
+  void operator()(Stage stage, std::string_view key, std::optional<fem::MaterialParameters>& value,
+                  Any) {
+    value.reset();
+    if (has_below(key)) (*this)(stage, key, value.emplace(), Any{});
+  }
+  template <class Value, class Kind>
+  void operator()(Stage stage, std::string_view key, std::optional<Value>& value,
+                  const Kind& kind) {
+    value.reset();
+    if (has(key)) (*this)(stage, key, value.emplace(), kind);
+  }
+  void operator()(Stage, std::string_view key, Region& region, Any) {
+    const std::string path = key.empty() ? "" : std::string(key) + "/";
+    for (const bool is_below : {true, false}) {
+      const std::string side = path + (is_below ? "below/" : "above/");
+      if (has(side + "at"))
+        region = HalfSpace{static_cast<int>(number(side + "axis")), number(side + "at"), is_below};
+    }
+    if (has(path + "box/low")) region = Box{point(path + "box/low"), point(path + "box/high")};
+    if (has(path + "sphere/radius"))
+      region = Ball{point(path + "sphere/center"), number(path + "sphere/radius")};
+  }
+  void operator()(Stage stage, std::string_view key, std::vector<Region>& value, Any) {
+    for (std::string item; has_below(item = fmt::format("{}/{}", key, value.size()));)
+      (*this)(stage, item, value.emplace_back(), Any{});
+  }
+  void operator()(Stage, std::string_view key, fem::MaterialParameters& value, Any) {
+    const std::string path(key);
+    value.law = get(path + "/law").text;
+    for (const fem::ParameterRow& row : fem::find_law(value.law, where_).parameters) {
+      const std::vector<double>& numbers = get(path + "/" + std::string(row.name)).numbers;
+      if (numbers.size() != static_cast<std::size_t>(row.count))
+        fail(path, "has the wrong number of values");
+      value.values.insert(value.values.end(), numbers.begin(), numbers.end());
+    }
+  }
+
+  bool has_section(const std::string& prefix) {
+    prefix_ = prefix;
+    return has_below("");
+  }
+
+ private:
+  bool has(std::string_view key) const { return settings_.contains(prefix_ + std::string(key)); }
+  bool has_below(std::string_view key) const {
+    const std::string path = prefix_ + std::string(key) + (key.empty() ? "" : "/");
+    const auto next = settings_.lower_bound(path);
+    return next != settings_.end() && next->first.starts_with(path);
+  }
+  const Setting& get(std::string_view key) const {
+    const auto found = settings_.find(prefix_ + std::string(key));
+    if (found == settings_.end()) fail(key, "is missing");
+    return found->second;
+  }
+  double number(std::string_view key) const {
+    const Setting& setting = get(key);
+    if (setting.numbers.size() != 1) fail(key, "is not one number");
+    return setting.numbers.front();
+  }
+  Vec3 point(std::string_view key) const {
+    const Setting& setting = get(key);
+    if (setting.numbers.size() != 3) fail(key, "is not three numbers");
+    return {setting.numbers[0], setting.numbers[1], setting.numbers[2]};
+  }
+  [[noreturn]] void fail(std::string_view key, const char* fact) const {
+    throw Error(fmt::format("{}: settings/{}{}", where_, prefix_, key), fact,
+                "Make the body again with `palpate prepare`.");
+  }
+
+  const Settings& settings_;
+  std::string where_, prefix_;
+};
+
+std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
+
+void write_scene(const Scene& scene, Writer& writer) {
+  writer.section("body/", scene.body);
+  writer.section("", scene.material);
+  for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
+    writer.section(inclusion_prefix(i), scene.inclusions[i]);
+  writer.section("experiments/", scene.experiments);
+  writer.section("fit/", scene.fit);
+}
+
+template <class Section>
+std::string canonical_section(const Section& section) {
+  Writer writer;
+  writer.section("", section);
+  return canonical(writer.settings());
+}
+
+}  // namespace
+
+Settings settings_of(const Scene& scene) {
+  Writer writer;
+  write_scene(scene, writer);
+  return writer.settings();
+}
+
+Scene scene_of(const Body& body, const std::filesystem::path& path) {
+  Scene scene;
+  scene.path = path;
+  Reader reader(body.settings, path.string());
+  scene.body = reader.section<BodySection>("body/");
+  scene.material = reader.section<std::optional<fem::MaterialParameters>>("");
+  for (std::size_t i = 0; reader.has_section(inclusion_prefix(i)); ++i)
+    scene.inclusions.push_back(reader.section<InclusionSection>(inclusion_prefix(i)));
+  if (body.probe) scene.probe.spec = *body.probe;
+  scene.experiments = reader.section<ExperimentsSection>("experiments/");
+  scene.fit = reader.section<FitSection>("fit/");
+  return scene;
+}
+
+std::string canonical(const Settings& settings) {
+  std::string text;
+  for (const auto& [key, setting] : settings)
+    text += setting.unit.empty()
+                ? fmt::format("{} = \"{}\"\n", key, setting.text)
+                : fmt::format("{} = {} {}\n", key, fmt::join(setting.numbers, " "), setting.unit);
+  return text;
+}
+
+std::string canonical(const Scene& scene, Stage stage) {
+  Writer writer(stage);
+  write_scene(scene, writer);
+  writer.section("probe/", scene.probe.spec);
+  writer.section("export/", scene.export_);
+  writer.section("validate/", scene.validate);
+  return canonical(writer.settings());
+}
+
+std::string canonical(const FitSection& section) { return canonical_section(section); }
+std::string canonical(const ExportSection& section) { return canonical_section(section); }
+std::string canonical(const ProbeSpec& probe) { return canonical_section(probe); }
+
+}  // namespace palpate::tools
