@@ -84,7 +84,7 @@ std::size_t replace_spikes(Signal& signal) {
 
 namespace {
 
-constexpr double kReach = 4;  // standard deviations: weights beyond are below 4e-4
+constexpr double kWeightReach = 4;  // standard deviations: weights beyond are below 4e-4
 
 // Value at t of the line fitted to rows [begin, end) with Gaussian weights about t.
 Eigen::RowVector3d local_line(const std::vector<double>& time_s, const Points& values,
@@ -114,9 +114,9 @@ void smooth(Signal& signal, double sigma_s) {
   Eigen::Index begin = 0, end = 0;
   for (Eigen::Index i = 0; i < signal.rows(); ++i) {
     const double t = signal.time_s[static_cast<std::size_t>(i)];
-    while (signal.time_s[static_cast<std::size_t>(begin)] < t - kReach * sigma_s) ++begin;
+    while (signal.time_s[static_cast<std::size_t>(begin)] < t - kWeightReach * sigma_s) ++begin;
     while (end < signal.rows() &&
-           signal.time_s[static_cast<std::size_t>(end)] <= t + kReach * sigma_s)
+           signal.time_s[static_cast<std::size_t>(end)] <= t + kWeightReach * sigma_s)
       ++end;
     signal.force_N.row(i) = local_line(signal.time_s, force, begin, end, t, sigma_s);
     if (torque.rows() > 0)
