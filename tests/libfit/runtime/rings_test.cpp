@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace palpate::runtime {
 namespace {
@@ -267,9 +268,8 @@ TEST(Rings, unloading_follows_masings_rule) {
 
 // Independent values (40 digits of care, another language); see the shared cases' README.
 void expect_reference(const std::string& name) {
-  const std::string folder = std::string(PALPATE_SHARED_DATA) + "/../cases/rings/";
-  std::ifstream file(folder + name + ".csv");
-  if (!file) GTEST_SKIP() << "SKIPPED: no reference values in " << folder;
+  PALPATE_NEEDS_DATA("cases/rings");
+  std::ifstream file(testing_support::shared_data("cases/rings") / (name + ".csv"));
   const Quadratic curve;
   Bench bench(curve);
   std::string line;
