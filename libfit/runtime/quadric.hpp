@@ -73,7 +73,7 @@ Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, RingBed<S, kRi
   const SideForce<S> side = side_force(bed, depth_m);
   const Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m)};
   if (!(value_of(normal_N) > 0)) return out;
-  S scale = 1.0 + out.slope_N_m / normal_N;
+  S scale = S(1) + out.slope_N_m / normal_N;
   if (!(value_of(scale) > kLeastStiffening)) scale = S(kLeastStiffening);
   for (int i = 0; i < kRings; ++i) {
     bed.stiffness_N_m[i] = bed.stiffness_N_m[i] * scale;

@@ -73,7 +73,7 @@ RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
     const T stiffness = bed.limit.lambda * (slope - below);
     const bool is_cut = !(value_of(stiffness) >= 0);
     bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
-    bed.excess_N_m[i] = is_cut ? -stiffness : T(0);
+    bed.excess_N_m[i] = is_cut ? T(0) - stiffness : T(0);
     bed.is_cut = bed.is_cut || is_cut;
     below = slope;
   }
@@ -167,7 +167,7 @@ RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
   }
   if (!(value_of(kept) > value_of(cut))) return {T(value_of(kept) > 0 ? 0 : 1), T(0)};
   const T ratio = cut / kept;
-  return {1.0 - ratio, (ratio * kept_slope - cut_slope) / kept};
+  return {T(1) - ratio, (ratio * kept_slope - cut_slope) / kept};
 }
 
 /// What the rings of a contact do at a depth: sum of lambda c_i q_i [N] and what they store [J].

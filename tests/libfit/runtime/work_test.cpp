@@ -38,9 +38,11 @@ struct CountedSurface {
   CountedPath aim(const CountedSpot<double>& spot, const runtime::Vec3d& lateral) noexcept {
     return {whole.aim(spot, lateral)};
   }
-  runtime::Move move(const CountedPath& path, double s, const runtime::Vec3d& x) noexcept {
+  void pay(double) const noexcept {}
+  template <class Energy>
+  runtime::Move move(const CountedPath& path, double s, const Energy& energy) noexcept {
     ++moves;
-    return whole.move(path.whole, s, x);
+    return whole.move(path.whole, s, energy);
   }
 };
 
