@@ -81,8 +81,8 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
   return report;
 }
 
-// What rings of the body's points have in common, from points that were dragged until they slip:
-// the rest lean on it. Theory where none was: a ball ploughs, which measures as
+// What rings of the body's points have in common, from points that were dragged: the rest lean on
+// it. Theory where none was: a ball ploughs, which measures as
 // mu(d) = 0.95 mu (1 + d / 2R).
 void settle_rings(const Samples& samples, const fit::BodyData& body,
                   const std::vector<fit::PointRows>& rows, const FitOptions& options,
@@ -96,7 +96,7 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
   const fit::Bases plain = fit::plain_bases(bases);
   std::vector<Eigen::VectorXd> found(rows.size());
   parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
-    if (!body.points[p].problem.empty() || rows[p].slipping_drags == 0) return;
+    if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
     const fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
     if (curves.problem.empty()) found[p] = curves.more.head<3>();
   });

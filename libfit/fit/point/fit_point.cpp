@@ -84,7 +84,7 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   result.is_scored = true;
   if (result.score.slipped_rows == 0 &&
       (kinds < kCurveKinds ? rows.drags > 0 : curves.is_identified[2]))
-    add_sentence(curves.message, "no row slips in the fitted model: the limit is a guess");
+    add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
   result.message = curves.message;
   result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;
   if (result.score.relative > options.poor_above) {

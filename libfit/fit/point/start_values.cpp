@@ -209,9 +209,7 @@ PointCurves start_values(const PointData& point, const PointRows& rows, const Bo
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {
-    if (rows.slipping_drags == 0)
-      add_sentence(out.message, rows.drags == 0 ? "no drags: rings are as the body's are"
-                                                : "no row slips: the limit is as the body's");
+    if (rows.drags == 0) add_sentence(out.message, "no drags: rings are as the body's");
     start_rings(point, body.rings, out);
     return out;
   }
