@@ -99,7 +99,7 @@ class Measured : public testing::Test {
   }
 
   Folder folder_;
-  fs::path data_ = testing_support::shared_data("data");
+  fs::path data_ = palpate::testing_support::shared_data("data");
 };
 
 TEST_F(Measured, a_force_map_becomes_an_asset_and_says_what_its_cantilever_leaves_open) {

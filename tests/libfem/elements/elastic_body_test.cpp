@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "block.hpp"
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/materials/neo_hookean.hpp"
 #include "tests/libfem/materials/examples.hpp"
+#include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
 

@@ -114,7 +114,9 @@ TEST(ray_distance, finds_what_trying_all_triangles_finds) {
     }
     const auto hit = ray_distance_m(sphere, boxes, origin, direction, skip);
     EXPECT_EQ(hit.has_value(), std::isfinite(first)) << "seed 3, ray " << i;
-    if (hit) EXPECT_NEAR(*hit, first, 1e-12);
+    if (hit) {
+      EXPECT_NEAR(*hit, first, 1e-12);
+    }
     met += hit.has_value();
   }
   EXPECT_GT(met, 100);
