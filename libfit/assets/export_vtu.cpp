@@ -4,8 +4,8 @@
 
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/node_forces.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/runtime/spline.hpp"
 
 namespace palpate {
 namespace {
@@ -43,25 +43,6 @@ class VtuWriter {
   std::string arrays_, body_, data_;
 };
 
-struct NodeCurve {
-  SplineTables tables;
-  const Controls& control;
-
-  NodeCurve(const CurveSet& curves, CurveKind kind)
-      : tables(tabulate(curves.basis[static_cast<std::size_t>(kind)])),
-        control(curves.control[static_cast<std::size_t>(kind)]) {}
-  runtime::SplineView view() const {
-    return {tables.degree, tables.pieces, tables.knots.data(), tables.weights.data(),
-            tables.integrals.data()};
-  }
-  double value(Eigen::Index v, double x) const {
-    return runtime::curve_value(view(), control.row(v).data(), x);
-  }
-  double slope(Eigen::Index v, double x) const {
-    return runtime::curve_slope(view(), control.row(v).data(), x);
-  }
-};
-
 template <class F>
 std::vector<float> per_vertex(const Model& model, F value) {
   std::vector<float> out;
@@ -79,30 +60,26 @@ std::string at_depth(double depth_m) {  // "_at_2.5mm"
 }
 
 void add_point_data(const Model& model, VtuWriter& vtu) {
-  const NodeCurve normal(model.curves, CurveKind::normal),
-      lateral(model.curves, CurveKind::lateral), limit(model.curves, CurveKind::limit);
+  const NodeForces forces(model.curves);
   vtu.add("UInt8", "is_covered", 1, std::vector<char>(model.is_covered));
   vtu.add("Float64", "inward_normal", 3,
           std::vector<double>(model.inward_normal.data(),
                               model.inward_normal.data() + model.inward_normal.size()));
   for (double share : kDepthShares) {
-    const double depth = share * normal.tables.knots.back();
+    const double depth = share * model.curves.basis[0].knots_m.back();
     const std::string at = at_depth(depth);
-    const auto force = [&](Eigen::Index v) { return normal.value(v, depth); };
+    const auto force = [&](Eigen::Index v) { return forces.normal_N(v, depth); };
     const auto mu = [&](Eigen::Index v) {
-      return force(v) > 0 ? limit.value(v, depth) / force(v) : 0;
+      return force(v) > 0 ? forces.limit_N(v, depth) / force(v) : 0;
     };
     vtu.add("Float32", "normal_force_N" + at, 1, per_vertex(model, force));
     vtu.add("Float32", "normal_stiffness_N_m" + at, 1,
-            per_vertex(model, [&](Eigen::Index v) { return normal.slope(v, depth); }));
+            per_vertex(model, [&](Eigen::Index v) { return forces.normal_slope_N_m(v, depth); }));
+    vtu.add("Float32", "lateral_stiffness_N_m" + at, 1,
+            per_vertex(model, [&](Eigen::Index v) { return forces.lateral_slope_N_m(v, depth); }));
     vtu.add("Float32", "friction_limit_N" + at, 1,
-            per_vertex(model, [&](Eigen::Index v) { return limit.value(v, depth); }));
+            per_vertex(model, [&](Eigen::Index v) { return forces.limit_N(v, depth); }));
     vtu.add("Float32", "friction" + at, 1, per_vertex(model, mu));
-  }
-  for (double share : {0.0, 0.5}) {
-    const double offset = share * lateral.tables.knots.back();
-    vtu.add("Float32", "lateral_stiffness_N_m" + at_depth(offset), 1,
-            per_vertex(model, [&](Eigen::Index v) { return lateral.slope(v, offset); }));
   }
   vtu.close("PointData", " Scalars=\"is_covered\"");
 }
@@ -126,7 +103,7 @@ void check(const Model& model) {
   const Eigen::Index vertices = model.surface.vertices.rows();
   bool is_fitting = vertices > 0 && model.inward_normal.rows() == vertices &&
                     static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(model.curves.family); ++kind)
     is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
                  model.curves.control[kind].cols() == model.curves.basis[kind].size();
   if (!is_fitting)

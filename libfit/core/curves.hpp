@@ -16,8 +16,8 @@
 
 namespace palpate {
 
-/// The curves that every family begins with (docs/method.md, sections 2 to 4), all in N over m:
-/// normal f^z(dz), lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
+/// The rising curves that families begin with (docs/method.md, sections 2 to 4), all in N over m:
+/// normal f^z(dz), which all have, lateral f^r(dr), limit L(dz). People are shown mu = L / f^z.
 enum class CurveKind : int { normal = 0, lateral = 1, limit = 2 };
 inline constexpr int kCurveKinds = runtime::kCurves;
 inline constexpr std::array<std::string_view, kCurveKinds> kCurveNames{"normal", "lateral",
@@ -43,10 +43,13 @@ inline constexpr auto kCurveFamilyNames = [] {
 }();
 constexpr std::string_view name_of(CurveFamily family) { return runtime::row_of(family).name; }
 
-/// What a node of a family owns, part by part; the first kCurveKinds are the curve kinds.
+/// What a node of a family owns, part by part; the first curves_of() are the curve kinds.
 inline std::span<const runtime::Part> parts_of(CurveFamily family) {
   const runtime::FamilyRow& row = runtime::row_of(family);
   return {row.part, static_cast<std::size_t>(row.parts)};
+}
+inline std::size_t curves_of(CurveFamily family) {
+  return static_cast<std::size_t>(runtime::row_of(family).curves);
 }
 /// Control values that a node has of a part, each of part.width numbers.
 inline int size_of(const runtime::Part& part, const CurveBasis& basis) {

@@ -36,7 +36,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
 // Relative bands where each curve's rows end: past that it is extrapolated.
 void report_bands(const FittedCurves& fitted, const std::vector<PointRows>& rows, double length_m,
                   FitReport& report) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
     const SplineTables tables = tabulate(fitted.curves.basis[kind]);
     const auto spline = view(tables);
     std::vector<double> bands;
@@ -71,13 +71,13 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
   const auto parts = parts_of(bases.family);
   for (std::size_t i = 0; i < parts.size(); ++i)
     out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
     out.covariance[kind].resize(points, packed_size(bases.si[kind].size() - 1));
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
     for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+    for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
       out.covariance[kind].row(p) = result.covariance[kind];
     out.status.push_back(result.status);
     out.message.push_back(result.message);

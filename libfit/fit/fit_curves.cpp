@@ -22,6 +22,9 @@ namespace {
 using fit::BodyBases;
 using fit::PointResult;
 
+// By how much rings of a body's points differ from their median (docs/method.md, section 5).
+constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
+constexpr double kSlidingShare = 0.95;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
@@ -76,6 +79,34 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
     report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
   bases = fit::of_family(std::move(bases), report.family);
   return report;
+}
+
+// What rings of the body's points have in common, from points that were dragged: the rest lean on
+// it. Theory where none was: a ball ploughs, which measures as
+// mu(d) = 0.95 mu (1 + d / 2R).
+void settle_rings(const Samples& samples, const fit::BodyData& body,
+                  const std::vector<fit::PointRows>& rows, const FitOptions& options,
+                  BodyBases& bases) {
+  if (bases.family != CurveFamily::rings) return;
+  bases.rings.lambda = options.default_lateral_ratio;
+  bases.rings.friction =
+      samples.probe ? kSlidingShare * samples.probe->friction : options.default_friction;
+  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
+    bases.rings.friction_slope = bases.rings.friction * body.length_m / (2 * radius_m);
+  const fit::Bases plain = fit::plain_bases(bases);
+  std::vector<Eigen::VectorXd> found(rows.size());
+  parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
+    if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
+    const fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
+    if (curves.problem.empty()) found[p] = curves.more.head<3>();
+  });
+  std::array<std::vector<double>, 3> values;
+  for (const Eigen::VectorXd& each : found)
+    for (std::size_t k = 0; k < 3 && each.size() > 0; ++k)
+      values[k].push_back(each[static_cast<Eigen::Index>(k)]);
+  if (values[0].empty()) return;
+  bases.rings = {median(values[0]), median(values[1]), median(values[2]),
+                 kUsualLambda,      kUsualFriction,    kUsualFrictionSlope_1_m * body.length_m};
 }
 
 // earlier: of each point, its place in the earlier fit, or -1.
@@ -138,6 +169,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   BodyBases bases = make_bases(body, rows, options);
   settle_nuisances(body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
+  settle_rings(samples, body, rows, options, bases);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   auto results = fit_points(samples, body, rows, bases, earlier, options, progress);
   FittedCurves fitted = fit::collect_curves(samples, body, bases, results);

@@ -53,7 +53,7 @@ bool is_usable(const FitOptions& options) {
   if (earlier == nullptr || cache == nullptr || earlier->covariance[0].size() == 0 ||
       cache->fingerprint.size() != earlier->status.size())
     return false;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(earlier->curves.family); ++kind)
     if (earlier->smoothing[kind] > 0 &&
         (cache->own_control[kind].rows() != earlier->curves.points() ||
          cache->own_covariance[kind].rows() != earlier->curves.points()))
@@ -91,7 +91,7 @@ std::vector<std::string> fingerprints(const Samples& samples, const BodyData& bo
 FitOptions as_before(FitOptions options) {
   const CurveSet& curves = options.warm_start->curves;
   options.degree = curves.basis[0].degree;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.family); ++kind) {
     if (curves.basis[kind].degree != options.degree)
       throw Error("warm start", "has curves of several degrees", "Fit without a warm start.");
     options.knots_m[kind] = curves.basis[kind].knots_m;
@@ -119,7 +119,7 @@ PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::siz
   PointResult result;
   for (const Controls& control : fitted.curves.control)
     result.control.emplace_back(control.row(earlier));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
     const bool is_smoothed = fitted.smoothing[kind] > 0;
     result.control[kind] =
         (is_smoothed ? options.warm_cache->own_control[kind] : fitted.curves.control[kind])

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "libfit/core/node_forces.hpp"
 #include "libfit/core/relative_error.hpp"
-#include "libfit/runtime/spline.hpp"
 
 namespace palpate {
 namespace {
@@ -23,16 +23,14 @@ FeatureTable features_of(const CurveSet& curves) {
   FeatureTable table = FeatureTable::Zero(curves.points(), kFeatures);
   const double range_m = curves.basis[0].knots_m.back();
   int column = 0;
-  for (const CurveKind kind : {CurveKind::normal, CurveKind::limit}) {
-    const auto k = static_cast<std::size_t>(kind);
-    const SplineTables tables = tabulate(curves.basis[k]);
-    const runtime::SplineView view{tables.degree, tables.pieces, tables.knots.data(),
-                                   tables.weights.data(), tables.integrals.data()};
+  const NodeForces forces(curves);
+  for (const bool is_limit : {false, true})
     for (int step = 1; step <= kDepths; ++step, ++column)
-      for (Eigen::Index row = 0; row < table.rows(); ++row)
+      for (Eigen::Index row = 0; row < table.rows(); ++row) {
+        const double depth_m = range_m * step / kDepths;
         table(row, column) =
-            runtime::curve_value(view, curves.control[k].row(row).data(), range_m * step / kDepths);
-  }
+            is_limit ? forces.limit_N(row, depth_m) : forces.normal_N(row, depth_m);
+      }
   return table;
 }
 

@@ -8,6 +8,7 @@
 // .control(part, j): number j of a part of the family there.
 
 #include "families/part.hpp"
+#include "families/ring_table.hpp"
 #include "scalar.hpp"
 #include "spline.hpp"
 
@@ -24,6 +25,7 @@ constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral dir
 struct CurveViews {
   int family = 0;
   SplineView view[kMaxParts];
+  RingTable<kRings> rings;  ///< of a body of rings
 };
 
 /// A tool's deflection in the frame of its contact point.

@@ -19,6 +19,8 @@ struct HeldCurve {
   double area_J = 0;              ///< area_before() of that interval
 };
 
+constexpr int kMaxHeldNumbers = 16;
+
 /// Of one contact point on one asset. It is good as long as that is where the contact stands.
 struct Hold {
   const float* of = nullptr;  ///< controls of the asset; null: nothing is held
@@ -27,6 +29,9 @@ struct Hold {
   double weight[3] = {0, 0, 0};
   Vec3d point{0, 0, 0}, normal{0, 0, 0};
   HeldCurve curve[kCurves];
+  double number[kMaxHeldNumbers] = {};  ///< of the parts that are no curves, blended
+  int number_offset = 0;                ///< of the first of them in a vertex's controls
+  RingBed<double, kRings> bed = {};     ///< of a body of rings
 };
 
 inline void drop(Hold& hold) noexcept { hold.of = nullptr; }
@@ -37,16 +42,23 @@ inline bool is_good(const Hold& hold, const AssetView& asset, int triangle, cons
          hold.weight[0] == weight[0] && hold.weight[1] == weight[1] && hold.weight[2] == weight[2];
 }
 
-inline void keep(Hold& hold, const AssetView& asset, int triangle, const double weight[3],
-                 bool is_ball, const MeshSpot<double>& spot) noexcept {
+template <class F>
+void keep(Hold& hold, const AssetView& asset, int triangle, const double weight[3], bool is_ball,
+          const MeshSpot<double>& spot) noexcept {
   hold = Hold();
   hold.of = asset.control;
   hold.triangle = triangle;
   hold.is_ball = is_ball;
-  hold.is_frictionless = is_frictionless(asset.curves, spot);
+  hold.is_frictionless = F::is_frictionless(asset.curves, spot);
   for (int k = 0; k < 3; ++k) hold.weight[k] = weight[k];
   hold.point = spot.point;
   hold.normal = spot.normal;
+  if constexpr (F::kNumbers > 0) {
+    static_assert(F::kNumbers <= kMaxHeldNumbers, "room for them");
+    hold.number_offset = asset.control_offset[F::kCurves];
+    for (int j = 0; j < F::kNumbers; ++j) hold.number[j] = spot.control(F::kCurves, j);
+  }
+  if constexpr (std::is_same_v<F, Rings>) hold.bed = ring_bed<double>(asset.curves.rings, spot);
 }
 
 /// A Spot of slide.hpp: the standing one, out of a good Hold.
@@ -66,7 +78,11 @@ struct HeldSpot {
     spot.piece = nullptr;  // no interval is looked for
     return spot;
   }
-  double control(int curve, int j) const noexcept { return mesh_spot().control(curve, j); }
+  double control(int part, int j) const noexcept {
+    return asset->curves.view[part].pieces > 0
+               ? mesh_spot().control(part, j)
+               : hold->number[asset->control_offset[part] - hold->number_offset + j];
+  }
 };
 
 inline int piece_at(const SplineView& view, const HeldSpot& spot, int curve, double x) noexcept {
@@ -104,6 +120,11 @@ inline double area_before(const SplineView& view, const HeldSpot& spot, int curv
     held.area_piece = piece;
   }
   return held.area_J;
+}
+
+template <class T>
+const RingBed<double, kRings>& bed_under(const CurveViews&, const HeldSpot& spot) noexcept {
+  return spot.hold->bed;
 }
 
 inline bool is_frictionless(const CurveViews&, const HeldSpot& spot) noexcept {

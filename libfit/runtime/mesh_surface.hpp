@@ -23,12 +23,6 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;  ///< no lateral stiffness here: slides as if frictionless
 
-/// Stored energy of a spot [J] with the tool at x (M4).
-inline double stored_energy_J(const CurveViews& views, const MeshSpot<double>& spot,
-                              const Vec3d& x) noexcept {
-  return stored_energy_J(views, spot, deflection(views, spot, x));
-}
-
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>
 class MeshSurface {
@@ -80,20 +74,22 @@ class MeshSurface {
     return path;
   }
 
-  /// Goes to path(s), s <= end, and over the edge when s reaches it. The guard lets no slip pass
-  /// that would raise the stored energy (M10).
-  Move move(const Path& path, T s, const Vec3<T>& x) noexcept {
+  /// What slips dissipate while the contact point stays.
+  void pay(double dissipated_J) noexcept { dissipated_J_ += dissipated_J; }
+
+  /// Goes to path(s), s <= end, and over the edge when s reaches it. energy(spot) [J]: what would
+  /// be stored there. The guard lets no slip pass that would raise it (M10).
+  template <class Energy>
+  Move move(const Path& path, T s, const Energy& energy) noexcept {
     const auto& plain = path.plain();
-    const Vec3d tip = values_of(x);
     const double wanted = value_of(s);
-    const double before_J =
-        has_moved_ ? stored_J_ : stored_energy_J(asset_.curves, plain.at(0.0), tip);
-    double after_J = stored_energy_J(asset_.curves, plain.at(wanted), tip);
+    const double before_J = has_moved_ ? stored_J_ : energy(plain.at(0.0));
+    double after_J = energy(plain.at(wanted));
     const double allowed_J = before_J * (1 + kEnergyNoise);
     const bool is_held_back = asset_.has_guard && after_J > allowed_J;
     if (is_held_back) {
       const double wanted_J = after_J;
-      const double part = harmless_part(plain, wanted, tip, allowed_J, &after_J);
+      const double part = harmless_part(plain, wanted, energy, allowed_J, &after_J);
       s = shortened(s, part);
       if (!(part > 0)) after_J = before_J;
       refused_J_ += wanted_J - after_J;
@@ -195,12 +191,13 @@ class MeshSurface {
     }
   }
 
-  double harmless_part(const MeshPath<double, kIsBall>& path, double s, const Vec3d& x,
-                       double allowed_J, double* energy_J) const noexcept {
+  template <class Energy>
+  static double harmless_part(const MeshPath<double, kIsBall>& path, double s, const Energy& energy,
+                              double allowed_J, double* energy_J) noexcept {
     double lo = 0, hi = s;
     for (int i = 0; i < kMaxGuardSteps; ++i) {
       const double middle = 0.5 * (lo + hi);
-      const double middle_J = stored_energy_J(asset_.curves, path.at(middle), x);
+      const double middle_J = energy(path.at(middle));
       if (middle_J > allowed_J) {
         hi = middle;
       } else {

@@ -46,7 +46,7 @@ inline double depth_below(const Quadric& quadric, const Vec3d& x) noexcept {
 /// only their values: derivatives with respect to controls and along the path must not mix.
 template <class S, class C, bool kIsPlain>
 struct QuadricSpot {
-  Vec3<S> point, normal;
+  Vec3<S> point, normal, shadow;  ///< shadow: on the tangent plane, from the test point
   ControlPointers<C> controls;
   S control(int part, int j) const noexcept {
     return convert(controls.part[part][j], std::integral_constant<bool, kIsPlain>());
@@ -56,6 +56,31 @@ struct QuadricSpot {
   static S convert(const C& c, std::true_type) noexcept { return S(value_of(c)); }
   static S convert(const C& c, std::false_type) noexcept { return S(c); }
 };
+
+template <class S, class C, bool kIsPlain>
+struct IsUneven<QuadricSpot<S, C, kIsPlain>> : std::true_type {};
+
+/// About its test point a body is uneven by its side force: Z grows by p.g(d) along the way p of
+/// the contact point, and the rings stiffen as f^z does.
+constexpr double kLeastStiffening = 0.2;
+template <class T>
+struct Unevenness {
+  T value_N, slope_N_m;  ///< p.g [J] and p.g' [N]
+};
+template <class S, class C, bool kIsPlain>
+Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, RingBed<S, kRings>& bed,
+                         const S& depth_m, const S& normal_N) noexcept {
+  const SideForce<S> side = side_force(bed, depth_m);
+  const Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m)};
+  if (!(value_of(normal_N) > 0)) return out;
+  S scale = S(1) + out.slope_N_m / normal_N;
+  if (!(value_of(scale) > kLeastStiffening)) scale = S(kLeastStiffening);
+  for (int i = 0; i < kRings; ++i) {
+    bed.stiffness_N_m[i] = bed.stiffness_N_m[i] * scale;
+    bed.excess_N_m[i] = bed.excess_N_m[i] * scale;
+  }
+  return out;
+}
 
 /// A way over the quadric whose shadow on the tangent plane is straight. P: scalar of the place,
 /// either C or, in a plain path, double.
@@ -76,7 +101,7 @@ struct QuadricPath {
     const Vec3<S> p{start.x + direction.x * s, start.y + direction.y * s,
                     start.z + direction.z * s};
     const Vec3<S> u0 = widened<S>(quadric->u0), bend = gradient_times(*quadric, p);
-    return {p - u0 * (0.5 * dot(p, bend)), normalized(u0 + bend), controls};
+    return {p - u0 * (0.5 * dot(p, bend)), normalized(u0 + bend), p, controls};
   }
   QuadricPath<double, C> plain() const noexcept {
     return {quadric, values_of(start), values_of(direction), controls};
@@ -100,7 +125,9 @@ struct QuadricSurface {
     const Vec3<T> u0 = widened<T>(quadric->u0);
     return {quadric, p, direction - u0 * dot(direction, u0), controls};
   }
-  Move move(const QuadricPath<T, T>& path, const T& s, const Vec3<T>&) noexcept {
+  void pay(double) const noexcept {}
+  template <class Energy>
+  Move move(const QuadricPath<T, T>& path, const T& s, const Energy&) noexcept {
     p = path.start + path.direction * s;
     return Move::whole;
   }
@@ -121,34 +148,52 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
 
 /// Forces of the tool on the body along one press, drag or path: the law predicting a record.
 /// deflection_m: rows x 3 [m], tool position relative to the test point, in order; the first touch
-/// is at the test point, later ones (after a lift) where the way enters the body. force_N: rows
-/// results. The contact point is carried from row to row; each row is one tick of the engine, so
-/// steps should not be much longer than the lateral deflection at which the tool slips.
-/// Returns how many rows slipped. Derivatives flow through every slip's root.
-template <class T>
-int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
-                const double* deflection_m, int rows, Vec3<T>* force_N) noexcept {
+/// is at the test point, later ones (after a lift) where the way enters the body. deeper_m: how
+/// much deeper along the inward normal the tool was. force_N: rows results. The contact is carried
+/// from row to row; each row is one tick of the engine, so steps should not be much longer than the
+/// lateral deflection at which the tool slips. Returns how many rows slipped. Derivatives flow
+/// through every slip's root.
+template <class F, class T>
+int replay_as(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
+              const double* deflection_m, int rows, const T* deeper_m, Vec3<T>* force_N) noexcept {
   const Vec3<T> nothing{T(0), T(0), T(0)};
   QuadricSurface<T> surface{&quadric, controls, nothing};
+  auto memory = F::template load<T>(no_memory());
   bool in_contact = true;
   int slipped = 0;
   Vec3d before{0, 0, 0};
   for (int row = 0; row < rows; ++row) {
-    const Vec3d tip = make_vec3<double>(deflection_m + 3 * row);
+    Vec3<T> x = widened<T>(make_vec3<double>(deflection_m + 3 * row));
+    if (deeper_m != nullptr) x = x + widened<T>(quadric.u0) * *deeper_m;
+    const Vec3d tip = values_of(x);
     force_N[row] = nothing;
     if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
       surface.p = widened<T>(entry_shadow(quadric, before, tip));
+      memory = F::template load<T>(no_memory());
       in_contact = true;
     }
     before = tip;
     if (!in_contact) continue;
-    const Vec3<T> x = widened<T>(tip);
-    auto foot = footing(views, surface.standing(), x);
-    if (slide(views, x, surface, foot) != SlideEnd::stick) ++slipped;
-    force_N[row] = response(views, foot.spot, foot.d, foot.lateral_N);
+    auto foot = F::footing(views, surface.standing(), x);
+    if (F::slide(views, x, surface, foot, memory) != SlideEnd::stick) ++slipped;
+    force_N[row] = F::force(views, foot, memory);
     in_contact = value_of(foot.d.normal_m) > 0 || row == 0;
   }
   return slipped;
+}
+template <class T>
+int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
+                const double* deflection_m, int rows, const T* deeper_m,
+                Vec3<T>* force_N) noexcept {
+  return with_family(views, [&](auto f) noexcept {
+    return replay_as<decltype(f)>(views, controls, quadric, deflection_m, rows, deeper_m, force_N);
+  });
+}
+
+template <class T>
+int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
+                const double* deflection_m, int rows, Vec3<T>* force_N) noexcept {
+  return replay_drag<T>(views, controls, quadric, deflection_m, rows, nullptr, force_N);
 }
 
 }  // namespace runtime

@@ -15,7 +15,8 @@
 //   surface.aim(spot, direction) -> Path from there (the standing spot) along the lateral unit
 //                              vector, projected obliquely along the spot's normal so that the
 //                              lateral deflection shrinks by s
-//   surface.move(path, s, x) -> Move: the contact point goes to path(s)
+//   surface.move(path, s, energy) -> Move: the contact point goes to path(s); energy(spot) [J] is
+//                              what would be stored there
 
 #include "response.hpp"
 
@@ -160,7 +161,9 @@ SlideEnd slide_until_it_holds(const CurveViews& views, const Vec3<T>& x, Surface
       const SlipRoot root = slip_root<F>(views, plain, values_of(x), inside, scale, frictionless);
       s = differentiable_root<F>(views, path, x, root, frictionless);
     }
-    const Move move = surface.move(path, s, x);
+    const Move move = surface.move(path, s, [&](const auto& there) noexcept {
+      return F::energy_J(views, F::deflection(views, there, values_of(x)), there);
+    });
     foot = footing_as<F>(views, surface.standing(), x);
     if (move == Move::stopped) return SlideEnd::stopped;
     if (holds_within) return SlideEnd::slid;

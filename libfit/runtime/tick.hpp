@@ -30,9 +30,9 @@ inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-template <bool kIsBall, class Spot>
-void describe(const AssetView& asset, const Contact& contact, const Footing<double, Spot>& foot,
-              const Vec3d& x, Output& out) noexcept {
+template <class F, bool kIsBall, class Foot>
+void describe(const AssetView& asset, const Contact& contact, const Foot& foot, const Vec3d& x,
+              Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
   const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
   put(c + origin, out.contact_m);
@@ -43,48 +43,53 @@ void describe(const AssetView& asset, const Contact& contact, const Footing<doub
   out.normal_m = foot.d.normal_m;
   out.lateral_m = foot.d.lateral_m;
   if (foot.d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
-  if (is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
+  if (F::is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
 }
 
 /// The answer of a tool that the contact holds: force, energy, what there is to say about them.
-template <bool kIsBall, class Spot>
-Status resist(const AssetView& asset, Contact& contact, const Footing<double, Spot>& foot,
-              double stored_J, const Vec3d& x, Output& out) noexcept {
-  const Vec3d force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+template <class F, bool kIsBall, class Foot>
+Status resist(const AssetView& asset, Contact& contact, const Foot& foot,
+              const typename F::template Memory<double>& memory, double stored_J, const Vec3d& x,
+              Output& out) noexcept {
+  const Vec3d force = F::force(asset.curves, foot, memory);
   if (!is_finite(force) || !std::isfinite(stored_J)) {
     forget(contact);
     return Status::force_not_finite;
   }
-  describe<kIsBall>(asset, contact, foot, x, out);
+  describe<F, kIsBall>(asset, contact, foot, x, out);
   put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
   out.state = ContactState::stick;
   out.stored_J = stored_J;
+  F::save(memory, contact.memory);
   return Status::ok;
 }
 
 /// Whether the contact stands where it stood and sticks: then `status` is the answer's. Anything
 /// else (a slip, a lift, a law that moves a sticking contact) is answer()'s to find anew.
-template <bool kIsBall>
+template <class F, bool kIsBall>
 bool stays(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out,
            Status& status) noexcept {
   Hold& hold = contact.hold;
   if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) return false;
-  const auto foot = footing(asset.curves, HeldSpot{hold.point, hold.normal, &hold, &asset}, x);
-  if (!(foot.d.normal_m > 0) || is_slipping(asset.curves, foot)) return false;
+  const auto foot = F::footing(asset.curves, HeldSpot{hold.point, hold.normal, &hold, &asset}, x);
+  if (!(foot.d.normal_m > 0) || F::is_slipping(asset.curves, foot)) return false;
   contact.withheld_J = 0;
-  const double stored_J = stored_energy_J(asset.curves, foot.spot, foot.d);
-  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+  auto memory = F::template load<double>(contact.memory);
+  contact.dissipated_J += F::settle(asset.curves, foot, memory);
+  const double stored_J = F::energy_J(asset.curves, foot, memory);
+  status = resist<F, kIsBall>(asset, contact, foot, memory, stored_J, x, out);
   return true;
 }
 
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
-template <bool kIsBall>
+template <class F, bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out) noexcept {
   Status status = Status::ok;
-  if (stays<kIsBall>(asset, contact, x, out, status)) return status;
+  if (stays<F, kIsBall>(asset, contact, x, out, status)) return status;
   MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
-  auto foot = footing(asset.curves, surface.standing(), x);
-  const SlideEnd end = slide(asset.curves, x, surface, foot);
+  auto foot = F::footing(asset.curves, surface.standing(), x);
+  auto memory = F::template load<double>(contact.memory);
+  const SlideEnd end = F::slide(asset.curves, x, surface, foot, memory);
   account(contact, surface);
   contact.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
@@ -94,12 +99,12 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
     return Status::ok;
   }
   const double stored_J =
-      surface.has_moved() ? surface.stored_J() : stored_energy_J(asset.curves, foot.spot, foot.d);
-  status = resist<kIsBall>(asset, contact, foot, stored_J, x, out);
+      surface.has_moved() ? surface.stored_J() : F::energy_J(asset.curves, foot, memory);
+  status = resist<F, kIsBall>(asset, contact, foot, memory, stored_J, x, out);
   if (status != Status::ok) return status;
   out.flags |= surface.flags();
   if (end == SlideEnd::stick) {
-    keep(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot.spot);
+    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot.spot);
     return Status::ok;
   }
   drop(contact.hold);
@@ -116,14 +121,15 @@ using TangentOut = double*;
 /// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
 /// of first touch the contact point found counts as fixed, and of a slip that the guard held back
 /// the share it let pass.
-template <bool kIsBall>
+template <class F, bool kIsBall>
 void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
              TangentOut tangent_N_m) noexcept {
   const Vec3<Jet3> tip{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)};
   MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
-  auto foot = footing(asset.curves, surface.standing(), tip);
-  slide(asset.curves, tip, surface, foot);
-  const Vec3<Jet3> force = response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+  auto foot = F::footing(asset.curves, surface.standing(), tip);
+  auto memory = F::template load<Jet3>(contact.memory);
+  F::slide(asset.curves, tip, surface, foot, memory);
+  const Vec3<Jet3> force = F::force(asset.curves, foot, memory);
   for (int k = 0; k < 3; ++k) {
     tangent_N_m[k] = force.x.v[k];
     tangent_N_m[3 + k] = force.y.v[k];
@@ -167,8 +173,11 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
       seek_contact(asset, contact, before, x);
   }
   if (contact.triangle < 0) return Status::ok;
-  if (tangent_N_m != nullptr) tangent<kIsBall>(asset, contact, x, tangent_N_m);
-  const Status status = answer<kIsBall>(asset, contact, x, out);
+  const Status status = with_family(asset.curves, [&](auto f) noexcept {
+    using F = decltype(f);
+    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, tangent_N_m);
+    return answer<F, kIsBall>(asset, contact, x, out);
+  });
   out.dissipated_J = contact.dissipated_J;
   out.refused_J = contact.refused_J;
   out.refused_ticks = contact.refused_ticks;

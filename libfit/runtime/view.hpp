@@ -86,6 +86,7 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     spline.weights = spline.knots + rows;
     spline.integrals = spline.weights + rows * order * order;
   }
+  prepare(view.curves);
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

@@ -55,8 +55,10 @@ class AblatedSurface {
     if (!ablation_.projects_obliquely) from.normal = facet_normal();
     return {whole_.aim(from, lateral), ablation_, facet_normal()};
   }
-  runtime::Move move(const AblatedPath& path, double s, const runtime::Vec3d& x) noexcept {
-    return whole_.move(path.whole, s, x);
+  void pay(double dissipated_J) noexcept { whole_.pay(dissipated_J); }
+  template <class Energy>
+  runtime::Move move(const AblatedPath& path, double s, const Energy& energy) noexcept {
+    return whole_.move(path.whole, s, energy);
   }
 
  private:
@@ -90,12 +92,16 @@ class AblatedTip {
     if (contact_.triangle < 0) seek_contact(asset_, contact_, before, x);
     if (contact_.triangle < 0) return {0, 0, 0};
     AblatedSurface surface(asset_, contact_.triangle, contact_.weight, ablation_);
-    auto foot = footing(asset_.curves, surface.standing(), x);
-    slide(asset_.curves, x, surface, foot);
-    contact_.triangle = surface.triangle();
-    for (int k = 0; k < 3; ++k) contact_.weight[k] = surface.weight(k);
-    if (!(foot.d.normal_m > 0)) release(contact_);
-    return response(asset_.curves, foot.spot, foot.d, foot.lateral_N);
+    return with_family(asset_.curves, [&](auto f) noexcept {
+      auto foot = f.footing(asset_.curves, surface.standing(), x);
+      auto memory = f.template load<double>(contact_.memory);
+      f.slide(asset_.curves, x, surface, foot, memory);
+      f.save(memory, contact_.memory);
+      contact_.triangle = surface.triangle();
+      for (int k = 0; k < 3; ++k) contact_.weight[k] = surface.weight(k);
+      if (!(foot.d.normal_m > 0)) release(contact_);
+      return f.force(asset_.curves, foot, memory);
+    });
   }
 
  private:

@@ -56,11 +56,14 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
                          &standing};
   Counted::operations = 0;
   const runtime::Vec3<Counted> x = make_vec3<Counted>(tip_m) - make_vec3<Counted>(asset.origin_m);
-  const auto foot = footing(asset.curves, spot, x);
-  is_slipping(asset.curves, foot);
-  response(asset.curves, spot, foot.d, foot.lateral_N);
-  energy_at(asset.curves, spot, kNormal, foot.d.normal_m);
-  energy_at(asset.curves, spot, kLateral, foot.d.lateral_m);
+  with_family(asset.curves, [&](auto f) noexcept {
+    const auto foot = f.footing(asset.curves, spot, x);
+    auto memory = f.template load<Counted>(contact.memory);
+    f.is_slipping(asset.curves, foot);
+    f.settle(asset.curves, foot, memory);
+    f.force(asset.curves, foot, memory);
+    f.energy_J(asset.curves, foot, memory);
+  });
   return Counted::operations;
 }
 

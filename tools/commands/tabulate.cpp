@@ -35,7 +35,7 @@ double unknown_deviation(double) { return std::numeric_limits<double>::quiet_NaN
 std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<char>* is_covered,
                                    int steps) {
   std::vector<CurveRow> rows;
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
+  for (int kind = 0; kind < static_cast<int>(curves_of(curves.family)); ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const SplineTables tables = tabulate(curves.basis[k]);
     const runtime::SplineView spline{tables.degree, tables.pieces, tables.knots.data(),
@@ -51,7 +51,8 @@ std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<cha
 
 std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps) {
   std::vector<CurveRow> rows;
-  for (int kind = 0; kind < kCurveKinds; ++kind)
+  for (int kind = 0; kind < runtime::row_of(static_cast<CurveFamily>(asset.curves.family)).curves;
+       ++kind)
     for (int vertex = 0; vertex < asset.vertices; ++vertex) {
       if (!asset.covered[vertex]) continue;
       const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
@@ -65,7 +66,7 @@ std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps)
 // Curves with a standard error; those that no row spoke of are left out.
 std::vector<CurveRow> tabulate_bands(const FittedCurves& fitted, int steps) {
   std::vector<CurveRow> rows;
-  for (std::size_t k = 0; k < kCurveKinds; ++k) {
+  for (std::size_t k = 0; k < curves_of(fitted.curves.family); ++k) {
     const SplineTables tables = tabulate(fitted.curves.basis[k]);
     const runtime::SplineView spline = fit::view(tables);
     for (Eigen::Index point = 0; point < fitted.covariance[k].rows(); ++point) {

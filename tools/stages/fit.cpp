@@ -36,7 +36,7 @@ void say_report(const FitReport& report) {
       report.family.reason);
   if (!report.degree_reason.empty())
     say("  degree   {}: {}", report.kind[0].basis.degree, report.degree_reason);
-  for (int kind = 0; kind < kCurveKinds; ++kind) {
+  for (int kind = 0; kind < static_cast<int>(curves_of(report.family.family)); ++kind) {
     const auto k = static_cast<std::size_t>(kind);
     const CurveBasis& basis = report.kind[k].basis;
     say("  {:<8} {} pieces of degree {} to {:.2f} mm: {}", kCurveNames[k], basis.pieces(),

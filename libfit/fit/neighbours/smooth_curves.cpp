@@ -181,7 +181,7 @@ Smoothing smooth_curves(const BodyData& body, const std::vector<PointRows>& rows
                 "Give the triangles of these test points, or none.");
   Smoothing out;
   const auto kept = kept_strengths(options);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind) {
     SmoothingReport& report = out.report[kind];
     if (options.smoothing == 0.0) {
       report.reason = "as asked";

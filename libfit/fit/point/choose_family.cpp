@@ -23,16 +23,18 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
                 std::size_t parity, std::vector<double>& errors) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient);
   std::vector<std::vector<double>> control;
-  for (const Eigen::VectorXd& increments : curves.increments) {
-    const Eigen::VectorXd values = controls_of(increments);
+  const std::size_t kinds = curves_of(bases.family);
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    const Eigen::VectorXd values = controls_of(curves.increments[kind]);
     control.emplace_back(values.begin(), values.end());
   }
   const auto parts = parts_of(bases.family);
   const double* next = curves.more.data();
-  for (std::size_t part = kCurveKinds; part < parts.size(); ++part) {
+  for (std::size_t part = kinds; part < parts.size(); ++part) {
     const int size = parts[part].is_curve() ? bases.views.view[part].size() : parts[part].count;
     const int count = count_unknowns(parts[part], size);
-    control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), next, count));
+    control.push_back(
+        part_controls<double>(parts[part], tangents_of(point.inward), quadric, next, count));
     next += count;
   }
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {

@@ -41,7 +41,7 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
   for (std::size_t i = 0; i < parts.size(); ++i)
     result.control.push_back(
         Eigen::VectorXd::Zero(parts[i].width * size_of(parts[i], bases.si[i])));
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
     result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
                                                         std::numeric_limits<double>::quiet_NaN());
   result.message = why;
@@ -50,10 +50,11 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
 
 PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
-  PointCurves curves = start_values(point, rows, bases.plain, bases.family, options);
+  PointCurves curves = start_values(point, rows, bases, options);
   if (!curves.problem.empty()) return curves;
   solve_point(point, plain, options, curves);
-  if (!curves.is_identified[2])  // made up from f^z, which may have moved
+  if (curves_of(bases.family) == kCurveKinds &&
+      !curves.is_identified[2])  // made up from f^z, which may have moved
     curves.increments[2] =
         transfer(bases.plain[0], curves.increments[0], bases.plain[2], curves.friction);
   return curves;
@@ -67,21 +68,22 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   PointCurves curves = identify(point, rows, bases, plain, options);
   result.message = curves.problem;
   if (!curves.problem.empty()) return result;
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  const std::size_t kinds = curves_of(bases.family);
+  for (std::size_t kind = 0; kind < kinds; ++kind)
     result.control[kind] = stored_controls(curves.increments[kind], point.force_N, kind == 1);
   Eigen::Index at = 0;
   const auto parts = parts_of(bases.family);
-  for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+  for (std::size_t i = kinds; i < parts.size(); ++i) {
     const int count = count_unknowns(parts[i], size_of(parts[i], bases.si[i]));
-    result.control[i] = stored_part(parts[i], point.inward, curves.more.segment(at, count),
-                                    length_m, point.force_N);
+    result.control[i] = stored_part(parts[i], point, curves.more.segment(at, count), length_m);
     at += count;
   }
 
   add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
   result.score = score_point(samples, point, length_m, si, result.control, result.sensor);
   result.is_scored = true;
-  if (curves.is_identified[2] && result.score.slipped_rows == 0)
+  if (result.score.slipped_rows == 0 &&
+      (kinds < kCurveKinds ? rows.drags > 0 : curves.is_identified[2]))
     add_sentence(curves.message, "no row slips in the fitted model: the limit curve is a guess");
   result.message = curves.message;
   result.status = curves.message.empty() ? FitStatus::good : FitStatus::underdetermined;

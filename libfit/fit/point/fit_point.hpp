@@ -4,37 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "libfit/fit/point/body_bases.hpp"
 #include "libfit/fit/point/score.hpp"
 #include "libfit/fit/point/start_values.hpp"
 #include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {
-
-/// The bases of the parts of a body's family, in units of its `length_m` (plain) and in metres
-/// (si).
-struct BodyBases {
-  CurveFamily family = CurveFamily::separable;
-  std::vector<CurveBasis> plain = std::vector<CurveBasis>(kCurveKinds), si = plain;
-  std::array<BasisReport, kCurveKinds> report;
-};
-
-/// The same curve kinds in another family: its other curves are parabolas over the depth.
-inline BodyBases of_family(BodyBases bases, CurveFamily family) {
-  bases.family = family;
-  const auto parts = parts_of(family);
-  for (auto* all : {&bases.plain, &bases.si}) {
-    all->resize(kCurveKinds);
-    for (std::size_t i = kCurveKinds; i < parts.size(); ++i)
-      all->push_back(parts[i].is_curve() ? CurveBasis{2, {0, (*all)[0].knots_m.back()}}
-                                         : CurveBasis{});
-  }
-  return bases;
-}
-
-/// The bases with their tables, over the body's length and in metres.
-inline Bases plain_bases(const BodyBases& b) { return Bases(b.plain, b.family); }
-inline Bases si_bases(const BodyBases& b) { return Bases(b.si, b.family); }
 
 /// What one point's fit leaves behind, in SI. Controls are zeros of the bases' sizes when it
 /// failed.

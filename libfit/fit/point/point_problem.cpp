@@ -8,7 +8,6 @@ namespace palpate::fit {
 namespace {
 
 constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidest = 3;        // of a lean in deepest rows; what no body does
 constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
@@ -30,15 +29,17 @@ struct FaintResidual {
   }
 };
 
-// Each parameter of a slice times its strength: it is 0, as far as is known.
-struct FaintZero {
+// Each parameter of a slice, from what it is likely to be, times its strength.
+struct FaintPull {
   Eigen::Index offset;
   std::vector<double> strength;
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(strength.size()));
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
     for (std::size_t j = 0; j < strength.size(); ++j)
-      residual[j] = strength[j] * parameters[0][offset + static_cast<Eigen::Index>(j)];
+      residual[j] = strength[j] * (parameters[0][offset + static_cast<Eigen::Index>(j)] -
+                                   expected[static_cast<Eigen::Index>(j)]);
     return true;
   }
 };
@@ -156,12 +157,14 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
         block));
     offset += curves.increments[kind].size();
   }
-  if (const Eigen::Index count = all - offset; count > 0)
+  if (const Eigen::Index count = all - offset; count > 0) {
+    std::vector<double> strength;
+    for (const double deviation : curves.more_deviation)
+      strength.push_back(weight * (curves.more_noise > 0 ? curves.more_noise / deviation : kFaint));
     blocks.push_back(problem.AddResidualBlock(
-        automatic(new FaintZero{offset, std::vector<double>(static_cast<std::size_t>(count),
-                                                            weight * curves.more_strength)},
-                  all, count),
+        automatic(new FaintPull{offset, std::move(strength), curves.more_expected}, all, count),
         nullptr, block));
+  }
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     const Sensor& unknown = point.experiments[e].unknown;
     std::vector<double> strength = pack_sensor(unknown, unknown);
@@ -169,7 +172,7 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
     for (double& s : strength) s = noise / s;
     const auto count = static_cast<Eigen::Index>(strength.size());
     blocks.push_back(
-        problem.AddResidualBlock(automatic(new FaintZero{0, std::move(strength)}, count, count),
+        problem.AddResidualBlock(automatic(new FaintPull{0, std::move(strength)}, count, count),
                                  nullptr, parameters.sensor[e].data()));
   }
 }
@@ -177,14 +180,14 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
 void add_bounds(const PointData& point, const PointCurves& curves, Parameters& parameters,
                 ceres::Problem& problem) {
   double* block = parameters.curves.data();
-  const Eigen::Index free = curves.more.size();  // may be negative
-  const Eigen::VectorXd lower =
-      pack(curves, curves.lower, Eigen::VectorXd::Constant(free, -kWidest));
+  const Eigen::Index free = curves.more.size();
+  const Eigen::VectorXd lower = pack(curves, curves.lower, curves.more_lower);
   if (lower.size() > 0) problem.AddParameterBlock(block, static_cast<int>(lower.size()));
   for (Eigen::Index j = 0; j < lower.size(); ++j)
     problem.SetParameterLowerBound(block, static_cast<int>(j), lower[j]);
   for (Eigen::Index j = lower.size() - free; j < lower.size(); ++j)
-    problem.SetParameterUpperBound(block, static_cast<int>(j), kWidest);
+    problem.SetParameterUpperBound(block, static_cast<int>(j),
+                                   curves.more_upper[j - (lower.size() - free)]);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     std::vector<double>& sensor = parameters.sensor[e];
     const Sensor& unknown = point.experiments[e].unknown;

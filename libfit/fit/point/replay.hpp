@@ -28,20 +28,23 @@ inline Bases::Bases(const std::vector<CurveBasis>& basis, CurveFamily of) : fami
     tables.push_back(b.knots_m.empty() ? SplineTables{} : tabulate(b));
   for (std::size_t part = 0; part < tables.size(); ++part)
     if (tables[part].pieces > 0) views.view[part] = view(tables[part]);
+  prepare(views);
 }
 
 inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curves.family); }
 
 /// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
 inline int count_unknowns(const runtime::Part& part, int size) {
+  if (part.is_shape) return 0;
   return (part.starts_at_zero ? size - 1 : size) * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
 /// The numbers of a part from what is fitted of it: increments of a curve that rises, components of
-/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt.
+/// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric:
+/// what the point's surface is like.
 template <class T, class C>
 std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
-                             const C* unknowns, int count) {
+                             const runtime::Quadric& quadric, const C* unknowns, int count) {
   std::vector<T> control(static_cast<std::size_t>(part.starts_at_zero ? part.width : 0), T(0));
   if (part.width == 1)
     for (int j = 0; j < count; ++j)
@@ -52,6 +55,8 @@ std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2
       for (int i = 0; i < 3; ++i)
         control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  if (part.is_shape)
+    for (const auto& [r, c] : kAt) control.push_back(T(-quadric.gradient[3 * r + c]));
   const auto &t = tangents[0], &b = tangents[1];
   if (part.width == 6)
     for (int j = 0; j + 2 < count; j += 3)
@@ -84,36 +89,6 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   return quadric;
 }
 
-/// runtime::replay_drag of a tip that is `contact` deeper along the inward normal than recorded;
-/// with derivatives by it. Same law, same order of operations.
-template <class T>
-int replay_shifted(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
-                   const runtime::Quadric& quadric, const double* deflection, int rows,
-                   const T& contact, runtime::Vec3<T>* force) {
-  const runtime::Vec3<T> nothing{T(0), T(0), T(0)}, inward = runtime::widened<T>(quadric.u0);
-  runtime::QuadricSurface<T> surface{&quadric, controls, nothing};
-  bool in_contact = true;
-  int slipped = 0;
-  runtime::Vec3d before{0, 0, 0};
-  for (int row = 0; row < rows; ++row) {
-    const runtime::Vec3<T> x =
-        runtime::widened<T>(runtime::make_vec3<double>(deflection + 3 * row)) + inward * contact;
-    const runtime::Vec3d tip = runtime::values_of(x);
-    force[row] = nothing;
-    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
-      surface.p = runtime::widened<T>(runtime::entry_shadow(quadric, before, tip));
-      in_contact = true;
-    }
-    before = tip;
-    if (!in_contact) continue;
-    auto foot = runtime::footing(views, surface.standing(), x);
-    slipped += runtime::slide(views, x, surface, foot) != runtime::SlideEnd::stick;
-    force[row] = runtime::response(views, foot.spot, foot.d, foot.lateral_N);
-    in_contact = runtime::value_of(foot.d.normal_m) > 0 || row == 0;
-  }
-  return slipped;
-}
-
 /// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
@@ -122,7 +97,7 @@ int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& 
   if (!has_sensor)
     return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
   const int slipped =
-      replay_shifted<T>(views, controls, quadric, deflection, rows, sensor[0], force);
+      runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &sensor[0], force);
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
   for (int i = 0; i < rows; ++i) {
     const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));
@@ -150,9 +125,10 @@ struct ReplayResidual {
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
-    std::vector<std::vector<T>> control(kCurveKinds);
+    const std::size_t curves = curves_of(bases->family);
+    std::vector<std::vector<T>> control(curves);
     const T* next = parameters[0];
-    for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+    for (std::size_t kind = 0; kind < curves; ++kind) {
       const Eigen::Index n = fixed[kind].size();
       control[kind].assign(1, T(0));
       for (Eigen::Index j = 0; j < n; ++j)
@@ -161,10 +137,10 @@ struct ReplayResidual {
       if (is_fitted[kind]) next += n;
     }
     const auto parts = parts_of(bases->family);
-    for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+    for (std::size_t i = curves; i < parts.size(); ++i) {
       const int size = parts[i].is_curve() ? bases->views.view[i].size() : parts[i].count;
       const int count = count_unknowns(parts[i], size);
-      control.push_back(part_controls<T>(parts[i], tangents, next, count));
+      control.push_back(part_controls<T>(parts[i], tangents, quadric, next, count));
       next += count;
     }
     std::array<T, 3> sensor{T(0), T(0), T(0)};

@@ -23,11 +23,12 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
   return control;
 }
 
-Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
-                            const Eigen::VectorXd& unknowns, double length_m, double force_N) {
+Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
+                            const Eigen::VectorXd& unknowns, double length_m) {
   const std::vector<double> control = part_controls<double>(
-      part, tangents_of(inward), unknowns.data(), static_cast<int>(unknowns.size()));
-  const double unit = std::pow(length_m, part.length) * std::pow(force_N, part.force);
+      part, tangents_of(point.inward), quadric_of(point.inward, point.normal_gradient),
+      unknowns.data(), static_cast<int>(unknowns.size()));
+  const double unit = std::pow(length_m, part.length) * std::pow(point.force_N, part.force);
   Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
   for (std::size_t j = 0; j < control.size(); ++j)
     stored[static_cast<Eigen::Index>(j)] =

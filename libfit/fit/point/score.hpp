@@ -10,9 +10,9 @@ Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_
                                 bool is_strictly_rising);
 
 /// Numbers of a part as an asset stores them: exact in float32, within the part's bounds. unknowns:
-/// as part_controls wants them, in units of length_m and force_N.
-Eigen::VectorXd stored_part(const runtime::Part& part, const Vec3& inward,
-                            const Eigen::VectorXd& unknowns, double length_m, double force_N);
+/// as part_controls wants them, in units of length_m and the point's force.
+Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
+                            const Eigen::VectorXd& unknowns, double length_m);
 
 /// Force differences of a point, replayed by the engine's template in SI from stored controls.
 /// controls: of each part. sensor: of each experiment in SI,

@@ -14,7 +14,6 @@ constexpr double kClearNoise = 1e-3;  // of the force: what a dozen steps leave 
 // Iterations that tell noise from a curve not yet found; a lean is found late (a real liver's p95
 // residual is 7.9 % of force with 12, 7.3 % with all).
 constexpr int kFirstLook = 12;
-constexpr double kUsualLean = 0.5;  // of the deepest row: standard deviation assumed beforehand
 
 // Below a thousandth of the weight floor residuals are rounding: no outlier is told from them.
 double scale_of(const PointData& point, const Bases& bases, const PointCurves& curves) {
@@ -29,7 +28,7 @@ PointCurves refine_noisy(const PointData& point, const Bases& bases, FitLoss los
     if (again.is_identified[kind])
       again.faint[kind].strength =
           again.faint[kind].per_noise * noise / start.increments[kind].sum();
-  again.more_strength = noise / kUsualLean;
+  again.more_noise = noise;
   refine(point, bases, loss, scale, again);
   again.scale = scale;
   again.noise = noise;

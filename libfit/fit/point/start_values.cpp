@@ -164,19 +164,59 @@ Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
   return lean;
 }
 
+// g_2 and g_3 along the tangents that give presses the lateral force they have.
+Eigen::Vector4d start_side(const PointData& point) {
+  const auto tangents = tangents_of(point.inward);
+  Eigen::Matrix2d square = kFaint * Eigen::Matrix2d::Identity(), right = Eigen::Matrix2d::Zero();
+  for (const Experiment& e : point.experiments) {
+    if (e.is_replayed) continue;
+    for (std::size_t i = 0; i < e.row.size(); ++i) {
+      const double d = depth_of(point, e.deflection[i]);
+      if (!(d > 0)) continue;
+      const Eigen::Vector2d w(d * d, d * d * d);
+      square += w * w.transpose();
+      for (int k = 0; k < 2; ++k) right.col(k) += w * e.force[i].dot(tangents[k]);
+    }
+  }
+  const Eigen::Matrix2d g = square.ldlt().solve(right);  // a row each
+  return {g(0, 0), g(0, 1), g(1, 0), g(1, 1)};
+}
+
+void start_rings(const PointData& point, const RingPrior& prior, PointCurves& out) {
+  constexpr double kLeastLambda = 0.05, kMost = 3, kMostSide = 10;
+  out.more.resize(7);
+  out.more << prior.lambda, prior.friction, prior.friction_slope, start_side(point);
+  out.more_expected = out.more;
+  out.more_expected.tail<4>().setZero();
+  out.more_deviation.resize(7);
+  out.more_deviation << prior.lambda_deviation, prior.friction_deviation,
+      prior.friction_slope_deviation, Eigen::Vector4d::Ones();
+  out.more_lower.resize(7);
+  out.more_lower << kLeastLambda, 0, -0.5 * prior.friction, Eigen::Vector4d::Constant(-kMostSide);
+  out.more_upper.resize(7);
+  out.more_upper << kMost, kMost, kMost, Eigen::Vector4d::Constant(kMostSide);
+}
+
 }  // namespace
 
-PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::vector<CurveBasis>& bases, CurveFamily family,
+PointCurves start_values(const PointData& point, const PointRows& rows, const BodyBases& body,
                          const FitOptions& options) {
+  constexpr double kUsual = 0.5;  // of a lean in deepest rows: deviation assumed beforehand
+  constexpr double kWidest = 3;   // what no body does
+  const std::vector<CurveBasis>& bases = body.plain;
   PointCurves out;
   out.sensor.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
+  if (body.family == CurveFamily::rings) {
+    if (rows.drags == 0) add_sentence(out.message, "no drags: rings are as the body's");
+    start_rings(point, body.rings, out);
+    return out;
+  }
   start_lateral(point, rows, bases[0], bases[1], options, out);
   start_limit(rows, bases[0], bases[2], options, out);
-  const auto parts = parts_of(family);
-  for (std::size_t i = kCurveKinds; i < parts.size(); ++i) {
+  const auto parts = parts_of(body.family);
+  for (std::size_t i = curves_of(body.family); i < parts.size(); ++i) {
     const bool is_lean = parts[i].is_curve() && parts[i].width == 3 && parts[i].starts_at_zero;
     const Eigen::VectorXd start =
         is_lean ? start_lean(point, bases[1], bases[i], out)
@@ -184,6 +224,11 @@ PointCurves start_values(const PointData& point, const PointRows& rows,
     out.more.conservativeResize(out.more.size() + start.size());
     out.more.tail(start.size()) = start;
   }
+  const Eigen::Index n = out.more.size();
+  out.more_expected.setZero(n);
+  out.more_deviation.setConstant(n, kUsual);
+  out.more_lower.setConstant(n, -kWidest);
+  out.more_upper.setConstant(n, kWidest);
   return out;
 }
 

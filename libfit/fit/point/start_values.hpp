@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 
+#include "libfit/fit/point/body_bases.hpp"
 #include "libfit/fit/rows/held_out.hpp"
 
 namespace palpate::fit {
@@ -17,8 +18,10 @@ struct PointCurves {
   /// What is fitted of the family's parts after the curve kinds, one after the other
   /// (part_controls), on the same units.
   Eigen::VectorXd more;
-  double more_strength = kFaint;  ///< of the faint pull of these to 0
-  std::vector<Sensor> sensor;     ///< of each experiment, where a part of it is unknown; else 0
+  /// What they are likely to be, with which deviation, and within which bounds.
+  Eigen::VectorXd more_expected, more_deviation, more_lower, more_upper;
+  double more_noise = 0;       ///< of the rows' force, to which the deviations compare; 0: faintly
+  std::vector<Sensor> sensor;  ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
   /// their force, and the weights of each experiment's rows.
   double scale = 0, noise = 0;
@@ -30,9 +33,8 @@ struct PointCurves {
 
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
 /// curves no row speaks of. A vector curve over depth begins as the way that a press shows the body
-/// to give, every other part at 0. bases: of each part.
-PointCurves start_values(const PointData& point, const PointRows& rows,
-                         const std::vector<CurveBasis>& bases, CurveFamily family,
+/// to give, rings as bodies' are and with the side force of presses, every other part at 0.
+PointCurves start_values(const PointData& point, const PointRows& rows, const BodyBases& bases,
                          const FitOptions& options);
 
 }  // namespace palpate::fit

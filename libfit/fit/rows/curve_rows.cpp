@@ -48,7 +48,7 @@ WayOut way_out(const PointData& point, const Experiment& e) {
   for (std::size_t i = 0; i < e.row.size(); ++i) {
     const Vec3 lateral = lateral_of(point, e.deflection[i]);
     const double dr = lateral.norm();
-    if (dr < reached * (1 - 1e-6)) break;
+    if (reached > 1e-6 * point.depth && dr < reached * (1 - 1e-6)) break;
     reached = std::max(reached, dr);
     if (!(depth_of(point, e.deflection[i]) > kContactDepth)) continue;
     way.row.push_back(i);

@@ -82,7 +82,7 @@ constexpr const char* kReason = "smoothing_reason";
 std::string group_of(std::size_t kind) { return fmt::format("curves/{}", kCurveNames[kind]); }
 
 void read_smoothing(const Reader& reader, FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
     const std::string group = group_of(kind);
     if (!reader.has_attribute(group, kStrength)) continue;
     const std::string text = reader.text_attribute(group, kStrength);
@@ -96,7 +96,7 @@ void read_smoothing(const Reader& reader, FittedCurves& curves) {
 }
 
 void write_smoothing(Writer& writer, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind) {
     if (curves.smoothing_reason[kind].empty()) continue;
     writer.attribute(group_of(kind), kStrength, fmt::format("{}", curves.smoothing[kind]));
     writer.attribute(group_of(kind), kReason, curves.smoothing_reason[kind]);
@@ -104,7 +104,7 @@ void write_smoothing(Writer& writer, const FittedCurves& curves) {
 }
 
 void check_smoothing(const Complain& complain, const FittedCurves& curves) {
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(curves.curves.family); ++kind)
     if (!(curves.smoothing[kind] >= 0) || std::isinf(curves.smoothing[kind]))
       throw complain(group_of(kind), "attribute `smoothing` is negative or not finite");
 }
@@ -121,7 +121,7 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   check_measure(complain, "points/max_residual", f.max_residual_N, points);
   check_measure(complain, "points/depth_range", f.depth_range_m, points);
   check_curve_set(complain, f.curves, points);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_smoothing(complain, f);
   check_recordings(complain, f);
@@ -182,7 +182,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   f.max_residual_N = read_vector(reader, "points/max_residual", "N", points, true);
   f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
   f.curves = read_curve_set(reader, points);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind) {
     if (!reader.has(covariance_name(kind))) continue;
     f.covariance[kind] = read_table(reader, covariance_name(kind), "N^2", f.position.rows(),
                                     covariance_columns(f.curves.basis[kind]), true);
@@ -207,7 +207,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_vector(writer, "points/max_residual", "N", f.max_residual_N);
   write_vector(writer, "points/depth_range", "m", f.depth_range_m);
   write_curve_set(writer, f.curves);
-  for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
+  for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0)
       write_table(writer, covariance_name(kind), "N^2", f.covariance[kind]);
   write_smoothing(writer, f);

@@ -10,14 +10,13 @@
 namespace palpate {
 namespace runtime {
 
-struct Leaning {
+struct Leaning : OneAnchor<Leaning> {
   static constexpr const char* kName = "leaning";
   static constexpr int kLean = 3;  ///< the part
   static constexpr Part kPart[] = {rising_curve("normal"),
                                    rising_curve("lateral"),
                                    rising_curve("limit"),
                                    {"lean", "m", 1, 0, 3, 0, true, false, -1e3, 1e3}};
-  static constexpr int kMemory = 0;
 
   /// (M3a)
   template <class T, class Spot>
@@ -36,22 +35,12 @@ struct Leaning {
 
   /// (M3b): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r.
   template <class T, class Spot>
-  static Vec3<T> force(const CurveViews& views, const Spot& spot, const Deflection<T>& d,
-                       const T& lateral_N) noexcept {
-    if (!(value_of(d.normal_m) > 0)) return {T(0), T(0), T(0)};
-    const T normal_N = curve_at(views, spot, kNormal, d.normal_m) - lateral_N * d.lean_rate;
-    return spot.normal * normal_N + d.lateral * lateral_N;
-  }
-
-  template <class T, class Spot>
-  static T energy_J(const CurveViews& views, const Spot& spot, const Deflection<T>& d) noexcept {
-    return Separable::energy_J(views, spot, d);
-  }
-
-  template <class T, class Surface, class Spot>
-  static SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
-                        Footing<T, Spot>& foot) noexcept {
-    return slide_until_it_holds<Leaning>(views, x, surface, foot);
+  static Vec3<T> force(const CurveViews& views, const Footing<T, Spot>& foot,
+                       const Memory<T>&) noexcept {
+    if (!(value_of(foot.d.normal_m) > 0)) return {T(0), T(0), T(0)};
+    const T normal_N =
+        curve_at(views, foot.spot, kNormal, foot.d.normal_m) - foot.lateral_N * foot.d.lean_rate;
+    return foot.spot.normal * normal_N + foot.d.lateral * foot.lateral_N;
   }
 };
 

@@ -110,7 +110,7 @@ void make_lean(Truth& truth, const Vec3& inward) {
   truth.family = CurveFamily::leaning;
   truth.basis.push_back({2, {0, 0.01}});
   const auto lean_m =
-      fit::part_controls<double>(parts_of(truth.family).back(), tangents, components, 4);
+      fit::part_controls<double>(parts_of(truth.family).back(), tangents, {}, components, 4);
   truth.control.emplace_back(Eigen::Map<const Eigen::VectorXd>(lean_m.data(), 9));
 }
 

@@ -117,8 +117,9 @@ TEST(nuisance, without_anything_unknown_forces_are_replayed_bit_for_bit_as_ever)
   std::vector<runtime::Vec3d> plain(way.size()), shifted(way.size());
   const auto rows = static_cast<int>(way.size());
   runtime::replay_drag<double>(bases.views, controls, quadric, way[0].data(), rows, plain.data());
-  fit::replay_shifted<double>(bases.views, controls, quadric, way[0].data(), rows, 0.0,
-                              shifted.data());
+  const double deeper = 0;
+  runtime::replay_drag<double>(bases.views, controls, quadric, way[0].data(), rows, &deeper,
+                               shifted.data());
   for (std::size_t i = 0; i < way.size(); ++i) {
     EXPECT_EQ(plain[i].x, shifted[i].x) << i;
     EXPECT_EQ(plain[i].z, shifted[i].z) << i;

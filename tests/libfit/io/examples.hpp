@@ -128,7 +128,7 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
   CurveSet out(family);
   const auto parts = parts_of(family);
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i < kCurveKinds) {
+    if (i < curves_of(family)) {
       out.basis[i] = curves.basis[i], out.control[i] = curves.control[i];
       continue;
     }

@@ -124,10 +124,11 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
       spot.lateral += n * cylinder_lateral_N_m(x);
     }
     spot.normal = runtime::normalized(spot.normal);
-    const auto d = runtime::deflection(views, spot, Vec3d{c[4], c[5], c[6]});
+    const Vec3d x{c[4], c[5], c[6]};
+    const auto d = runtime::Separable::deflection(views, spot, x);
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << text;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << text;
-    const Vec3d f = runtime::response(views, spot, d);
+    const Vec3d f = runtime::force_from_touch(views, spot, x);
     const double size = std::hypot(c[9], c[10], c[11]);
     touching += size > 0;
     EXPECT_NEAR(f.x, c[9], 1e-9 * size) << text;
@@ -259,9 +260,11 @@ TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
     const double limit[2] = {0, 150 * share(random)};
     runtime::QuadricSurface<double> surface{&quadric, {{normal, lateral, limit}}, {0, 0, 0}};
     const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
-    const auto end = runtime::slide(curves.views, x, surface);
-    const auto spot = surface.standing();
-    const auto d = runtime::deflection(curves.views, spot, x);
+    using runtime::Separable;
+    auto foot = Separable::footing(curves.views, surface.standing(), x);
+    Separable::Memory<double> memory;
+    const auto end = Separable::slide(curves.views, x, surface, foot, memory);
+    const auto d = Separable::deflection(curves.views, surface.standing(), x);
     const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
     if (end == runtime::SlideEnd::slid)
       EXPECT_NEAR(pull, hold, 1e-9 * (pull + hold)) << "seed 7, round " << round;

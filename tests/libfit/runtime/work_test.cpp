@@ -38,9 +38,11 @@ struct CountedSurface {
   CountedPath aim(const CountedSpot<double>& spot, const runtime::Vec3d& lateral) noexcept {
     return {whole.aim(spot, lateral)};
   }
-  runtime::Move move(const CountedPath& path, double s, const runtime::Vec3d& x) noexcept {
+  void pay(double) const noexcept {}
+  template <class Energy>
+  runtime::Move move(const CountedPath& path, double s, const Energy& energy) noexcept {
     ++moves;
-    return whole.move(path.whole, s, x);
+    return whole.move(path.whole, s, energy);
   }
 };
 
@@ -65,9 +67,11 @@ TEST(work, of_a_slip_is_no_more_than_the_header_states) {
         runtime::make_vec3<double>(goal.data()) - runtime::make_vec3<double>(asset.origin_m);
     curves_read = moves = 0;
     CountedSurface surface{{asset, tool.contact.triangle, tool.contact.weight, tool.contact.arm}};
-    auto foot = runtime::footing(asset.curves, surface.standing(), x);
-    runtime::slide(asset.curves, x, surface, foot);
-    runtime::response(asset.curves, foot.spot, foot.d, foot.lateral_N);
+    using runtime::Separable;
+    auto foot = Separable::footing(asset.curves, surface.standing(), x);
+    Separable::Memory<double> memory;
+    Separable::slide(asset.curves, x, surface, foot, memory);
+    Separable::force(asset.curves, foot, memory);
     // An evaluation reads f^r and L; the footing before the first segment and the force, one each.
     constexpr int kMaxEvaluations = runtime::kMaxRootSteps + 4;
     ASSERT_LE(moves, runtime::kMaxSegments) << "seed 5, slip " << slip;

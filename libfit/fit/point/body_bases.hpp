@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/report.hpp"
+
+namespace palpate::fit {
+
+/// What a point's rings are likely to be before its own rows are read, and how surely; slopes over
+/// the body's length. By theory, then as the body's points have them.
+struct RingPrior {
+  double lambda = 2.0 / 3.0, friction = 0.3, friction_slope = 0;
+  double lambda_deviation = 0.3, friction_deviation = 0.1, friction_slope_deviation = 0.3;
+};
+
+/// The bases of the parts of a body's family, in units of its `length_m` (plain) and in metres
+/// (si).
+struct BodyBases {
+  CurveFamily family = CurveFamily::separable;
+  std::vector<CurveBasis> plain = std::vector<CurveBasis>(kCurveKinds), si = plain;
+  std::array<BasisReport, kCurveKinds> report;
+  RingPrior rings;  ///< of a body of rings
+};
+
+/// The same curve kinds, as many as another family has; its other curves are parabolas over the
+/// depth.
+inline BodyBases of_family(BodyBases bases, CurveFamily family) {
+  bases.family = family;
+  const auto parts = parts_of(family);
+  for (auto* all : {&bases.plain, &bases.si}) {
+    all->resize(curves_of(family));
+    for (std::size_t i = curves_of(family); i < parts.size(); ++i)
+      all->push_back(parts[i].is_curve() ? CurveBasis{2, {0, (*all)[0].knots_m.back()}}
+                                         : CurveBasis{});
+  }
+  return bases;
+}
+
+/// The bases with their tables, over the body's length and in metres.
+inline Bases plain_bases(const BodyBases& b) { return Bases(b.plain, b.family); }
+inline Bases si_bases(const BodyBases& b) { return Bases(b.si, b.family); }
+
+}  // namespace palpate::fit

@@ -1,0 +1,178 @@
+// Identification of the ring family by replay.
+
+#include <ceres/ceres.h>
+#include <ceres/gradient_checker.h>
+#include <gtest/gtest.h>
+
+#include "tests/libfit/fit/synthetic.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr double kDepth_m = 0.008;
+
+struct RingTruth {
+  CurveBasis basis{3, {0, 0.004, kDepth_m}};
+  std::vector<std::vector<double>> control;
+
+  RingTruth(const Vec3& inward, const Mat3& gradient, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> draw(0.8, 1.2);
+    control.push_back({0});  // rises ever faster, so no ring is cut
+    for (int j = 1; j < basis.size(); ++j)
+      control[0].push_back(control[0].back() + 0.06 * j * draw(random));
+    control.push_back({0.7 * draw(random)});
+    control.push_back({0.3 * draw(random)});
+    control.push_back({16 * draw(random)});
+    const auto tangents = fit::tangents_of(inward);
+    for (const double unit : {800.0, 3e4}) {
+      const Vec3 side =
+          unit * ((draw(random) - 1) * tangents[0] + (draw(random) - 1) * tangents[1]);
+      control.push_back({side[0], side[1], side[2]});
+    }
+    constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    control.emplace_back();
+    for (const auto& at : kAt) control.back().push_back(-gradient(at[0], at[1]));
+  }
+  fit::Bases bases() const {
+    std::vector<CurveBasis> all(parts_of(CurveFamily::rings).size());
+    all[0] = basis;
+    return fit::Bases(all, CurveFamily::rings);
+  }
+  std::vector<Vec3> forces(const Vec3& inward, const Mat3& gradient,
+                           const std::vector<Vec3>& rows) const {
+    const fit::Bases all = bases();
+    std::vector<runtime::Vec3d> force(rows.size());
+    runtime::replay_drag<double>(all.views, fit::pointers_to<double>(control),
+                                 fit::quadric_of(inward, gradient), rows.front().data(),
+                                 static_cast<int>(rows.size()), force.data());
+    std::vector<Vec3> out;
+    for (const auto& f : force) out.emplace_back(f.x, f.y, f.z);
+    return out;
+  }
+};
+
+std::vector<Vec3> there_and_back(const Vec3& u, const Vec3& t, double depth_m, double travel_m) {
+  std::vector<Vec3> rows;
+  for (int i = 1; i <= 6; ++i) rows.push_back(depth_m * i / 6 * u);
+  for (int i = 1; i <= 8; ++i) rows.push_back(depth_m * u + travel_m * i / 8 * t);
+  for (int i = 1; i <= 12; ++i) rows.push_back(depth_m * u + travel_m * (1 - i / 8.0) * t);
+  return rows;
+}
+
+struct RingBody {
+  Recorder rig;
+  std::vector<RingTruth> truth;
+
+  // A press and, where it is dragged, a way there and back at two depths.
+  void add(unsigned seed, bool is_dragged) {
+    const Vec3 inward = Vec3(0.2, -1, 0.1 * seed).normalized();
+    const Mat3 gradient = -(10.0 + seed) * (Mat3::Identity() - inward * inward.transpose());
+    const int p = rig.add_point(inward, gradient);
+    truth.emplace_back(inward, gradient, seed);
+    const auto record = [&](ExperimentKind kind, const std::vector<Vec3>& rows) {
+      rig.add(p, kind, rows, truth.back().forces(inward, gradient, rows));
+    };
+    record(ExperimentKind::press, drag_rows(Vec3::Zero(), inward, 0, kDepth_m, 16));
+    if (!is_dragged) return;
+    for (const double depth_m : {0.4 * kDepth_m, 0.9 * kDepth_m})
+      for (const double angle : {0.4, 2.1})
+        record(ExperimentKind::path, there_and_back(inward, rig.tangent(p, angle), depth_m, 0.006));
+  }
+  FittedCurves fit() const {
+    FitOptions options;
+    options.family = CurveFamily::rings;
+    options.knots_m[0] = truth.front().basis.knots_m;
+    return fit_curves(rig.samples, options);
+  }
+};
+
+TEST(fitted_rings, are_those_of_a_body_that_obeys_the_law) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true);
+  const FittedCurves fitted = body.fit();
+  ASSERT_EQ(fitted.curves.family, CurveFamily::rings);
+  for (std::size_t p = 0; p < body.truth.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
+    EXPECT_EQ(fitted.status[p], FitStatus::good) << fitted.message[p];
+    EXPECT_LT(fitted.max_residual_N[at], 1e-4);
+    for (std::size_t part = 0; part < body.truth[p].control.size(); ++part) {
+      const auto& exact = body.truth[p].control[part];
+      double size = 0;
+      for (const double x : exact) size = std::max(size, std::abs(x));
+      for (std::size_t j = 0; j < exact.size(); ++j)
+        EXPECT_NEAR(fitted.curves.control[part](at, static_cast<Eigen::Index>(j)), exact[j],
+                    2e-3 * size)
+            << "point " << p << " " << parts_of(CurveFamily::rings)[part].name;
+    }
+  }
+}
+
+TEST(fitted_rings, of_a_point_without_drags_are_the_bodys) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true);
+  body.add(4, false);
+  const FittedCurves fitted = body.fit();
+  EXPECT_EQ(fitted.status[3], FitStatus::underdetermined);
+  EXPECT_NE(fitted.message[3].find("no drags"), std::string::npos) << fitted.message[3];
+  for (const int part : {runtime::kLambda, runtime::kFriction, runtime::kFrictionSlope}) {
+    std::vector<double> others;
+    for (Eigen::Index p = 0; p < 3; ++p)
+      others.push_back(fitted.curves.control[static_cast<std::size_t>(part)](p, 0));
+    std::sort(others.begin(), others.end());
+    EXPECT_NEAR(fitted.curves.control[static_cast<std::size_t>(part)](3, 0), others[1],
+                1e-2 * std::abs(others[1]));
+  }
+  // The side force is told by the press itself.
+  const auto& exact = body.truth[3].control;
+  for (int k = 0; k < 3; ++k) {
+    const auto j = static_cast<std::size_t>(k);
+    const double truth_N = exact[runtime::kSide2][j] * std::pow(kDepth_m, 2) +
+                           exact[runtime::kSide3][j] * std::pow(kDepth_m, 3);
+    const double found_N = fitted.curves.control[runtime::kSide2](3, k) * std::pow(kDepth_m, 2) +
+                           fitted.curves.control[runtime::kSide3](3, k) * std::pow(kDepth_m, 3);
+    EXPECT_NEAR(found_N, truth_N, 1e-3);
+  }
+}
+
+TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_turns) {
+  const Vec3 u = Vec3::UnitZ(), t = Vec3(0.8, 0.6, 0);
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Mat3 gradient = Mat3::Zero();
+    gradient(0, 0) = gradient(1, 1) = seed % 2 == 0 ? -0.2 : 0;
+    std::vector<CurveBasis> basis(parts_of(CurveFamily::rings).size());
+    basis[0] = {3, {0, 0.5, 1}};
+    const fit::Bases bases(basis, CurveFamily::rings);
+    fit::Experiment e;
+    e.deflection = there_and_back(u, t, 0.7, 0.8);
+    e.force.assign(e.deflection.size(), Vec3(0.1, -0.05, 0.6));
+    e.weight.assign(e.deflection.size(), 2.0);
+    e.row.resize(e.deflection.size());
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> draw(0.8, 1.2);
+    Eigen::VectorXd x(11);
+    for (int j = 0; j < 4; ++j) x[j] = 0.1 * (j + 1) * draw(random);
+    x.tail<7>() << 0.7 * draw(random), 0.3 * draw(random), 0.15 * draw(random), draw(random) - 1,
+        draw(random) - 1, draw(random) - 1, draw(random) - 1;
+    const std::array<Eigen::VectorXd, kCurveKinds> fixed{x.head<4>(), {}, {}};
+    auto* functor = new fit::ReplayResidual{
+        &bases, fit::quadric_of(u, gradient), &e, {true, false, false}, fixed, FitLoss::squared,
+        0.1,    fit::tangents_of(u)};
+    ceres::DynamicAutoDiffCostFunction<fit::ReplayResidual, 8> cost(functor);
+    cost.AddParameterBlock(static_cast<int>(x.size()));
+    cost.SetNumResiduals(static_cast<int>(3 * e.row.size()));
+    ceres::NumericDiffOptions numeric;
+    numeric.ridders_relative_initial_step_size = 1e-6;
+    const std::vector<const ceres::Manifold*>* none = nullptr;
+    const ceres::GradientChecker checker(&cost, none, numeric);
+    const double* block = x.data();
+    ceres::GradientChecker::ProbeResults results;
+    checker.Probe(&block, 1e-6, &results);
+    EXPECT_LT((results.jacobians[0] - results.numeric_jacobians[0]).cwiseAbs().maxCoeff(),
+              1e-6 * results.numeric_jacobians[0].cwiseAbs().maxCoeff())
+        << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
