@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c).
 //
-//   size palpate_asset 768, palpate_contact 512, palpate_pose 56, palpate_tool 48,
+//   size palpate_asset 1280, palpate_contact 1536, palpate_pose 56, palpate_tool 48,
 //   size palpate_input 128, palpate_output 272, palpate_info 88
 using System;
 using System.Runtime.InteropServices;
