@@ -13,8 +13,8 @@ public static unsafe class Palpate
     const string Library = "palpate_engine";
     public const int Abi = 1;
 
-    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[96]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[64]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[192]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
