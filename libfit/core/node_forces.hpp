@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/runtime/spline.hpp"
+#include "libfit/runtime/families/families.hpp"
 
 namespace palpate {
 

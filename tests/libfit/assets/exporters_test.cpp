@@ -211,7 +211,7 @@ TEST_F(Exporting, vtu_blocks_lie_where_the_header_says) {
     ++arrays;
   }
   EXPECT_EQ(data + next, end);
-  EXPECT_EQ(arrays, 2 + 16 + 2 + 1 + 3);
+  EXPECT_EQ(arrays, 2 + 4 * 5 + 1 + 3);  // five quantities at four depths
   EXPECT_NE(text.find("Name=\"normal_force_N_at_2.5mm\""), std::string::npos);
   EXPECT_NE(text.find("Name=\"friction_at_10mm\""), std::string::npos);
 }
