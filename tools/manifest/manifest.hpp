@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "libfit/core/probe.hpp"
-#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "libfit/recordings/placing/registration.hpp"
 
 namespace palpate::tools {
