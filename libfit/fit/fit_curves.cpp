@@ -47,6 +47,11 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
     if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
     bases.report[kind].basis = bases.si[kind];
   }
+  if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings) return bases;
+  bases.bed = fit::choose_bed_basis(rows, options);
+  if (!bases.bed) return bases;
+  bases.bed_plain = bases.bed->basis;
+  for (double& knot : bases.bed->basis.knots_m) knot *= body.length_m;
   return bases;
 }
 
