@@ -9,6 +9,9 @@
 
 namespace palpate::fit {
 
+/// Of a probe's friction, what a ball that slides without depth has.
+inline constexpr double kSlidingShare = 0.95;
+
 /// What a point's rings are likely to be before its own rows are read, and how surely; slopes over
 /// the body's length. By theory, then as the body's points have them.
 struct RingPrior {
