@@ -95,7 +95,7 @@ struct FittedCurves {
   std::vector<std::string> name;  ///< P
   CurveSet curves;
   std::vector<FitStatus> status;     ///< P
-  std::vector<std::string> message;  ///< P, empty when good
+  std::vector<std::string> message;  ///< P, what is to be known of the point; mostly empty
   Eigen::VectorXd rms_residual_N;    ///< P, over the good rows; NaN without any
   Eigen::VectorXd max_residual_N;    ///< P
   Eigen::VectorXd depth_range_m;     ///< P, deepest good row: past it curves are extrapolated

@@ -10,6 +10,7 @@
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
+#include "libfit/fit/judge_rings.hpp"
 #include "libfit/fit/neighbours/smooth_curves.hpp"
 #include "libfit/fit/point/choose_family.hpp"
 #include "libfit/fit/point/fit_point.hpp"
@@ -24,7 +25,6 @@ using fit::PointResult;
 
 // By how much rings of a body's points differ from their median (docs/method.md, section 17).
 constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
-constexpr double kSlidingShare = 0.95;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
@@ -47,6 +47,11 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
     if (!options.knots_m[kind].empty()) bases.si[kind].knots_m = options.knots_m[kind];
     bases.report[kind].basis = bases.si[kind];
   }
+  if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings) return bases;
+  bases.bed = fit::choose_bed_basis(rows, options);
+  if (!bases.bed) return bases;
+  bases.bed_plain = bases.bed->basis;
+  for (double& knot : bases.bed->basis.knots_m) knot *= body.length_m;
   return bases;
 }
 
@@ -90,7 +95,7 @@ void settle_rings(const Samples& samples, const fit::BodyData& body,
   if (bases.family != CurveFamily::rings) return;
   bases.rings.lambda = options.default_lateral_ratio;
   bases.rings.friction =
-      samples.probe ? kSlidingShare * samples.probe->friction : options.default_friction;
+      samples.probe ? fit::kSlidingShare * samples.probe->friction : options.default_friction;
   if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
     bases.rings.friction_slope = bases.rings.friction * body.length_m / (2 * radius_m);
   const fit::Bases plain = fit::plain_bases(bases);
@@ -176,11 +181,13 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   fit::Smoothing smoothing = fit::smooth_curves(body, rows, bases, options, fitted);
   score_given(samples, body, bases, options.jobs, fitted, results);
   fit::collect_residuals(results, fitted);
+  RingsReport rings = fit::judge_rings(samples, rows, fitted);
   if (report != nullptr) {
     *report = fit::make_report(body, rows, bases, fitted, results, options.worst_points);
     report->rows = static_cast<std::size_t>(samples.rows());
     report->degree_reason = degree.reason;
     report->family = family;
+    report->rings = std::move(rings);
     report->smoothing = smoothing.report;
     report->is_stopped = progress.stopped();
     report->seconds =

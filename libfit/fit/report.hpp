@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,18 @@ struct SmoothingReport {
   std::string reason;  ///< a sentence
 };
 
+/// Constants of a body's rings, medians over the points that were dragged, beside theory's; NaN
+/// where samples do not say what theory needs.
+struct RingsReport {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  int points = 0;  ///< that were dragged; without any nothing is judged
+  double lambda = 0, friction = 0, friction_slope_1_m = 0;
+  double expected_lambda = kUnknown, expected_friction = kUnknown;
+  double expected_friction_slope_1_m = kUnknown;
+  std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median
+  std::string doubt;                 ///< what is far from theory, and likely reasons; or empty
+};
+
 /// A point that the curves describe badly, worst first.
 struct WorstPoint {
   Eigen::Index point = 0;
@@ -87,6 +100,7 @@ struct FitReport {
   std::string degree_reason;  ///< of a degree that was chosen, a sentence
   FamilyReport family;
   std::array<SmoothingReport, kCurveKinds> smoothing;
+  RingsReport rings;
   std::vector<WorstPoint> worst;
   std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points

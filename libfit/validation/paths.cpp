@@ -18,8 +18,10 @@ namespace {
 constexpr int kPressRows = 6;    // of a straight or oblique press
 constexpr int kSlidingRows = 9;  // the last two thirds slide
 constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
-constexpr double kBeyond = 0.5;  // of the drag, past where it began
-constexpr int kMaxTurns = 32;    // directions tried for a slide that stays where one can reach
+constexpr int kWaypoints = 6, kRowsToWaypoint = 2;    // after a press of as many rows
+constexpr double kShallowest = 0.2, kDeepest = 0.95;  // of the range
+constexpr double kBeyond = 0.5;                       // of the drag, past where it began
+constexpr int kMaxTurns = 32;  // directions tried for a slide that stays where one can reach
 
 // std::uniform_real_distribution may differ between libraries; this does not.
 class Uniform {
@@ -106,6 +108,8 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
       for (int k = 1; k <= kBackRows; ++k)
         rows.emplace_back(depth, drag - drag * (1 + kBeyond) * k / kBackRows);
       break;
+    case PathKind::wandering:
+      break;  // leaves the plane: wandering_path
   }
   return rows;
 }
@@ -128,10 +132,35 @@ Vec3 direction_of(const std::vector<std::pair<double, double>>& rows, const Vec3
   return tangent_of(normal, angle_rad);
 }
 
+Points wandering_path(const Vec3& position, const Vec3& normal, const HeldOutRange& range,
+                      const Reach& reach, Uniform& uniform) {
+  Points path((kWaypoints + 1) * kRowsToWaypoint, 3);
+  double share = uniform(0.5, kDeepest);
+  Vec3 from = Vec3::Zero(), to = range.depth_m * share * normal;
+  Eigen::Index row = 0;
+  for (int waypoint = 0; waypoint <= kWaypoints; ++waypoint) {
+    for (int k = 1; k <= kRowsToWaypoint; ++k)
+      path.row(row++) = from + (to - from) * k / kRowsToWaypoint;
+    from = to;
+    share = waypoint % 2 == 0 ? uniform(kShallowest, share) : uniform(share, kDeepest);
+    Vec3 travel = Vec3::Zero();  // back to the middle where no place can be reached
+    for (int turn = 0; turn < kMaxTurns; ++turn) {
+      const double away = range.drag_distance_m * std::sqrt(uniform(0, 1));
+      const Vec3 wanted = away * tangent_of(normal, uniform(0, 2 * std::numbers::pi));
+      if (!reach.holds(position + wanted)) continue;
+      travel = wanted;
+      break;
+    }
+    to = range.depth_m * share * normal + travel;
+  }
+  return path;
+}
+
 Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const HeldOutRange& range,
                  const Reach& reach, Uniform& uniform) {
+  if (kind == PathKind::wandering) return wandering_path(position, normal, range, reach, uniform);
   const double angle_rad = uniform(0, 2 * std::numbers::pi);
-  const double depth = range.depth_m * uniform(0.5, 0.95);
+  const double depth = range.depth_m * uniform(0.5, kDeepest);
   const double slope = std::tan(uniform(20, 45) * std::numbers::pi / 180);
   const double drag = range.drag_distance_m * uniform(0.5, 1);
   const auto rows = depth_and_travel(kind, depth, slope, drag);

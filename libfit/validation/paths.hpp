@@ -11,9 +11,15 @@
 namespace palpate::validation {
 
 /// The ways a tool goes at held-out points, in turn.
-enum class PathKind : int { straight = 0, oblique = 1, sliding = 2, back_and_forth = 3 };
-inline constexpr std::array<std::string_view, 4> kPathKindNames{"straight", "oblique", "sliding",
-                                                                "back_and_forth"};
+enum class PathKind : int {
+  straight = 0,
+  oblique = 1,
+  sliding = 2,
+  back_and_forth = 3,
+  wandering = 4
+};
+inline constexpr std::array<std::string_view, 5> kPathKindNames{"straight", "oblique", "sliding",
+                                                                "back_and_forth", "wandering"};
 
 /// Experiments that no fit saw, for validation.
 struct HeldOut {
@@ -28,11 +34,12 @@ struct HeldOutRange {
 };
 
 /// Contact points uniform by area over triangles whose three vertices are reachable, each with one
-/// path in a random tangential direction, turned on where the contact point would leave what can be
-/// reached: a straight press; an oblique one, 20 to 45 degrees off
-/// the normal; a press that goes on while it slides; a press dragged there and back beyond where it
-/// began. Seeded, and nothing but the body counts: every asset of a body meets the same ones.
-/// Throws Error when no triangle is reachable.
+/// path that keeps the contact point where it can be reached: a straight press; an oblique one, 20
+/// to 45 degrees off the normal; a press that goes on while it slides; a press dragged there and
+/// back beyond where it began, each in a random tangential direction; a press that wanders over six
+/// random places within the drag distance, by turns retracted in part, down to 0.2 of the depth,
+/// and pressed on. Seeded, and nothing but the body counts: every asset of a body meets the same
+/// ones. Throws Error when no triangle is reachable.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 
 }  // namespace palpate::validation

@@ -42,6 +42,14 @@ void say_report(const FitReport& report) {
     say("  {:<8} {} pieces of degree {} to {:.2f} mm: {}", kCurveNames[k], basis.pieces(),
         basis.degree, 1e3 * basis.knots_m.back(), report.kind[k].reason);
   }
+  if (const RingsReport& rings = report.rings; rings.points > 0) {
+    say("  rings    lambda {:.3g}, mu0 {:.3g}, mu1 {:.3g} /m (median of {} points with drags){}{}",
+        rings.lambda, rings.friction, rings.friction_slope_1_m, rings.points,
+        rings.doubt.empty() ? "" : "; ", rings.doubt);
+    if (!rings.uneven.empty())
+      say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
+          fmt::join(rings.uneven, ", "));
+  }
   say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows_used,
       report.rows, report.rows_not_good, report.rows_not_finite, report.rows_cut);
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",

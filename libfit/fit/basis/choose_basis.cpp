@@ -235,6 +235,23 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
   return reports;
 }
 
+std::optional<BasisReport> choose_bed_basis(const std::vector<PointRows>& rows,
+                                            const FitOptions& options) {
+  if (options.pieces[0] > 0 || !options.knots_m[0].empty()) return std::nullopt;
+  std::vector<PointRows> pressed(rows.size());
+  for (std::size_t p = 0; p < rows.size(); ++p)
+    for (const CurveRow& row : rows[p].curve[0])
+      if (row.is_pressed) pressed[p].curve[0].push_back(row);
+  const auto points = evidence_for(0, pressed, 1.0, {}, options.loss);
+  if (points.empty()) return std::nullopt;
+  FitOptions exact = options;
+  exact.tolerance = std::min(options.tolerance, options.weight_floor);
+  BasisReport report = search(points, {}, 0, 1.0, exact);
+  report.reason = "its curvature is the bed: pieces whose held-out error of presses, " +
+                  percent(report.heldout_error, 2) + ", more hardly lower";
+  return report;
+}
+
 namespace {
 
 constexpr int kByPreference[] = {3, 2, 4, 1};

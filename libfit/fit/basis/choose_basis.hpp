@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "libfit/fit/report.hpp"
 #include "libfit/fit/rows/curve_rows.hpp"
 
@@ -12,6 +14,14 @@ namespace palpate::fit {
 std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
                                                   std::vector<PointRows>& rows,
                                                   const FitOptions& options);
+
+/// The basis of f^z for a law that reads its curvature, in units of the body's `length_m`: the
+/// fewest pieces whose curves predict held-out rows of presses as well as the best, to a standard
+/// error or the floor of the rows' weights, whatever the tolerance. Rows of drags do not count:
+/// beside the point the force is not f^z alone. None where the user decides the normal basis or no
+/// point presses enough to hold rows out.
+std::optional<BasisReport> choose_bed_basis(const std::vector<PointRows>& rows,
+                                            const FitOptions& options);
 
 /// Degree of the body's curves, 1 to 4, and why.
 struct ChosenDegree {

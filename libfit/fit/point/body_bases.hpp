@@ -1,12 +1,16 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "libfit/fit/point/replay.hpp"
 #include "libfit/fit/report.hpp"
 
 namespace palpate::fit {
+
+/// Of a probe's friction, what a ball that slides without depth has.
+inline constexpr double kSlidingShare = 0.95;
 
 /// What a point's rings are likely to be before its own rows are read, and how surely; slopes over
 /// the body's length. By theory, then as the body's points have them.
@@ -21,13 +25,20 @@ struct BodyBases {
   CurveFamily family = CurveFamily::separable;
   std::vector<CurveBasis> plain = std::vector<CurveBasis>(kCurveKinds), si = plain;
   std::array<BasisReport, kCurveKinds> report;
-  RingPrior rings;  ///< of a body of rings
+  RingPrior rings;                 ///< of a body of rings
+  std::optional<BasisReport> bed;  ///< of f^z where the family is rings; none: as of any other
+  CurveBasis bed_plain;
 };
 
-/// The same curve kinds, as many as another family has; its other curves are parabolas over the
-/// depth.
+/// The same curve kinds, as many as another family has, f^z of rings as their bed wants it; other
+/// curves of the family are parabolas over the depth.
 inline BodyBases of_family(BodyBases bases, CurveFamily family) {
   bases.family = family;
+  if (family == CurveFamily::rings && bases.bed) {
+    bases.report[0] = *bases.bed;
+    bases.si[0] = bases.bed->basis;
+    bases.plain[0] = bases.bed_plain;
+  }
   const auto parts = parts_of(family);
   for (auto* all : {&bases.plain, &bases.si}) {
     all->resize(curves_of(family));

@@ -92,11 +92,13 @@ std::size_t plateau_begin(const WayOut& way) {
 void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, double dr,
                    double force, PointRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
-  out.curve[0].push_back({depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0});
+  const bool is_pressed = !(dr > 1e-6 * point.depth);
+  out.curve[0].push_back(
+      {depth_of(point, e.deflection[i]), normal_force, e.weight[i], 0, 0, is_pressed});
   if (normal_force > kFirmForce)
     out.largest_friction =
         std::max(out.largest_friction, lateral_of(point, e.force[i]).norm() / normal_force);
-  if (dr > 1e-6 * point.depth)
+  if (!is_pressed)
     out.curve[1].push_back({dr, force, e.weight[i], 0, depth_of(point, e.deflection[i])});
 }
 

@@ -18,7 +18,8 @@ runtime::SplineView view(const SplineTables& tables);
 struct CurveRow {
   double x = 0, f = 0, weight = 1;
   int group = 0;
-  double depth = 0;  ///< of a lateral row
+  double depth = 0;         ///< of a lateral row
+  bool is_pressed = false;  ///< a normal row before any lateral deflection
 };
 
 /// Least strength of a weak prior relative to a row of unit weight: recovers exact curves to

@@ -65,11 +65,12 @@ struct RingBody {
   std::vector<RingTruth> truth;
 
   // A press and, where it is dragged, a way there and back at two depths.
-  void add(unsigned seed, bool is_dragged) {
+  void add(unsigned seed, bool is_dragged, std::optional<double> lambda = {}) {
     const Vec3 inward = Vec3(0.2, -1, 0.1 * seed).normalized();
     const Mat3 gradient = -(10.0 + seed) * (Mat3::Identity() - inward * inward.transpose());
     const int p = rig.add_point(inward, gradient);
     truth.emplace_back(inward, gradient, seed);
+    if (lambda) truth.back().control[runtime::kLambda] = {*lambda};
     const auto record = [&](ExperimentKind kind, const std::vector<Vec3>& rows) {
       rig.add(p, kind, rows, truth.back().forces(inward, gradient, rows));
     };
@@ -133,6 +134,52 @@ TEST(fitted_rings, of_a_point_without_drags_are_the_bodys) {
                            fitted.curves.control[runtime::kSide3](3, k) * std::pow(kDepth_m, 3);
     EXPECT_NEAR(found_N, truth_N, 1e-3);
   }
+}
+
+TEST(fitted_rings, take_more_pieces_than_the_tolerance_asks_where_presses_support_them) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true);
+  FitOptions options;
+  options.tolerance = 0.5;
+  FitReport rings, leaning;
+  options.family = CurveFamily::rings;
+  fit_curves(body.rig.samples, options, {}, &rings);
+  options.family = CurveFamily::leaning;
+  fit_curves(body.rig.samples, options, {}, &leaning);
+  EXPECT_EQ(leaning.kind[0].basis.pieces(), 1) << leaning.kind[0].reason;
+  EXPECT_GE(rings.kind[0].basis.pieces(), 2) << rings.kind[0].reason;
+  EXPECT_LE(rings.kind[0].heldout_error, 2e-3) << "presses alone are judged, and these are exact";
+  options.family = CurveFamily::rings;
+  options.pieces[0] = 1;
+  fit_curves(body.rig.samples, options, {}, &rings);
+  EXPECT_EQ(rings.kind[0].basis.pieces(), 1) << "as asked";
+}
+
+TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
+  RingBody body;
+  const double lambdas[] = {0.70, 0.72, 0.71, 0.40};
+  for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, true, lambdas[seed - 1]);
+  body.rig.samples.poisson = 0.45;  // lambda 0.710
+  body.rig.samples.probe = sphere_spec(0.3 / (2 * 16), 0.3 / 0.95);
+  FitOptions options = options_for(body.rig.samples);
+  EXPECT_NEAR(options.default_lateral_ratio, 0.710, 1e-3);
+  options.family = CurveFamily::rings;
+  options.knots_m[0] = body.truth.front().basis.knots_m;
+  FitReport report;
+  const FittedCurves fitted = fit_curves(body.rig.samples, options, {}, &report);
+  EXPECT_EQ(report.rings.points, 4);
+  EXPECT_EQ(report.rings.doubt, "");
+  ASSERT_EQ(report.rings.uneven, std::vector<Eigen::Index>{3});
+  EXPECT_NE(fitted.message[3].find("far from the body's 0.7"), std::string::npos)
+      << fitted.message[3];
+  EXPECT_EQ(fitted.status[3], FitStatus::good) << "a lump is no fault of the fit";
+  EXPECT_EQ(fitted.message[0], "");
+
+  body.rig.samples.poisson = 0.1;  // 0.947
+  body.rig.samples.probe = sphere_spec(0.003, 0.9);
+  fit_curves(body.rig.samples, options, {}, &report);
+  for (const char* what : {"lambda 0.7", "mu0 ", "mu1 "})
+    EXPECT_NE(report.rings.doubt.find(what), std::string::npos) << report.rings.doubt;
 }
 
 TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_turns) {

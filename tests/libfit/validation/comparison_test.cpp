@@ -68,9 +68,9 @@ TEST(HeldOut, slides_stay_where_one_can_reach) {
 }
 
 TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
-  const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 16, 1);
-  for (std::size_t i = 0; i < 16; ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % 4);
+  const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 20, 1);
+  for (std::size_t i = 0; i < 20; ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % kPathKindNames.size());
     const Points& path = held_out.paths[i].deflections;
     const Vec3 normal = held_out.points.normal.row(static_cast<Eigen::Index>(i));
     const Eigen::VectorXd depth = path * normal;
@@ -94,6 +94,19 @@ TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
         const Vec3 first = path.row(7) - path.row(3), last = path.row(13) - path.row(7);
         EXPECT_NEAR(first.normalized().dot(last.normalized()), -1, 1e-9);
         EXPECT_GT(last.norm(), 1.4 * first.norm()) << "back beyond where it began";
+        break;
+      }
+      case PathKind::wandering: {
+        ASSERT_EQ(path.rows(), 14) << "a press and six places, two rows each";
+        EXPECT_LT(travel.head(2).maxCoeff(), 1e-12);
+        EXPECT_LE(travel.maxCoeff(), kRange.drag_distance_m);
+        EXPECT_GE(depth.minCoeff(), 0.2 * kRange.depth_m);
+        for (const Eigen::Index at : {1, 5, 9}) {
+          EXPECT_LT(depth[at + 2], depth[at]) << "retracted in part";
+          EXPECT_GT(depth[at + 4], depth[at + 2]) << "pressed on";
+        }
+        const Vec3 one = path.row(5) - path.row(3), other = path.row(7) - path.row(5);
+        EXPECT_GT(one.cross(other).norm(), 1e-3 * one.norm() * other.norm()) << "it turns";
         break;
       }
     }
@@ -214,14 +227,14 @@ TEST_F(Substituted, baselines_and_paths_of_an_exact_reference_say_what_they_lose
 
 TEST_F(Substituted, rows_replayed_on_the_quadric_are_the_engines_on_a_press) {
   Samples presses = samples_of(body.asset, held_out);
-  for (std::int32_t point = 0; point < 8; point += 4) {  // the straight ones
+  for (std::int32_t point = 0; point < 8; point += 5) {  // the straight ones
     const auto one = SubstitutedAsset::with_one_response(body.asset, model.curves, 500);
     const Points engine = forces_of(one.view(), held_out);
     Replayed replayed(presses);
     replay_point(presses, point, model.curves, 500, replayed);
     const auto rows = compare(presses, replayed);
     ASSERT_EQ(rows.size(), 6u);
-    const Eigen::Index first = point == 0 ? 0 : 6 + 6 + 9 + 14;
+    const Eigen::Index first = point == 0 ? 0 : 6 + 6 + 9 + 14 + 14;
     for (Eigen::Index row = 0; row < 6; ++row)  // the tip enters the facet, below the round body
       EXPECT_LT((rows[static_cast<std::size_t>(row)].engine_N.transpose() - engine.row(first + row))
                     .norm(),

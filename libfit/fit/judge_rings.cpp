@@ -1,0 +1,77 @@
+#include "libfit/fit/judge_rings.hpp"
+
+#include <cmath>
+
+#include "libfit/core/text.hpp"
+#include "libfit/fit/options.hpp"
+#include "libfit/fit/point/body_bases.hpp"
+
+namespace palpate::fit {
+namespace {
+
+// Shares of what is expected beyond which a constant is far from it. Even blocks and livers stay
+// within half of these, points above a lump do not.
+constexpr double kFarLambda = 0.2, kFarFriction = 0.15, kFarFrictionSlope = 0.5;
+
+bool is_far(double found, double expected, double share) {
+  return std::abs(found - expected) > share * std::abs(expected);  // not from NaN
+}
+
+void doubt(RingsReport& report, const char* what, double found, double expected, const char* why) {
+  add_sentence(report.doubt,
+               what + (" " + number(found)) + " is far from theory's " + number(expected) + why);
+}
+
+}  // namespace
+
+RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& rows,
+                        FittedCurves& fitted) {
+  RingsReport report;
+  if (fitted.curves.family != CurveFamily::rings) return report;
+  const auto constant = [&](int part, std::size_t point) {
+    return fitted.curves.control[static_cast<std::size_t>(part)](static_cast<Eigen::Index>(point),
+                                                                 0);
+  };
+  std::vector<std::size_t> dragged;
+  std::array<std::vector<double>, 3> values;
+  for (std::size_t p = 0; p < rows.size(); ++p) {
+    if (rows[p].drags == 0 || fitted.status[p] == FitStatus::failed) continue;
+    dragged.push_back(p);
+    values[0].push_back(constant(runtime::kLambda, p));
+    values[1].push_back(constant(runtime::kFriction, p));
+    values[2].push_back(constant(runtime::kFrictionSlope, p));
+  }
+  report.points = static_cast<int>(dragged.size());
+  if (dragged.empty()) return report;
+  report.lambda = median(values[0]);
+  report.friction = median(values[1]);
+  report.friction_slope_1_m = median(values[2]);
+  if (!std::isnan(samples.poisson))
+    report.expected_lambda = options_for(samples).default_lateral_ratio;
+  if (samples.probe) report.expected_friction = kSlidingShare * samples.probe->friction;
+  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
+    report.expected_friction_slope_1_m = report.friction / (2 * radius_m);
+
+  if (is_far(report.lambda, report.expected_lambda, kFarLambda))
+    doubt(report, "lambda", report.lambda, report.expected_lambda,
+          ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
+  if (is_far(report.friction, report.expected_friction, kFarFriction))
+    doubt(report, "mu0", report.friction, report.expected_friction,
+          ": another friction than the probe's, or a body that moves as a whole");
+  if (is_far(report.friction_slope_1_m, report.expected_friction_slope_1_m, kFarFrictionSlope))
+    doubt(report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
+          ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
+          "as a whole");
+  for (const std::size_t p : dragged) {
+    const double lambda = constant(runtime::kLambda, p);
+    if (!is_far(lambda, report.lambda, kFarLambda)) continue;
+    report.uneven.push_back(static_cast<Eigen::Index>(p));
+    const std::string sentence = "lambda " + number(lambda, 2) + " is far from the body's " +
+                                 number(report.lambda, 2) + ": a lump or an anisotropy below";
+    if (fitted.message[p].find(sentence) == std::string::npos)  // a point that was kept has it
+      add_sentence(fitted.message[p], sentence);
+  }
+  return report;
+}
+
+}  // namespace palpate::fit
