@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c).
 //
-//   size palpate_asset 768, palpate_contact 512, palpate_pose 56, palpate_tool 48,
+//   size palpate_asset 1280, palpate_contact 1536, palpate_pose 56, palpate_tool 48,
 //   size palpate_input 128, palpate_output 272, palpate_info 88
 using System;
 using System.Runtime.InteropServices;
@@ -13,8 +13,8 @@ public static unsafe class Palpate
     const string Library = "palpate_engine";
     public const int Abi = 1;
 
-    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[96]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[64]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[192]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
