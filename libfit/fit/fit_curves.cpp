@@ -22,7 +22,7 @@ namespace {
 using fit::BodyBases;
 using fit::PointResult;
 
-// By how much rings of a body's points differ from their median (docs/method.md, section 5).
+// By how much rings of a body's points differ from their median (docs/method.md, section 17).
 constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
 constexpr double kSlidingShare = 0.95;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors

@@ -38,7 +38,7 @@ struct Output {
   double normal[3] = {0, 0, 0};  ///< u(c), inward
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
-  double normal_m = 0, lateral_m = 0;  ///< dz, dr (from where the body leans to)
+  double normal_m = 0, lateral_m = 0;  ///< dz, dr of (M2), (M3a); of rings d, |q|
   ContactState state = ContactState::air;
   unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
   double stored_J = 0;                     ///< elastic energy now

@@ -134,9 +134,9 @@ typedef struct palpate_output {
   double normal[3];            /* unit, into the body, at that point */
   double weight[3];            /* its area coordinates in the triangle, sum 1 */
   double normal_m;             /* deflection along the normal, > 0 in contact */
-  double lateral_m;            /* deflection across it, >= 0, from where the body leans to */
+  double lateral_m;            /* deflection across it, >= 0; leaning: from the lean */
   double stored_J;             /* elastic energy now */
-  double dissipated_J;         /* by slips */
+  double dissipated_J;         /* by slips; of rings while PALPATE_STICK, too */
   double refused_J;            /* that slips would have created, each joule once */
   double damped_J;             /* by the damper */
   double damper_N;             /* the damper's part of the force on the body, along the normal */

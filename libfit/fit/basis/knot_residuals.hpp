@@ -44,7 +44,7 @@ class KnotResiduals {
     Eigen::VectorXd weight, right;  // of rows
     double faint_strength = 0;
   };
-  // Rows of a point's least squares, faint ones below, on a basis.
+  // Rows of a point's least squares, the weak prior's below, on a basis.
   Eigen::MatrixXd system(const Point& point, const CurveBasis& basis,
                          const SplineTables& tables) const;
 

@@ -141,7 +141,7 @@ void add_experiments(const PointData& point, const Bases& bases, const PointCurv
   }
 }
 
-// Faint knowledge. noise: of a weighted residual, to which the sensor's deviations compare.
+// Weak priors. noise: of a weighted residual, to which the sensor's deviations compare.
 void add_priors(const PointData& point, const PointCurves& curves, double noise,
                 Parameters& parameters, ceres::Problem& problem,
                 std::vector<ceres::ResidualBlockId>& blocks) {

@@ -28,7 +28,7 @@ void refine(const PointData& point, const Bases& bases, FitLoss loss, double sca
 struct Linearised {
   Eigen::MatrixXd rows;  ///< d residual / d parameter, 3 per row of each experiment in turn
   Eigen::VectorXd residual;
-  Eigen::MatrixXd prior;  ///< likewise of the faint knowledge and of what sensors may be
+  Eigen::MatrixXd prior;  ///< likewise of the weak priors and of what sensors may be
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
 

@@ -20,7 +20,7 @@ double scale_of(const PointData& point, const Bases& bases, const PointCurves& c
   return std::max(residual_scale(point, bases, curves), 1e-3);
 }
 
-// Curves from `start` with faint knowledge that weighs by the rows' noise.
+// Curves from `start` with weak priors that weigh by the rows' noise.
 PointCurves refine_noisy(const PointData& point, const Bases& bases, FitLoss loss,
                          const PointCurves& start, double scale, double noise) {
   PointCurves again = start;
@@ -73,7 +73,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;
   refine(point, bases, options.loss, scale_of(point, bases, curves), curves, first_look);
 
-  // What the best curves leave unexplained is the rows' scatter, and faint knowledge weighs by it.
+  // What the best curves leave unexplained is the rows' scatter, and weak priors weigh by it.
   const auto noise_of = [](const PointCurves& c, double scale) {
     return scale / std::sqrt(3.0) / root_mean_square_weight(c);
   };

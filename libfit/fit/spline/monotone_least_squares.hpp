@@ -21,7 +21,7 @@ struct CurveRow {
   double depth = 0;  ///< of a lateral row
 };
 
-/// Least strength of faint knowledge relative to a row of unit weight: recovers exact curves to
+/// Least strength of a weak prior relative to a row of unit weight: recovers exact curves to
 /// 1e-7 and still decides what no row says.
 inline constexpr double kFaint = 1e-6;
 
@@ -35,7 +35,7 @@ Eigen::VectorXd increment_weights(const runtime::SplineView& spline, double x);
 /// Increment j of a curve with slope 1 everywhere: the step between Greville abscissae [m].
 Eigen::VectorXd greville_steps(const CurveBasis& basis);
 
-/// Knowledge that decides what rows leave open: `strength` times (matrix, right side) is appended
+/// A weak prior: it decides what rows leave open. `strength` times (matrix, right side) is appended
 /// to a least-squares problem whose rows have a mean square weight of 1.
 /// per_noise > 0: the strength grows to per_noise times the rows' relative scatter, so that each
 /// row of the matrix weighs like one observation; exact rows leave it at `strength`.

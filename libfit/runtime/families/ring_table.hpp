@@ -2,7 +2,7 @@
 #pragma once
 
 // The rings of a body (families/rings.hpp): at which depth each touches and how its stiffness
-// follows from a normal curve (docs/method.md, B0).
+// follows from a normal curve (B0).
 
 #include <cmath>
 

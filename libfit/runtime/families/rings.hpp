@@ -1,7 +1,7 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The law of a bed of stick-slip rings (docs/method.md, B0 to B3): what a contact stores is
+// The law of a bed of stick-slip rings (docs/method.md, section 17): what a contact stores (B1) is
 //
 //     E = Z_c(d) + q.g_c(d) + 1/2 sum lambda c_i |q_i|^2
 //
