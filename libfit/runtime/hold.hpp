@@ -42,9 +42,10 @@ inline bool is_good(const Hold& hold, const AssetView& asset, int triangle, cons
          hold.weight[0] == weight[0] && hold.weight[1] == weight[1] && hold.weight[2] == weight[2];
 }
 
-template <class F>
+template <class F, class Foot>
 void keep(Hold& hold, const AssetView& asset, int triangle, const double weight[3], bool is_ball,
-          const MeshSpot<double>& spot) noexcept {
+          const Foot& foot) noexcept {
+  const MeshSpot<double>& spot = foot.spot;
   hold = Hold();
   hold.of = asset.control;
   hold.triangle = triangle;
@@ -58,7 +59,7 @@ void keep(Hold& hold, const AssetView& asset, int triangle, const double weight[
     hold.number_offset = asset.control_offset[F::kCurves];
     for (int j = 0; j < F::kNumbers; ++j) hold.number[j] = spot.control(F::kCurves, j);
   }
-  if constexpr (std::is_same_v<F, Rings>) hold.bed = ring_bed<double>(asset.curves.rings, spot);
+  if constexpr (std::is_same_v<F, Rings>) hold.bed = foot.bed;
 }
 
 /// A Spot of slide.hpp: the standing one, out of a good Hold.
@@ -125,6 +126,15 @@ inline double area_before(const SplineView& view, const HeldSpot& spot, int curv
 template <class T>
 const RingBed<double, kRings>& bed_under(const CurveViews&, const HeldSpot& spot) noexcept {
   return spot.hold->bed;
+}
+
+/// The footing of the standing spot; of a body of rings on the bed that is_held says is at hand.
+template <class F>
+auto footing_of(const AssetView& asset, const Hold& hold, bool is_held,
+                const MeshSpot<double>& spot, const Vec3d& x) noexcept {
+  if constexpr (std::is_same_v<F, Rings>)
+    if (is_held) return F::footing_on(hold.bed, spot, x);
+  return F::footing(asset.curves, spot, x);
 }
 
 inline bool is_frictionless(const CurveViews&, const HeldSpot& spot) noexcept {

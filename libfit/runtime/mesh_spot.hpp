@@ -124,5 +124,64 @@ struct MeshPath {
   }
 };
 
+/// What rings' excess reads along a straight way (families/rings.hpp), each as value + s rate: the
+/// corners are read once for all places of the way.
+template <bool kIsBall>
+struct MeshWay {
+  static constexpr int kPart[] = {kLambda, kFriction, kFrictionSlope, kCurvature};
+  static constexpr int kSlot[kMaxParts] = {-1, 0, 1, 2, -1, -1, 3, -1};  ///< of a part
+  static constexpr int kNumbers = 9;
+  const Arm* arm;
+  Vec3d point, point_rate, field, field_rate;
+  double value[kNumbers], rate[kNumbers];
+
+  explicit MeshWay(const MeshPath<double, kIsBall>& path) noexcept : arm(path.arm) {
+    point = point_rate = field = field_rate = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      point = point + path.facet->vertex[k] * path.n[k];
+      point_rate = point_rate + path.facet->vertex[k] * path.rate[k];
+      field = field + path.facet->normal[k] * path.n[k];
+      field_rate = field_rate + path.facet->normal[k] * path.rate[k];
+    }
+    for (const int part : kPart)
+      for (int j = 0; j < (part == kCurvature ? 6 : 1); ++j) {
+        const int at = path.offset[part] + j;
+        const double p = double(path.facet->node[0][at]), q = double(path.facet->node[1][at]),
+                     r = double(path.facet->node[2][at]);
+        value[kSlot[part] + j] = path.n[0] * p + path.n[1] * q + path.n[2] * r;
+        rate[kSlot[part] + j] = path.rate[0] * p + path.rate[1] * q + path.rate[2] * r;
+      }
+  }
+
+  template <class S>
+  struct Place {
+    Vec3<S> point, normal;
+    const MeshWay* way;
+    S s;
+    S control(int part, int j) const noexcept {
+      const int i = kSlot[part] + j;
+      return s * way->rate[i] + way->value[i];
+    }
+  };
+  template <class S>
+  Place<S> at(const S& s) const noexcept {
+    using std::sqrt;
+    const auto along = [&](const Vec3d& from, const Vec3d& by) noexcept {
+      return Vec3<S>{s * by.x + from.x, s * by.y + from.y, s * by.z + from.z};
+    };
+    const Vec3<S> blend = along(field, field_rate);
+    Place<S> place{along(point, point_rate), blend * (1.0 / sqrt(dot(blend, blend))), this, s};
+    if constexpr (kIsBall) {
+      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
+      place.point = place.point - skew - place.normal * (arm->reach_m - dot(skew, place.normal));
+    }
+    return place;
+  }
+};
+template <bool kIsBall>
+MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path) noexcept {
+  return MeshWay<kIsBall>(path);
+}
+
 }  // namespace runtime
 }  // namespace palpate

@@ -77,13 +77,20 @@ class MeshSurface {
   /// What slips dissipate while the contact point stays.
   void pay(double dissipated_J) noexcept { dissipated_J_ += dissipated_J; }
 
+  /// Where energy_J() [J] tells what is stored before the first move.
+  template <class Energy>
+  void begin(const Energy& energy_J) noexcept {
+    if (!has_moved_) stored_J_ = energy_J();
+    is_begun_ = true;
+  }
+
   /// Goes to path(s), s <= end, and over the edge when s reaches it. energy(spot) [J]: what would
   /// be stored there. The guard lets no slip pass that would raise it (M10).
   template <class Energy>
   Move move(const Path& path, T s, const Energy& energy) noexcept {
     const auto& plain = path.plain();
     const double wanted = value_of(s);
-    const double before_J = has_moved_ ? stored_J_ : energy(plain.at(0.0));
+    const double before_J = is_begun_ ? stored_J_ : energy(plain.at(0.0));
     double after_J = energy(plain.at(wanted));
     const double allowed_J = before_J * (1 + kEnergyNoise);
     const bool is_held_back = asset_.has_guard && after_J > allowed_J;
@@ -97,7 +104,7 @@ class MeshSurface {
     }
     dissipated_J_ += before_J - after_J;
     stored_J_ = after_J;
-    has_moved_ = true;
+    has_moved_ = is_begun_ = true;
     go(path, s);
     return is_held_back ? Move::stopped : Move::whole;
   }
@@ -243,7 +250,7 @@ class MeshSurface {
   T n_[3];
   mutable int piece_[kCurves] = {};  // a guess, of no consequence but for time
   unsigned flags_ = 0;
-  bool has_moved_ = false;
+  bool has_moved_ = false, is_begun_ = false;
   double dissipated_J_ = 0, refused_J_ = 0, stored_J_ = 0;
 };
 

@@ -127,6 +127,8 @@ struct QuadricSurface {
   }
   void pay(double) const noexcept {}
   template <class Energy>
+  void begin(const Energy&) noexcept {}
+  template <class Energy>
   Move move(const QuadricPath<T, T>& path, const T& s, const Energy&) noexcept {
     p = path.start + path.direction * s;
     return Move::whole;

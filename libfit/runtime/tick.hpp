@@ -87,7 +87,8 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
   Status status = Status::ok;
   if (stays<F, kIsBall>(asset, contact, x, out, status)) return status;
   MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
-  auto foot = F::footing(asset.curves, surface.standing(), x);
+  const bool is_held = is_good(contact.hold, asset, contact.triangle, contact.weight, kIsBall);
+  auto foot = footing_of<F>(asset, contact.hold, is_held, surface.standing(), x);
   auto memory = F::template load<double>(contact.memory);
   const SlideEnd end = F::slide(asset.curves, x, surface, foot, memory);
   account(contact, surface);
@@ -103,11 +104,13 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& 
   status = resist<F, kIsBall>(asset, contact, foot, memory, stored_J, x, out);
   if (status != Status::ok) return status;
   out.flags |= surface.flags();
-  if (end == SlideEnd::stick) {
-    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot.spot);
-    return Status::ok;
-  }
-  drop(contact.hold);
+  // A slip moves a ball's arm; a family without a bed finds nothing in a hold that has just
+  // slipped.
+  if (end == SlideEnd::stick || (!kIsBall && std::is_same_v<F, Rings>))
+    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot);
+  else
+    drop(contact.hold);
+  if (end == SlideEnd::stick) return Status::ok;
   out.state = ContactState::slip;
   if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
   if (kIsBall) lay_skew(contact.arm, foot.spot.normal);

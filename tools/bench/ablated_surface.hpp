@@ -57,6 +57,10 @@ class AblatedSurface {
   }
   void pay(double dissipated_J) noexcept { whole_.pay(dissipated_J); }
   template <class Energy>
+  void begin(const Energy& energy_J) noexcept {
+    whole_.begin(energy_J);
+  }
+  template <class Energy>
   runtime::Move move(const AblatedPath& path, double s, const Energy& energy) noexcept {
     return whole_.move(path.whole, s, energy);
   }

@@ -14,6 +14,7 @@
 // ceres::Jet). Forces are those of the tool ON the body.
 
 #include <type_traits>
+#include <utility>
 
 #include "../slide.hpp"
 
@@ -66,10 +67,15 @@ RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
   bed.limit = ring_limit<T>(spot);
   bed.is_cut = false;
   T below = T(0);
+  T b[kMaxDegree + 1];  // alive at edge i: neighbours share most of them
+  int first = -1;
   for (int i = 0; i < N; ++i) {
-    T slope = spot.control(kNormal, table.first[i]) * table.slope[i][0];
-    for (int k = 1; k < table.order; ++k)
-      slope = slope + spot.control(kNormal, table.first[i] + k) * table.slope[i][k];
+    const int step = first < 0 ? table.order : table.first[i] - first;
+    first = table.first[i];
+    for (int k = 0; k < table.order; ++k)
+      b[k] = k + step < table.order ? b[k + step] : spot.control(kNormal, first + k);
+    T slope = b[0] * table.slope[i][0];
+    for (int k = 1; k < table.order; ++k) slope = slope + b[k] * table.slope[i][k];
     const T stiffness = bed.limit.lambda * (slope - below);
     const bool is_cut = !(value_of(stiffness) >= 0);
     bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
@@ -263,6 +269,12 @@ T ring_excess_along(const Path& path, const Vec3<T>& x, const T& s) noexcept {
   return ring_slip_excess(path.at(s), x);
 }
 
+/// A path as the excess reads it; a path that can be read faster brings an overload.
+template <class Path>
+const Path& way_of_excess(const Path& path) noexcept {
+  return path;
+}
+
 /// First root of the excess on [0, end] by Newton from the start, within a bracket that ends where
 /// the excess is known to be negative; s < 0 where there is none. excess(0) > 0.
 template <class Path>
@@ -313,11 +325,13 @@ RingBed<T, kRings> bed_under(const CurveViews& views, const Spot& spot) noexcept
 template <class Spot>
 struct IsUneven : std::false_type {};
 
+/// bed: made where the footing is, read by settle, force and energy.
 template <class T, class Spot>
 struct RingFooting {
   Spot spot;
   Deflection<T> d;  ///< normal_m: d of (B1); lateral_m: |q|
   RingStance<T> at;
+  decltype(bed_under<T>(std::declval<const CurveViews&>(), std::declval<const Spot&>())) bed;
 };
 
 struct Rings {
@@ -356,10 +370,16 @@ struct Rings {
   }
 
   template <class T, class Spot>
-  static RingFooting<T, Spot> footing(const CurveViews&, const Spot& spot,
+  static RingFooting<T, Spot> footing(const CurveViews& views, const Spot& spot,
                                       const Vec3<T>& x) noexcept {
+    return footing_on(bed_under<T>(views, spot), spot, x);
+  }
+  /// On a bed that is at hand.
+  template <class T, class Spot>
+  static RingFooting<T, Spot> footing_on(const RingBed<T, kRings>& bed, const Spot& spot,
+                                         const Vec3<T>& x) noexcept {
     const RingStance<T> at = ring_stance(spot, x);
-    return {spot, deflection_of(at.depth_m, at.q), at};
+    return {spot, deflection_of(at.depth_m, at.q), at, bed};
   }
 
   template <class T, class Spot>
@@ -375,9 +395,8 @@ struct Rings {
   template <class T, class Spot>
   static double settle(const CurveViews& views, const RingFooting<T, Spot>& foot,
                        Memory<T>& memory) noexcept {
-    const auto& bed = bed_under<T>(views, foot.spot);
-    const double lost = settle_rings(views.rings, bed, foot.at, memory);
-    return 0.5 * lost * value_of(ring_share(views.rings, bed, foot.at.depth_m).value);
+    const double lost = settle_rings(views.rings, foot.bed, foot.at, memory);
+    return 0.5 * lost * value_of(ring_share(views.rings, foot.bed, foot.at.depth_m).value);
   }
 
   /// (B2)
@@ -386,13 +405,12 @@ struct Rings {
                        const Memory<T>& memory) noexcept {
     const T normal_N = curve_at(views, foot.spot, kNormal, foot.at.depth_m);
     if constexpr (IsUneven<Spot>::value) {
-      RingBed<T, kRings> bed = bed_under<T>(views, foot.spot);
+      RingBed<T, kRings> bed = foot.bed;
       const auto added = unevenness(foot.spot, bed, foot.at.depth_m, normal_N);
       return ring_force(views.rings, bed, foot.at, memory, foot.spot.normal,
                         normal_N + added.slope_N_m);
     } else {
-      return ring_force(views.rings, bed_under<T>(views, foot.spot), foot.at, memory,
-                        foot.spot.normal, normal_N);
+      return ring_force(views.rings, foot.bed, foot.at, memory, foot.spot.normal, normal_N);
     }
   }
 
@@ -402,12 +420,12 @@ struct Rings {
                     const Memory<T>& memory) noexcept {
     const T normal_J = energy_at(views, foot.spot, kNormal, foot.at.depth_m);
     if constexpr (IsUneven<Spot>::value) {
-      RingBed<T, kRings> bed = bed_under<T>(views, foot.spot);
+      RingBed<T, kRings> bed = foot.bed;
       const auto added = unevenness(foot.spot, bed, foot.at.depth_m,
                                     curve_at(views, foot.spot, kNormal, foot.at.depth_m));
       return ring_energy_J(views.rings, bed, foot.at, memory, normal_J + added.value_N);
     } else {
-      return ring_energy_J(views.rings, bed_under<T>(views, foot.spot), foot.at, memory, normal_J);
+      return ring_energy_J(views.rings, foot.bed, foot.at, memory, normal_J);
     }
   }
 
@@ -423,7 +441,6 @@ struct Rings {
     for (int segment = 0; segment < kMaxSegments && end == SlideEnd::unfinished; ++segment) {
       if (!is_slipping(views, foot)) return SlideEnd::slid;
       end = slide_segment(views, x, surface, foot, memory);
-      settle(views, foot, memory);  // its work is in the energies that the surface compared
     }
     return end;
   }
@@ -438,16 +455,19 @@ struct Rings {
     const double end = path_end < size_m ? path_end : size_m;
     const auto& plain = path.plain();
     if (path.is_blocked()) return SlideEnd::stopped;
-    const Vec3d q_end = ring_stance(plain.at(end), tip).q;
+    const auto& way = way_of_excess(plain);
+    const auto last = way.at(end);
+    const Vec3d q_end = tangential(tip - last.point, last.normal);
     if (end > 0 && dot(q_end, q_end) > size_m * size_m) return SlideEnd::stopped;  // it would flee
     const double scale = value_of(foot.spot.control(kLambda, 0)) * size_m;
-    const SlipRoot root = first_ring_root(plain, tip, kInside * end, scale);
+    const SlipRoot root = first_ring_root(way, tip, kInside * end, scale);
     const bool holds_within = root.s >= 0;
     const T s = holds_within        ? differentiable_ring_root(path, x, root)
                 : path_end < size_m ? T(path.end())
                                     : foot.d.lateral_m;
     const Vec3<T> from = foot.spot.point;
     const Memory<double> held = values_of(memory);
+    surface.begin([&]() noexcept { return value_of(energy_J(views, foot, memory)); });
     const Move move = surface.move(path, s, [&](const auto& there) noexcept {
       Memory<double> carried = held;
       carry_anchors(carried, there.point - values_of(from), there.normal);
@@ -457,6 +477,7 @@ struct Rings {
     });
     foot = footing(views, surface.standing(), x);
     carry_anchors(memory, foot.spot.point - from, foot.spot.normal);
+    settle(views, foot, memory);  // its work is in the energies that the surface compared
     if (move == Move::stopped) return SlideEnd::stopped;
     return holds_within ? SlideEnd::slid : SlideEnd::unfinished;
   }

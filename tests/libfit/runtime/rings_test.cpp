@@ -97,6 +97,8 @@ struct FlatSurface {
   }
   void pay(double) const {}
   template <class Energy>
+  void begin(const Energy&) {}
+  template <class Energy>
   Move move(const FlatPath<T>& path, const T& s, const Energy&) {
     c = path.start + path.direction * s;
     return Move::whole;
