@@ -1,5 +1,7 @@
 #include "libfit/fit/judge_rings.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "libfit/core/text.hpp"
@@ -18,8 +20,8 @@ bool is_far(double found, double expected, double share) {
 }
 
 void doubt(RingsReport& report, const char* what, double found, double expected, const char* why) {
-  add_sentence(report.doubt,
-               what + (" " + number(found)) + " is far from theory's " + number(expected) + why);
+  add_sentence(report.doubt, fmt::format("{} {} is far from theory's {}{}", what, number(found),
+                                         number(expected), why));
 }
 
 }  // namespace
@@ -66,8 +68,9 @@ RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& ro
     const double lambda = constant(runtime::kLambda, p);
     if (!is_far(lambda, report.lambda, kFarLambda)) continue;
     report.uneven.push_back(static_cast<Eigen::Index>(p));
-    const std::string sentence = "lambda " + number(lambda, 2) + " is far from the body's " +
-                                 number(report.lambda, 2) + ": a lump or an anisotropy below";
+    const std::string sentence =
+        fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",
+                    number(lambda, 2), number(report.lambda, 2));
     if (fitted.message[p].find(sentence) == std::string::npos)  // a point that was kept has it
       add_sentence(fitted.message[p], sentence);
   }
