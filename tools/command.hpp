@@ -1,7 +1,7 @@
 #pragma once
 
-#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +45,11 @@ struct CommandRow {
   std::string_view summary;
   std::unique_ptr<Command> (*declare)(Arguments&);
 };
+
+/// What a `main` does: parses the command line, runs the command that it names, and turns what is
+/// thrown into a message and an exit status.
+int run_program(const char* name, const char* summary, std::span<const CommandRow> rows, int argc,
+                char** argv);
 
 std::unique_ptr<Command> declare_run(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);

@@ -50,8 +50,8 @@ const std::vector<Row> kLayers{
 
 const std::vector<Row> kRooms{
     {"tools/build_identity", {}},
-    {"tools/command", {}},
     {"tools/console", {}},
+    {"tools/command", {"tools/console"}},
     {"tools/scene", {}},
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
@@ -60,7 +60,7 @@ const std::vector<Row> kRooms{
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
       "tools/realtime"}},
-    {"tools/main", {"tools/command", "tools/console"}},
+    {"tools/main", {"tools/command"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},
     {"libfit/io/csv", {"libfit/io"}},

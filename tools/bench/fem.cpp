@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/csv/csv.hpp"
@@ -12,23 +11,26 @@
 namespace palpate::tools {
 namespace {
 
-constexpr std::array kParts{
-    FemPart{"solver", "a press and a drag by solver choice, against a factor per iteration",
-            fem_solver},
-    FemPart{"uniform", "graded against uniform mesh of equal contact element size", fem_uniform},
-    FemPart{"accuracy", "force error and time of a press by element, size and Poisson's ratio",
-            fem_accuracy},
-    FemPart{"bodies", "press and whole test point on block, cylinder and liver", fem_bodies},
-    FemPart{"ripple", "force over 0.1 mm steps against a smooth curve", fem_ripple},
-    FemPart{"threads", "cost by number of test points, one and two threads", fem_threads},
-    FemPart{"assembly", "assembly by instruction set against one double at a time", fem_assembly},
-    FemPart{"rates", "factor and solve rates by number of nodes, beside dgemm and streaming read",
-            fem_rates},
+struct Part {
+  std::string_view name, summary;
+  BenchTable (*run)(const BenchRequest&);
+};
+constexpr Part kParts[] = {
+    {"solver", "a press and a drag by solver choice, against a factor per iteration", fem_solver},
+    {"uniform", "graded against uniform mesh of equal contact element size", fem_uniform},
+    {"accuracy", "force error and time of a press by element, size and Poisson's ratio",
+     fem_accuracy},
+    {"bodies", "press and whole test point on block, cylinder and liver", fem_bodies},
+    {"ripple", "force over 0.1 mm steps against a smooth curve", fem_ripple},
+    {"threads", "cost by number of test points, one and two threads", fem_threads},
+    {"assembly", "assembly by instruction set against one double at a time", fem_assembly},
+    {"rates", "factor and solve rates by number of nodes, beside dgemm and streaming read",
+     fem_rates},
 };
 
 std::string part_names() {
   std::string out;
-  for (const FemPart& part : kParts) out += (out.empty() ? "" : ", ") + std::string(part.name);
+  for (const Part& part : kParts) out += (out.empty() ? "" : ", ") + std::string(part.name);
   return out;
 }
 
@@ -63,7 +65,7 @@ void show_table(const BenchTable& table, std::string_view name, const BenchReque
 void bench_fem(const BenchRequest& request) {
   const bool is_all = request.part.empty();
   bool is_found = false;
-  for (const FemPart& part : kParts) {
+  for (const Part& part : kParts) {
     if (!is_all && part.name != request.part) continue;
     is_found = true;
     say("{}: {}", part.name, part.summary);

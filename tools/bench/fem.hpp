@@ -18,13 +18,7 @@ struct BenchTable {
 /// Prints it aligned on stdout and writes `fem_<name>.csv`.
 void show_table(const BenchTable& table, std::string_view name, const BenchRequest& request);
 
-/// A part of `bench fem`, in less than two minutes of one core.
-struct FemPart {
-  std::string_view name, summary;
-  BenchTable (*run)(const BenchRequest& request);
-};
-
-// A part each; see kParts.
+// The parts of `bench fem` (kParts), each in less than two minutes of one core.
 BenchTable fem_solver(const BenchRequest& request);
 BenchTable fem_uniform(const BenchRequest& request);
 BenchTable fem_accuracy(const BenchRequest& request);

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,7 +16,7 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kOnOneLine = 1e-6;  // second singular value over the first
+constexpr double kOnOneLine = 1e-6;  // width of the landmarks over their length
 constexpr int kMaxIterations = 50;
 constexpr double kFarDeviations = 3;
 constexpr double kSettled = 1e-9;  // of the surface's extent
@@ -65,21 +65,18 @@ Registration register_landmarks(const Points& from, const Points& to) {
   if (from.rows() < 3 || from.rows() != to.rows())
     throw Error("registration", fmt::format("has {} landmarks", from.rows()),
                 "Give at least three pairs.");
-  const Vec3 from_centre = from.colwise().mean(), to_centre = to.colwise().mean();
-  const Points a = from.rowwise() - from_centre.transpose(),
-               b = to.rowwise() - to_centre.transpose();
-  for (const Points* part : {&a, &b}) {
-    const Eigen::JacobiSVD<Eigen::MatrixXd> spread{Eigen::MatrixXd(*part)};
-    if (!(spread.singularValues()[1] > kOnOneLine * spread.singularValues()[0]))
+  for (const Points* points : {&from, &to}) {
+    const Points spread = points->rowwise() - points->colwise().mean();
+    const Mat3 squares = spread.transpose() * spread;
+    const Vec3 widths =
+        Eigen::SelfAdjointEigenSolver<Mat3>(squares, Eigen::EigenvaluesOnly).eigenvalues();
+    if (!(widths[1] > kOnOneLine * kOnOneLine * widths[2]))
       throw Error("registration", "the landmarks lie on one line", "Add a landmark away from it.");
   }
-  const Mat3 together = a.transpose() * b;
-  const Eigen::JacobiSVD<Mat3> svd(together, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 mirror = Mat3::Identity();
-  mirror(2, 2) = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1 : 1;
+  const Eigen::Matrix4d motion = Eigen::umeyama(Eigen::Matrix3Xd(from.transpose()),
+                                                Eigen::Matrix3Xd(to.transpose()), false);
   Registration out;
-  out.motion.rotation = svd.matrixV() * mirror * svd.matrixU().transpose();
-  out.motion.translation_m = to_centre - out.motion.rotation * from_centre;
+  out.motion = {motion.topLeftCorner<3, 3>(), motion.topRightCorner<3, 1>()};
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();
   out.rms_m = std::sqrt(left.squaredNorm() / static_cast<double>(left.size()));
   out.largest_m = left.maxCoeff();
