@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::bodies {
 

@@ -1,6 +1,6 @@
 // palpate_make_bodies [--check] DIR: writes the shipped bodies into DIR, or compares DIR with them.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <cstdio>
 #include <filesystem>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "libfem/materials/exponential.hpp"
 #include "libfem/materials/isochoric.hpp"
-#include "libfem/materials/law_parameters.hpp"
+#include "libfem/materials/law_types.hpp"
+#include "libfem/materials/pack_math.hpp"
 
 namespace palpate::fem {
 

@@ -1,5 +1,6 @@
 #include "libfem/materials/law_kernels.hpp"
 #include "libfem/materials/neo_hookean.hpp"
+#include "libfem/materials/ogden.hpp"
 #include "libfem/materials/st_venant_kirchhoff.hpp"
 #include "libfem/materials/stable_neo_hookean.hpp"
 
@@ -9,5 +10,7 @@ template struct CompiledKernels<NeoHookean>;
 template struct CompiledKernels<NeoHookeanSimo>;
 template struct CompiledKernels<StableNeoHookean>;
 template struct CompiledKernels<StVenantKirchhoff>;
+
+template struct CompiledKernels<Ogden>;
 
 }  // namespace palpate::fem

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstdio>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "libfit/core/text.hpp"
 
 namespace palpate::fem {
 
@@ -46,5 +50,58 @@ struct Refusal {
 
   bool is_refused() const { return !text.empty(); }
 };
+
+// Parameters that several laws share, and their checks.
+
+inline constexpr double kUsualPoisson = 0.45;
+
+inline constexpr ParameterRow kYoungRow{"young", "Pa", "Young's modulus at small strain"};
+inline constexpr ParameterRow kPoissonRow{"poisson", "",
+                                          "Poisson's ratio at small strain, above -1 and below 0.5 "
+                                          "(nearly incompressible tissue: 0.45 to "
+                                          "0.4999)",
+                                          kUsualPoisson};
+inline constexpr ParameterRow kBulkRow{
+    "bulk", "Pa", "bulk modulus at small strain, instead of poisson", kAbsent, 1, "poisson"};
+
+inline constexpr std::array<ParameterRow, 2> kYoungPoisson{kYoungRow, kPoissonRow};
+
+inline std::string short_number(double value) { return number(value, 6); }
+
+inline Refusal must_be_positive(std::string_view key, double value, std::string_view unit) {
+  if (value > 0) return {};
+  return {key, "must be positive, not " + short_number(value) + (unit.empty() ? "" : " ") +
+                   std::string(unit)};
+}
+
+inline Refusal refuse_poisson(double poisson) {
+  if (poisson > -1 && poisson < 0.5) return {};
+  return {"poisson", "must lie above -1 and below 0.5, not " + short_number(poisson)};
+}
+
+/// Of the pair poisson and bulk, of which bulk counts when it is given.
+inline Refusal refuse_compressibility(double poisson, double bulk_Pa) {
+  return std::isnan(bulk_Pa) ? refuse_poisson(poisson) : must_be_positive("bulk", bulk_Pa, "Pa");
+}
+
+/// Bulk modulus [Pa] of a material with shear modulus mu at small strain.
+inline double bulk_modulus_Pa(double mu_Pa, double poisson, double bulk_Pa) {
+  return std::isnan(bulk_Pa) ? 2 * mu_Pa * (1 + poisson) / (3 * (1 - 2 * poisson)) : bulk_Pa;
+}
+
+inline SmallStrain of_shear_and_bulk(double mu_Pa, double bulk_Pa) {
+  return {mu_Pa, bulk_Pa - 2 * mu_Pa / 3};
+}
+
+inline SmallStrain of_young_and_poisson(std::span<const double> values) {
+  const double young = values[0], poisson = values[1];
+  return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
+}
+
+inline Refusal refuse_young_and_poisson(std::span<const double> values) {
+  if (const Refusal refusal = must_be_positive("young", values[0], "Pa"); refusal.is_refused())
+    return refusal;
+  return refuse_poisson(values[1]);
+}
 
 }  // namespace palpate::fem

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libfem/materials/isochoric.hpp"
-#include "libfem/materials/law_parameters.hpp"
+#include "libfem/materials/law_types.hpp"
 
 namespace palpate::fem {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "libfem/materials/kinematics.hpp"
-#include "libfem/materials/law_parameters.hpp"
+#include "libfem/materials/law_types.hpp"
 #include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

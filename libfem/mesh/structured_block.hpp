@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

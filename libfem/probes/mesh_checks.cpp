@@ -1,4 +1,4 @@
-#include "libfem/probes/mesh_checks.hpp"
+#include "libfem/probes/mesh_field.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

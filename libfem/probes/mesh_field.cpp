@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "libfem/probes/mesh_checks.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {

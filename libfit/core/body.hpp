@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
-#include "libfit/core/surface.hpp"
-#include "libfit/core/tet_mesh.hpp"
 
 namespace palpate {
 

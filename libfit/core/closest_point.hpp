@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "libfit/core/box_tree.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

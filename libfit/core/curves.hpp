@@ -11,7 +11,6 @@
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
-#include "libfit/core/surface.hpp"
 #include "libfit/runtime/families/families.hpp"
 
 namespace palpate {
@@ -121,6 +120,16 @@ struct Model {
   Triangles blend_point;
   Points blend_weight;
   std::optional<ProbeSpec> probe;  ///< of the experiments; none where unknown
+};
+
+/// What a warm start needs besides the curves of the earlier fit, so that points whose rows did not
+/// change keep theirs. It saves time, never changes a result, and may be thrown away. P points.
+struct FitCache {
+  /// P, 16 hex digits: fingerprint of what each point was fitted from, its rows and the options.
+  std::vector<std::string> fingerprint;
+  /// Curves of points by their own rows alone, as `curves.control` and `covariance` of
+  /// FittedCurves. No rows for a kind that was not smoothed over neighbours: its curves are these.
+  std::array<Controls, kCurveKinds> own_control, own_covariance;
 };
 
 }  // namespace palpate

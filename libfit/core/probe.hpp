@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/surface.hpp"
 #include "libfit/core/units.hpp"
 
 namespace palpate {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "libfit/core/body.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/measured.hpp"
 #include "libfit/core/probe.hpp"
 
 namespace palpate {
@@ -77,6 +77,28 @@ inline constexpr std::array<RowStatusName, 6> kRowStatusNames{{
     {RowStatus::not_reached, "not_reached"},
 }};
 
+/// What is known of the recordings behind measured samples: group `recordings` of samples.h5. R
+/// recordings, in the order of the manifest; several of one experiment were pooled. All empty for
+/// simulated samples.
+struct MeasuredRecordings {
+  std::vector<std::int32_t> experiment;  ///< R, of rows/experiment
+  std::vector<std::string> file;  ///< R, as the manifest names it, with `#name` within a file
+  std::vector<std::string> hash;  ///< R, ContentHash of the file's bytes
+  Eigen::VectorXd
+      contact_m;  ///< R, travel at which the tip touched first, in the recording's own zero
+  Eigen::VectorXd contact_deviation_m;  ///< R, its standard deviation: a fit with free contact
+                                        ///< point starts here
+  std::vector<std::string> estimator;   ///< R, that found it
+  Eigen::VectorXd speed_m_s;            ///< R, loading rate; NaN without a clock
+  Eigen::VectorXd noise_N;              ///< R, standard deviation of one reading without contact
+  Eigen::VectorXd hysteresis;      ///< R, share of the work not given back; NaN without a way back
+  Eigen::VectorXd young_Pa;        ///< R, apparent, of the contact fit; NaN where it has none
+  std::vector<std::int8_t> grade;  ///< R: 0 good, 1 fair, 2 poor
+  std::vector<std::string> reasons;  ///< R, of the grade; empty when good
+
+  std::size_t size() const { return experiment.size(); }
+};
+
 /// Experiments at test points, simulated or measured: samples.h5 in memory (docs/formats.md).
 /// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
 /// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
@@ -107,5 +129,27 @@ struct Samples {
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }
 };
+
+/// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point.
+struct ToolPath {
+  int point = 0;
+  Points deflections;
+};
+
+/// Samples at the wanted points: the rows `from` has at the very same positions and normals (equal
+/// bits), renumbered to their order; a point that `from` does not have gets no row, of one that it
+/// has twice the first with rows counts. Experiments are numbered per_point * point + their number
+/// within it, as simulated samples are. `from` must be numbered so itself. Recordings are left out.
+Samples take_points(const Samples& from, const TestPoints& wanted, int per_point);
+
+/// Points and rows of both, those of `first` in front; experiment numbers likewise. per_point as
+/// above. Points of both come twice.
+Samples joined(const Samples& first, const Samples& second, int per_point);
+
+/// Indices of points that have no row, ascending.
+std::vector<std::int32_t> points_without_rows(const Samples& samples);
+
+/// The points with rows that are not among `points`, by their place as above; without triangles.
+TestPoints points_beyond(const Samples& samples, const TestPoints& points);
 
 }  // namespace palpate

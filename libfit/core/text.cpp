@@ -1,7 +1,7 @@
 #include "libfit/core/text.hpp"
 
 #include <fmt/format.h>
-
+#include <xxhash.h>
 #include <array>
 #include <charconv>
 
@@ -39,5 +39,11 @@ std::string to_text(double value) {
   std::array<char, 32> digits;  // the longest double takes 24
   return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
+
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t seed) {
+  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+}
+
+std::string hex16(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 }  // namespace palpate

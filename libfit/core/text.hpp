@@ -28,4 +28,12 @@ void add_sentence(std::string& message, std::string_view sentence);
 /// The shortest digits that read back as the same double.
 std::string to_text(double value);
 
+/// 64-bit hash of bytes: tells content that changed from content that did not. It is no defence
+/// against forgery. A hash given as `seed` makes a chain: the result depends on all links and on
+/// where each ends. Source: XXH3 of libxxhash, Collet 2020.
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t seed = 0);
+
+/// 16 hex digits.
+std::string hex16(std::uint64_t hash);
+
 }  // namespace palpate

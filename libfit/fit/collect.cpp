@@ -1,6 +1,6 @@
 #include "libfit/fit/collect.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <limits>

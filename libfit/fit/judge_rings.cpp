@@ -1,6 +1,6 @@
 #include "libfit/fit/judge_rings.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <cmath>
 

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "libfit/core/fit_cache.hpp"
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/hash.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 
 namespace palpate::fit {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "libfit/core/hash.hpp"
+#include "libfit/core/text.hpp"
 
 namespace palpate {
 

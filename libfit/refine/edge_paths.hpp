@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "libfit/core/node_forces.hpp"
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate {
 namespace {

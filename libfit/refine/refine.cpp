@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
 #include "libfit/refine/blend.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 

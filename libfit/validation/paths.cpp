@@ -1,6 +1,6 @@
 #include "libfit/validation/paths.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/tool_path.hpp"
+#include "libfit/core/samples.hpp"
 
 namespace palpate::validation {
 

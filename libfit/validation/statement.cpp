@@ -1,13 +1,12 @@
 #include "libfit/validation/statement.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/relative_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"

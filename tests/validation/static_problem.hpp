@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfem/elements/elastic_body.hpp"
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

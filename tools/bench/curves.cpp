@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +8,7 @@
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/fit/point/replay.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/console.hpp"
 

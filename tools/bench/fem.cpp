@@ -1,6 +1,6 @@
 #include "tools/bench/fem.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 

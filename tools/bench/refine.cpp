@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <time.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/bench/bench.hpp"

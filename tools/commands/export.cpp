@@ -1,5 +1,5 @@
 #include "tools/stages/export.hpp"
-#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"

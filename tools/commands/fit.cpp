@@ -1,9 +1,6 @@
 #include <optional>
 
-#include "libfit/io/files/body_file.hpp"
-#include "libfit/io/files/curves_file.hpp"
-#include "libfit/io/files/fit_cache_file.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"

@@ -1,9 +1,14 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
+#include <algorithm>
+#include <cstring>
+#include <fstream>
 
 #include "libfit/assets/asset_file.hpp"
-#include "libfit/io/files/describe.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/runtime/format.hpp"
 #include "tools/command.hpp"
-#include "tools/commands/inspect_asset.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -20,6 +25,38 @@ void print(const FileDescription& file) {
   for (const DataSetDescription& set : file.data_sets)
     fmt::print("  {:<28} {:<8} {:<14} {}\n", set.name, set.type, h5::to_string(set.shape),
                set.unit == h5::kNoUnit ? "" : set.unit);
+}
+
+// Whether the file begins with an asset's magic.
+bool is_asset_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
+  char magic[4] = {};
+  file.read(magic, sizeof magic);
+  return file && std::memcmp(magic, "PALP", sizeof magic) == 0;
+}
+
+void print_asset(const std::filesystem::path& path) {
+  const AssetFile file = read_asset_file(path);
+  const runtime::Asset& asset = file.asset();
+  const auto covered = std::count(asset.covered, asset.covered + asset.vertices, 1);
+  fmt::print("palpate asset version {}, {} bytes\n", asset.version, file.bytes());
+  fmt::print("  {} vertices ({} covered), {} triangles\n", asset.vertices, covered,
+             asset.triangles);
+  fmt::print("  origin ({}, {}, {}) m, probe radius {} m, guard {}\n", asset.origin_m[0],
+             asset.origin_m[1], asset.origin_m[2], asset.probe_radius_m,
+             asset.has_guard ? "on" : "off");
+  const auto family = static_cast<CurveFamily>(asset.curves.family);
+  fmt::print("  family {}\n", name_of(family));
+  for (std::size_t part = 0; part < parts_of(family).size(); ++part) {
+    const runtime::SplineView& spline = asset.curves.view[part];
+    if (spline.pieces > 0)
+      fmt::print("  {:<8} {} pieces of degree {} to {} m\n", parts_of(family)[part].name,
+                 spline.pieces, spline.degree, spline.knots[spline.pieces]);
+  }
+  fmt::print("  check path: {} ticks, reproduced bit for bit\n", asset.check_ticks);
+  fmt::print("  meta: {}\n", file.meta_json());
 }
 
 class Inspect final : public Command {

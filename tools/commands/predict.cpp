@@ -1,13 +1,11 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/io/files/curves_file.hpp"
-#include "libfit/io/files/model_file.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"

@@ -1,8 +1,7 @@
 #include "tools/stages/prepare.hpp"
-#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/check.hpp"
 #include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {

@@ -1,10 +1,8 @@
-#include "tools/stages/refine.hpp"
-#include "libfit/io/files/body_file.hpp"
-#include "libfit/io/files/curves_file.hpp"
-#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/fit.hpp"
 
 namespace palpate::tools {
 namespace {

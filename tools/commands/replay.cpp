@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/csv/tables.hpp"

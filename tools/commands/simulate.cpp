@@ -1,16 +1,13 @@
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/io/csv/tables.hpp"
-#include "libfit/io/files/body_file.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
-#include "tools/stages/check.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/simulate.hpp"
-#include "tools/stages/snap_points.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,12 +1,9 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include "libfit/core/error.hpp"
-#include "libfit/io/files/body_file.hpp"
-#include "libfit/io/files/curves_file.hpp"
-#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/check.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/validate.hpp"
 

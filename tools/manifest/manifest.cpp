@@ -1,6 +1,6 @@
 #include "tools/manifest/manifest.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <Eigen/LU>
 

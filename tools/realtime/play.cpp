@@ -1,6 +1,6 @@
 #include "tools/realtime/play.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>

@@ -1,6 +1,6 @@
 #include "tools/scene/material.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 namespace palpate::tools {
 namespace {

@@ -1,6 +1,6 @@
 #include "tools/scene/scene.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <fstream>
 #include <iterator>

@@ -5,7 +5,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/files/describe.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/build_identity.hpp"
 #include "tools/scene/settings.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/fit_cache.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/scene.hpp"
@@ -52,5 +52,9 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.
 std::size_t list_bad_points(const FittedCurves& curves);
+
+/// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
+/// on stderr.
+Model refine_body(const FittedCurves& curves, const Body& body);
 
 }  // namespace palpate::tools

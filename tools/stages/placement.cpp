@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/insert_point.hpp"

@@ -1,8 +1,8 @@
 #include "tools/stages/sample_cache.hpp"
 
 #include "libfem/solve/experiments/simulate.hpp"
-#include "libfit/core/sample_points.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/simulate.hpp"

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/validation/replay.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/scene/scene.hpp"
 
@@ -24,5 +26,20 @@ struct ValidateRequest {
 /// and simpler responses on the same paths.
 validation::Statement validate_asset(const std::filesystem::path& asset, const Scene& scene,
                                      const Body& body, const ValidateRequest& request);
+
+struct ReferenceRequest {
+  ValidateSection settings;
+  int jobs = 0;
+  /// Folder in which what is simulated is kept and looked for; empty: nowhere.
+  std::filesystem::path folder;
+  std::string fingerprint;  ///< point_fingerprint of the scene and the body
+  bool resume = true;
+};
+
+/// Draws the held-out experiments of a scene and simulates them, but for those that the folder
+/// holds already: `reference.h5` and `reference_own.h5`. An interruption (exception Interrupted)
+/// keeps what is done.
+validation::Reference simulate_reference(const Scene& scene, const Body& body,
+                                         const ReferenceRequest& request);
 
 }  // namespace palpate::tools

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <variant>
 
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include "libfit/core/surface.hpp"
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 // The two meshers behind fill_volume. They may crash, abort or loop: call them in a child process.
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

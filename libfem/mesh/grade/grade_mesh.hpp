@@ -6,7 +6,7 @@
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

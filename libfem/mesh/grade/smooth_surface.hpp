@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "libfit/core/closest_point.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "libfem/mesh/read/cursor.hpp"
+#include "libfem/mesh/read/read.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::mesh_read {
@@ -36,5 +38,11 @@ void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::in
 
 /// The element kinds that share a file with tets.
 [[noreturn]] void fail_not_tets(const Cursor& cursor, const char* kind);
+
+/// A tet mesh in m from a reader's raw one: unused nodes dropped, negative tets turned.
+/// where: the file, for messages. Throws Error when tets have no volume or use a node twice, or two
+/// tets lie on the same side of a shared face (they overlap), or three share one.
+TetMesh settle_tets(const RawTetMesh& raw, double length_unit_m, const std::string& where,
+                    TetReadNotes& notes);
 
 }  // namespace palpate::mesh_read

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "libfem/mesh/read/formats.hpp"
-#include "libfem/mesh/read/settle_tets.hpp"
+#include "libfem/mesh/read/raw_mesh.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {

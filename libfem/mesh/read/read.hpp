@@ -4,8 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "libfit/core/surface.hpp"
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

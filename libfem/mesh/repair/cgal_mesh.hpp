@@ -10,7 +10,7 @@
 
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 /// Between Surface and CGAL's half-edge mesh; for the cgal_*.cpp files only.
 namespace palpate::repair {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 /// The steps that CGAL makes, each in a .cpp of its own. All need a surface whose edges have at
 /// most two triangles that agree, and whose vertices have one fan (surface_facts: is_manifold and

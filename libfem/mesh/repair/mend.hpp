@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

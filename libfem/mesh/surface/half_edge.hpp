@@ -4,7 +4,7 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <vector>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 // The half-edge surface of this folder. Included by its .cpp files only: OpenMesh goes no further.
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfem/solve/experiments/simulator.hpp"
-#include "libfit/core/tool_path.hpp"
+#include "libfit/core/samples.hpp"
 
 namespace palpate::fem {
 

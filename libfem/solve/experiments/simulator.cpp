@@ -8,7 +8,7 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
 namespace {

@@ -1,6 +1,6 @@
 #include "libfit/fit/basis/choose_basis.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/core/fit_cache.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/fit/point/fit_point.hpp"
 
 namespace palpate::fit {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate::fit {

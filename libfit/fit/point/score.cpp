@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/core/relative_error.hpp"
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::fit {
 Eigen::VectorXd stored_controls(const Eigen::VectorXd& increments, double force_N,

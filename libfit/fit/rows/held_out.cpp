@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/core/relative_error.hpp"
+#include "libfit/core/statistics.hpp"
 
 namespace palpate::fit {
 namespace {

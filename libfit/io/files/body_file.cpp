@@ -1,7 +1,6 @@
-#include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/files.hpp"
 
 #include "libfit/io/files/columns.hpp"
-#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 

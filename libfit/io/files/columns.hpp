@@ -1,13 +1,15 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
-#include "libfit/io/files/describe.hpp"
+#include "libfit/core/probe.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/io/hdf5/hdf5.hpp"
 
 // Between the plain data of libfit/core and the columns of an HDF5 file, for this layer alone.
@@ -56,5 +58,27 @@ void check_indices(const Complain& complain, const std::string& name, const std:
                    Eigen::Index rows, Eigen::Index columns, Eigen::Index end);
 void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags,
                  Eigen::Index rows);
+
+/// The group `probe` of a file (docs/formats.md): shape, friction, the shape's numbers with their
+/// units, orientation and heading, mesh. Nothing where the file has none. Throws Error on numbers
+/// that are not finite, a negative friction, triangles without vertices.
+std::optional<ProbeSpec> read_probe(const Reader& reader);
+
+/// Writes no group without a probe. Refuses what read_probe would refuse.
+void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Complain& complain);
+
+/// The parts of the family that the root attribute `family` names, each under curves/NAME: controls
+/// (in the part's unit, a row per point) and, of a curve, knots (m) and the attribute `degree`.
+/// Throws Error when the family is unknown.
+CurveSet read_curve_set(const Reader& reader, std::size_t points);
+void write_curve_set(Writer& writer, const CurveSet& curves);
+
+/// Bases can be tabulated; every row of a part has the basis's size, is finite, held exactly by
+/// float32, within the part's bounds, starts at 0 and never falls where the part says so.
+void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points);
+
+/// The same of one part's numbers under `name`, of P = points rows.
+void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
+                    const Controls& controls, const CurveBasis& basis, Eigen::Index points);
 
 }  // namespace palpate::h5

@@ -1,8 +1,8 @@
-#include "libfit/io/files/curve_set_columns.hpp"
+#include "libfit/io/files/columns.hpp"
 
 #include <cmath>
 
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::h5 {
 namespace {

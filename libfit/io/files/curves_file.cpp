@@ -1,12 +1,11 @@
-#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/files.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <charconv>
 #include <cmath>
 
-#include "libfit/io/files/curve_set_columns.hpp"
-#include "libfit/io/files/probe_group.hpp"
+#include "libfit/io/files/columns.hpp"
 
 namespace palpate {
 

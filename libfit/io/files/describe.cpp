@@ -1,4 +1,4 @@
-#include "libfit/io/files/describe.hpp"
+#include "libfit/io/files/files.hpp"
 
 #include <algorithm>
 

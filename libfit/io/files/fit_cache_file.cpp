@@ -1,9 +1,9 @@
-#include "libfit/io/files/fit_cache_file.hpp"
+#include "libfit/io/files/files.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/files/curve_set_columns.hpp"
+#include "libfit/io/files/columns.hpp"
 
 namespace palpate {
 

@@ -1,10 +1,9 @@
-#include "libfit/io/files/model_file.hpp"
+#include "libfit/io/files/files.hpp"
 
 #include <cmath>
 #include <limits>
 
-#include "libfit/io/files/curve_set_columns.hpp"
-#include "libfit/io/files/probe_group.hpp"
+#include "libfit/io/files/columns.hpp"
 
 namespace palpate {
 

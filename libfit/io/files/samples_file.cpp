@@ -1,13 +1,12 @@
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
 #include "libfit/io/files/columns.hpp"
-#include "libfit/io/files/probe_group.hpp"
 
 namespace palpate {
 

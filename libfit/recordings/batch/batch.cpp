@@ -1,6 +1,6 @@
 #include "libfit/recordings/batch/batch.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>

@@ -1,17 +1,15 @@
 #include "libfit/recordings/batch/condition.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/batch/rows.hpp"
 #include "libfit/recordings/contact_point/approach.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/signal/phases.hpp"
-#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

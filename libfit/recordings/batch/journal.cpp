@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "libfit/core/error.hpp"
-#include "libfit/core/hash.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/atomic_file.hpp"
 
 namespace palpate::recordings {

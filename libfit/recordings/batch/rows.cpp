@@ -1,4 +1,4 @@
-#include "libfit/recordings/batch/rows.hpp"
+#include "libfit/recordings/batch/condition.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 #include "libfit/recordings/contact_point/approach.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/signal/phases.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 

@@ -1,11 +1,11 @@
-#include "libfit/recordings/contact_point/contact_curve.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libfit/recordings/contact_point/contact_curve.hpp"
-#include "libfit/recordings/contact_point/power_profile.hpp"
-#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -40,5 +41,46 @@ PressCurve mean_curve(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& pu
 
 /// Exponent of a tip on a half-space: 3/2, 1 or 2 (Hertz 1881, Boussinesq 1885, Sneddon 1965).
 double exponent_of(Tip tip);
+
+/// Contact point of a curve of which nothing is known but that it is smooth and begins rising:
+///   push = bias before contact, and from there on the integral of a slope that wanders
+/// (a Wiener process of unknown intensity: the cubic smoothing spline). Mean and deviation of its
+/// posterior, flat in the contact point, the bias, the first slope (which is not negative) and the
+/// logarithm of the intensity; the noise is the curve's own, and where free means go together their
+/// number is less. Costs one pass over the means for each of 24 intensities. amplitude is 0.
+/// Preconditions: at least 5 means, and a push that rises.
+/// Source: Wahba (1978), doi:10.1111/j.2517-6161.1978.tb01050.x (splines as posterior means);
+/// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
+ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
+
+/// push = bias + a max(travel - contact, 0)^exponent over the first means of a curve, fitted for
+/// each contact point. Refers to the curve.
+class PowerProfile {
+ public:
+  PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent)
+      : curve_(curve), means_(means), exponent_(exponent) {}
+
+  struct Fit {
+    double squares = std::numeric_limits<double>::infinity(), bias_N = 0, amplitude = 0;
+  };
+
+  /// Least squares at one contact point; infinite squares where a is not positive.
+  Fit at(double contact_m) const;
+  /// The best contact point, from one range before the curve to its end.
+  double best_contact_m() const;
+  double rms_N(double contact_m, const Fit& fit) const;
+  /// Standard deviation, from the curvature of the profile; residuals that go together count as
+  /// fewer. At most the range.
+  double deviation_m(double contact_m, const Fit& fit) const;
+
+ private:
+  double residual(Eigen::Index i, double contact_m, const Fit& fit) const;
+  double basis(Eigen::Index i, double contact_m) const;
+  double correlation_time(double contact_m, const Fit& fit) const;
+
+  const PressCurve& curve_;
+  Eigen::Index means_;
+  double exponent_;
+};
 
 }  // namespace palpate::recordings

@@ -1,4 +1,4 @@
-#include "libfit/recordings/contact_point/power_profile.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 
 #include <algorithm>
 #include <cmath>

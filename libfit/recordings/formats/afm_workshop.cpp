@@ -2,9 +2,9 @@
 // side by side; the retract columns begin at the deepest row. Force in nN, or a raw signal in V.
 
 #include "libfit/core/units.hpp"
-#include "libfit/recordings/formats/cantilever.hpp"
 #include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
+#include "libfit/recordings/formats/text_file.hpp"
 
 namespace palpate::importers {
 namespace {

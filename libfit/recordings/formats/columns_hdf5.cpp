@@ -1,7 +1,7 @@
 // Data sets of an HDF5 file that the manifest names by path: N values each, or N x 3 for a position
 // or force given by one name. A `unit` attribute stands for the brackets of a text header.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <cmath>
 #include <mutex>

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "libfit/core/units.hpp"
-#include "libfit/recordings/formats/cantilever.hpp"
 #include "libfit/recordings/formats/importers.hpp"
+#include "libfit/recordings/formats/text_file.hpp"
 
 namespace palpate::importers {
 namespace {

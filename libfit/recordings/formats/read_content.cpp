@@ -1,6 +1,6 @@
 // The bytes of a recording's file, unpacked.
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <zlib.h>
 

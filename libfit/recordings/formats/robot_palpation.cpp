@@ -3,7 +3,7 @@
 
 #include "libfit/recordings/formats/columns.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {

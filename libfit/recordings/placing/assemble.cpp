@@ -4,7 +4,6 @@
 #include <limits>
 #include <map>
 
-#include "libfit/recordings/placing/cantilever_effect.hpp"
 #include "libfit/recordings/placing/place.hpp"
 
 namespace palpate::recordings {

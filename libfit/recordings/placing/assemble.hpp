@@ -1,7 +1,12 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
+#include "libfit/recordings/placing/place.hpp"
 #include "libfit/recordings/placing/registration.hpp"
 
 namespace palpate::recordings {
@@ -41,5 +46,36 @@ struct Assembled {
 /// the batch. results: one per item. Throws Error when a registration is impossible.
 Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
                    const AssembleOptions& options);
+
+/// Writes what became of every recording, whole or not at all: CSV with a row each
+/// (file,line,point,status,grade,reason,remedy,...), and JSON with the same and the totals. The
+/// same batch gives the same bytes, however it was interrupted.
+void write_summary(const std::filesystem::path& csv, const std::filesystem::path& json,
+                   const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
+                   const Assembled& assembled);
+
+/// The totals and notes alone, with the refused recordings, as one JSON object for stdout.
+std::string summary_json(const std::vector<BatchItem>& items,
+                         const std::vector<ItemResult>& results, const Assembled& assembled);
+
+/// Line of a failure's place, "" when it names none.
+std::string line_of(const Failure& failure);
+
+/// How an apparent modulus changes with what the manifest says of the cantilever, as powers: 1 %
+/// more stiffness makes it `stiffness` % larger.
+struct CantileverEffect {
+  double stiffness = 0, sensitivity = 0;
+  double max_sensitivity_m = 0;  ///< on a rigid body the steepest third would show this one
+};
+
+/// Of one recording, from its rows: F = k s V and depth = scanner - s V, so E ~ F / depth^p goes
+/// as k s^(1 + p bend / depth); where the file states the force, as k^(-p bend / depth). Nothing
+/// without a cantilever or a good row.
+std::optional<CantileverEffect> cantilever_effect(const BatchItem& item, const Conditioned& r);
+
+/// A sentence about all imported recordings that use one: what it was taken to be, what 10 % of it
+/// does to the moduli (medians), and what the stated deviations leave open. Empty when none does.
+std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
+                                          const std::vector<Candidate>& candidates);
 
 }  // namespace palpate::recordings

@@ -1,6 +1,6 @@
-#include "libfit/recordings/placing/cantilever_effect.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/signal/scatter.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

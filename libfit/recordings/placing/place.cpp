@@ -1,6 +1,6 @@
 #include "libfit/recordings/placing/place.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "libfit/recordings/placing/registration.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -73,8 +73,8 @@ Registration register_landmarks(const Points& from, const Points& to) {
     if (!(widths[1] > kOnOneLine * kOnOneLine * widths[2]))
       throw Error("registration", "the landmarks lie on one line", "Add a landmark away from it.");
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(Eigen::Matrix3Xd(from.transpose()),
-                                                Eigen::Matrix3Xd(to.transpose()), false);
+  const Eigen::Matrix4d motion =
+      Eigen::umeyama(Eigen::Matrix3Xd(from.transpose()), Eigen::Matrix3Xd(to.transpose()), false);
   Registration out;
   out.motion = {motion.topLeftCorner<3, 3>(), motion.topRightCorner<3, 1>()};
   const Eigen::VectorXd left = (moved(from, out.motion) - to).rowwise().norm();

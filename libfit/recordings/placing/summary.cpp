@@ -1,4 +1,4 @@
-#include "libfit/recordings/placing/summary.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 
 #include <array>
 #include <cmath>

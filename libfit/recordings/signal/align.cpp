@@ -1,10 +1,9 @@
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "libfit/core/text.hpp"
-#include "libfit/recordings/signal/scatter.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {

@@ -1,4 +1,4 @@
-#include "libfit/recordings/signal/phases.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/geometry.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/signal/settings.hpp"
 
@@ -49,5 +51,48 @@ std::size_t replace_spikes(Signal& signal);
 /// and ends unbiased. Precondition: the signal has a clock. Source: Cleveland and Loader (1996),
 /// local regression.
 void smooth(Signal& signal, double sigma_s);
+
+/// Standard deviation of neighbouring values about straight lines through three of them: the noise
+/// of a signal that bends slowly. 0 below three values.
+double neighbour_scatter(const Eigen::VectorXd& values);
+
+/// Least difference between values of a sensor so coarse that neighbours are often equal; else 0.
+/// Precondition: at least one value.
+double quantum_of(const Eigen::VectorXd& values);
+
+/// Least squares y = at_0 + slope x without what lies five robust deviations off; deviation of the
+/// residuals, and how far neighbours among them go together (their correlation).
+struct Line {
+  double at_0 = 0, slope = 0, deviation = 0, correlation = 0;
+};
+Line fit_line(const Eigen::VectorXd& x, const Eigen::VectorXd& y);
+
+/// What the tip does in a row.
+enum class Phase : char { approach, hold, retract, slide };
+
+/// Rows [begin, end).
+struct RowRange {
+  Eigen::Index begin = 0, end = 0;
+  Eigen::Index rows() const { return end - begin; }
+};
+
+/// What the tip does, row by row: it changes direction where the travel turns back by more than 2 %
+/// of its whole range; it slides where it goes farther sideways than inward, and holds where over a
+/// 2 % window of the rows it goes neither way by more than a tenth of the mean speed. Where the
+/// file says that the way back begins, that is believed.
+std::vector<Phase> find_phases(const Signal& signal);
+
+/// The way in, from its lowest to its highest travel: the approach that gains most travel. Empty
+/// when there is none.
+RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases);
+
+/// The other approaches and the ways back that go at least 90 % as far as `approach` does, from
+/// where it begins to where it ends: cycles of one recording.
+std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
+                                  const RowRange& approach);
+
+/// The way back after it, to where the next approach begins; empty when there is none.
+RowRange retract_after(const Signal& signal, const std::vector<Phase>& phases,
+                       const RowRange& approach);
 
 }  // namespace palpate::recordings

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
 

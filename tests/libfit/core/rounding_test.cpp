@@ -1,6 +1,6 @@
 // Compiled at -O3 in every configuration: there the plain casts were dropped for six values.
 
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libfit/core/sample_points.hpp"
+#include "libfit/core/samples.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 #include <gtest/gtest.h>
 

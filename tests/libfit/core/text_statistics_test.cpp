@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "libfit/core/relative_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 

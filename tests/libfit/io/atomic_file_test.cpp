@@ -10,7 +10,7 @@
 
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/fit_cache.hpp"
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/geometry.hpp"
 #include "libfit/core/samples.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the

@@ -4,12 +4,7 @@
 #include <cmath>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/files/body_file.hpp"
-#include "libfit/io/files/curves_file.hpp"
-#include "libfit/io/files/describe.hpp"
-#include "libfit/io/files/fit_cache_file.hpp"
-#include "libfit/io/files/model_file.hpp"
-#include "libfit/io/files/samples_file.hpp"
+#include "libfit/io/files/files.hpp"
 #include "tests/libfit/io/examples.hpp"
 #include "tests/libfit/io/scratch.hpp"
 

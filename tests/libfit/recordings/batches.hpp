@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/files/samples_file.hpp"
-#include "libfit/recordings/placing/summary.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/recordings/synthetic.hpp"
 

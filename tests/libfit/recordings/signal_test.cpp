@@ -6,7 +6,7 @@
 
 #include "libfit/recordings/batch/condition.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
-#include "libfit/recordings/signal/phases.hpp"
+#include "libfit/recordings/signal/signal.hpp"
 
 namespace palpate::recordings {
 namespace {

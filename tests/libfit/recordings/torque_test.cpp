@@ -8,7 +8,6 @@
 
 #include "libfit/recordings/batch/condition.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
-#include "libfit/recordings/placing/cantilever_effect.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::recordings {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 // Surfaces with closed-form normals, and curves that are linear in depth with a given stiffness.
 namespace palpate::testing_refine {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/surface.hpp"
-#include "libfit/core/tet_mesh.hpp"
+#include "libfit/core/geometry.hpp"
 
 namespace palpate::mesh_read_test {
 

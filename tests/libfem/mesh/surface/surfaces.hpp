@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "libfit/core/surface.hpp"
+#include "libfit/core/geometry.hpp"
 
 // Surfaces of known shape, for the tests of points and fill.
 

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/io/hdf5/hdf5.hpp"
+
+namespace palpate {
+
+/// The body of a body.h5 (docs/formats.md). Throws Error on missing or malformed columns,
+/// indices out of range, numbers that are not finite, normals that are not unit vectors.
+Body read_body(const std::filesystem::path& path);
+
+/// Stores it, whole or not at all. Refuses what read_body would refuse.
+void write_body(const std::filesystem::path& path, const Body& body,
+                const Attributes& attributes = {});
+
+/// Experiments of a samples.h5 (docs/formats.md), simulated, measured or made by others.
+/// Throws Error on anything the contract does not allow: see the page. force and torque may be NaN
+/// in rows whose status is not `good`, force_error anywhere; all else is finite.
+Samples read_samples(const std::filesystem::path& path);
+
+/// Stores them, whole or not at all. Refuses what read_samples would refuse.
+void write_samples(const std::filesystem::path& path, const Samples& samples,
+                   const Attributes& attributes = {});
+
+struct FitStatusName {
+  FitStatus status;
+  std::string_view name;
+};
+inline constexpr std::array<FitStatusName, 4> kFitStatusNames{{
+    {FitStatus::good, "good"},
+    {FitStatus::underdetermined, "underdetermined"},
+    {FitStatus::poor, "poor"},
+    {FitStatus::failed, "failed"},
+}};
+
+/// Fitted curves of a curves.h5 (docs/formats.md). Throws Error on missing or malformed columns,
+/// curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.
+FittedCurves read_curves(const std::filesystem::path& path);
+
+/// Stores them, whole or not at all. Refuses what read_curves would refuse.
+void write_curves(const std::filesystem::path& path, const FittedCurves& curves,
+                  const Attributes& attributes = {});
+
+/// The side file of a curves.h5, `curves.h5.warm`: may be deleted at any time.
+std::filesystem::path fit_cache_path(const std::filesystem::path& curves_path);
+
+/// What the fit of these curves left for a warm start. Nothing where the side file is missing,
+/// damaged, or not of the curves.h5 as it is now: then a warm start takes longer.
+std::optional<FitCache> read_fit_cache(const std::filesystem::path& curves_path,
+                                       const FittedCurves& curves);
+
+/// Stores it beside curves.h5, which is there already, whole or not at all.
+void write_fit_cache(const std::filesystem::path& curves_path, const FitCache& cache);
+
+/// The refined model of a model.h5 (docs/formats.md). Throws Error on missing or malformed columns,
+/// indices out of range, curves that fall or are not exact in float32, weights that are negative or
+/// do not sum to 1 (0 where not covered) within 1e-12, a probe that is none (probe_group.hpp).
+Model read_model(const std::filesystem::path& path);
+
+/// Stores it, whole or not at all. Refuses what read_model would refuse.
+void write_model(const std::filesystem::path& path, const Model& model,
+                 const Attributes& attributes = {});
+
+/// One kind of HDF5 file: what its root attributes say and which command makes it.
+/// version rises when a file of an older version would be misread; added optional data sets do not
+/// raise it.
+struct FileSchema {
+  std::string_view name;
+  int version;
+  std::string_view remedy;
+};
+
+inline constexpr FileSchema kBodySchema{"palpate-body", 1, "Make it again with `palpate prepare`."};
+inline constexpr FileSchema kSamplesSchema{
+    "palpate-samples", 1, "Make it again with `palpate simulate` or `palpate import`."};
+inline constexpr FileSchema kCurvesSchema{"palpate-curves", 1, "Make it again with `palpate fit`."};
+inline constexpr FileSchema kFitCacheSchema{"palpate-fit-cache", 1,
+                                            "Delete it: it saves time only."};
+inline constexpr FileSchema kModelSchema{"palpate-model", 1,
+                                         "Make it again with `palpate refine`."};
+
+inline constexpr std::array kFileSchemas{kBodySchema, kSamplesSchema, kCurvesSchema,
+                                         kFitCacheSchema, kModelSchema};
+
+struct DataSetDescription {
+  std::string name;  ///< "rows/force"
+  std::string type;  ///< "float64", "int32", "text", ...
+  h5::Shape shape;
+  std::string unit;  ///< empty when the file has none
+};
+
+/// What an HDF5 file says about itself, without its values.
+struct FileDescription {
+  std::string schema;  ///< "palpate-samples", ...
+  int version = 0;
+  Attributes attributes;  ///< named strings, `schema` left out
+  std::vector<DataSetDescription> data_sets;
+};
+
+/// Schema of a Palpate HDF5 file, "palpate-samples" for instance (kFileSchemas has all).
+/// Throws Error when it is no HDF5 file or not one of ours.
+std::string schema_of(const std::filesystem::path& path);
+
+/// Contents of a Palpate HDF5 file for `palpate inspect`. Reads no values.
+FileDescription describe(const std::filesystem::path& path);
+
+/// The named strings a file was written with (`inputs_hash`, ...). Throws as schema_of does.
+Attributes read_attributes(const std::filesystem::path& path);
+
+}  // namespace palpate
