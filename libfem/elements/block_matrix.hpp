@@ -47,11 +47,6 @@ class SymmetricBlockMatrix {
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
 
   Eigen::VectorXd diagonal() const;
-  double diagonal_entry(int i) const { return values_[column_start_[i]]; }
-  /// Adds a number to the three diagonal entries of a node.
-  void add_to_diagonal(std::int32_t node, double number) {
-    for (int c = 0; c < 3; ++c) values_[column_start_[3 * node + c]] += number;
-  }
 
   const std::vector<std::int32_t>& column_start() const { return column_start_; }
   const std::vector<std::int32_t>& row_index() const { return row_index_; }

@@ -80,7 +80,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
     if (batch.cell[lane] < 0) continue;
     for (Eigen::Index a = 0; a < cells_.cols(); ++a)
       batch.points[kLanes * a + lane] = cells_(cells[lane], a);
-    double sum = 0, least = std::numeric_limits<double>::infinity();
     Eigen::VectorXd weight = Eigen::VectorXd::Zero(shape.points);
     for (int q = 0; q < shape.points; ++q) {
       const CellPoint& point = points[q];
@@ -88,8 +87,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       for (int a = 0; a < shape.nodes; ++a)
         jacobian += mesh_.nodes.row(cells_(cells[lane], a)).transpose() * point.by_xi.row(a);
       const double det = jacobian.determinant();
-      sum += det;
-      least = std::min(least, det);
       const Eigen::MatrixXd gradient = point.by_xi * jacobian.inverse();
       for (int a = 0; a < shape.nodes; ++a)
         for (int j = 0; j < 3; ++j)
@@ -101,7 +98,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       batch.weight.at(q, lane) = weight[q];
       rest_volume_m3_ += det * point.weight / 6;
     }
-    min_rest_jacobian_ = std::min(min_rest_jacobian_, shape.points * least / std::abs(sum));
     const Eigen::MatrixXd mode = orthonormal_modes(shape.modes, points, weight);
     for (int m = 0; m < shape.modes; ++m)
       for (int q = 0; q < shape.points; ++q) batch.mode.at(shape.points * m + q, lane) = mode(m, q);

@@ -49,8 +49,6 @@ class ElasticBody {
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }
-  /// Least det(dX/dxi) over elements and quadrature points, relative to the element's own mean.
-  double min_rest_jacobian() const { return min_rest_jacobian_; }
   double rest_volume_m3() const { return rest_volume_m3_; }
 
   /// For tests and measurements: results have the same bits on every instruction set.
@@ -83,7 +81,6 @@ class ElasticBody {
   // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
   mutable PackArray displacement_rows_, force_rows_;
   mutable double min_J_ = 1;
-  double min_rest_jacobian_ = 1;
   double rest_volume_m3_ = 0;
   InstructionSet set_ = best_instruction_set();
 };

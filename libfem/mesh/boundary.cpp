@@ -1,9 +1,7 @@
 #include "libfem/mesh/boundary.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 
 #include "libfit/core/error.hpp"
@@ -51,26 +49,6 @@ Triangles boundary_triangles(const Tets& tets) {
     for (int k = 0; k < 3; ++k)
       triangles(static_cast<Eigen::Index>(f), k) = tets(faces[f].tet, kTetFace[faces[f].face][k]);
   return triangles;
-}
-
-DihedralRange dihedral_range(const Points& nodes, const Tets& tets) {
-  double largest_cosine = -1, smallest_cosine = 1;
-  for (Eigen::Index t = 0; t < tets.rows(); ++t) {
-    Vec3 normal[4];
-    for (int f = 0; f < 4; ++f) {
-      const Vec3 a = nodes.row(tets(t, kTetFace[f][0])), b = nodes.row(tets(t, kTetFace[f][1])),
-                 c = nodes.row(tets(t, kTetFace[f][2]));
-      normal[f] = (b - a).cross(c - a).normalized();
-    }
-    for (int f = 0; f < 4; ++f)
-      for (int g = f + 1; g < 4; ++g) {
-        const double cosine = std::clamp(-normal[f].dot(normal[g]), -1.0, 1.0);
-        largest_cosine = std::max(largest_cosine, cosine);
-        smallest_cosine = std::min(smallest_cosine, cosine);
-      }
-  }
-  if (tets.rows() == 0) return {};
-  return {std::acos(largest_cosine), std::acos(smallest_cosine)};
 }
 
 }  // namespace palpate::fem

@@ -25,11 +25,4 @@ std::vector<BoundaryFace> boundary_faces(const Tets& tets);
 /// The boundary as triangles over the tet mesh's own nodes, outward counter-clockwise.
 Triangles boundary_triangles(const Tets& tets);
 
-/// Smallest and largest dihedral angle [rad] of straight tets, over all six edges of each.
-struct DihedralRange {
-  double smallest_rad = 0;
-  double largest_rad = 0;
-};
-DihedralRange dihedral_range(const Points& nodes, const Tets& tets);
-
 }  // namespace palpate::fem

@@ -50,32 +50,11 @@ enum class StepCheck : std::int8_t {
   falls = 6,          ///< on a stable branch past a limit point: deeper presses have less force
 };
 
-struct StepCheckName {
-  StepCheck doubt;
-  std::string_view name;
-};
-inline constexpr std::array<StepCheckName, 7> kStepCheckNames{{
-    {StepCheck::none, "none"},
-    {StepCheck::inverted, "inverted"},
-    {StepCheck::overlaps, "overlaps"},
-    {StepCheck::no_area, "no_area"},
-    {StepCheck::pulls, "pulls"},
-    {StepCheck::does_not_rise, "does_not_rise"},
-    {StepCheck::falls, "falls"},
-}};
+inline constexpr std::array<std::string_view, 7> kStepCheckNames{
+    "none", "inverted", "overlaps", "no_area", "pulls", "does_not_rise", "falls"};
 
-struct RowStatusName {
-  RowStatus status;
-  std::string_view name;
-};
-inline constexpr std::array<RowStatusName, 6> kRowStatusNames{{
-    {RowStatus::good, "good"},
-    {RowStatus::not_converged, "not_converged"},
-    {RowStatus::inverted, "inverted"},
-    {RowStatus::rejected, "rejected"},
-    {RowStatus::no_contact, "no_contact"},
-    {RowStatus::not_reached, "not_reached"},
-}};
+inline constexpr std::array<std::string_view, 6> kRowStatusNames{
+    "good", "not_converged", "inverted", "rejected", "no_contact", "not_reached"};
 
 /// What is known of the recordings behind measured samples: group `recordings` of samples.h5. R
 /// recordings, in the order of the manifest; several of one experiment were pooled. All empty for

@@ -15,27 +15,14 @@ namespace palpate {
 /// How a row far from the curves counts. `huber` grows linearly past three robust standard
 /// deviations, `cauchy` logarithmically past two and a half.
 enum class FitLoss : std::int8_t { squared = 0, huber = 1, cauchy = 2 };
-struct FitLossName {
-  FitLoss loss;
-  std::string_view name;
-};
-inline constexpr std::array<FitLossName, 3> kFitLossNames{{
-    {FitLoss::squared, "squared"},
-    {FitLoss::huber, "huber"},
-    {FitLoss::cauchy, "cauchy"},
-}};
 
 /// What may be unknown of a recording besides the body's curves.
 enum class Nuisance : std::int8_t { contact = 0, bias = 1, drift = 2 };
-struct NuisanceName {
-  Nuisance part;
-  std::string_view name;
+inline constexpr std::array<std::string_view, 3> kNuisanceNames{
+    "contact",  ///< where the tip touched first
+    "bias",     ///< of the force along the normal
+    "drift",    ///< likewise, linear from the first row to the last
 };
-inline constexpr std::array<NuisanceName, 3> kNuisanceNames{{
-    {Nuisance::contact, "contact"},  ///< where the tip touched first
-    {Nuisance::bias, "bias"},        ///< of the force along the normal
-    {Nuisance::drift, "drift"},      ///< likewise, linear from the first row to the last
-}};
 
 inline constexpr double kStrongestSmoothing = 1e12;
 

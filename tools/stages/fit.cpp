@@ -147,12 +147,11 @@ NuisanceChoice nuisance_choice(const std::string& names, const std::string& cont
   for (std::size_t begin = 0; begin < names.size();) {
     const std::size_t end = std::min(names.find(',', begin), names.size());
     const std::string name = names.substr(begin, end - begin);
-    const auto row = std::find_if(kNuisanceNames.begin(), kNuisanceNames.end(),
-                                  [&](const NuisanceName& part) { return part.name == name; });
+    const auto row = std::ranges::find(kNuisanceNames, name);
     if (row == kNuisanceNames.end())
       throw Error("--free", "there is nothing called \"" + name + "\" to free",
                   "Use contact, bias, drift, or several with commas between.");
-    choice.estimates[static_cast<std::size_t>(row->part)] = true;
+    choice.estimates[static_cast<std::size_t>(row - kNuisanceNames.begin())] = true;
     begin = end + 1;
   }
   if (contact_deviation.empty()) return choice;

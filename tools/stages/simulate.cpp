@@ -67,11 +67,10 @@ namespace {
 
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
-  std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])].name);
+  std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])]);
   if (!samples.doubt.empty() && samples.doubt[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
-    reason +=
-        ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.doubt[row])].name);
+    reason += ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.doubt[row])]);
   return reason;
 }
 

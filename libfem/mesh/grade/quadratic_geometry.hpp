@@ -15,7 +15,4 @@ double jacobian_determinant(const TetNodes& nodes, const Eigen::Vector4d& at);
 /// Smallest determinant [m^3] over the 4 quadrature points, the 4 corners and the centroid.
 double smallest_jacobian(const TetNodes& nodes);
 
-/// Volume [m^3] enclosed by isoparametric elements, exact for their cubic determinant.
-double quadratic_volume_m3(const QuadraticMesh& mesh);
-
 }  // namespace palpate::fem

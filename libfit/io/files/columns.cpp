@@ -73,6 +73,32 @@ std::vector<char> read_flags(const Reader& reader, const std::string& name, std:
   return {values.begin(), values.end()};
 }
 
+std::vector<int> read_code_numbers(const Reader& reader, const std::string& column,
+                                   std::size_t rows, std::span<const std::string_view> names) {
+  std::vector<std::string> listed(names.begin(), names.end());
+  if (reader.has_attribute(column, "names")) listed = reader.texts_attribute(column, "names");
+  std::vector<int> meanings, out;
+  for (const auto& name : listed) {
+    const auto known = std::ranges::find(names, name);
+    if (known == names.end()) throw reader.error(column, "names an unknown code `" + name + "`");
+    meanings.push_back(static_cast<int>(known - names.begin()));
+  }
+  for (const std::int8_t code : reader.bytes(column, kNoUnit, {rows, 0})) {
+    if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
+      throw reader.error(column,
+                         fmt::format("row {} has code {} without a name", out.size(), code));
+    out.push_back(meanings[static_cast<std::size_t>(code)]);
+  }
+  return out;
+}
+
+void write_code_numbers(Writer& writer, const std::string& column,
+                        std::span<const std::int8_t> codes,
+                        std::span<const std::string_view> names) {
+  writer.bytes(column, kNoUnit, codes.data(), {codes.size(), 0});
+  writer.attribute(column, "names", std::vector<std::string>(names.begin(), names.end()));
+}
+
 void write_points(Writer& writer, const std::string& name, std::string_view unit,
                   const Points& points) {
   writer.numbers(name, unit, points.data(), shape_of_matrix(points.rows(), 3));

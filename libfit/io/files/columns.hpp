@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +39,28 @@ Triangles read_triangles(const Reader& reader, const std::string& name, std::siz
 Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
                     Eigen::Index rows, Eigen::Index columns, bool may_be_nan = false);
 std::vector<char> read_flags(const Reader& reader, const std::string& name, std::size_t rows);
+
+/// Codes of an enumeration, 0 on, by the names that the file lists for them, else by `names`.
+std::vector<int> read_code_numbers(const Reader& reader, const std::string& column,
+                                   std::size_t rows, std::span<const std::string_view> names);
+void write_code_numbers(Writer& writer, const std::string& column,
+                        std::span<const std::int8_t> codes,
+                        std::span<const std::string_view> names);
+template <class Enum>
+std::vector<Enum> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
+                             std::span<const std::string_view> names) {
+  std::vector<Enum> out;
+  for (const int code : read_code_numbers(reader, column, rows, names))
+    out.push_back(static_cast<Enum>(code));
+  return out;
+}
+template <class Enum>
+void write_codes(Writer& writer, const std::string& column, const std::vector<Enum>& values,
+                 std::span<const std::string_view> names) {
+  std::vector<std::int8_t> codes;
+  for (const Enum value : values) codes.push_back(static_cast<std::int8_t>(value));
+  write_code_numbers(writer, column, codes, names);
+}
 
 void write_points(Writer& writer, const std::string& name, std::string_view unit,
                   const Points& points);

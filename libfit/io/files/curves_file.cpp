@@ -146,26 +146,6 @@ void write_recordings(h5::Writer& writer, const FittedRecordings& recordings) {
     write_vector(writer, column.name, column.unit, recordings.*column.values);
 }
 
-std::vector<FitStatus> read_status(const h5::Reader& reader, std::size_t points) {
-  std::vector<FitStatus> status;
-  for (const std::int8_t code : reader.bytes("points/status", h5::kNoUnit, {points, 0})) {
-    if (code < 0 || static_cast<std::size_t>(code) >= kFitStatusNames.size())
-      throw reader.error("points/status",
-                         fmt::format("row {} has code {} without a name", status.size(), code));
-    status.push_back(static_cast<FitStatus>(code));
-  }
-  return status;
-}
-
-void write_status(h5::Writer& writer, const std::vector<FitStatus>& status) {
-  std::vector<std::int8_t> codes;
-  for (const FitStatus s : status) codes.push_back(static_cast<std::int8_t>(s));
-  writer.bytes("points/status", h5::kNoUnit, codes.data(), {codes.size(), 0});
-  std::vector<std::string> names;
-  for (const auto& row : kFitStatusNames) names.emplace_back(row.name);
-  writer.attribute("points/status", "names", names);
-}
-
 }  // namespace
 
 FittedCurves read_curves(const std::filesystem::path& path) {
@@ -175,7 +155,7 @@ FittedCurves read_curves(const std::filesystem::path& path) {
   const auto points = static_cast<std::size_t>(f.position.rows());
   f.normal = read_points(reader, "points/normal", h5::kNoUnit, points);
   f.name = reader.strings("points/name", points);
-  f.status = read_status(reader, points);
+  f.status = read_codes<FitStatus>(reader, "points/status", points, kFitStatusNames);
   f.message = reader.strings("points/message", points);
   f.rms_residual_N = read_vector(reader, "points/rms_residual", "N", points, true);
   f.max_residual_N = read_vector(reader, "points/max_residual", "N", points, true);
@@ -200,7 +180,7 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   write_points(writer, "points/position", "m", f.position);
   write_points(writer, "points/normal", h5::kNoUnit, f.normal);
   writer.strings("points/name", f.name);
-  write_status(writer, f.status);
+  write_codes(writer, "points/status", f.status, kFitStatusNames);
   writer.strings("points/message", f.message);
   write_vector(writer, "points/rms_residual", "N", f.rms_residual_N);
   write_vector(writer, "points/max_residual", "N", f.max_residual_N);

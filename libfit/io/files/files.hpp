@@ -31,16 +31,8 @@ Samples read_samples(const std::filesystem::path& path);
 void write_samples(const std::filesystem::path& path, const Samples& samples,
                    const Attributes& attributes = {});
 
-struct FitStatusName {
-  FitStatus status;
-  std::string_view name;
-};
-inline constexpr std::array<FitStatusName, 4> kFitStatusNames{{
-    {FitStatus::good, "good"},
-    {FitStatus::underdetermined, "underdetermined"},
-    {FitStatus::poor, "poor"},
-    {FitStatus::failed, "failed"},
-}};
+inline constexpr std::array<std::string_view, 4> kFitStatusNames{"good", "underdetermined", "poor",
+                                                                 "failed"};
 
 /// Fitted curves of a curves.h5 (docs/formats.md). Throws Error on missing or malformed columns,
 /// curves that fall, do not start at 0 or are not exact in float32. Residuals may be NaN.

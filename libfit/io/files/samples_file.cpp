@@ -14,7 +14,7 @@ using namespace h5;
 
 namespace {
 
-constexpr int kExperimentKinds = 3;
+constexpr std::array<std::string_view, 3> kKindNames{"press", "drag", "path"};
 
 std::size_t rows_of(const Samples& samples) { return samples.point.size(); }
 
@@ -140,48 +140,6 @@ void check(const Samples& s, const h5::Complain& complain) {
   check_measured(s.recordings, complain);
 }
 
-template <class Table>
-std::vector<std::string> names_of(const Table& table) {
-  std::vector<std::string> names;
-  for (const auto& row : table) names.emplace_back(row.name);
-  return names;
-}
-
-// Codes of a column and what they mean by the file's own list of names; without a list, by `table`.
-// `member` is the table's column of values.
-template <class Row, std::size_t Count, class Enum>
-std::vector<Enum> read_named(const h5::Reader& reader, const std::string& column, std::size_t rows,
-                             const std::array<Row, Count>& table, Enum Row::*member) {
-  const auto codes = reader.bytes(column, h5::kNoUnit, {rows, 0});
-  const auto names = reader.has_attribute(column, "names") ? reader.texts_attribute(column, "names")
-                                                           : names_of(table);
-  std::vector<Enum> meanings, out;
-  for (const auto& name : names) {
-    const auto row = std::find_if(table.begin(), table.end(),
-                                  [&](const Row& known) { return known.name == name; });
-    if (row == table.end()) throw reader.error(column, "names an unknown code `" + name + "`");
-    meanings.push_back((*row).*member);
-  }
-  for (const std::int8_t code : codes) {
-    if (code < 0 || static_cast<std::size_t>(code) >= meanings.size())
-      throw reader.error(column,
-                         fmt::format("row {} has code {} without a name", out.size(), code));
-    out.push_back(meanings[static_cast<std::size_t>(code)]);
-  }
-  return out;
-}
-
-std::vector<ExperimentKind> read_kind(const h5::Reader& reader, std::size_t rows) {
-  std::vector<ExperimentKind> kinds;
-  for (const std::int8_t code : reader.bytes("rows/kind", h5::kNoUnit, {rows, 0})) {
-    if (code < 0 || code >= kExperimentKinds)
-      throw reader.error("rows/kind", fmt::format("row {} has code {}, not 0 press, 1 drag, 2 path",
-                                                  kinds.size(), code));
-    kinds.push_back(static_cast<ExperimentKind>(code));
-  }
-  return kinds;
-}
-
 void read_points_of(const h5::Reader& reader, Samples& s) {
   s.point_position = read_points(reader, "points/position", "m", h5::kAny);
   const auto points = static_cast<std::size_t>(s.points());
@@ -200,22 +158,15 @@ void read_rows(const h5::Reader& reader, Samples& s) {
   const std::size_t rows = reader.shape_of("rows/point").rows;
   s.point = reader.integers("rows/point", h5::kNoUnit, {rows, 0});
   s.experiment = reader.integers("rows/experiment", h5::kNoUnit, {rows, 0});
-  s.kind = read_kind(reader, rows);
+  s.kind = read_codes<ExperimentKind>(reader, "rows/kind", rows, kKindNames);
   s.step = reader.integers("rows/step", h5::kNoUnit, {rows, 0});
   s.deflection = read_points(reader, "rows/deflection", "m", rows, false);
   s.force = read_points(reader, "rows/force", "N", rows, true);
   s.torque = read_points(reader, "rows/torque", "N m", rows, true);
   s.force_error = read_vector(reader, "rows/force_error", "N", rows, true);
-  s.status = read_named(reader, "rows/status", rows, kRowStatusNames, &RowStatusName::status);
+  s.status = read_codes<RowStatus>(reader, "rows/status", rows, kRowStatusNames);
   if (reader.has("rows/doubt"))
-    s.doubt = read_named(reader, "rows/doubt", rows, kStepCheckNames, &StepCheckName::doubt);
-}
-
-template <class Enum>
-void write_codes(h5::Writer& writer, const std::string& name, const std::vector<Enum>& values) {
-  std::vector<std::int8_t> codes;
-  for (const Enum value : values) codes.push_back(static_cast<std::int8_t>(value));
-  writer.bytes(name, h5::kNoUnit, codes.data(), {codes.size(), 0});
+    s.doubt = read_codes<StepCheck>(reader, "rows/doubt", rows, kStepCheckNames);
 }
 
 }  // namespace
@@ -243,18 +194,14 @@ void write_samples(const std::filesystem::path& path, const Samples& s,
   const h5::Shape column{rows_of(s), 0};
   writer.integers("rows/point", h5::kNoUnit, s.point.data(), column);
   writer.integers("rows/experiment", h5::kNoUnit, s.experiment.data(), column);
-  write_codes(writer, "rows/kind", s.kind);
+  write_codes(writer, "rows/kind", s.kind, kKindNames);
   writer.integers("rows/step", h5::kNoUnit, s.step.data(), column);
   write_points(writer, "rows/deflection", "m", s.deflection);
   write_points(writer, "rows/force", "N", s.force);
   write_points(writer, "rows/torque", "N m", s.torque);
   write_vector(writer, "rows/force_error", "N", s.force_error);
-  write_codes(writer, "rows/status", s.status);
-  writer.attribute("rows/status", "names", names_of(kRowStatusNames));
-  if (!s.doubt.empty()) {
-    write_codes(writer, "rows/doubt", s.doubt);
-    writer.attribute("rows/doubt", "names", names_of(kStepCheckNames));
-  }
+  write_codes(writer, "rows/status", s.status, kRowStatusNames);
+  if (!s.doubt.empty()) write_codes(writer, "rows/doubt", s.doubt, kStepCheckNames);
   write_probe(writer, s.probe, complain_about(path));
   if (!std::isnan(s.poisson)) writer.numbers("body/poisson", h5::kNoUnit, &s.poisson, {1, 0});
   write_measured(writer, s.recordings);

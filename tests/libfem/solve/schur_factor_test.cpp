@@ -28,7 +28,8 @@ SymmetricBlockMatrix grid(double sign = 1) {
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int n = 0; n < kNodes; ++n) {
-    K.add_to_diagonal(n, n == 0 ? sign * 20 : 20);
+    const Mat3 own = (n == 0 ? sign * 20 : 20) * Mat3::Identity();
+    K.add(K.place(n, n), own.data());
     for (const int m : neighbours[n]) {
       double block[9];
       for (double& entry : block) entry = uniform(random);

@@ -11,6 +11,7 @@
 #include "libfem/mesh/structured_block.hpp"
 #include "libfit/core/error.hpp"
 #include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
+#include "tests/libfem/mesh/grade/measures.hpp"
 
 namespace palpate::fem {
 namespace {
