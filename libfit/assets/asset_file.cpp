@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "libfit/core/error.hpp"
@@ -37,6 +38,15 @@ class Descriptor {
 }  // namespace
 
 void AssetFile::Unmap::operator()(void* bytes) const noexcept { ::munmap(bytes, size); }
+
+bool is_asset_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
+  char magic[4] = {};
+  file.read(magic, sizeof magic);
+  return file && std::memcmp(magic, "PALP", sizeof magic) == 0;
+}
 
 AssetFile read_asset_file(const std::filesystem::path& path) {
   const Descriptor file(path);

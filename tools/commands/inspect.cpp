@@ -1,11 +1,8 @@
 #include <fmt/core.h>
 #include <algorithm>
-#include <cstring>
-#include <fstream>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
-#include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/format.hpp"
 #include "tools/command.hpp"
@@ -25,16 +22,6 @@ void print(const FileDescription& file) {
   for (const DataSetDescription& set : file.data_sets)
     fmt::print("  {:<28} {:<8} {:<14} {}\n", set.name, set.type, h5::to_string(set.shape),
                set.unit == h5::kNoUnit ? "" : set.unit);
-}
-
-// Whether the file begins with an asset's magic.
-bool is_asset_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
-  char magic[4] = {};
-  file.read(magic, sizeof magic);
-  return file && std::memcmp(magic, "PALP", sizeof magic) == 0;
 }
 
 void print_asset(const std::filesystem::path& path) {

@@ -9,7 +9,6 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/spline.hpp"
 #include "tools/command.hpp"
-#include "tools/commands/inspect_asset.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -27,25 +26,26 @@ void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kin
   }
 }
 
-// Without a known error.
-double unknown_deviation(double) { return std::numeric_limits<double>::quiet_NaN(); }
-
-std::vector<CurveRow> tabulate_set(const CurveSet& curves, const std::vector<char>* is_covered,
-                                   int steps) {
+// Curves of the points for which is_shown(kind, point) holds, with deviation(kind, point, spline,
+// x).
+template <class IsShown, class Deviation>
+std::vector<CurveRow> tabulate_set(const CurveSet& curves, int steps, IsShown is_shown,
+                                   Deviation deviation) {
   std::vector<CurveRow> rows;
-  for (int kind = 0; kind < static_cast<int>(curves_of(curves.family)); ++kind) {
-    const auto k = static_cast<std::size_t>(kind);
+  for (std::size_t k = 0; k < curves_of(curves.family); ++k) {
     const SplineTables tables = tabulate(curves.basis[k]);
-    const runtime::SplineView spline{tables.degree, tables.pieces, tables.knots.data(),
-                                     tables.weights.data(), tables.integrals.data()};
-    for (Eigen::Index point = 0; point < curves.points(); ++point) {
-      if (is_covered && !(*is_covered)[static_cast<std::size_t>(point)]) continue;
-      append_curve(rows, point, static_cast<CurveKind>(kind), spline,
-                   curves.control[k].row(point).data(), steps, unknown_deviation);
-    }
+    const runtime::SplineView spline = fit::view(tables);
+    for (Eigen::Index point = 0; point < curves.points(); ++point)
+      if (is_shown(k, point))
+        append_curve(rows, point, static_cast<CurveKind>(k), spline,
+                     curves.control[k].row(point).data(), steps,
+                     [&](double at) { return deviation(k, point, spline, at); });
   }
   return rows;
 }
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr auto kNoDeviation = [](auto&&...) { return kUnknown; };
 
 std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps) {
   std::vector<CurveRow> rows;
@@ -56,25 +56,8 @@ std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps)
       const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
                              asset.control_offset[kind];
       append_curve(rows, vertex, static_cast<CurveKind>(kind), asset.curves.view[kind], control,
-                   steps, unknown_deviation);
+                   steps, kNoDeviation);
     }
-  return rows;
-}
-
-// Curves with a standard error; those that no row spoke of are left out.
-std::vector<CurveRow> tabulate_bands(const FittedCurves& fitted, int steps) {
-  std::vector<CurveRow> rows;
-  for (std::size_t k = 0; k < curves_of(fitted.curves.family); ++k) {
-    const SplineTables tables = tabulate(fitted.curves.basis[k]);
-    const runtime::SplineView spline = fit::view(tables);
-    for (Eigen::Index point = 0; point < fitted.covariance[k].rows(); ++point) {
-      const Eigen::VectorXd covariance = fitted.covariance[k].row(point);
-      if (!covariance.allFinite()) continue;
-      append_curve(rows, point, static_cast<CurveKind>(k), spline,
-                   fitted.curves.control[k].row(point).data(), steps,
-                   [&](double at) { return fit::curve_deviation(spline, covariance, at); });
-    }
-  }
   return rows;
 }
 
@@ -111,12 +94,28 @@ class Tabulate final : public Command {
     const std::string schema = schema_of(file_);
     if (has_band_ && schema != kCurvesSchema.name)
       throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");
-    if (has_band_) return tabulate_bands(read_curves(file_), steps_);
-    if (schema == kCurvesSchema.name)
-      return tabulate_set(read_curves(file_).curves, nullptr, steps_);
+    if (schema == kCurvesSchema.name) {
+      const FittedCurves fitted = read_curves(file_);
+      if (!has_band_)
+        return tabulate_set(
+            fitted.curves, steps_, [](auto, auto) { return true; }, kNoDeviation);
+      // Curves of which no row spoke have no standard error.
+      const auto is_known = [&](std::size_t k, Eigen::Index point) {
+        const Controls& covariance = fitted.covariance[k];
+        return point < covariance.rows() && covariance.row(point).allFinite();
+      };
+      return tabulate_set(fitted.curves, steps_, is_known,
+                          [&](std::size_t k, Eigen::Index point, const auto& spline, double at) {
+                            return fit::curve_deviation(spline, fitted.covariance[k].row(point),
+                                                        at);
+                          });
+    }
     if (schema == kModelSchema.name) {
       const Model model = read_model(file_);
-      return tabulate_set(model.curves, &model.is_covered, steps_);
+      const auto is_covered = [&](std::size_t, Eigen::Index point) {
+        return model.is_covered[static_cast<std::size_t>(point)] != 0;
+      };
+      return tabulate_set(model.curves, steps_, is_covered, kNoDeviation);
     }
     throw Error(file_, "holds no curves (" + schema + ")",
                 "Give curves.h5, model.h5 or asset.palp.");

@@ -30,7 +30,7 @@ Complain complain_about(const std::filesystem::path& path) {
 
 Reader open(const std::filesystem::path& path, const FileSchema& schema) {
   Reader reader(path, std::string(schema.remedy));
-  reader.expect(schema.name, schema.version);
+  reader.expect(schema.name);
   return reader;
 }
 
@@ -40,7 +40,7 @@ Writer create(const std::filesystem::path& path, const FileSchema& schema,
     if (attributes.count(reserved) != 0)
       throw Error(path.string(), "attribute `" + reserved + "` is the file's own",
                   "Name it otherwise.");
-  return Writer(path, schema.name, schema.version, attributes);
+  return Writer(path, schema.name, attributes);
 }
 
 Points read_points(const Reader& reader, const std::string& name, std::string_view unit,

@@ -62,23 +62,18 @@ Model read_model(const std::filesystem::path& path);
 void write_model(const std::filesystem::path& path, const Model& model,
                  const Attributes& attributes = {});
 
-/// One kind of HDF5 file: what its root attributes say and which command makes it.
-/// version rises when a file of an older version would be misread; added optional data sets do not
-/// raise it.
+/// One kind of HDF5 file: what its root attribute `schema` says and which command makes it.
 struct FileSchema {
   std::string_view name;
-  int version;
   std::string_view remedy;
 };
 
-inline constexpr FileSchema kBodySchema{"palpate-body", 1, "Make it again with `palpate prepare`."};
+inline constexpr FileSchema kBodySchema{"palpate-body", "Make it again with `palpate prepare`."};
 inline constexpr FileSchema kSamplesSchema{
-    "palpate-samples", 1, "Make it again with `palpate simulate` or `palpate import`."};
-inline constexpr FileSchema kCurvesSchema{"palpate-curves", 1, "Make it again with `palpate fit`."};
-inline constexpr FileSchema kFitCacheSchema{"palpate-fit-cache", 1,
-                                            "Delete it: it saves time only."};
-inline constexpr FileSchema kModelSchema{"palpate-model", 1,
-                                         "Make it again with `palpate refine`."};
+    "palpate-samples", "Make it again with `palpate simulate` or `palpate import`."};
+inline constexpr FileSchema kCurvesSchema{"palpate-curves", "Make it again with `palpate fit`."};
+inline constexpr FileSchema kFitCacheSchema{"palpate-fit-cache", "Delete it: it saves time only."};
+inline constexpr FileSchema kModelSchema{"palpate-model", "Make it again with `palpate refine`."};
 
 inline constexpr std::array kFileSchemas{kBodySchema, kSamplesSchema, kCurvesSchema,
                                          kFitCacheSchema, kModelSchema};

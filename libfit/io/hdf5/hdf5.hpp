@@ -69,6 +69,9 @@ struct Shape {
 /// "12", "12 x 3".
 std::string to_string(const Shape& shape);
 
+/// Of every format: the root attribute `version` (docs/formats.md).
+inline constexpr int kFileVersion = 1;
+
 /// Wildcard in the shape a reader expects.
 inline constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
 
@@ -83,8 +86,7 @@ inline constexpr std::string_view kAnyUnit = "*";
 /// Throws Error naming the file, and the data set where one is concerned.
 class Writer {
  public:
-  Writer(const std::filesystem::path& path, std::string_view schema, int version,
-         const Attributes& attributes);
+  Writer(const std::filesystem::path& path, std::string_view schema, const Attributes& attributes);
 
   /// Data sets by path, "rows/force"; groups are made as needed. data: shape.count() values.
   void numbers(const std::string& name, std::string_view unit, const double* data, Shape shape);
@@ -127,8 +129,8 @@ class Reader {
   /// Opens any HDF5 file. Throws Error when it is missing, no HDF5 file or cut short.
   Reader(const std::filesystem::path& path, std::string remedy);
 
-  /// Throws Error unless the root says `schema` and a version 1..newest.
-  void expect(std::string_view schema, int newest) const;
+  /// Throws Error unless the root says `schema` and kFileVersion.
+  void expect(std::string_view schema) const;
 
   bool has(const std::string& name) const;
   /// Values row by row. shape: what is expected, kAny where free (`columns` kAny: two-dimensional).

@@ -76,19 +76,14 @@ Error Reader::error(const std::string& name, const std::string& what) const {
   return Error(path_.string() + (name.empty() ? "" : ":" + name), what, remedy_);
 }
 
-void Reader::expect(std::string_view schema, int newest) const {
+void Reader::expect(std::string_view schema) const {
   const std::string found = has_attribute("", "schema") ? text_attribute("", "schema") : "";
   if (found != schema)
     throw error("", (found.empty() ? "has no schema" : "holds `" + found + "`") + ", not `" +
                         std::string(schema) + "`");
   const std::int64_t version = integer_attribute("", "version");
-  if (version > newest)
-    throw Error(
-        path_.string(),
-        fmt::format("was written by a newer Palpate (version {}; this program reads up to {})",
-                    version, newest),
-        "Use a newer Palpate, or make the file again with this one.");
-  if (version < 1) throw error("", fmt::format("version {} does not exist", version));
+  if (version != kFileVersion)
+    throw error("", fmt::format("has version {}, not {}", version, kFileVersion));
 }
 
 // Every step of the path must be a hard link: soft and external links lead to other places.

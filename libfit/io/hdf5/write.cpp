@@ -79,14 +79,14 @@ PackedStrings pack(const std::vector<std::string>& values, const std::string& wh
 
 }  // namespace
 
-Writer::Writer(const std::filesystem::path& path, std::string_view schema, int version,
+Writer::Writer(const std::filesystem::path& path, std::string_view schema,
                const Attributes& attributes)
     : path_(path), stored_(path) {
   silence();
   file_ = new_file(stored_.partial_path());
   check(file_.id(), "", "cannot be written");
   attribute("", "schema", schema);
-  attribute("", "version", version);
+  attribute("", "version", kFileVersion);
   for (const auto& [name, value] : attributes) attribute("", name, value);
 }
 

@@ -164,7 +164,7 @@ TEST_F(ImportersTest, invalid_rows_are_skipped_and_counted_on_request) {
 }
 
 TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
-  h5::Writer writer(at("a.h5"), "rig", 1, {});
+  h5::Writer writer(at("a.h5"), "rig", {});
   const std::vector<double> t{0, 1, 2}, x{0, 0, 0, 1, 2, 3, 4, 5, 6}, f{1, 2, 3};
   writer.numbers("run/t", "s", t.data(), {3, 0});
   writer.numbers("run/x", "mm", x.data(), {3, 3});
