@@ -98,10 +98,22 @@ inline SmallStrain of_young_and_poisson(std::span<const double> values) {
   return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
 }
 
-inline Refusal refuse_young_and_poisson(std::span<const double> values) {
-  if (const Refusal refusal = must_be_positive("young", values[0], "Pa"); refusal.is_refused())
-    return refusal;
-  return refuse_poisson(values[1]);
-}
+/// What laws of Young's modulus and Poisson's ratio have in common. constants: mu, lambda [Pa],
+/// unless the law has others.
+struct YoungPoissonLaw {
+  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
+  static constexpr int kConstants = 2;
+
+  static Refusal refusal(std::span<const double> values) {
+    if (const Refusal refusal = must_be_positive("young", values[0], "Pa"); refusal.is_refused())
+      return refusal;
+    return refuse_poisson(values[1]);
+  }
+  static LawConstants constants(std::span<const double> values) {
+    const SmallStrain hooke = of_young_and_poisson(values);
+    return {hooke.mu_Pa, hooke.lambda_Pa};
+  }
+  static SmallStrain small_strain(const LawConstants& c) { return {c[0], c[1]}; }
+};
 
 }  // namespace palpate::fem

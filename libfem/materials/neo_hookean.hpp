@@ -7,25 +7,13 @@
 #include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
-
 /// Compressible neo-Hookean laws W = mu/2 (I1 - 3) - mu ln J + U(J), Lame's lambda being the
 /// modulus of U. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis
 /// (2008), 6.4.3. constants: mu, lambda [Pa]. Matrices are 9 scalars, row major.
 template <class Volume>
-struct CompressibleNeoHookean {
-  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
-  static constexpr int kConstants = 2;
+struct CompressibleNeoHookean : YoungPoissonLaw {
   static constexpr bool kSplitsVolume = true;
   static constexpr bool kToleratesInversion = false;
-
-  static Refusal refusal(std::span<const double> values) {
-    return refuse_young_and_poisson(values);
-  }
-  static LawConstants constants(std::span<const double> values) {
-    const SmallStrain hooke = of_young_and_poisson(values);
-    return {hooke.mu_Pa, hooke.lambda_Pa};
-  }
-  static SmallStrain small_strain(const LawConstants& c) { return {c[0], c[1]}; }
 
   /// U(J); the part -mu ln J stays with the shear.
   template <class S>

@@ -9,13 +9,7 @@ namespace palpate::fem {
 /// constants: bulk modulus K, mu/2 [Pa].
 /// Source: Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7.
 template <class Volume>
-struct IsochoricNeoHookean : IsochoricLaw<IsochoricNeoHookean<Volume>, Volume> {
-  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
-  static constexpr int kConstants = 2;
-
-  static Refusal refusal(std::span<const double> values) {
-    return refuse_young_and_poisson(values);
-  }
+struct IsochoricNeoHookean : IsochoricLaw<IsochoricNeoHookean<Volume>, Volume>, YoungPoissonLaw {
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);
     return {hooke.bulk_Pa(), hooke.mu_Pa / 2};

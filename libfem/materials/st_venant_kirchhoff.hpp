@@ -6,31 +6,19 @@
 #include "libfem/materials/law_types.hpp"
 
 namespace palpate::fem {
-
 /// St Venant-Kirchhoff law W = lambda/2 (tr E)^2 + mu E:E of Green's strain E: Hooke's law under
 /// large rotations. For strains to about 10 %: compressed along one axis below 1/sqrt(3) of its
 /// length it softens, and its energy stays finite as the volume goes; +inf where J <= 0 all the
 /// same. constants: mu, lambda [Pa]. geometric_scale: scales the part of the tangent that carries
 /// the stress; 1 is exact, 0 positive semidefinite everywhere. Source: Bonet and Wood, Nonlinear
 /// Continuum Mechanics for Finite Element Analysis (2008), 6.3.
-struct StVenantKirchhoff {
+struct StVenantKirchhoff : YoungPoissonLaw {
   static constexpr std::string_view kName = "st-venant-kirchhoff";
   static constexpr std::string_view kSummary =
       "W = lambda/2 (tr E)^2 + mu E:E of Green's strain; strains to about 10 %";
-  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
-  static constexpr int kConstants = 2;
   static constexpr bool kToleratesInversion = false;
   /// The bulk modulus multiplies tr E, which is no function of J.
   static constexpr bool kSplitsVolume = false;
-
-  static Refusal refusal(std::span<const double> values) {
-    return refuse_young_and_poisson(values);
-  }
-  static LawConstants constants(std::span<const double> values) {
-    const SmallStrain hooke = of_young_and_poisson(values);
-    return {hooke.mu_Pa, hooke.lambda_Pa};
-  }
-  static SmallStrain small_strain(const LawConstants& c) { return {c[0], c[1]}; }
 
   template <class S>
   static PALPATE_INLINE void volumetric(const S*, const S& dilation, S& U, S& U1, S& U2) {

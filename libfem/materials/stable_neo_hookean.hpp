@@ -5,7 +5,6 @@
 #include "libfem/materials/volume_forms.hpp"
 
 namespace palpate::fem {
-
 /// Neo-Hookean law that stays finite and smooth when elements turn inside out,
 ///   W = m/2 (I1 - 3) - m/2 ln((I1 + 1)/4) + l/2 (J - 1)^2 - 3 m/4 (J - 1),
 /// with m = 4/3 mu and l = lambda + 5/6 mu, so that small strains follow Hooke's law with mu and
@@ -14,18 +13,13 @@ namespace palpate::fem {
 /// of the tangent that carries the second derivative of J; 1 is exact, 0 positive semidefinite
 /// everywhere. Source: Smith, de Goes and Kim 2018, doi:10.1145/3180491, equations (14) to (16)
 /// less their constant, so that W = 0 at rest.
-struct StableNeoHookean {
+struct StableNeoHookean : YoungPoissonLaw {
   static constexpr std::string_view kName = "stable-neo-hookean";
   static constexpr std::string_view kSummary =
       "Neo-Hookean of Smith, de Goes and Kim, finite when turned inside out; strains to about 50 %";
-  static constexpr std::span<const ParameterRow> kParameters = kYoungPoisson;
-  static constexpr int kConstants = 2;
   static constexpr bool kSplitsVolume = true;
   static constexpr bool kToleratesInversion = true;
 
-  static Refusal refusal(std::span<const double> values) {
-    return refuse_young_and_poisson(values);
-  }
   static LawConstants constants(std::span<const double> values) {
     const SmallStrain hooke = of_young_and_poisson(values);
     return {4 * hooke.mu_Pa / 3, hooke.lambda_Pa + 5 * hooke.mu_Pa / 6};

@@ -70,6 +70,42 @@ std::optional<T> parse(std::string_view word) {
 
 }  // namespace
 
+std::optional<NumberType> number_type(std::string_view name) {
+  using enum NumberType;
+  constexpr std::pair<NumberType, std::string_view> kNames[] = {
+      {int8, "char"},
+      {int8, "int8"},
+      {int8, "signed_char"},
+      {uint8, "uchar"},
+      {uint8, "uint8"},
+      {uint8, "unsigned_char"},
+      {int16, "short"},
+      {int16, "int16"},
+      {uint16, "ushort"},
+      {uint16, "uint16"},
+      {uint16, "unsigned_short"},
+      {int32, "int"},
+      {int32, "int32"},
+      {int32, "vtkIdType"},
+      {uint32, "uint"},
+      {uint32, "uint32"},
+      {uint32, "unsigned_int"},
+      {int64, "long"},
+      {int64, "int64"},
+      {uint64, "uint64"},
+      {uint64, "unsigned_long"},
+      {float32, "float"},
+      {float32, "float32"},
+      {float64, "double"},
+      {float64, "float64"},
+  };
+  constexpr std::string_view kPrefix = "vtktype";
+  if (same_word(name.substr(0, kPrefix.size()), kPrefix)) name.remove_prefix(kPrefix.size());
+  for (const auto& [type, known] : kNames)
+    if (same_word(name, known)) return type;
+  return std::nullopt;
+}
+
 std::size_t size_of(NumberType type) {
   return with_type(type, [](auto number) { return sizeof(number); });
 }

@@ -28,6 +28,9 @@ enum class NumberType {
   float64
 };
 
+/// The type that PLY, VTK or C calls so, in any case; none unless one does.
+std::optional<NumberType> number_type(std::string_view name);
+
 /// Bytes that a number of this type takes in binary.
 std::size_t size_of(NumberType type);
 

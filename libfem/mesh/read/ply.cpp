@@ -8,21 +8,6 @@
 namespace palpate::mesh_read {
 namespace {
 
-struct TypeName {
-  std::string_view name;
-  NumberType type;
-};
-constexpr TypeName kTypeNames[] = {
-    {"char", NumberType::int8},      {"int8", NumberType::int8},
-    {"uchar", NumberType::uint8},    {"uint8", NumberType::uint8},
-    {"short", NumberType::int16},    {"int16", NumberType::int16},
-    {"ushort", NumberType::uint16},  {"uint16", NumberType::uint16},
-    {"int", NumberType::int32},      {"int32", NumberType::int32},
-    {"uint", NumberType::uint32},    {"uint32", NumberType::uint32},
-    {"float", NumberType::float32},  {"float32", NumberType::float32},
-    {"double", NumberType::float64}, {"float64", NumberType::float64},
-};
-
 struct Property {
   std::string name;
   NumberType type;
@@ -41,9 +26,7 @@ struct Header {
 };
 
 NumberType read_type(Cursor& file) {
-  const std::string_view word = file.word();
-  for (const TypeName& row : kTypeNames)
-    if (row.name == word) return row.type;
+  if (const auto type = number_type(file.word())) return *type;
   file.fail("not a number type of PLY");
 }
 

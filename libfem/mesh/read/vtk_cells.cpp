@@ -7,27 +7,6 @@
 namespace palpate::mesh_read {
 namespace {
 
-struct TypeName {
-  std::string_view name;
-  NumberType type;
-};
-constexpr TypeName kTypeNames[] = {
-    {"char", NumberType::int8},           {"Int8", NumberType::int8},
-    {"signed_char", NumberType::int8},    {"vtktypeint8", NumberType::int8},
-    {"unsigned_char", NumberType::uint8}, {"UInt8", NumberType::uint8},
-    {"vtktypeuint8", NumberType::uint8},  {"short", NumberType::int16},
-    {"Int16", NumberType::int16},         {"unsigned_short", NumberType::uint16},
-    {"UInt16", NumberType::uint16},       {"int", NumberType::int32},
-    {"Int32", NumberType::int32},         {"vtktypeint32", NumberType::int32},
-    {"unsigned_int", NumberType::uint32}, {"UInt32", NumberType::uint32},
-    {"long", NumberType::int64},          {"Int64", NumberType::int64},
-    {"vtktypeint64", NumberType::int64},  {"unsigned_long", NumberType::uint64},
-    {"UInt64", NumberType::uint64},       {"vtktypeuint64", NumberType::uint64},
-    {"vtkIdType", NumberType::int32},     {"float", NumberType::float32},
-    {"Float32", NumberType::float32},     {"double", NumberType::float64},
-    {"Float64", NumberType::float64},
-};
-
 // Calls use(cell, corners) with each cell's corners as indices into the whole mesh's points.
 template <typename Use>
 void for_each_cell(const VtkCells& cells, std::size_t base, const Cursor& cursor, Use use) {
@@ -61,12 +40,6 @@ CellKind kind_of(std::int64_t type) {
 }
 
 }  // namespace
-
-std::optional<NumberType> vtk_number_type(std::string_view name) {
-  for (const TypeName& row : kTypeNames)
-    if (row.name == name) return row.type;
-  return std::nullopt;
-}
 
 void add_polygons(RawSurface& surface, const VtkCells& cells, std::size_t base,
                   const Cursor& cursor) {

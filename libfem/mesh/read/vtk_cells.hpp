@@ -13,9 +13,6 @@ struct VtkCells {
   std::vector<std::int64_t> connectivity;
 };
 
-/// Whether numbers of this name (vtktypeint64 and C names in legacy files, Int64 in XML) are known.
-std::optional<NumberType> vtk_number_type(std::string_view name);
-
 /// Adds polygons as fans; point indices start at `base` of the mesh's points.
 /// These throw through `cursor` when offsets fall or overrun, or indices are out of range.
 void add_polygons(RawSurface& surface, const VtkCells& cells, std::size_t base,

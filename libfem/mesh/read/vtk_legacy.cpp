@@ -9,7 +9,7 @@ namespace {
 
 NumberType read_type(Cursor& file) {
   const std::string_view name = file.word_on_line();
-  if (const auto type = vtk_number_type(name)) return *type;
+  if (const auto type = number_type(name)) return *type;
   file.fail(quoted(name) + " is not a number type of VTK");
 }
 

@@ -27,7 +27,7 @@ VtkArray read_array_tag(const XmlTag& tag, std::string section, const Cursor& fi
   array.name = attribute(tag, "Name");
   array.format = attribute(tag, "format");
   array.content = tag.after;
-  const auto type = vtk_number_type(attribute(tag, "type"));
+  const auto type = number_type(attribute(tag, "type"));
   if (!type) file.fail("array '" + array.name + "' is of no number type of VTK");
   array.type = *type;
   if (array.format == "appended") {
