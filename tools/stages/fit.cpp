@@ -1,5 +1,7 @@
 #include "tools/stages/fit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 

@@ -1,4 +1,4 @@
-#include "libfit/recordings/placing/assemble.hpp"
+#include "libfit/recordings/placing/place.hpp"
 
 #include <fmt/core.h>
 
