@@ -51,8 +51,9 @@ const std::vector<Row> kLayers{
 const std::vector<Row> kRooms{
     {"tools/build_identity", {}},
     {"tools/console", {}},
-    {"tools/command", {"tools/console"}},
+    {"tools/outputs", {}},
     {"tools/scene", {}},
+    {"tools/command", {"tools/console", "tools/outputs", "tools/scene"}},
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
     {"tools/realtime", {"tools/console"}},

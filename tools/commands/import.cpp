@@ -29,9 +29,9 @@ class Import final : public Command {
   explicit Import(Arguments& arguments) {
     arguments.positional("manifest", manifest_,
                          "Manifest of the recordings and how to read them, manifest.toml");
-    arguments.option("-o,--output", output_,
+    arguments.output("-o,--output", output_,
                      "samples.h5 to write, with samples.import.csv, .json and .journal beside it",
-                     true);
+                     {kSamplesSchema.name});
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", drop_invalid_,

@@ -13,7 +13,7 @@ class Refine final : public Command {
     arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
     arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
                      true);
-    arguments.option("-o,--output", output_, "model.h5 to write", true);
+    arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
   }
 
   int run() override {

@@ -6,6 +6,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -36,6 +37,7 @@ class Run final : public Command {
   int run() override {
     scene_ = open_scene(scene_path_);
     check_choices(scene_);
+    output_.emplace(folder_);
     prepare();
     simulate();
     fit();
@@ -67,6 +69,7 @@ class Run final : public Command {
     const bool is_new = is_stale("prepare", output, stored_in_hdf5(output), wanted);
     body_ = is_new ? prepare_body(scene_, false) : read_body(output);
     check_experiments(scene_, body_);
+    output_->claim();
     // A body that is up to date still says how experiments are made on it now.
     const Settings settings = settings_of(scene_);
     const ProbeSpec& probe = scene_.probe.spec;
@@ -75,7 +78,6 @@ class Run final : public Command {
       return;
     body_.settings = settings;
     body_.probe = probe;
-    fs::create_directories(folder_);
     write_body(output, body_, {{kInputsAttribute, wanted}});
   }
 
@@ -185,6 +187,7 @@ class Run final : public Command {
   std::string scene_path_, folder_;
   int jobs_ = 0;
   bool force_ = false;
+  std::optional<OutputFolder> output_;
   Scene scene_;
   Body body_;
   int stages_done_ = 0;

@@ -16,7 +16,7 @@ class Simulate final : public Command {
  public:
   explicit Simulate(Arguments& arguments) {
     arguments.positional("input", input_, "Scene to read, scene.toml, or the body.h5 made from it");
-    arguments.option("-o,--output", output_, "samples.h5 to write", true);
+    arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
     arguments.option("--points", points_,
                      "Table of points in metres to experiment at, P.csv: x_m,y_m,z_m[,nx,ny,nz]");
     arguments.option(

@@ -2,10 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"
 #include "tools/scene/toml_table.hpp"
@@ -248,11 +246,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
 }
 
 Scene read_scene(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw Error(path.string(), "the scene cannot be read", "Check the name and the permissions.");
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return parse_scene(text, path);
+  return parse_scene(read_whole_file(path), path);
 }
 
 }  // namespace palpate::tools

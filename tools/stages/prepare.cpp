@@ -18,6 +18,7 @@
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/stages/plausibility.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -213,6 +214,7 @@ void check_experiments(const Scene& scene, const Body& body) {
   } catch (const Error& e) {
     throw in_scene(e);
   }
+  say_plausibility(scene, body);
   const double thinnest_m = extent_m(body.surface.vertices).minCoeff();
   if (scene.experiments.each.depth_m >= thinnest_m)
     throw Error(file + ": [experiments] depth",
