@@ -59,7 +59,14 @@ void mend(const Scene& scene, bool surface_only, Body& body, const std::string& 
   options.allow_open = surface_only;
   options.wrap = scene.body.wrap_m.has_value();
   options.wrap_alpha_m = scene.body.wrap_m.value_or(0);
-  Mended mended = mend_surface(body.surface, options, file);
+  Mended mended;
+  try {
+    mended = mend_surface(body.surface, options, file);
+  } catch (const Error& e) {
+    if (options.wrap || !e.remedy().ends_with("wrap it.")) throw;
+    throw Error(e.where(), e.fact(),
+                e.remedy() + " wrap = \"2 mm\" in [body] fills gaps narrower than that.");
+  }
   for (const std::string& change : mended.changes) {
     say("  mended: {}", change);
     body.mended.push_back(change);

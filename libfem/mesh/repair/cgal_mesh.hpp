@@ -25,8 +25,7 @@ inline CgalPoint to_cgal(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 inline CgalMesh to_cgal(const Surface& surface) {
   const SurfaceFacts facts = surface_facts(surface);
   const auto refuse = []() {
-    throw Error("surface", "is not manifold and oriented, which this repair needs",
-                "Wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than that.");
+    throw Error("surface", "is not manifold and oriented, which this repair needs", "Wrap it.");
   };
   if (!facts.is_manifold || !facts.is_oriented || facts.triangles == 0) refuse();
   CgalMesh mesh;

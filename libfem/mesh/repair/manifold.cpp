@@ -96,8 +96,7 @@ void agree_on_sides(Soup& soup, const std::vector<Glue>& glues, const std::strin
                       "the surface has only one side (a Moebius strip) at " +
                           name_faces(soup, {sheet[i], n.face}) + ", near " +
                           coordinates(soup.points[static_cast<std::size_t>(soup.faces[n.face][0])]),
-                      "Remove inner sheets in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] "
-                      "fills gaps narrower than that.");
+                      "Remove inner sheets in a mesh editor, or wrap it.");
         }
       }
     if (2 * turned > sheet.size())

@@ -22,9 +22,7 @@ constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
 constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
 constexpr std::size_t kMaxCrossings = 200;
-constexpr const char* kWrapHint =
-    "Repair it in a mesh editor, or wrap it: wrap = \"2 mm\" in [body] fills gaps narrower than "
-    "that.";
+constexpr const char* kWrapHint = "Repair it in a mesh editor, or wrap it.";
 
 void check_input(const Surface& surface, const std::string& where) {
   if (surface.triangles.rows() == 0)

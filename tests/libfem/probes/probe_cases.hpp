@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -27,6 +28,7 @@ struct ProbeCase {
   double thin_m, spacing_m;
   std::function<Vec3(std::mt19937&)> surface;
 };
+inline void PrintTo(const ProbeCase& probe, std::ostream* out) { *out << probe.name; }
 
 inline ProbeSpec spec_of(const std::string& shape,
                          std::map<std::string, std::vector<double>, std::less<>> values) {

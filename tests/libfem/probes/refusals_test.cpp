@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "libfit/core/error.hpp"
 #include "probe_cases.hpp"
 
@@ -15,6 +17,15 @@ std::string message_of(const ProbeSpec& spec) {
   return "accepted";
 }
 
+// All shapes, or those that take a key.
+std::string shapes_with(std::string_view key) {
+  std::string names;
+  for (const ShapeRow& row : probe_shapes())
+    if (key.empty() || std::ranges::count(probe_keys(row), key) > 0)
+      names += (names.empty() ? "" : ", ") + std::string(row.name);
+  return names;
+}
+
 std::string message_of(const Surface& surface, double smoothing_m = 0) {
   ProbeSpec spec;
   spec.shape = "mesh";
@@ -25,8 +36,7 @@ std::string message_of(const Surface& surface, double smoothing_m = 0) {
 
 TEST(ProbeRefusals, name_the_number_and_the_known_shapes) {
   EXPECT_EQ(message_of(spec_of("spear", {})),
-            "[probe]: unknown probe shape \"spear\"\n"
-            "  Use one of: sphere, flat, capsule, cone, ellipsoid, mesh.");
+            "[probe]: unknown probe shape \"spear\"\n  Use one of: " + shapes_with("") + ".");
   EXPECT_EQ(message_of(sphere_spec(0)),
             "[probe]: radius must be positive, not 0.000000 m\n"
             "  Give it with its unit, for example radius = \"5 mm\".");
@@ -47,7 +57,8 @@ TEST(ProbeRefusals, a_key_of_another_shape_says_whose_it_is) {
   spec.orientation = Vec3::UnitX();
   EXPECT_EQ(message_of(spec),
             "[probe]: shape \"sphere\" has no orientation\n"
-            "  orientation belongs to shape capsule, ellipsoid, mesh. A sphere takes radius.");
+            "  orientation belongs to shape " +
+                shapes_with("orientation") + ". A sphere takes radius.");
 }
 
 TEST(ProbeRefusals, a_missing_key_is_shown_as_it_is_written) {
