@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <concepts>
 #include <cstring>
 #include <utility>
 
@@ -14,33 +15,48 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 5\n";   // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 6\n";   // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
+// What an entry holds, for writing and for reading.
+template <class Archive, class T>
+requires std::same_as<std::remove_const_t<T>, Conditioned>
+void fields(Archive& archive, T& r) {
+  archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.error_N, r.torque_Nm,
+          r.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact_travel_m,
+          r.contact_deviation_m, r.estimator, r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa,
+          r.apparent_Pa, r.grade, r.reasons, r.dropped_rows, r.tip_radius_m);
+}
+template <class Archive, class T>
+requires std::same_as<std::remove_const_t<T>, Failure>
+void fields(Archive& archive, T& failure) { archive(failure.where, failure.what, failure.remedy); }
+
 // Values one after another, native order: a journal does not travel between machines.
-class Writer {
- public:
-  template <class T>
-  Writer& plain(const T& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-    return *this;
-  }
-  Writer& text(std::string_view value) {
-    plain<std::uint64_t>(value.size());
-    bytes.append(value);
-    return *this;
-  }
-  template <class Matrix>
-  Writer& numbers(const Matrix& values) {
-    plain<std::uint64_t>(static_cast<std::uint64_t>(values.rows()));
-    bytes.append(reinterpret_cast<const char*>(values.data()),
-                 static_cast<std::size_t>(values.size()) * sizeof(double));
-    return *this;
-  }
-  Writer& place(const std::optional<Vec3>& value) {
-    return plain<char>(value.has_value()).plain(value.value_or(Vec3::Zero()));
-  }
+struct Writer {
   std::string bytes;
+
+  template <class... T>
+  void operator()(const T&... values) {
+    (put(values), ...);
+  }
+  template <class T>
+  void put(const T& value) {
+    if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    } else if constexpr (requires { fields(*this, value); }) {
+      fields(*this, value);
+    } else if constexpr (requires { value.has_value(); }) {
+      put(value.has_value());
+      if (value) put(*value);
+    } else if constexpr (requires { value.rows(); }) {
+      put(static_cast<std::uint64_t>(value.rows()));
+      bytes.append(reinterpret_cast<const char*>(value.data()),
+                   static_cast<std::size_t>(value.size()) * sizeof(double));
+    } else {
+      put(static_cast<std::uint64_t>(value.size()));
+      for (const auto& item : value) put(item);
+    }
+  }
 };
 
 class Reader {
@@ -48,37 +64,48 @@ class Reader {
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
   bool is_bad = false;
 
+  std::string_view rest() const { return rest_; }
   template <class T>
-  T plain() {
+  T next() {
     T value{};
-    if (const auto part = take(sizeof value); !part.empty())
-      std::memcpy(static_cast<void*>(&value), part.data(), sizeof value);
+    get(value);
     return value;
   }
-  std::string_view view() { return take(count(1)); }
-  std::string_view rest() const { return rest_; }
-  std::string text() { return std::string(view()); }
-  template <class Matrix>
-  void numbers(Matrix& values) {
-    const auto rows =
-        static_cast<Eigen::Index>(count(sizeof(double) * static_cast<std::size_t>(values.cols())));
-    values.resize(rows, values.cols());
-    const auto part = take(static_cast<std::size_t>(values.size()) * sizeof(double));
-    if (!part.empty()) std::memcpy(values.data(), part.data(), part.size());
+  std::string_view text() { return take(count(1)); }
+  template <class... T>
+  void operator()(T&... values) {
+    (get(values), ...);
   }
-  std::optional<Vec3> place() {
-    const bool is_there = plain<char>() != 0;
-    Vec3 value;
-    for (int k = 0; k < 3; ++k) value[k] = plain<double>();
-    return is_there ? std::optional(value) : std::nullopt;
+
+ private:
+  template <class T>
+  void get(T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      value = next<char>() != 0;
+    } else if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+      if (const auto part = take(sizeof value); !part.empty())
+        std::memcpy(&value, part.data(), sizeof value);
+    } else if constexpr (requires { fields(*this, value); }) {
+      fields(*this, value);
+    } else if constexpr (requires { value.has_value(); }) {
+      if (next<bool>()) get(value.emplace());
+    } else if constexpr (requires { value.rows(); }) {
+      const std::size_t row_bytes = sizeof(double) * static_cast<std::size_t>(value.cols());
+      value.resize(static_cast<Eigen::Index>(count(row_bytes)), value.cols());
+      const auto part = take(static_cast<std::size_t>(value.size()) * sizeof(double));
+      if (!part.empty()) std::memcpy(value.data(), part.data(), part.size());
+    } else {
+      constexpr std::size_t kLeastBytes = 8;  // of an item that is no number
+      using Item = typename T::value_type;
+      value.resize(count(std::is_class_v<Item> ? kLeastBytes : sizeof(Item)));
+      for (auto& item : value) get(item);
+    }
   }
   std::size_t count(std::size_t bytes_each) {
-    const auto n = plain<std::uint64_t>();
-    if (n > kMaxCount || n * bytes_each > rest_.size()) {
-      is_bad = true;
-      return 0;
-    }
-    return static_cast<std::size_t>(n);
+    const auto n = next<std::uint64_t>();
+    if (n <= kMaxCount && n * bytes_each <= rest_.size()) return static_cast<std::size_t>(n);
+    is_bad = true;
+    return 0;
   }
   std::string_view take(std::size_t bytes) {
     if (bytes > rest_.size()) {
@@ -91,90 +118,25 @@ class Reader {
     return part;
   }
 
- private:
   std::string_view rest_;
 };
 
-void write(Writer& w, const Conditioned& r) {
-  w.text(r.name).plain(r.is_axial).numbers(r.deflection_m).numbers(r.force_N).numbers(r.error_N);
-  w.numbers(r.torque_Nm).plain(r.is_force_from_signal);
-  w.plain<std::uint64_t>(r.status.size());
-  for (const RowStatus status : r.status) w.plain(status);
-  w.place(r.contact_m).place(r.inward);
-  w.plain(r.contact_travel_m)
-      .plain(r.contact_deviation_m)
-      .text(r.estimator)
-      .plain(r.speed_m_s)
-      .plain(r.noise_N);
-  w.plain(r.hysteresis).plain(r.young_Pa).plain(r.apparent_Pa).plain(r.grade);
-  w.plain<std::uint64_t>(r.reasons.size());
-  for (const std::string& reason : r.reasons) w.text(reason);
-  w.plain<std::uint64_t>(r.dropped_rows).plain(r.tip_radius_m);
-}
-
-Conditioned read_recording(Reader& in) {
-  Conditioned r;
-  r.name = in.text();
-  r.is_axial = in.plain<bool>();
-  in.numbers(r.deflection_m);
-  in.numbers(r.force_N);
-  in.numbers(r.error_N);
-  in.numbers(r.torque_Nm);
-  r.is_force_from_signal = in.plain<bool>();
-  r.status.resize(in.count(1));
-  for (RowStatus& status : r.status) status = in.plain<RowStatus>();
-  r.contact_m = in.place();
-  r.inward = in.place();
-  r.contact_travel_m = in.plain<double>();
-  r.contact_deviation_m = in.plain<double>();
-  r.estimator = in.text();
-  r.speed_m_s = in.plain<double>();
-  r.noise_N = in.plain<double>();
-  r.hysteresis = in.plain<double>();
-  r.young_Pa = in.plain<double>();
-  r.apparent_Pa = in.plain<double>();
-  r.grade = in.plain<Grade>();
-  r.reasons.resize(in.count(8));
-  for (std::string& reason : r.reasons) reason = in.text();
-  r.dropped_rows = in.plain<std::uint64_t>();
-  r.tip_radius_m = in.plain<double>();
-  return r;
-}
-
 std::string entry_of(const std::string& key, const std::string& stamp, const ItemResult& result) {
-  Writer w;
-  w.text(key).text(stamp).text(result.hash).plain<char>(result.failure.has_value());
-  if (result.failure)
-    w.text(result.failure->where).text(result.failure->what).text(result.failure->remedy);
-  w.plain<std::uint64_t>(result.recordings.size());
-  for (const Conditioned& recording : result.recordings) write(w, recording);
-  Writer framed;
-  framed.text(w.bytes);
-  framed.plain(hash_of(w.bytes));
+  Writer w, framed;
+  w(key, stamp, result.hash, result.failure, result.recordings);
+  framed(w.bytes, hash_of(w.bytes));
   return framed.bytes;
-}
-
-ItemResult read_result(Reader& in) {
-  ItemResult result;
-  result.hash = in.text();
-  if (in.plain<char>()) {
-    result.failure.emplace();
-    result.failure->where = in.text();
-    result.failure->what = in.text();
-    result.failure->remedy = in.text();
-  }
-  result.recordings.resize(in.count(16));
-  for (Conditioned& recording : result.recordings) recording = read_recording(in);
-  result.is_done = result.is_reused = true;
-  return result;
 }
 
 // Nothing of no bytes, or of bytes that are no result.
 std::optional<ItemResult> parsed(std::string_view bytes) {
   if (bytes.empty()) return std::nullopt;
   Reader in(bytes);
-  ItemResult result = read_result(in);
-  return in.is_bad ? std::nullopt : std::optional(std::move(result));
+  ItemResult result;
+  in(result.hash, result.failure, result.recordings);
+  if (in.is_bad) return std::nullopt;
+  result.is_done = result.is_reused = true;
+  return result;
 }
 
 Error cannot_keep(const std::filesystem::path& path) {
@@ -192,13 +154,13 @@ Journal::Journal(const std::filesystem::path& path) : path_(path) {
       bytes_ = kMagic.size();
       while (true) {
         Reader in(std::string_view(before_).substr(bytes_));
-        const std::string_view body = in.view();
-        const auto hash = in.plain<std::uint64_t>();
+        const std::string_view body = in.text();
+        const auto hash = in.next<std::uint64_t>();
         if (in.is_bad || body.empty() || hash_of(body) != hash) break;
         const std::size_t length = 2 * sizeof(std::uint64_t) + body.size();
         bytes_ += length;
         Reader entry(body);
-        const std::string key = entry.text(), stamp = entry.text();
+        const auto key = entry.next<std::string>(), stamp = entry.next<std::string>();
         if (entry.is_bad) continue;
         if (!stamp.empty()) key_of_stamp_[stamp] = key;
         kept_[key] = {bytes_ - length, length, entry.rest(), false};
