@@ -8,10 +8,6 @@
 namespace palpate::h5 {
 namespace {
 
-Shape shape_of_matrix(Eigen::Index rows, Eigen::Index columns) {
-  return {static_cast<std::size_t>(rows), static_cast<std::size_t>(columns)};
-}
-
 constexpr double kUnitLengthTolerance = 1e-6;
 
 }  // namespace
@@ -43,18 +39,6 @@ Writer create(const std::filesystem::path& path, const FileSchema& schema,
   return Writer(path, schema.name, attributes);
 }
 
-Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan) {
-  const auto values = reader.numbers(name, unit, {rows, 3}, may_be_nan);
-  return Eigen::Map<const Points>(values.data(), static_cast<Eigen::Index>(values.size() / 3), 3);
-}
-
-Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan) {
-  const auto values = reader.numbers(name, unit, {rows, 0}, may_be_nan);
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
 Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
                     Eigen::Index rows, Eigen::Index columns, bool may_be_nan) {
   const auto values = reader.numbers(
@@ -62,19 +46,8 @@ Controls read_table(const Reader& reader, const std::string& name, std::string_v
   return Eigen::Map<const Controls>(values.data(), rows, columns);
 }
 
-Triangles read_triangles(const Reader& reader, const std::string& name, std::size_t rows) {
-  const auto values = reader.integers(name, kNoUnit, {rows, 3});
-  return Eigen::Map<const Triangles>(values.data(), static_cast<Eigen::Index>(values.size() / 3),
-                                     3);
-}
-
-std::vector<char> read_flags(const Reader& reader, const std::string& name, std::size_t rows) {
-  const auto values = reader.bytes(name, kNoUnit, {rows, 0});
-  return {values.begin(), values.end()};
-}
-
-std::vector<int> read_code_numbers(const Reader& reader, const std::string& column,
-                                   std::size_t rows, std::span<const std::string_view> names) {
+std::vector<int> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
+                            std::span<const std::string_view> names) {
   std::vector<std::string> listed(names.begin(), names.end());
   if (reader.has_attribute(column, "names")) listed = reader.texts_attribute(column, "names");
   std::vector<int> meanings, out;
@@ -92,35 +65,11 @@ std::vector<int> read_code_numbers(const Reader& reader, const std::string& colu
   return out;
 }
 
-void write_code_numbers(Writer& writer, const std::string& column,
-                        std::span<const std::int8_t> codes,
-                        std::span<const std::string_view> names) {
-  writer.bytes(column, kNoUnit, codes.data(), {codes.size(), 0});
-  writer.attribute(column, "names", std::vector<std::string>(names.begin(), names.end()));
-}
-
-void write_points(Writer& writer, const std::string& name, std::string_view unit,
-                  const Points& points) {
-  writer.numbers(name, unit, points.data(), shape_of_matrix(points.rows(), 3));
-}
-
-void write_vector(Writer& writer, const std::string& name, std::string_view unit,
-                  const Eigen::VectorXd& values) {
-  writer.numbers(name, unit, values.data(), shape_of_matrix(values.size(), 0));
-}
-
 void write_table(Writer& writer, const std::string& name, std::string_view unit,
                  const Controls& values) {
-  writer.numbers(name, unit, values.data(), shape_of_matrix(values.rows(), values.cols()));
-}
-
-void write_triangles(Writer& writer, const std::string& name, const Triangles& triangles) {
-  writer.integers(name, kNoUnit, triangles.data(), shape_of_matrix(triangles.rows(), 3));
-}
-
-void write_flags(Writer& writer, const std::string& name, const std::vector<char>& flags) {
-  const std::vector<std::int8_t> values(flags.begin(), flags.end());
-  writer.bytes(name, kNoUnit, values.data(), {values.size(), 0});
+  writer.numbers(
+      name, unit, values.data(),
+      {static_cast<std::size_t>(values.rows()), static_cast<std::size_t>(values.cols())});
 }
 
 void check_rows(const Complain& complain, const std::string& name, Eigen::Index found,
@@ -148,9 +97,8 @@ void check_indices(const Complain& complain, const std::string& name, const std:
           name, fmt::format("row {} holds index {}, not 0..{}", i / columns, indices[i], end - 1));
 }
 
-void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags,
-                 Eigen::Index rows) {
-  check_rows(complain, name, static_cast<Eigen::Index>(flags.size()), rows);
+void check_flags(const Complain& complain, const std::string& name,
+                 const std::vector<char>& flags) {
   const auto bad =
       std::find_if(flags.begin(), flags.end(), [](char f) { return f != 0 && f != 1; });
   if (bad != flags.end())
@@ -208,8 +156,9 @@ std::optional<ProbeSpec> read_probe(const Reader& reader) {
   probe.orientation = read_direction(reader, "probe/orientation");
   probe.heading = read_direction(reader, "probe/heading");
   if (reader.has("probe/mesh/vertices")) {
-    probe.mesh.vertices = read_points(reader, "probe/mesh/vertices", "m", kAny);
-    probe.mesh.triangles = read_triangles(reader, "probe/mesh/triangles", kAny);
+    ColumnReader in(reader);
+    in.first("probe/mesh/vertices", probe.mesh.vertices, {"m"});
+    in.first("probe/mesh/triangles", probe.mesh.triangles);
   }
   check(probe, complain_about(reader));
   return probe;
@@ -226,8 +175,9 @@ void write_probe(Writer& writer, const std::optional<ProbeSpec>& probe, const Co
                                         std::pair{"probe/heading", probe->heading}})
     if (direction) writer.numbers(name, kNoUnit, direction->data(), {3, 0});
   if (probe->mesh.vertices.rows() == 0) return;
-  write_points(writer, "probe/mesh/vertices", "m", probe->mesh.vertices);
-  write_triangles(writer, "probe/mesh/triangles", probe->mesh.triangles);
+  ColumnWriter out(writer);
+  out("probe/mesh/vertices", probe->mesh.vertices, {"m"});
+  out("probe/mesh/triangles", probe->mesh.triangles);
 }
 
 }  // namespace palpate::h5

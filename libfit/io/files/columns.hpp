@@ -29,59 +29,161 @@ Reader open(const std::filesystem::path& path, const FileSchema& schema);
 Writer create(const std::filesystem::path& path, const FileSchema& schema,
               const Attributes& attributes);
 
-/// rows: expected, or kAny.
-Points read_points(const Reader& reader, const std::string& name, std::string_view unit,
-                   std::size_t rows, bool may_be_nan = false);
-Eigen::VectorXd read_vector(const Reader& reader, const std::string& name, std::string_view unit,
-                            std::size_t rows, bool may_be_nan = false);
-Triangles read_triangles(const Reader& reader, const std::string& name, std::size_t rows);
+/// Codes of an enumeration, 0 on, by the names that the file lists for them, else by `names`.
+std::vector<int> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
+                            std::span<const std::string_view> names);
+
 /// rows x columns numbers.
 Controls read_table(const Reader& reader, const std::string& name, std::string_view unit,
                     Eigen::Index rows, Eigen::Index columns, bool may_be_nan = false);
-std::vector<char> read_flags(const Reader& reader, const std::string& name, std::size_t rows);
-
-/// Codes of an enumeration, 0 on, by the names that the file lists for them, else by `names`.
-std::vector<int> read_code_numbers(const Reader& reader, const std::string& column,
-                                   std::size_t rows, std::span<const std::string_view> names);
-void write_code_numbers(Writer& writer, const std::string& column,
-                        std::span<const std::int8_t> codes,
-                        std::span<const std::string_view> names);
-template <class Enum>
-std::vector<Enum> read_codes(const Reader& reader, const std::string& column, std::size_t rows,
-                             std::span<const std::string_view> names) {
-  std::vector<Enum> out;
-  for (const int code : read_code_numbers(reader, column, rows, names))
-    out.push_back(static_cast<Enum>(code));
-  return out;
-}
-template <class Enum>
-void write_codes(Writer& writer, const std::string& column, const std::vector<Enum>& values,
-                 std::span<const std::string_view> names) {
-  std::vector<std::int8_t> codes;
-  for (const Enum value : values) codes.push_back(static_cast<std::int8_t>(value));
-  write_code_numbers(writer, column, codes, names);
-}
-
-void write_points(Writer& writer, const std::string& name, std::string_view unit,
-                  const Points& points);
-void write_vector(Writer& writer, const std::string& name, std::string_view unit,
-                  const Eigen::VectorXd& values);
 void write_table(Writer& writer, const std::string& name, std::string_view unit,
                  const Controls& values);
-void write_triangles(Writer& writer, const std::string& name, const Triangles& triangles);
-void write_flags(Writer& writer, const std::string& name, const std::vector<char>& flags);
+
+/// How a column is kept. names: of its codes. is_optional: without rows it is not written.
+struct Kept {
+  std::string_view unit = kNoUnit;
+  bool may_be_nan = false;
+  std::span<const std::string_view> names = {};
+  bool is_optional = false;
+};
+
+template <class Column>
+Eigen::Index rows_of(const Column& column) {
+  if constexpr (requires { column.rows(); })
+    return column.rows();
+  else
+    return static_cast<Eigen::Index>(column.size());
+}
+
+// A file's columns are listed once, as calls f(name, column, kept) and, for the first column of
+// those with one number of rows, f.first(name, column, kept): false where the group is missing.
+// These read, write and check them.
+
+class ColumnReader {
+ public:
+  explicit ColumnReader(const Reader& in) : in_(in) {}
+
+  template <class Column>
+  bool first(const std::string& name, Column& column, const Kept& kept = {}) {
+    rows_ = kAny;
+    (*this)(name, column, kept);
+    rows_ = static_cast<std::size_t>(rows_of(column));
+    return !kept.is_optional || in_.has(name);
+  }
+  template <class Column>
+  void operator()(const std::string& name, Column& column, const Kept& kept = {}) const {
+    if (!kept.is_optional || in_.has(name)) get(name, column, kept);
+  }
+
+ private:
+  template <class Matrix>
+  requires requires { Matrix::ColsAtCompileTime; }
+  void get(const std::string& name, Matrix& out, const Kept& kept) const {
+    constexpr int kColumns = Matrix::ColsAtCompileTime;
+    const Shape shape{rows_, kColumns == 1 ? std::size_t{0} : std::size_t{kColumns}};
+    const auto fill = [&](const auto& values) {
+      const auto rows = static_cast<Eigen::Index>(values.size() / kColumns);
+      out = Eigen::Map<const Matrix>(values.data(), rows, kColumns);
+    };
+    if constexpr (std::is_same_v<typename Matrix::Scalar, double>)
+      fill(in_.numbers(name, kept.unit, shape, kept.may_be_nan));
+    else
+      fill(in_.integers(name, kept.unit, shape));
+  }
+  void get(const std::string& name, std::vector<std::string>& out, const Kept&) const {
+    out = in_.strings(name, rows_);
+  }
+  void get(const std::string& name, std::vector<std::int32_t>& out, const Kept& kept) const {
+    out = in_.integers(name, kept.unit, {rows_, 0});
+  }
+  void get(const std::string& name, std::vector<char>& out, const Kept& kept) const {
+    const auto values = in_.bytes(name, kept.unit, {rows_, 0});
+    out.assign(values.begin(), values.end());
+  }
+  template <class Code>
+  void get(const std::string& name, std::vector<Code>& out, const Kept& kept) const {
+    out.clear();
+    for (const int code : read_codes(in_, name, rows_, kept.names))
+      out.push_back(static_cast<Code>(code));
+  }
+
+  const Reader& in_;
+  std::size_t rows_ = kAny;
+};
+
+class ColumnWriter {
+ public:
+  explicit ColumnWriter(Writer& out) : out_(out) {}
+
+  template <class Column>
+  bool first(const std::string& name, const Column& column, const Kept& kept = {}) {
+    (*this)(name, column, kept);
+    return !kept.is_optional || rows_of(column) > 0;
+  }
+  template <class Column>
+  void operator()(const std::string& name, const Column& column, const Kept& kept = {}) {
+    if (kept.is_optional && rows_of(column) == 0) return;
+    put(name, column, kept);
+    if (!kept.names.empty())
+      out_.attribute(name, "names", std::vector<std::string>(kept.names.begin(), kept.names.end()));
+  }
+
+ private:
+  template <class Column>
+  void put(const std::string& name, const Column& column, const Kept& kept) {
+    const auto rows = static_cast<std::size_t>(rows_of(column));
+    if constexpr (requires { Column::ColsAtCompileTime; }) {
+      constexpr int kColumns = Column::ColsAtCompileTime;
+      const Shape shape{rows, kColumns == 1 ? std::size_t{0} : std::size_t{kColumns}};
+      if constexpr (std::is_same_v<typename Column::Scalar, double>)
+        out_.numbers(name, kept.unit, column.data(), shape);
+      else
+        out_.integers(name, kept.unit, column.data(), shape);
+    } else if constexpr (std::is_same_v<Column, std::vector<std::string>>) {
+      out_.strings(name, column);
+    } else if constexpr (std::is_same_v<Column, std::vector<std::int32_t>>) {
+      out_.integers(name, kept.unit, column.data(), {rows, 0});
+    } else {  // codes and flags
+      std::vector<std::int8_t> codes;
+      for (const auto code : column) codes.push_back(static_cast<std::int8_t>(code));
+      out_.bytes(name, kept.unit, codes.data(), {rows, 0});
+    }
+  }
+
+  Writer& out_;
+};
 
 /// Checks shared by readers and writers; they throw what `complain` makes.
 void check_rows(const Complain& complain, const std::string& name, Eigen::Index found,
                 Eigen::Index expected);
+/// Throws what `complain` makes where a column has other rows than the first of its group.
+class RowChecker {
+ public:
+  explicit RowChecker(const Complain& complain) : complain_(complain) {}
+
+  template <class Column>
+  bool first(const std::string&, const Column& column, const Kept& = {}) {
+    rows_ = rows_of(column);
+    return true;
+  }
+  template <class Column>
+  void operator()(const std::string& name, const Column& column, const Kept& kept = {}) const {
+    if (!kept.is_optional || rows_of(column) > 0)
+      check_rows(complain_, name, rows_of(column), rows_);
+  }
+
+ private:
+  const Complain& complain_;
+  Eigen::Index rows_ = 0;
+};
+
 void check_finite(const Complain& complain, const std::string& name, const Points& points);
 /// Every row has length 1 within 1e-6 (float32 sources pass).
 void check_unit_length(const Complain& complain, const std::string& name, const Points& vectors);
 /// Every index in [0, end).
 void check_indices(const Complain& complain, const std::string& name, const std::int32_t* indices,
                    Eigen::Index rows, Eigen::Index columns, Eigen::Index end);
-void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags,
-                 Eigen::Index rows);
+void check_flags(const Complain& complain, const std::string& name, const std::vector<char>& flags);
 
 /// The group `probe` of a file (docs/formats.md): shape, friction, the shape's numbers with their
 /// units, orientation and heading, mesh. Nothing where the file has none. Throws Error on numbers

@@ -13,11 +13,33 @@ using namespace h5;
 
 namespace {
 
+// Curves: FittedCurves or const FittedCurves.
+template <class Curves, class F>
+void columns(Curves& c, F& f) {
+  f.first("points/position", c.position, {"m"});
+  f("points/normal", c.normal);
+  f("points/name", c.name);
+  f("points/status", c.status, {.names = kFitStatusNames});
+  f("points/message", c.message);
+  f("points/rms_residual", c.rms_residual_N, {"N", true});
+  f("points/max_residual", c.max_residual_N, {"N", true});
+  f("points/depth_range", c.depth_range_m, {"m", true});
+
+  auto& r = c.recordings;
+  if (!f.first("experiments/experiment", r.experiment, {.is_optional = true})) return;
+  f("experiments/point", r.point);
+  f("experiments/contact", r.contact_m, {"m"});
+  f("experiments/contact_deviation", r.contact_deviation_m, {"m"});
+  f("experiments/bias", r.bias_N, {"N"});
+  f("experiments/bias_deviation", r.bias_deviation_N, {"N"});
+  f("experiments/drift", r.drift_N, {"N"});
+  f("experiments/drift_deviation", r.drift_deviation_N, {"N"});
+}
+
 // Residuals and ranges: not negative; NaN where there is none.
 void check_measure(const h5::Complain& complain, const std::string& name,
-                   const Eigen::VectorXd& values, Eigen::Index rows) {
-  check_rows(complain, name, values.size(), rows);
-  for (Eigen::Index i = 0; i < rows; ++i)
+                   const Eigen::VectorXd& values) {
+  for (Eigen::Index i = 0; i < values.size(); ++i)
     if (values[i] < 0 || std::isinf(values[i]))
       throw complain(name, fmt::format("row {} is negative or infinite", i));
 }
@@ -45,33 +67,6 @@ void check_covariance(const h5::Complain& complain, const FittedCurves& f, std::
     if (!values.row(p).allFinite()) throw complain(name, row + " is not finite");
     for (Eigen::Index i = 0, at = 0; at < values.cols(); ++i, at += i + 1)
       if (values(p, at) < 0) throw complain(name, row + " has a negative variance");
-  }
-}
-
-struct NuisanceColumn {
-  const char* name;
-  const char* unit;
-  Eigen::VectorXd FittedRecordings::*values;
-};
-constexpr NuisanceColumn kNuisanceColumns[] = {
-    {"experiments/contact", "m", &FittedRecordings::contact_m},
-    {"experiments/contact_deviation", "m", &FittedRecordings::contact_deviation_m},
-    {"experiments/bias", "N", &FittedRecordings::bias_N},
-    {"experiments/bias_deviation", "N", &FittedRecordings::bias_deviation_N},
-    {"experiments/drift", "N", &FittedRecordings::drift_N},
-    {"experiments/drift_deviation", "N", &FittedRecordings::drift_deviation_N},
-};
-
-void check_recordings(const h5::Complain& complain, const FittedCurves& f) {
-  const auto rows = static_cast<Eigen::Index>(f.recordings.experiment.size());
-  check_rows(complain, "experiments/point", static_cast<Eigen::Index>(f.recordings.point.size()),
-             rows);
-  check_indices(complain, "experiments/point", f.recordings.point.data(), rows, 1,
-                f.position.rows());
-  for (const NuisanceColumn& column : kNuisanceColumns) {
-    const Eigen::VectorXd& values = f.recordings.*column.values;
-    check_rows(complain, column.name, values.size(), rows);
-    if (!values.allFinite()) throw complain(column.name, "is not finite");
   }
 }
 
@@ -109,41 +104,24 @@ void check_smoothing(const Complain& complain, const FittedCurves& curves) {
 }
 
 void check(const FittedCurves& f, const h5::Complain& complain) {
+  RowChecker rows(complain);
+  columns(f, rows);
   const Eigen::Index points = f.position.rows();
   check_finite(complain, "points/position", f.position);
-  check_rows(complain, "points/normal", f.normal.rows(), points);
   check_unit_length(complain, "points/normal", f.normal);
-  check_rows(complain, "points/name", static_cast<Eigen::Index>(f.name.size()), points);
-  check_rows(complain, "points/status", static_cast<Eigen::Index>(f.status.size()), points);
-  check_rows(complain, "points/message", static_cast<Eigen::Index>(f.message.size()), points);
-  check_measure(complain, "points/rms_residual", f.rms_residual_N, points);
-  check_measure(complain, "points/max_residual", f.max_residual_N, points);
-  check_measure(complain, "points/depth_range", f.depth_range_m, points);
+  check_measure(complain, "points/rms_residual", f.rms_residual_N);
+  check_measure(complain, "points/max_residual", f.max_residual_N);
+  check_measure(complain, "points/depth_range", f.depth_range_m);
   check_curve_set(complain, f.curves, points);
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
   check_smoothing(complain, f);
-  check_recordings(complain, f);
-}
-
-FittedRecordings read_recordings(const h5::Reader& reader) {
-  FittedRecordings out;
-  if (!reader.has("experiments/experiment")) return out;
-  out.experiment = reader.integers("experiments/experiment", h5::kNoUnit, {h5::kAny, 0});
-  const std::size_t rows = out.experiment.size();
-  out.point = reader.integers("experiments/point", h5::kNoUnit, {rows, 0});
-  for (const NuisanceColumn& column : kNuisanceColumns)
-    out.*column.values = read_vector(reader, column.name, column.unit, rows);
-  return out;
-}
-
-void write_recordings(h5::Writer& writer, const FittedRecordings& recordings) {
-  const std::size_t rows = recordings.experiment.size();
-  if (rows == 0) return;
-  writer.integers("experiments/experiment", h5::kNoUnit, recordings.experiment.data(), {rows, 0});
-  writer.integers("experiments/point", h5::kNoUnit, recordings.point.data(), {rows, 0});
-  for (const NuisanceColumn& column : kNuisanceColumns)
-    write_vector(writer, column.name, column.unit, recordings.*column.values);
+  check_indices(complain, "experiments/point", f.recordings.point.data(),
+                rows_of(f.recordings.point), 1, points);
+  const FittedRecordings& r = f.recordings;
+  for (const Eigen::VectorXd* values : {&r.contact_m, &r.contact_deviation_m, &r.bias_N,
+                                        &r.bias_deviation_N, &r.drift_N, &r.drift_deviation_N})
+    if (!values->allFinite()) throw complain("experiments", "holds a number that is not finite");
 }
 
 }  // namespace
@@ -151,23 +129,15 @@ void write_recordings(h5::Writer& writer, const FittedRecordings& recordings) {
 FittedCurves read_curves(const std::filesystem::path& path) {
   const h5::Reader reader = h5::open(path, kCurvesSchema);
   FittedCurves f;
-  f.position = read_points(reader, "points/position", "m", h5::kAny);
-  const auto points = static_cast<std::size_t>(f.position.rows());
-  f.normal = read_points(reader, "points/normal", h5::kNoUnit, points);
-  f.name = reader.strings("points/name", points);
-  f.status = read_codes<FitStatus>(reader, "points/status", points, kFitStatusNames);
-  f.message = reader.strings("points/message", points);
-  f.rms_residual_N = read_vector(reader, "points/rms_residual", "N", points, true);
-  f.max_residual_N = read_vector(reader, "points/max_residual", "N", points, true);
-  f.depth_range_m = read_vector(reader, "points/depth_range", "m", points, true);
-  f.curves = read_curve_set(reader, points);
+  ColumnReader in(reader);
+  columns(f, in);
+  f.curves = read_curve_set(reader, f.name.size());
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind) {
     if (!reader.has(covariance_name(kind))) continue;
     f.covariance[kind] = read_table(reader, covariance_name(kind), "N^2", f.position.rows(),
                                     covariance_columns(f.curves.basis[kind]), true);
   }
   read_smoothing(reader, f);
-  f.recordings = read_recordings(reader);
   f.probe = read_probe(reader);
   check(f, complain_about(reader));
   return f;
@@ -177,20 +147,13 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
                   const Attributes& attributes) {
   check(f, h5::complain_about(path));
   h5::Writer writer = h5::create(path, kCurvesSchema, attributes);
-  write_points(writer, "points/position", "m", f.position);
-  write_points(writer, "points/normal", h5::kNoUnit, f.normal);
-  writer.strings("points/name", f.name);
-  write_codes(writer, "points/status", f.status, kFitStatusNames);
-  writer.strings("points/message", f.message);
-  write_vector(writer, "points/rms_residual", "N", f.rms_residual_N);
-  write_vector(writer, "points/max_residual", "N", f.max_residual_N);
-  write_vector(writer, "points/depth_range", "m", f.depth_range_m);
+  ColumnWriter out(writer);
+  columns(f, out);
   write_curve_set(writer, f.curves);
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0)
       write_table(writer, covariance_name(kind), "N^2", f.covariance[kind]);
   write_smoothing(writer, f);
-  write_recordings(writer, f.recordings);
   write_probe(writer, f.probe, complain_about(path));
   writer.commit();
 }
