@@ -48,16 +48,19 @@ void read_unit(SceneTable& table, std::string_view key, Dimension dimension, std
 }  // namespace
 
 void read_columns(SceneTable table, importers::ColumnNames& names) {
-  read_column(table, "time", names.time), read_column(table, "force_time", names.force_time);
-  read_column(table, "depth", names.depth);
-  read_column(table, "retract_depth", names.retract_depth),
-      read_column(table, "retract_force", names.retract_force);
-  read_columns_of(table, "position", names.position, true),
-      read_columns_of(table, "force", names.force, true);
-  read_columns_of(table, "contact", names.contact, false),
-      read_columns_of(table, "normal", names.normal, false);
-  read_columns_of(table, "desired", names.desired, false),
-      read_columns_of(table, "torque", names.torque, true);
+  for (const auto& [key, name] : {std::pair{"time", &names.time},
+                                  {"force_time", &names.force_time},
+                                  {"depth", &names.depth},
+                                  {"retract_depth", &names.retract_depth},
+                                  {"retract_force", &names.retract_force}})
+    read_column(table, key, *name);
+  for (const auto& [key, axes] :
+       {std::pair{"position", &names.position}, {"force", &names.force}, {"torque", &names.torque}})
+    read_columns_of(table, key, *axes, true);
+  for (const auto& [key, axes] : {std::pair{"contact", &names.contact},
+                                  {"normal", &names.normal},
+                                  {"desired", &names.desired}})
+    read_columns_of(table, key, *axes, false);
   table.finish();
 }
 

@@ -57,9 +57,11 @@ void read_position(SceneTable& table, Entry& entry) {
   const toml::array* list = node->as_array();
   if (list && list->size() == 3 && list->get(0)->is_string()) {
     const Vec3 position = table.point("position");
-    entry.item.position_m = position, entry.position.reset();
+    entry.item.position_m = position;
+    entry.position.reset();
   } else {
-    entry.position = numbers(table, "position", 3), entry.item.position_m.reset();
+    entry.position = numbers(table, "position", 3);
+    entry.item.position_m.reset();
   }
 }
 
@@ -162,15 +164,18 @@ void read_keys(SceneTable& table, Entry& entry) {
   entry.file = table.text("file", entry.file);
   entry.item.point = table.text("point", entry.item.point);
   if (table.has_only({"file", "point", "position", "normal"})) {  // most of a long manifest
-    read_position(table, entry), read_normal(table, entry.item);
+    read_position(table, entry);
+    read_normal(table, entry.item);
     return;
   }
   read_columns(table.table("columns", "columns"), entry.item.read.columns);
   read_units(table.table("units", "units"), entry.item.read.units);
   if (table.has("force_on"))
     entry.is_force_on_tool = table.choice("force_on", "", {"tool", "body"}) == "tool";
-  read_position(table, entry), read_normal(table, entry.item);
-  read_text_keys(table, entry.item.read), read_signal_keys(table, entry);
+  read_position(table, entry);
+  read_normal(table, entry.item);
+  read_text_keys(table, entry.item.read);
+  read_signal_keys(table, entry);
   table.finish();
 }
 

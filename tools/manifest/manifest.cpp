@@ -100,15 +100,7 @@ Manifest read_manifest(const fs::path& path) {
   const fs::path folder = path.parent_path();
   if (root.has("surface")) {
     manifest.surface = folder / root.text("surface", "");
-    const std::string unit = root.text("length_unit", "");
-    const auto factor = unit_factor(unit, Dimension::length);
-    const auto quantity = parse_quantity(unit, Dimension::length);
-    if (!factor && !quantity)
-      fail(root, "length_unit",
-           unit.empty() ? "surface has no length_unit"
-                        : "length_unit is \"" + unit + "\", which is no length unit",
-           "Say length_unit = \"mm\", or whatever the surface's numbers are in.");
-    manifest.length_unit_m = factor ? *factor : *quantity;
+    manifest.length_unit_m = root.length_unit();
   } else {
     root.text("length_unit", "");
   }

@@ -64,7 +64,8 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
     row["remedy"] = o.failure->remedy;
     return row;
   }
-  row["experiment"] = o.experiment, row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)],
+  row["experiment"] = o.experiment;
+  row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
   row["contact_m"] = number(r->contact_travel_m);
   row["contact_deviation_m"] = number(r->contact_deviation_m);
