@@ -25,6 +25,9 @@ Soup to_soup(const Surface& surface);
 void keep_faces(Soup& soup, const std::vector<char>& keep);
 
 /// Each of these makes one kind of repair and adds a sentence to `changes` if it did anything.
+/// CGAL's own repair of polygon soups merges points of equal bits alone and leaves copies of a
+/// vertex where they lie: a scan with holes (65 such vertices) then crosses itself when they are
+/// filled.
 void weld_vertices(Soup& soup, double weld_m, Changes& changes);
 void drop_flat_faces(Soup& soup, double weld_m, Changes& changes);
 void drop_duplicate_faces(Soup& soup, Changes& changes);
