@@ -50,6 +50,8 @@ struct CommandRow {
 };
 
 std::unique_ptr<Command> declare_run(Arguments& arguments);
+std::unique_ptr<Command> declare_new(Arguments& arguments);
+std::unique_ptr<Command> declare_check(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);

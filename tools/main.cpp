@@ -21,10 +21,13 @@ extern "C" int blas_thread_shutdown_(void) __attribute__((weak));
 namespace palpate::tools {
 namespace {
 
-constexpr std::array<CommandRow, 13> kCommands{{
+constexpr std::array<CommandRow, 15> kCommands{{
     {"run",
      "Run all stages, or those still missing, from a scene to an asset and its error statement",
      declare_run},
+    {"new", "Write a commented scene to start from, for a surface mesh", declare_new},
+    {"check", "Say all that is wrong with a scene, try one point, and say what a run will cost",
+     declare_check},
     {"prepare", "Repair a surface, place test points on it and fill it with tetrahedra",
      declare_prepare},
     {"simulate", "Simulate presses and drags of the probe at every test point", declare_simulate},
