@@ -56,6 +56,8 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
                 char** argv);
 
 std::unique_ptr<Command> declare_run(Arguments& arguments);
+std::unique_ptr<Command> declare_new(Arguments& arguments);
+std::unique_ptr<Command> declare_check(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);

@@ -60,7 +60,7 @@ const std::vector<Row> kRooms{
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/realtime"}},
+      "tools/realtime", "tools/outputs"}},
     {"tools/main", {"tools/command"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "tools/scene/probe.hpp"
@@ -87,7 +88,9 @@ struct Scene {
 /// one), wrong types and units, and values out of their range.
 Scene read_scene(const std::filesystem::path& path);
 
-/// The same from text; `path` names it in errors and anchors relative file names.
-Scene parse_scene(const std::string& text, const std::filesystem::path& path);
+/// The same from text; `path` names it in errors and anchors relative file names. With `errors`,
+/// each section's first error goes there instead, and such a section keeps its defaults.
+Scene parse_scene(const std::string& text, const std::filesystem::path& path,
+                  std::vector<Error>* errors = nullptr);
 
 }  // namespace palpate::tools
