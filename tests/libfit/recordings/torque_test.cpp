@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "libfit/recordings/batch/condition.hpp"
-#include "libfit/recordings/placing/assemble.hpp"
+#include "libfit/recordings/placing/place.hpp"
 #include "tests/libfit/io/scratch.hpp"
 
 namespace palpate::recordings {
