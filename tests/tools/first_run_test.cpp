@@ -87,6 +87,20 @@ TEST(scenes, a_mesh_below_PALPATE_DATA_needs_the_variable) {
   ::unsetenv("PALPATE_DATA");
 }
 
+TEST(quick, asks_for_less_of_everything_and_nothing_more) {
+  Scene scene = parse_scene(kScene, "scene.toml");
+  scene.experiments.placement.emplace();
+  scene.experiments.test_points = 400;
+  scene.experiments.each.drag_depths_m = {0.001, 0.003, 0.002};
+  make_quick(scene);
+  EXPECT_FALSE(scene.experiments.placement);
+  EXPECT_EQ(scene.experiments.test_points, 12);
+  EXPECT_EQ(scene.experiments.each.drag_depths_m, std::vector<double>{0.003});
+  EXPECT_EQ(scene.experiments.each.drag_steps, 5);
+  EXPECT_EQ(scene.validate.points, 2);
+  EXPECT_FALSE(scene.validate.causes);
+}
+
 TEST(check, says_all_that_is_wrong_at_once) {
   const Folder folder;
   folder.write("block.off", block_off(8));

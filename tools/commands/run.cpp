@@ -32,10 +32,14 @@ class Run final : public Command {
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--force", force_,
                    "Repeat every stage, also those whose inputs have not changed");
+    arguments.flag("--quick", quick_,
+                   "A first answer within minutes: few points and rows, and a statement of what "
+                   "that is worth");
   }
 
   int run() override {
     scene_ = open_scene(scene_path_);
+    if (quick_) make_quick(scene_);
     check_choices(scene_);
     output_.emplace(folder_);
     prepare();
@@ -186,7 +190,7 @@ class Run final : public Command {
 
   std::string scene_path_, folder_;
   int jobs_ = 0;
-  bool force_ = false;
+  bool force_ = false, quick_ = false;
   std::optional<OutputFolder> output_;
   Scene scene_;
   Body body_;

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "libfit/core/error.hpp"
@@ -275,6 +276,23 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   });
   section([&] { root.finish(); });
   return scene;
+}
+
+void make_quick(Scene& scene) {
+  constexpr int kRows = 5, kHeldOut = 6;
+  ExperimentsSection& experiments = scene.experiments;
+  experiments.placement.reset();
+  if (!experiments.points_file)
+    experiments.test_points =
+        std::min(experiments.test_points.value_or(kFirstPoints), kFirstPoints);
+  Experiments& each = experiments.each;
+  each.press_steps = std::min(each.press_steps, kRows);
+  each.drag_steps = std::min(each.drag_steps, kRows);
+  each.drag_directions = std::min(each.drag_directions, 1);
+  if (each.drag_depths_m.size() > 1)
+    each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
+  scene.validate.points = std::min(scene.validate.points, kHeldOut);
+  scene.validate.causes = false;
 }
 
 Scene read_scene(const std::filesystem::path& path) {
