@@ -29,7 +29,7 @@ struct Placement {
 /// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
 /// errors) or the budget is spent. Says the error of each round. With rings a few points are
 /// dragged and the rest pressed alone: three first; then, in a round, the one whose drags promise
-/// more for their time than a press elsewhere. No point is simulated twice, in this run or a
+/// more for their time than a press elsewhere. No experiment is simulated twice, in this run or a
 /// resumed one; the same scene gives the same points whatever the number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
 
