@@ -135,6 +135,11 @@ Vec3<T> normalized(const Vec3<T>& p) noexcept {
   using std::sqrt;
   return p * (1.0 / sqrt(dot(p, p)));
 }
+/// What of v lies across a unit normal.
+template <class T>
+Vec3<T> tangential(const Vec3<T>& v, const Vec3<T>& normal) noexcept {
+  return v - normal * dot(v, normal);
+}
 template <class T>
 Vec3d values_of(const Vec3<T>& p) noexcept {
   return {value_of(p.x), value_of(p.y), value_of(p.z)};

@@ -115,9 +115,7 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
   Frame tool_frame, body_frame;
   if (!is_timed || !make_frame(tool, tool_frame) || !make_frame(body, body_frame)) {
     forget(contact);
-    out.body.dissipated_J = contact.dissipated_J;
-    out.body.refused_J = contact.refused_J;
-    out.body.refused_ticks = contact.refused_ticks;
+    tell_sums(contact, out.body);
     return is_timed ? Status::pose_wrong : Status::time_step_wrong;
   }
   const Vec3d tip =

@@ -86,7 +86,7 @@ TEST(awkward, zero_friction_leaves_no_lateral_force) {
     EXPECT_LT(f.head<2>().norm(), 1e-9) << i;
     EXPECT_NEAR(f[2], -1.2, 1e-5) << i;
   }
-  EXPECT_EQ(tool.contact.refused_ticks, 0);
+  EXPECT_EQ(tool.contact.ledger.refused_ticks, 0);
 }
 
 TEST(awkward, zero_lateral_stiffness_slides_as_if_frictionless_and_says_so) {

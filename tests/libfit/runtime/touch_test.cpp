@@ -114,7 +114,7 @@ TEST(touch, leaving_from_inside_through_the_surface_makes_no_contact) {
   Tool tool(sphere.asset);
   tool.go({0, 0, 0.01}, {0, 0, 0.05}, 1e-4);
   EXPECT_EQ(tool.out.state, ContactState::air);
-  EXPECT_EQ(tool.contact.dissipated_J, 0);
+  EXPECT_EQ(tool.contact.ledger.dissipated_J, 0);
   tool.go({0, 0, 0.05}, {0, 0, 0.029}, 1e-4);
   EXPECT_EQ(tool.out.state, ContactState::stick);
 }
