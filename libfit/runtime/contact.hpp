@@ -16,10 +16,11 @@ namespace runtime {
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
   bool has_tip = false;
-  double tip_m[3] = {0, 0, 0};        ///< previous tip or centre, relative to the asset's origin
-  int triangle = -1;                  ///< -1 in the air
-  double weight[3] = {0, 0, 0};       ///< area coordinates of the contact point
-  Arm arm;                            ///< of a ball in contact
+  std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
+  double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
+  int triangle = -1;                 ///< -1 in the air
+  double weight[3] = {0, 0, 0};      ///< area coordinates of the contact point
+  Arm arm;                           ///< of a ball in contact
   Ledger ledger;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place

@@ -1,12 +1,12 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The energy that a contact may store (docs/method.md, section 18). Between slips the law's force is
-// the gradient of its energy E. A slip over an uneven body may raise E although nobody works. What
-// earlier slips dissipated pays for it (the tank); what they cannot pay becomes a debt b, and the
-// contact then stores and answers
+// The energy that a contact may store (docs/method.md, section 18). Between slips the law's force
+// is the gradient of its energy E. A slip over an uneven body may raise E although nobody works.
+// What earlier slips dissipated pays for it (the tank); what they cannot pay becomes a debt b, and
+// the contact then stores and answers
 //
-//     U = E^2 / (E + b)        f = (dU/dE) dE/dx,    dU/dE = 1 - (b / (E + b))^2                  (M20)
+//     U = E^2 / (E + b)        f = (dU/dE) dE/dx,    dU/dE = 1 - (b / (E + b))^2 (M20)
 //
 // U + tank never rises in a slip, so the work done on a contact is never negative.
 

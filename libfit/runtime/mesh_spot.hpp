@@ -127,8 +127,8 @@ struct MeshPath {
   }
 };
 
-/// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are a
-/// node's numbers. The corners are read once for all places of the way.
+/// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are
+/// a node's numbers. The corners are read once for all places of the way.
 template <bool kIsBall>
 struct MeshWay {
   const MeshPath<double, kIsBall>* path;

@@ -9,19 +9,24 @@
 namespace palpate {
 namespace runtime {
 
-constexpr double kAlongEdge = 1e-12;    ///< share of a direction below which it follows the edge
+constexpr double kAlongEdge = 1e-12;  ///< share of a direction below which it follows the edge
 constexpr double kMinOpen =
     1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
-constexpr double kFreeSlip_m = 5e-5;  ///< of a tick's slip budget, whatever the tool does: 50 mm/s at 1 kHz
-constexpr double kSlipPerStep = 2;    ///< of the budget, for each metre that the tool moves in the tick
+constexpr double kFreeSlip_m =
+    5e-5;  ///< of a tick's slip budget, whatever the tool does: 50 mm/s at 1 kHz
+constexpr double kSlipPerStep =
+    2;  ///< of the budget, for each metre that the tool moves in the tick
 
 // What happened at a tick besides the state, or-ed together.
-constexpr unsigned kFlagUnfinished = 1;     ///< the slip goes on at the next tick
-constexpr unsigned kFlagBorder = 2;         ///< the contact point was at a border that held it
-constexpr unsigned kFlagHeldBack = 4;       ///< the guard bears only a share of the force
-constexpr unsigned kFlagTooDeep = 8;        ///< dz is beyond the triangle's max_depth_m
-constexpr unsigned kFlagFrictionless = 16;  ///< no lateral stiffness here: slides as if frictionless
-constexpr unsigned kFlagBlocked = 32;       ///< the anchor slips beside a contact point that cannot
+constexpr unsigned kFlagUnfinished = 1;  ///< the slip goes on at the next tick
+constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border that held it
+constexpr unsigned kFlagHeldBack = 4;    ///< the guard bears only a share of the force
+constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
+constexpr unsigned kFlagFrictionless =
+    16;                                ///< no lateral stiffness here: slides as if frictionless
+constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
+constexpr unsigned kFlagOutside = 64;  ///< in the skirt, where forces fade to nothing
+constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>

@@ -6,10 +6,7 @@
 
 #include <cmath>
 
-#ifdef __FAST_MATH__
-#error \
-    "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
-#endif
+#include "rounding.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -149,7 +146,7 @@ Vec3<T> widened(const Vec3d& p) noexcept {
   return {T(p.x), T(p.y), T(p.z)};
 }
 inline bool is_finite(const Vec3d& p) noexcept {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  return is_finite(p.x) && is_finite(p.y) && is_finite(p.z);
 }
 
 }  // namespace runtime

@@ -113,9 +113,9 @@ Slip<T> slip_along(const CurveViews& views, const Path& path, const Foot& foot, 
   const Vec3d tip = values_of(x);
   const auto& way = F::way(plain);
   const auto kind = F::excess_kind(views, foot);
-  const SlipRoot root = first_root(
-      [&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); }, kInside * end,
-      F::excess_scale(views, foot, kind));
+  const SlipRoot root =
+      first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
+                 kInside * end, F::excess_scale(views, foot, kind));
   if (root.s < 0) {
     const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
     return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};
@@ -156,11 +156,9 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Foot
       break;
     }
     const double path_end = value_of(path.end());
-    const Slip<T> slip =
-        !is_out ? slip_along<F>(views, path, foot, pull, x)
-        : path_end < value_of(pull.reach_m)
-            ? Slip<T>{T(path.end()), false, false}
-            : Slip<T>{pull.reach_m, true, false};
+    const Slip<T> slip = !is_out ? slip_along<F>(views, path, foot, pull, x)
+                         : path_end < value_of(pull.reach_m) ? Slip<T>{T(path.end()), false, false}
+                                                             : Slip<T>{pull.reach_m, true, false};
     if (slip.flees) {
       end = SlideEnd::stopped;
       break;

@@ -45,6 +45,9 @@ void describe(const AssetView& asset, const Contact& contact, const Foot& foot, 
   if (foot.d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
   if (contact.hold.is_frictionless) out.flags |= kFlagFrictionless;
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+  if (foot.d.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
+  for (int k = 0; k < 3; ++k)
+    if (!asset.covered[asset.corner(contact.triangle, k)]) out.flags |= kFlagOutside;
 }
 
 /// The standing spot of a contact, kept.
@@ -103,8 +106,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   out.state = ContactState::stick;
   auto foot = F::footing(views, held_spot<F, kIsBall>(asset, contact), x, memory);
   double before_J = 0;
-  const bool moves =
-      !(foot.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, foot);
+  const bool moves = !(foot.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, foot);
   if (moves) {
     const auto& under = F::under(views, foot);
     before_J = F::answer(views, under, foot, F::hold(views, under, foot, memory)).stored_J;
@@ -120,7 +122,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   const auto& under = F::under(views, foot);
   const auto held = F::settle(views, under, foot, memory);
   const Answer<double> law = F::answer(views, under, foot, held);
-  if (!is_finite(law.force_N) || !std::isfinite(law.stored_J)) {
+  if (!is_finite(law.force_N) || !is_finite(law.stored_J)) {
     forget(contact);
     out = Output();
     return Status::force_not_finite;
@@ -177,8 +179,8 @@ inline void bear(const Contact& contact, const Output& out, TangentOut tangent_N
   const double bent = share > 0 ? ledger.share_slope(law_J) / (share * share) : 0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      tangent_N_m[3 * i + j] = share * tangent_N_m[3 * i + j] +
-                               bent * (out.force_on_tool_N[i] * out.force_on_tool_N[j]);
+      tangent_N_m[3 * i + j] =
+          share * tangent_N_m[3 * i + j] + bent * (out.force_on_tool_N[i] * out.force_on_tool_N[j]);
 }
 
 inline void tell_sums(const Contact& contact, Output& out) noexcept {
@@ -201,11 +203,13 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
     forget(contact);
     return Status::tip_not_finite;
   }
-  if (contact.triangle >= asset.triangles || contact.triangle < -1) {
+  const bool is_first = !contact.has_tip;
+  if (is_first) contact.asset_checksum = asset.checksum;
+  if (contact.asset_checksum != asset.checksum || contact.triangle >= asset.triangles ||
+      contact.triangle < -1) {
     forget(contact);
     return Status::contact_foreign;
   }
-  const bool is_first = !contact.has_tip;
   const Vec3d before = is_first ? x : make_vec3<double>(contact.tip_m);
   contact.has_tip = true;
   put(x, contact.tip_m);

@@ -23,8 +23,8 @@ struct Line {
 volatile double kept;  // so that no tick is optimized away
 volatile unsigned kept_byte;
 
-// All kinds on one body of one law: engine, finger proxy, and the floors of reading the bytes and of
-// doing the arithmetic.
+// All kinds on one body of one law: engine, finger proxy, and the floors of reading the bytes and
+// of doing the arithmetic.
 void measure_body(const Model& model, std::string_view law, bool is_quick,
                   std::vector<Line>& lines) {
   const BenchAsset body = make_bench_asset(model);
@@ -73,8 +73,9 @@ std::string machine() {
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
-  static constexpr std::string_view kHeader[] = {
-      "nodes", "law", "kind", "what", "cache", "median_ns", "p99_ns", "p999_ns", "worst_ns", "machine"};
+  static constexpr std::string_view kHeader[] = {"nodes",    "law",       "kind",   "what",
+                                                 "cache",    "median_ns", "p99_ns", "p999_ns",
+                                                 "worst_ns", "machine"};
   CsvWriter csv(path, kHeader);
   const std::string processor = machine();
   for (const Line& line : lines)

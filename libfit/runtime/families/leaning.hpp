@@ -20,8 +20,8 @@ struct Leaning : OneAnchor<Leaning> {
 
   /// (M3a)
   template <class T, class Spot>
-  static Deflection<T> deflection(const CurveViews& views, const Spot& spot,
-                                  const Vec3<T>& x, const Vec3<T>& rest) noexcept {
+  static Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
+                                  const Vec3<T>& rest) noexcept {
     const Vec3<T> delta = x - spot.point;
     const T normal_m = dot(delta, spot.normal);
     const Vec3<T> lateral = delta - spot.normal * normal_m - rest;

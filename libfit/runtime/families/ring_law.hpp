@@ -66,8 +66,7 @@ RingAnchors<T, N> no_anchors() noexcept {
 /// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
 /// stay where they are in space, but for what sticks out of the tangent plane.
 template <class T, int N>
-void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way,
-                   const Vec3<T>& normal) noexcept {
+void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
   for (int i = 1; i < N; ++i) anchors.at[i] = tangential(anchors.at[i] - way, normal);
 }
 
@@ -145,8 +144,8 @@ Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed, const
           normal_J + dot(pull.q1, side.value_N) + lateral_J};
 }
 
-/// A path as the excess reads it, and the excess at s with its slope. A path that can be read faster
-/// brings overloads.
+/// A path as the excess reads it, and the excess at s with its slope. A path that can be read
+/// faster brings overloads.
 template <class Path>
 const Path& way_of_excess(const Path& path) noexcept {
   return path;

@@ -117,8 +117,7 @@ struct Rings {
     return {};
   }
   template <class T, class Spot>
-  static double excess_scale(const CurveViews&, const RingFooting<T, Spot>& foot,
-                             Excess) noexcept {
+  static double excess_scale(const CurveViews&, const RingFooting<T, Spot>& foot, Excess) noexcept {
     return value_of(foot.limit.lambda) * value_of(foot.d.lateral_m);
   }
   template <class T, class Spot>
@@ -144,8 +143,7 @@ struct Rings {
   template <class T>
   static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,
                          bool is_there) noexcept {
-    memory.at[0] =
-        is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at[0] - way, normal);
+    memory.at[0] = is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at[0] - way, normal);
   }
   /// The other anchors, once a tick.
   template <class T>
@@ -177,8 +175,7 @@ struct Rings {
   static RingPull<T> settle(const CurveViews& views, const RingBed<T, kRings>& bed,
                             const RingFooting<T, Spot>& foot, Memory<T>& memory) noexcept {
     RingPull<T> pull = settle_rings(views.rings, bed, foot.at, memory);
-    if (bed.is_cut)
-      pull.lost_J *= value_of(ring_share(views.rings, bed, foot.at.depth_m).value);
+    if (bed.is_cut) pull.lost_J *= value_of(ring_share(views.rings, bed, foot.at.depth_m).value);
     return pull;
   }
   /// (B1) and (B2).

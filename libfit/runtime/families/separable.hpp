@@ -133,8 +133,7 @@ struct OneAnchor {
   }
   /// The anchor slips without the contact point until f^r(dr) = L(dz).
   template <class T, class Spot>
-  static void let_go(const CurveViews& views, Footing<T, Spot>& foot,
-                     Memory<T>& memory) noexcept {
+  static void let_go(const CurveViews& views, Footing<T, Spot>& foot, Memory<T>& memory) noexcept {
     if (!is_slipping(views, foot)) return;
     const T limit_N = curve_at(views, foot.spot, kLimit, foot.d.normal_m);
     const T length_m = is_frictionless(views, foot.spot) || !(value_of(limit_N) > 0)

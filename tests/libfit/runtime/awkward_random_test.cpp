@@ -43,7 +43,7 @@ struct Walker {
   Tool tool;
   double radius_m;
   Vec3 x = Vec3(0, 0, 0.05), goal = x;
-  double before_J = 0;  // dissipated but what friction has laid by
+  double before_J = 0;        // dissipated but what friction has laid by
   std::array<int, 5> seen{};  // not finite, teleported, inside, vertex, frictionless
 
   double draw() { return std::uniform_real_distribution<double>(-1, 1)(random); }
