@@ -1,6 +1,6 @@
 #pragma once
 
-#include <functional>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -27,6 +27,9 @@ class Arguments {
   virtual void option(const std::string& flags, std::string& target, const std::string& help,
                       bool is_required = false) = 0;
   virtual void option(const std::string& flags, int& target, const std::string& help) = 0;
+  /// A file that the command writes. It may replace a file of these kinds only (kind_of_file).
+  virtual void output(const std::string& flags, std::string& target, const std::string& help,
+                      std::initializer_list<std::string_view> kinds, bool is_required = true) = 0;
   /// All that follows the command's name, as it is.
   virtual void remaining(std::vector<std::string>& target, const std::string& help) = 0;
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
@@ -47,6 +50,8 @@ struct CommandRow {
 };
 
 std::unique_ptr<Command> declare_run(Arguments& arguments);
+std::unique_ptr<Command> declare_new(Arguments& arguments);
+std::unique_ptr<Command> declare_check(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);

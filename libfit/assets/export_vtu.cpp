@@ -1,47 +1,16 @@
 #include <array>
-#include <cstring>
 #include <string>
 
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/node_forces.hpp"
 #include "libfit/io/atomic_file.hpp"
+#include "libfit/io/vtu.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr std::array<double, 4> kDepthShares{0.25, 0.5, 0.75, 1.0};  // of the normal curve's range
-
-// VTK XML UnstructuredGrid, appended raw data: each block is its byte count (UInt64), then bytes.
-// Source: VTK file formats, "XML File Formats".
-class VtuWriter {
- public:
-  template <class T>
-  void add(const char* type, const std::string& name, int components,
-           const std::vector<T>& values) {
-    arrays_ += "        <DataArray type=\"" + std::string(type) + "\" Name=\"" + name +
-               "\" NumberOfComponents=\"" + std::to_string(components) +
-               "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
-    const std::uint64_t bytes = values.size() * sizeof(T);
-    data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    data_.append(reinterpret_cast<const char*>(values.data()), bytes);
-  }
-  void close(const std::string& element, const std::string& attributes = {}) {
-    body_ += "      <" + element + attributes + ">\n" + arrays_ + "      </" + element + ">\n";
-    arrays_.clear();
-  }
-  std::string text(Eigen::Index points, Eigen::Index cells) const {
-    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-           "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n"
-           "    <Piece NumberOfPoints=\"" +
-           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" +
-           body_ + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _" +
-           data_ + "\n  </AppendedData>\n</VTKFile>\n";
-  }
-
- private:
-  std::string arrays_, body_, data_;
-};
 
 template <class F>
 std::vector<float> per_vertex(const Model& model, F value) {
@@ -61,8 +30,8 @@ std::string at_depth(double depth_m) {  // "_at_2.5mm"
 
 void add_point_data(const Model& model, VtuWriter& vtu) {
   const NodeForces forces(model.curves);
-  vtu.add("UInt8", "is_covered", 1, std::vector<char>(model.is_covered));
-  vtu.add("Float64", "inward_normal", 3,
+  vtu.add("is_covered", 1, std::vector<char>(model.is_covered));
+  vtu.add("inward_normal", 3,
           std::vector<double>(model.inward_normal.data(),
                               model.inward_normal.data() + model.inward_normal.size()));
   for (double share : kDepthShares) {
@@ -72,31 +41,15 @@ void add_point_data(const Model& model, VtuWriter& vtu) {
     const auto mu = [&](Eigen::Index v) {
       return force(v) > 0 ? forces.limit_N(v, depth) / force(v) : 0;
     };
-    vtu.add("Float32", "normal_force_N" + at, 1, per_vertex(model, force));
-    vtu.add("Float32", "normal_stiffness_N_m" + at, 1,
+    vtu.add("normal_force_N" + at, 1, per_vertex(model, force));
+    vtu.add("normal_stiffness_N_m" + at, 1,
             per_vertex(model, [&](Eigen::Index v) { return forces.normal_slope_N_m(v, depth); }));
-    vtu.add("Float32", "lateral_stiffness_N_m" + at, 1,
+    vtu.add("lateral_stiffness_N_m" + at, 1,
             per_vertex(model, [&](Eigen::Index v) { return forces.lateral_slope_N_m(v, depth); }));
-    vtu.add("Float32", "friction_limit_N" + at, 1,
+    vtu.add("friction_limit_N" + at, 1,
             per_vertex(model, [&](Eigen::Index v) { return forces.limit_N(v, depth); }));
-    vtu.add("Float32", "friction" + at, 1, per_vertex(model, mu));
+    vtu.add("friction" + at, 1, per_vertex(model, mu));
   }
-  vtu.close("PointData", " Scalars=\"is_covered\"");
-}
-
-void add_geometry(const Surface& surface, VtuWriter& vtu) {
-  vtu.add("Float64", "Points", 3,
-          std::vector<double>(surface.vertices.data(),
-                              surface.vertices.data() + surface.vertices.size()));
-  vtu.close("Points");
-  std::vector<std::int64_t> offsets;
-  for (Eigen::Index t = 1; t <= surface.triangles.rows(); ++t) offsets.push_back(3 * t);
-  vtu.add("Int32", "connectivity", 1,
-          std::vector<std::int32_t>(surface.triangles.data(),
-                                    surface.triangles.data() + surface.triangles.size()));
-  vtu.add("Int64", "offsets", 1, offsets);
-  vtu.add("UInt8", "types", 1, std::vector<std::uint8_t>(offsets.size(), 5));  // VTK_TRIANGLE
-  vtu.close("Cells");
 }
 
 void check(const Model& model) {
@@ -118,8 +71,7 @@ ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
   check(model);
   VtuWriter vtu;
   add_point_data(model, vtu);
-  add_geometry(model.surface, vtu);
-  const std::string text = vtu.text(model.surface.vertices.rows(), model.surface.triangles.rows());
+  const std::string text = vtu.text(model.surface, "is_covered");
   write_file_atomically(path, text);
   ExportReport report;
   report.bytes = text.size();

@@ -52,6 +52,7 @@ const std::vector<Row> kRooms{
     {"tools/build_identity", {}},
     {"tools/command", {}},
     {"tools/console", {}},
+    {"tools/outputs", {}},
     {"tools/scene", {}},
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
@@ -59,8 +60,8 @@ const std::vector<Row> kRooms{
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/realtime"}},
-    {"tools/main", {"tools/command", "tools/console"}},
+      "tools/realtime", "tools/outputs"}},
+    {"tools/main", {"tools/command", "tools/console", "tools/outputs", "tools/scene"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},
     {"libfit/io/csv", {"libfit/io"}},

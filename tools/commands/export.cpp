@@ -11,7 +11,7 @@ class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
     arguments.positional("model", model_, "Model to export, model.h5");
-    arguments.option("-o,--output", output_, "File to write, such as asset.palp", true);
+    arguments.output("-o,--output", output_, "File to write, such as asset.palp", {"palp", "vtu"});
     arguments.option("--format", format_, "Format to write: palp or vtu");
     arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
     arguments.flag("--no-guard", no_guard_,

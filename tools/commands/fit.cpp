@@ -2,6 +2,7 @@
 
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/fit_cache_file.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
@@ -16,7 +17,7 @@ class Fit final : public Command {
  public:
   explicit Fit(Arguments& arguments) {
     arguments.positional("samples", samples_, "Samples to fit, samples.h5");
-    arguments.option("-o,--output", output_, "curves.h5 to write", true);
+    arguments.output("-o,--output", output_, "curves.h5 to write", {kCurvesSchema.name});
     arguments.option("--degree", section_.degree,
                      "Degree of the curves, 1 to 4; 0 chooses it by held-out rows");
     arguments.option(

@@ -5,6 +5,7 @@
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/io/content_hash.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "libfit/recordings/placing/summary.hpp"
 #include "tools/command.hpp"
@@ -29,9 +30,9 @@ class Import final : public Command {
   explicit Import(Arguments& arguments) {
     arguments.positional("manifest", manifest_,
                          "Manifest of the recordings and how to read them, manifest.toml");
-    arguments.option("-o,--output", output_,
+    arguments.output("-o,--output", output_,
                      "samples.h5 to write, with samples.import.csv, .json and .journal beside it",
-                     true);
+                     {kSamplesSchema.name});
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", drop_invalid_,

@@ -1,5 +1,6 @@
 #include "tools/stages/prepare.hpp"
 #include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/check.hpp"
@@ -12,7 +13,7 @@ class Prepare final : public Command {
  public:
   explicit Prepare(Arguments& arguments) {
     arguments.positional("scene", scene_, "Scene to read, scene.toml");
-    arguments.option("-o,--output", output_, "body.h5 to write", true);
+    arguments.output("-o,--output", output_, "body.h5 to write", {kBodySchema.name});
     arguments.flag("--surface-only", surface_only_,
                    "Make no volume mesh, which is enough for measured data and for open surfaces");
   }

@@ -1,6 +1,7 @@
 #include "tools/stages/refine.hpp"
 #include "libfit/io/files/body_file.hpp"
 #include "libfit/io/files/curves_file.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/model_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -15,7 +16,7 @@ class Refine final : public Command {
     arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
     arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
                      true);
-    arguments.option("-o,--output", output_, "model.h5 to write", true);
+    arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
   }
 
   int run() override {

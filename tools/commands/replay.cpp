@@ -29,8 +29,8 @@ class Replay final : public Command {
     arguments.positional("asset", asset_, "Asset to play, asset.palp");
     arguments.positional("path", path_,
                          "Path of the tip in seconds and metres, PATH.csv: t_s,x_m,y_m,z_m");
-    arguments.option("-o,--output", output_,
-                     "FORCES.csv to write, with forces on the tool in newtons", true);
+    arguments.output("-o,--output", output_,
+                     "FORCES.csv to write, with forces on the tool in newtons", {"t_s,fx_N"});
     arguments.option("--realtime", rate_Hz_,
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
                      "thread for first "

@@ -9,6 +9,7 @@
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/check.hpp"
 #include "tools/stages/export.hpp"
@@ -36,11 +37,16 @@ class Run final : public Command {
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--force", force_,
                    "Repeat every stage, also those whose inputs have not changed");
+    arguments.flag("--quick", quick_,
+                   "A first answer within minutes: few points and rows, and a statement of what "
+                   "that is worth");
   }
 
   int run() override {
     scene_ = open_scene(scene_path_);
+    if (quick_) make_quick(scene_);
     check_choices(scene_);
+    output_.emplace(folder_);
     prepare();
     simulate();
     fit();
@@ -72,6 +78,7 @@ class Run final : public Command {
     const bool is_new = is_stale("prepare", output, stored_in_hdf5(output), wanted);
     body_ = is_new ? prepare_body(scene_, false) : read_body(output);
     check_experiments(scene_, body_);
+    output_->claim();
     // A body that is up to date still says how experiments are made on it now.
     const Settings settings = settings_of(scene_);
     const ProbeSpec& probe = scene_.probe.spec;
@@ -80,7 +87,6 @@ class Run final : public Command {
       return;
     body_.settings = settings;
     body_.probe = probe;
-    fs::create_directories(folder_);
     write_body(output, body_, {{kInputsAttribute, wanted}});
   }
 
@@ -189,7 +195,8 @@ class Run final : public Command {
 
   std::string scene_path_, folder_;
   int jobs_ = 0;
-  bool force_ = false;
+  bool force_ = false, quick_ = false;
+  std::optional<OutputFolder> output_;
   Scene scene_;
   Body body_;
   int stages_done_ = 0;

@@ -1,6 +1,7 @@
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/body_file.hpp"
+#include "libfit/io/files/describe.hpp"
 #include "libfit/io/files/samples_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -19,7 +20,7 @@ class Simulate final : public Command {
  public:
   explicit Simulate(Arguments& arguments) {
     arguments.positional("input", input_, "Scene to read, scene.toml, or the body.h5 made from it");
-    arguments.option("-o,--output", output_, "samples.h5 to write", true);
+    arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
     arguments.option("--points", points_,
                      "Table of points in metres to experiment at, P.csv: x_m,y_m,z_m[,nx,ny,nz]");
     arguments.option(

@@ -84,8 +84,9 @@ class Tabulate final : public Command {
  public:
   explicit Tabulate(Arguments& arguments) {
     arguments.positional("file", file_, "File to read: curves.h5, model.h5 or asset.palp");
-    arguments.option("-o,--output", output_,
-                     "Table to write, T.csv: point,curve,at_m,value_N,slope_N_m", true);
+    arguments.output("-o,--output", output_,
+                     "Table to write, T.csv: point,curve,at_m,value_N,slope_N_m",
+                     {"point,curve,at_m"});
     arguments.flag(
         "--band", has_band_,
         "Add a column deviation_N, the standard error; curves.h5 alone holds it, and curves "

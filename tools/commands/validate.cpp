@@ -26,7 +26,8 @@ class Validate final : public Command {
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.option("--body", body_,
                      "body.h5 of the scene; without it the body is prepared again");
-    arguments.option("--rows", rows_, "CSV to write with every compared row");
+    arguments.output("--rows", rows_, "CSV to write with every compared row", {"point,path,step"},
+                     false);
     arguments.option(
         "--curves", curves_,
         "curves.h5 that the asset was made from; with --model, adds the comparison without "

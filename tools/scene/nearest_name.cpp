@@ -1,5 +1,7 @@
 #include "tools/scene/nearest_name.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -24,10 +26,20 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string_view>& names) {
-  const auto best = std::min_element(names.begin(), names.end(), [&](auto a, auto b) {
-    return edit_distance(typed, a) < edit_distance(typed, b);
-  });
-  return best == names.end() ? std::string() : std::string(*best);
+  const auto distance = [&](std::string_view name) {
+    return typed.size() >= 3 && name.starts_with(typed) ? 1 : edit_distance(typed, name);
+  };
+  const auto best = std::min_element(names.begin(), names.end(),
+                                     [&](auto a, auto b) { return distance(a) < distance(b); });
+  const bool is_near =
+      best != names.end() && distance(*best) <= std::max<std::size_t>(2, typed.size() / 3);
+  return is_near ? std::string(*best) : std::string();
+}
+
+std::string suggestion(std::string_view typed, const std::vector<std::string_view>& names) {
+  const std::string nearest = nearest_name(typed, names);
+  return (nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest)) +
+         fmt::format("Known: {}.", fmt::join(names, ", "));
 }
 
 }  // namespace palpate::tools

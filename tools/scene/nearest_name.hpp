@@ -7,7 +7,11 @@
 namespace palpate::tools {
 
 /// The name with the fewest single-letter edits from `typed` (Levenshtein 1966), the first of
-/// equals; empty when there are no names. For "did you mean".
+/// equals; names that begin with it come first. Empty when all are far from it: more than two edits
+/// and a third of its letters.
 std::string nearest_name(std::string_view typed, const std::vector<std::string_view>& names);
+
+/// "Did you mean "depth"? Known: ...", without the question where no name is near.
+std::string suggestion(std::string_view typed, const std::vector<std::string_view>& names);
 
 }  // namespace palpate::tools

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
+#include <algorithm>
+#include <cstdlib>
 
 #include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"
 #include "tools/scene/toml_table.hpp"
@@ -13,8 +14,18 @@
 namespace palpate::tools {
 namespace {
 
+// The file that a scene names: beside the scene, or below the folder that PALPATE_DATA names.
 std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
-  const std::filesystem::path path(name);
+  static constexpr std::string_view kData = "$PALPATE_DATA/";
+  std::filesystem::path path(name);
+  if (name.starts_with(kData)) {
+    const char* folder = std::getenv("PALPATE_DATA");
+    if (folder == nullptr)
+      throw Error(
+          scene.string(), fmt::format("\"{}\" needs PALPATE_DATA, which is not set", name),
+          "Set it to the folder that holds the meshes; the scene says where they can be had.");
+    path = std::filesystem::path(folder) / name.substr(kData.size());
+  }
   return std::filesystem::absolute(path.is_absolute() ? path : scene.parent_path() / path)
       .lexically_normal();
 }
@@ -219,7 +230,8 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
+Scene parse_scene(const std::string& text, const std::filesystem::path& path,
+                  std::vector<Error>* errors) {
   toml::table parsed;
   try {
     parsed = toml::parse(text, path.string());
@@ -228,31 +240,63 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path) {
         fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
         std::string(e.description()), "Mend the TOML at this place.");
   }
+  const auto section = [&](auto&& read) {
+    try {
+      read();
+    } catch (const Error& e) {
+      if (errors == nullptr) throw;
+      errors->push_back(e);
+    }
+  };
   Scene scene;
   scene.path = path;
   SceneTable root(parsed, "the scene", path.string());
-  if (!root.has("body"))
-    throw Error(path.string(), "the scene has no [body]",
-                "Add [body] with surface and length_unit.");
-  scene.body = read_body(root.table("body", "[body]"), path);
-  if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
-  scene.inclusions = read_inclusions(root);
-  SceneTable probe = root.table("probe", "[probe]");
-  scene.probe = read_probe(probe, path.parent_path());
-  scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
-  scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path);
-  scene.export_ = read_section<ExportSection>(root.table("export", "[export]"), path);
-  scene.validate = read_section<ValidateSection>(root.table("validate", "[validate]"), path);
-  root.finish();
+  section([&] {
+    if (!root.has("body"))
+      throw Error(path.string(), "the scene has no [body]",
+                  "Add [body] with surface and length_unit.");
+    scene.body = read_body(root.table("body", "[body]"), path);
+  });
+  section([&] {
+    if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
+  });
+  section([&] { scene.inclusions = read_inclusions(root); });
+  section([&] {
+    SceneTable probe = root.table("probe", "[probe]");
+    scene.probe = read_probe(probe, path.parent_path());
+  });
+  section([&] {
+    scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
+  });
+  section([&] { scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path); });
+  section(
+      [&] { scene.export_ = read_section<ExportSection>(root.table("export", "[export]"), path); });
+  section([&] {
+    scene.validate = read_section<ValidateSection>(root.table("validate", "[validate]"), path);
+  });
+  section([&] { root.finish(); });
   return scene;
 }
 
+void make_quick(Scene& scene) {
+  constexpr int kRows = 5, kHeldOut = 6;
+  ExperimentsSection& experiments = scene.experiments;
+  experiments.placement.reset();
+  if (!experiments.points_file)
+    experiments.test_points =
+        std::min(experiments.test_points.value_or(kFirstPoints), kFirstPoints);
+  Experiments& each = experiments.each;
+  each.press_steps = std::min(each.press_steps, kRows);
+  each.drag_steps = std::min(each.drag_steps, kRows);
+  each.drag_directions = std::min(each.drag_directions, 1);
+  if (each.drag_depths_m.size() > 1)
+    each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
+  scene.validate.points = std::min(scene.validate.points, kHeldOut);
+  scene.validate.causes = false;
+}
+
 Scene read_scene(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw Error(path.string(), "the scene cannot be read", "Check the name and the permissions.");
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return parse_scene(text, path);
+  return parse_scene(read_whole_file(path), path);
 }
 
 }  // namespace palpate::tools

@@ -78,8 +78,7 @@ std::string SceneTable::choice(std::string_view key, std::string fallback,
     if (name == chosen) return chosen;
   const toml::node* value = node(key);
   fail(value ? *value : *table_, key, fmt::format("is \"{}\", which is not known", chosen),
-       fmt::format("Did you mean \"{}\"? Known: {}.", nearest_name(chosen, choices),
-                   fmt::join(choices, ", ")));
+       suggestion(chosen, choices));
 }
 
 bool SceneTable::boolean(std::string_view key, bool fallback) {
@@ -289,8 +288,7 @@ void SceneTable::finish() const {
     std::vector<std::string_view> known(asked_.begin(), asked_.end());
     throw Error(fmt::format("{}:{}:{}", file_, key.source().begin.line, key.source().begin.column),
                 fmt::format("{} has no key \"{}\"", name_, key.str()),
-                fmt::format("Did you mean \"{}\"? Known: {}.", nearest_name(key.str(), known),
-                            fmt::join(known, ", ")));
+                suggestion(key.str(), known));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/plausibility.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -30,6 +31,7 @@ void check_experiments(const Scene& scene, const Body& body) {
   } catch (const Error& e) {
     throw in_scene(e);
   }
+  say_plausibility(scene, body);
   const double thinnest_m = extent_m(body.surface.vertices).minCoeff();
   if (scene.experiments.each.depth_m >= thinnest_m)
     throw Error(file + ": [experiments] depth",

@@ -1,6 +1,12 @@
 #include "tools/stages/validate.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
 #include "libfit/assets/asset_file.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/validation/causes.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -35,12 +41,34 @@ void write_rows(const std::filesystem::path& path, const Reference& reference,
   csv.commit();
 }
 
+// Refuses an asset of another body: its vertices are the scene's, rounded to float.
+void check_same_surface(const std::filesystem::path& path, const runtime::AssetView& asset,
+                        const Surface& surface) {
+  constexpr double kRounding = 1e-6;  // of the body's extent
+  double farthest_m =
+      asset.vertices == surface.vertices.rows() ? 0 : std::numeric_limits<double>::infinity();
+  for (int v = 0; v < asset.vertices && std::isfinite(farthest_m); ++v) {
+    const Vec3 place = Eigen::Map<const Eigen::Vector3f>(asset.vertex + 3 * v).cast<double>() +
+                       Eigen::Map<const Vec3>(asset.origin_m);
+    farthest_m = std::max(farthest_m, (place - Vec3(surface.vertices.row(v))).norm());
+  }
+  if (farthest_m <= kRounding * extent_m(surface.vertices).norm()) return;
+  throw Error(
+      path.string(),
+      fmt::format(
+          "was made on another surface than the scene's: {} vertices and {}{}", asset.vertices,
+          surface.vertices.rows(),
+          std::isfinite(farthest_m) ? fmt::format(", {:.3g} mm apart", 1e3 * farthest_m) : ""),
+      "Validate it with the scene that it was made from.");
+}
+
 }  // namespace
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
                          const ValidateRequest& request) {
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
+  check_same_surface(path, asset, body.surface);
   const double depth_m = scene.experiments.each.depth_m;
   const Reference reference = simulate_reference(scene, body,
                                                  {.settings = request.settings,

@@ -1,7 +1,10 @@
+#include <fmt/format.h>
 #include <hdf5.h>
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
+#include <cstring>
 
 #include "libfit/io/hdf5/hdf5.hpp"
 
@@ -26,6 +29,14 @@ Handle new_file(const std::filesystem::path& partial) {
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.id(), false);
   return Handle(H5Fcreate(partial.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), H5Fclose);
+}
+
+// HDF5 writes the image by the system's calls, whose errno says more than its own stack.
+Error cannot_store(const std::filesystem::path& path, int reason) {
+  return Error(path.string(),
+               reason != 0 ? fmt::format("cannot be written: {}", std::strerror(reason))
+                           : "cannot be written (HDF5: " + take_reason() + ")",
+               "Choose a folder that exists, can be written and has space.");
 }
 
 Handle text_type(std::size_t longest) {
@@ -83,8 +94,9 @@ Writer::Writer(const std::filesystem::path& path, std::string_view schema, int v
                const Attributes& attributes)
     : path_(path), stored_(path) {
   silence();
+  errno = 0;
   file_ = new_file(stored_.partial_path());
-  check(file_.id(), "", "cannot be written");
+  if (!file_.is_valid()) throw cannot_store(path_, errno);
   attribute("", "schema", schema);
   attribute("", "version", version);
   for (const auto& [name, value] : attributes) attribute("", name, value);
@@ -186,10 +198,9 @@ void Writer::attribute(const std::string& object, const std::string& name,
 }
 
 void Writer::commit() {
+  errno = 0;
   const bool is_stored = H5Fclose(file_.release()) >= 0;
-  if (!is_stored)
-    throw Error(path_.string(), "cannot be written (HDF5: " + take_reason() + ")",
-                "Choose a folder that exists, can be written and has space.");
+  if (!is_stored) throw cannot_store(path_, errno);
   stored_.commit();
 }
 

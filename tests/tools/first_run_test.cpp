@@ -1,0 +1,168 @@
+// From a mesh to a scene (`new`), and what `check` says of it.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "libfit/core/error.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/tissues.hpp"
+#include "tools/stages/propose.hpp"
+#include "tools/stages/trial.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// 80 x 80 x 30 in the file's unit, each side a grid.
+Surface block(int cells) {
+  const Folder folder;
+  std::istringstream off(block_off(cells));
+  std::string word;
+  Eigen::Index vertices = 0, triangles = 0, zero = 0;
+  off >> word >> vertices >> triangles >> zero;
+  Surface surface;
+  surface.vertices.resize(vertices, 3);
+  surface.triangles.resize(triangles, 3);
+  for (Eigen::Index v = 0; v < vertices; ++v)
+    for (int k = 0; k < 3; ++k) off >> surface.vertices(v, k);
+  for (Eigen::Index f = 0; f < triangles; ++f) {
+    off >> zero;
+    for (int k = 0; k < 3; ++k) off >> surface.triangles(f, k);
+  }
+  return surface;
+}
+
+TEST(new_scene, the_likely_unit_makes_an_organ_of_a_mesh) {
+  EXPECT_EQ(likely_unit({194, 154, 156}), "mm");
+  EXPECT_EQ(likely_unit({19, 15, 15}), "cm");
+  EXPECT_EQ(likely_unit({0.19, 0.15, 0.15}), "m");
+  EXPECT_EQ(likely_unit({194000, 154000, 156000}), "um");
+}
+
+TEST(new_scene, of_a_block_rests_on_one_broad_side_and_is_pressed_on_the_other) {
+  const ProposedScene proposed = propose_scene("block.off", block(8), {});
+  const Scene scene = parse_scene(proposed.text, "scene.toml");
+  ASSERT_EQ(scene.body.fixed.size(), 1u);
+  const auto& held = std::get<HalfSpace>(scene.body.fixed[0]);
+  EXPECT_EQ(held.axis, 2);
+  EXPECT_TRUE(held.is_below);
+  const auto& window = std::get<Ball>(*scene.experiments.region);
+  EXPECT_NEAR((window.center_m - Vec3(0.04, 0.04, 0.03)).norm(), 0, 1e-9);
+  EXPECT_LT(scene.experiments.each.depth_m, 0.03 / 4);
+  EXPECT_GT(window.radius_m, 3 * scene.experiments.each.depth_m);
+}
+
+TEST(new_scene, takes_the_choices_it_is_given) {
+  const ProposedScene proposed =
+      propose_scene("block.off", block(8), {.unit = "cm", .tissue = "spleen", .held = "+z"});
+  const Scene scene = parse_scene(proposed.text, "scene.toml");
+  EXPECT_FALSE(std::get<HalfSpace>(scene.body.fixed[0]).is_below);
+  EXPECT_EQ(scene.body.length_unit_m, 0.01);
+  EXPECT_DOUBLE_EQ(scene.material->values[0], 2900);
+  EXPECT_THROW(propose_scene("block.off", block(8), {.tissue = "lver"}), Error);
+  EXPECT_THROW(propose_scene("block.off", block(8), {.held = "up"}), Error);
+  EXPECT_THROW(propose_scene("block.off", block(8), {.unit = "furlong"}), Error);
+}
+
+TEST(tissues, each_has_a_source_and_makes_a_scene) {
+  ASSERT_GE(tissues().size(), 25u);
+  for (const Tissue& tissue : tissues()) {
+    EXPECT_TRUE(tissue.doi.starts_with("10.")) << tissue.name;
+    EXPECT_LT(tissue.deviation_Pa, tissue.young_Pa) << tissue.name;
+    const ProposedScene proposed = propose_scene("block.off", block(4), {.tissue = tissue.name});
+    EXPECT_NO_THROW(parse_scene(proposed.text, "scene.toml")) << tissue.name;
+  }
+}
+
+TEST(scenes, a_mesh_below_PALPATE_DATA_needs_the_variable) {
+  const std::string text =
+      std::string(kScene).replace(kScene.find("block.off"), 9, "$PALPATE_DATA/block.off");
+  ::unsetenv("PALPATE_DATA");
+  EXPECT_THROW(parse_scene(text, "scene.toml"), Error);
+  ::setenv("PALPATE_DATA", "/organs", 1);
+  EXPECT_EQ(*parse_scene(text, "scene.toml").body.surface, "/organs/block.off");
+  ::unsetenv("PALPATE_DATA");
+}
+
+TEST(quick, asks_for_less_of_everything_and_nothing_more) {
+  Scene scene = parse_scene(kScene, "scene.toml");
+  scene.experiments.placement.emplace();
+  scene.experiments.test_points = 400;
+  scene.experiments.each.drag_depths_m = {0.001, 0.003, 0.002};
+  make_quick(scene);
+  EXPECT_FALSE(scene.experiments.placement);
+  EXPECT_EQ(scene.experiments.test_points, 12);
+  EXPECT_EQ(scene.experiments.each.drag_depths_m, std::vector<double>{0.003});
+  EXPECT_EQ(scene.experiments.each.drag_steps, 5);
+  EXPECT_EQ(scene.validate.points, 2);
+  EXPECT_FALSE(scene.validate.causes);
+}
+
+TEST(check, says_all_that_is_wrong_at_once) {
+  const Folder folder;
+  folder.write("block.off", block_off(8));
+  std::string text = kScene;
+  text.replace(text.find("depth ="), 7, "detph =");
+  text.replace(text.find("\"10 kPa\""), 8, "\"10 mm\"");
+  text.replace(text.find("radius = "), 9, "raduis = ");
+  const fs::path scene = folder.write("scene.toml", text);
+  const Outcome outcome = palpate(folder, "check " + scene.string() + " --json");
+  EXPECT_EQ(outcome.status, 1);
+  const auto report = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(report.at("errors").size(), 3u) << outcome.out;
+  for (const auto& error : report.at("errors"))
+    EXPECT_NE(error.at("where").get<std::string>().find("scene.toml:"), std::string::npos);
+}
+
+TEST(check, tries_a_point_and_tells_what_a_run_costs) {
+  const Folder folder;
+  folder.write("block.off", block_off(8));
+  const fs::path scene = folder.write("scene.toml", kScene);
+  const Outcome outcome = palpate(
+      folder, "check " + scene.string() + " --json --vtu " + (folder / "set-up.vtu").string());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(report.at("errors").empty());
+  const auto& trial = report.at("trial");
+  EXPECT_EQ(trial.at("good"), trial.at("rows"));
+  EXPECT_GT(trial.at("force_N"), 0);
+  EXPECT_GT(trial.at("sticking").get<int>() + trial.at("slipping").get<int>(), 5);
+  EXPECT_EQ(report.at("run").at("points_at_most"), 6);  // 4 test points, 2 held out, no causes
+  EXPECT_NE(content_of(folder / "set-up.vtu").find("is_reachable"), std::string::npos);
+}
+
+TEST(check, advises_what_to_change) {
+  const Scene scene = parse_scene(kScene, "scene.toml");
+  Trial trial;
+  trial.force_N = trial.half_space_N = 1;
+  trial.rows = trial.good = 14;
+  trial.sticking = 4;
+  trial.slipping = 5;
+  EXPECT_TRUE(advice(scene, trial).empty());
+  const auto says = [&](Trial changed, const std::string& key) {
+    const auto sentences = advice(scene, changed);
+    ASSERT_EQ(sentences.size(), 1u) << key;
+    EXPECT_NE(sentences[0].find(key), std::string::npos) << sentences[0];
+  };
+  Trial changed = trial;
+  changed.slipping = 0;
+  says(changed, "drag_distance");
+  changed = trial;
+  changed.sticking = 1;
+  says(changed, "drag_steps");
+  changed = trial;
+  changed.force_N = 0.1;
+  says(changed, "the organ sways");
+  changed = trial;
+  changed.force_error = 0.2;
+  says(changed, "force_tolerance");
+  changed = trial;
+  changed.good = 9;
+  says(changed, "press less deep");
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,94 @@
+// What is refused or doubted of a scene that reads well and makes no sense.
+
+#include "tools/stages/plausibility.hpp"
+
+#include <gtest/gtest.h>
+
+#include "libfit/core/error.hpp"
+#include "tests/tools/block_scene.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// The block of block_scene.hpp, 80 x 80 x 30 mm, as a surface.
+Body block_body(double scale = 1) {
+  Body body;
+  body.surface.vertices.resize(8, 3);
+  for (int v = 0; v < 8; ++v)
+    body.surface.vertices.row(v) << (v & 1 ? 0.08 : 0), (v & 2 ? 0.08 : 0), (v & 4 ? 0.03 : 0);
+  body.surface.vertices *= scale;
+  body.surface.triangles.resize(12, 3);
+  body.surface.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3,
+      0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
+  return body;
+}
+
+Scene scene_with(const std::string& from, const std::string& to, const std::string& more = "") {
+  std::string text = kScene;
+  if (!from.empty()) text.replace(text.find(from), from.size(), to);
+  return parse_scene(text + more, "scene.toml");
+}
+
+const std::string kBall = R"([[inclusion]]
+sphere = { center = ["40 mm", "40 mm", "%s mm"], radius = "5 mm" }
+material = { young = "60 kPa", poisson = 0.45 }
+)";
+
+Scene with_ball_at(const std::string& height) {
+  std::string text = kBall;
+  return scene_with("", "", text.replace(text.find("%s"), 2, height));
+}
+
+TEST(plausibility, a_scene_that_makes_sense_passes_without_a_word) {
+  EXPECT_TRUE(implausible(scene_with("", ""), block_body()).empty());
+}
+
+struct Slip {
+  const char* name;
+  std::string from, to, expected;
+  double scale = 1;
+};
+void PrintTo(const Slip& slip, std::ostream* out) { *out << slip.name; }
+
+class Slips : public testing::TestWithParam<Slip> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, Slips,
+    testing::Values(
+        Slip{"modulus_without_unit", "young = \"10 kPa\"", "young = 10", "was \"10 kPa\" meant"},
+        Slip{"modulus_of_steel", "\"10 kPa\"", "\"10 GPa\"", "Was \"10 kPa\" meant"},
+        Slip{"probe_of_a_micrometre", "\"8 mm\"", "\"1 um\"", "Is its unit right"},
+        Slip{"friction_of_five", "friction = 0.3", "friction = 5", "more than any tool"},
+        Slip{"body_of_80_metres", "", "", "Is length_unit right", 1000},
+        Slip{"body_of_18_micrometres", "", "", "Is length_unit right", 2.2e-4}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(Slips, is_doubted_with_the_likely_cause) {
+  const auto doubts =
+      implausible(scene_with(GetParam().from, GetParam().to), block_body(GetParam().scale));
+  ASSERT_FALSE(doubts.empty());
+  EXPECT_NE(doubts[0].find(GetParam().expected), std::string::npos) << doubts[0];
+}
+
+TEST(plausibility, an_inclusion_is_measured) {
+  const auto places = place_inclusions(with_ball_at("20"), block_body());
+  ASSERT_EQ(places.size(), 1u);
+  EXPECT_NEAR(places[0].volume_m3, 4.18879e-9 * 125, 0.02 * 5.236e-7);
+  EXPECT_EQ(places[0].inside, 1);
+  EXPECT_NEAR(places[0].depth_m, 0.005, 1e-9);
+}
+
+TEST(plausibility, the_share_of_an_inclusion_outside_the_body_is_measured) {
+  const auto places = place_inclusions(with_ball_at("30"), block_body());
+  EXPECT_NEAR(places[0].inside, 0.5, 0.02);
+  EXPECT_EQ(places[0].depth_m, 0);
+}
+
+TEST(plausibility, an_inclusion_beside_the_body_is_an_error) {
+  EXPECT_THROW(place_inclusions(with_ball_at("50"), block_body()), Error);
+}
+
+}  // namespace
+}  // namespace palpate::tools

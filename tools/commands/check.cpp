@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/vtu.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/check.hpp"
+#include "tools/stages/plausibility.hpp"
+#include "tools/stages/prepare.hpp"
+#include "tools/stages/trial.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// The set-up on the fine surface: what is held, the window, the test points, how deep below each
+// vertex an inclusion starts being one.
+void write_set_up(const std::string& path, const Scene& scene, const Body& body) {
+  const Points& vertices = body.surface.vertices;
+  const auto count = static_cast<std::size_t>(vertices.rows());
+  std::vector<char> is_held(count), is_test_point(count);
+  for (std::size_t v = 0; v < count; ++v)
+    is_held[v] = any_contains(scene.body.fixed, vertices.row(static_cast<Eigen::Index>(v)));
+  for (Eigen::Index p = 0; p < body.test_points.position.rows(); ++p) {
+    Eigen::Index nearest = 0;
+    (vertices.rowwise() - body.test_points.position.row(p))
+        .rowwise()
+        .squaredNorm()
+        .minCoeff(&nearest);
+    is_test_point[static_cast<std::size_t>(nearest)] = 1;
+  }
+  VtuWriter vtu;
+  vtu.add("is_held", 1, is_held);
+  vtu.add("is_reachable", 1, body.is_reachable);
+  vtu.add("is_test_point", 1, is_test_point);
+  write_file_atomically(path, vtu.text(body.surface, "is_reachable"));
+}
+
+class Check final : public Command {
+ public:
+  explicit Check(Arguments& arguments) {
+    arguments.positional("scene", scene_path_, "Scene to check, scene.toml");
+    arguments.output("--vtu", vtu_, "Picture of the set-up to write: what is held, window, points",
+                     {"vtu"}, false);
+    arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
+    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
+  }
+
+  int run() override {
+    try {
+      inspect();
+    } catch (const Error& e) {
+      errors_.push_back(e);
+    }
+    for (const Error& e : errors_) {
+      report_["errors"].push_back(
+          {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
+      if (!json_) fmt::print(stderr, "palpate: error: {}\n", e.what());
+    }
+    if (json_) fmt::print("{}\n", report_.dump());
+    return errors_.empty() ? kDone : kBadInput;
+  }
+
+ private:
+  void inspect() {
+    report_ = {{"scene", scene_path_}, {"errors", nlohmann::ordered_json::array()}};
+    Scene scene = parse_scene(read_whole_file(scene_path_), scene_path_, &errors_);
+    if (!errors_.empty()) return;
+    scene = open_scene(scene_path_);
+    check_choices(scene);
+    const Body body = prepare_body(scene, false);
+    check_experiments(scene, body);
+    report_["doubts"] = implausible(scene, body);
+    report_["tets"] = body.volume.tets.rows();
+    report_["test_points"] = body.test_points.position.rows();
+    if (!vtu_.empty()) write_set_up(vtu_, scene, body);
+    if (!no_trial_) report_trial(scene, body);
+  }
+
+  void report_trial(const Scene& scene, const Body& body) {
+    const Trial trial = try_middle_point(scene, body);
+    const int points = points_of_run(scene, body);
+    const double cpu_s = points * trial.cpu_s;
+    const std::vector<std::string> advices = advice(scene, trial);
+    report_["trial"] = {{"point", trial.point},       {"force_N", trial.force_N},
+                        {"depth_m", trial.depth_m},   {"force_error", trial.force_error},
+                        {"rows", trial.rows},         {"good", trial.good},
+                        {"sticking", trial.sticking}, {"slipping", trial.slipping},
+                        {"nodes", trial.nodes},       {"cpu_s", trial.cpu_s}};
+    report_["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
+    report_["advice"] = advices;
+    if (json_) return;
+    fmt::print(
+        "tried {} at ({:.1f}, {:.1f}, {:.1f}) mm: {:.3g} N at {:.3g} mm, {} of {} rows good, "
+        "stated "
+        "force error {:.2g} %, drags stick in {} rows and slip in {}; {} nodes, {}\n"
+        "a run simulates {} points at most, held-out ones among them: about {} of one core\n",
+        trial.point, 1e3 * trial.position[0], 1e3 * trial.position[1], 1e3 * trial.position[2],
+        trial.force_N, 1e3 * trial.depth_m, trial.good, trial.rows, 100 * trial.force_error,
+        trial.sticking, trial.slipping, trial.nodes, in_words(trial.cpu_s), points,
+        in_words(cpu_s));
+    for (const std::string& sentence : advices) fmt::print("advice: {}\n", sentence);
+    if (advices.empty()) fmt::print("nothing to change\n");
+  }
+
+  std::string scene_path_, vtu_;
+  bool no_trial_ = false, json_ = false;
+  std::vector<Error> errors_;
+  nlohmann::ordered_json report_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_check(Arguments& arguments) {
+  return std::make_unique<Check>(arguments);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,70 @@
+#include <unistd.h>
+
+#include <filesystem>
+#include <iostream>
+
+#include "libfem/mesh/read/read.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "tools/command.hpp"
+#include "tools/console.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/scene/tissues.hpp"
+#include "tools/stages/propose.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Asks on a terminal; an empty line takes the proposal.
+void ask(std::string& answer, const std::string& question, const std::string& proposal) {
+  if (!answer.empty()) return;
+  answer = proposal;
+  if (!isatty(STDIN_FILENO) || !isatty(STDERR_FILENO)) return;
+  fmt::print(stderr, "{} [{}] ", question, proposal);
+  std::string line;
+  if (std::getline(std::cin, line) && !line.empty()) answer = line;
+}
+
+class New final : public Command {
+ public:
+  explicit New(Arguments& arguments) {
+    arguments.positional("mesh", mesh_, "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP");
+    arguments.output("-o,--output", output_, "Scene to write, scene.toml", {"# "});
+    arguments.option("--unit", choices_.unit,
+                     "Length unit of the mesh, such as mm; without it the likely one");
+    arguments.option("--tissue", tissue_,
+                     "Material of the table in data/materials.toml, such as liver or breast-fat");
+    arguments.option("--held", choices_.held,
+                     "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
+                     "flattest");
+  }
+
+  int run() override {
+    const Surface surface = read_surface(mesh_, 1);
+    ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
+    ask(tissue_, "Tissue?", choices_.tissue);
+    choices_.tissue = tissue_;
+    const fs::path folder = fs::absolute(output_).lexically_normal().parent_path();
+    const ProposedScene proposed = propose_scene(
+        fs::proximate(fs::absolute(mesh_).lexically_normal(), folder), surface, choices_);
+    for (const std::string& note : proposed.notes) say("  {}", note);
+    parse_scene(proposed.text, output_);
+    write_file_atomically(output_, proposed.text);
+    say("wrote {}; next: palpate check {}", output_, output_);
+    return kDone;
+  }
+
+ private:
+  std::string mesh_, output_, tissue_;
+  SceneChoices choices_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> declare_new(Arguments& arguments) {
+  return std::make_unique<New>(arguments);
+}
+
+}  // namespace palpate::tools

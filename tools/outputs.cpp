@@ -1,0 +1,106 @@
+#include "tools/outputs.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/describe.hpp"
+
+namespace palpate::tools {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kFirstBytes = 512;
+constexpr std::string_view kHdf5Magic = "\x89HDF";
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored);
+}
+
+std::string in_words(const std::string& kind) {
+  const bool is_schema = kind.starts_with("palpate-") || kind == "palp" || kind == "vtu";
+  return is_schema ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
+}
+
+// The folder itself or the nearest one above it that exists.
+fs::path existing(fs::path path) {
+  path = fs::absolute(path).lexically_normal();
+  std::error_code ignored;
+  while (!fs::exists(path, ignored) && path.has_relative_path()) path = path.parent_path();
+  return path;
+}
+
+}  // namespace
+
+std::string kind_of_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kFirstBytes, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  if (bytes.starts_with(kHdf5Magic)) {
+    try {
+      return schema_of(path);
+    } catch (const Error&) {
+      return "HDF5";
+    }
+  }
+  if (bytes.starts_with("PALP")) return "palp";
+  if (bytes.find("<VTKFile") != std::string::npos) return "vtu";
+  return bytes.substr(0, bytes.find_first_of("\r\n"));
+}
+
+void check_output(const fs::path& output, std::span<const std::string_view> kinds,
+                  std::span<const std::string> inputs) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(output, ignored) || fs::is_empty(output, ignored)) return;
+  const std::string found = kind_of_file(output);
+  const auto is_of = [&](std::string_view kind) { return found.starts_with(kind); };
+  if (std::any_of(kinds.begin(), kinds.end(), is_of)) return;
+  const auto is_output = [&](const std::string& input) { return is_same_file(input, output); };
+  const bool is_input = std::any_of(inputs.begin(), inputs.end(), is_output);
+  throw Error(
+      output.string(),
+      is_input ? "is also an input of this command, which would replace it"
+               : in_words(found) + ", which this command does not write",
+      "Give the output another name" + std::string(is_input ? "." : ", or remove the file first."));
+}
+
+OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
+  const fs::path found = existing(path_);
+  if (!fs::is_directory(found))
+    throw Error(found.string(), "is a file, so no folder can be made there",
+                "Give -o the name of a folder.");
+  if (::access(found.c_str(), W_OK | X_OK) != 0)
+    throw Error(found.string(), fmt::format("cannot be written: {}", std::strerror(errno)),
+                "Choose a folder that can be written.");
+}
+
+OutputFolder::~OutputFolder() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void OutputFolder::claim() {
+  if (descriptor_ >= 0) return;
+  std::error_code failure;
+  fs::create_directories(path_, failure);
+  if (!failure) descriptor_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor_ < 0)
+    throw Error(path_.string(),
+                "cannot be made: " + (failure ? failure.message() : std::strerror(errno)),
+                "Choose a folder that can be written.");
+  // A file system without locks (some network ones) lets every run in.
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    throw Error(path_.string(), "another palpate is writing into this folder",
+                "Wait for it to end, or choose another folder.");
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace palpate::tools {
+
+/// What a file is by its first bytes: "palpate-samples" and the other schemas, "palp", "vtu", the
+/// header of a table ("t_s,fx_N,..."), "" for an empty or a missing file.
+std::string kind_of_file(const std::filesystem::path& path);
+
+/// Refuses an output that would replace something else: an input of the command, or a file of a
+/// kind that the command does not write. kinds: what it writes, a table by how its header begins.
+/// Throws Error.
+void check_output(const std::filesystem::path& output, std::span<const std::string_view> kinds,
+                  std::span<const std::string> inputs);
+
+/// The folder of a run. The constructor refuses what can be no such folder and writes nothing;
+/// `claim` makes the folder and keeps a second run out of it until this object or the program ends.
+class OutputFolder {
+ public:
+  explicit OutputFolder(std::filesystem::path path);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  void claim();
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
+}  // namespace palpate::tools

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libfit/core/surface.hpp"
+
+namespace palpate::tools {
+
+/// What the user has decided; empty: proposed from the mesh.
+struct SceneChoices {
+  std::string unit{};  ///< "mm", or a length such as "110 mm"
+  std::string tissue = "liver";
+  std::string held{};  ///< side that is fixed: -x, +x, -y, +y, -z or +z
+};
+
+/// A scene to start from, and what was noticed on the way, a sentence each.
+struct ProposedScene {
+  std::string text;
+  std::vector<std::string> notes;
+};
+
+/// The length unit that makes a mesh an organ or a specimen: its largest extent is then between
+/// 3 cm and 1 m where a unit does that.
+std::string likely_unit(const Vec3& extent);
+
+/// A commented scene for a surface mesh.
+/// mesh: its file, as the scene shall name it. surface: as the file holds it, in the file's unit.
+/// The body rests on a flat side whose opposite can be pressed on (held where a quarter of its
+/// surface lies); the window lies opposite;
+/// the ball is an eighth of the thickness under the window and presses as deep as its radius at
+/// most; drags are as long as presses are deep, so that they slip.
+/// Throws Error on a unit, tissue or side that does not exist, and on a mesh beyond mending.
+ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& surface,
+                            const SceneChoices& choices);
+
+}  // namespace palpate::tools

@@ -1,0 +1,132 @@
+#include "tools/stages/trial.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+#include <map>
+
+#include "libfem/materials/materials.hpp"
+#include "libfem/probes/probes.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// A drag slips where its lateral force has fallen to this share of its first row's stiffness times
+// the distance.
+constexpr double kSlipShare = 0.6;
+constexpr double kUsefulError = 0.03;      // of a row's force; more hides what a fit can do
+constexpr double kSwayShare = 0.4;         // of the half-space's force; softer inclusions take less
+constexpr double kSmallestForce_N = 0.04;  // that a hand notices
+
+double thread_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Vec3 across(const Vec3& vector, const Vec3& normal) { return vector - vector.dot(normal) * normal; }
+
+// Sticking and slipping rows of the drags. Each drag starts from a press: what it had there counts.
+void count_drags(const std::vector<fem::PointRow>& rows, const Vec3& normal, Trial& trial) {
+  std::map<int, const fem::PointRow*> first;
+  for (const fem::PointRow& row : rows) {
+    if (row.kind != ExperimentKind::drag || row.status != RowStatus::good) continue;
+    const auto [start, is_first] = first.try_emplace(row.experiment, &row);
+    const auto stiffness = [&](const fem::PointRow& of) {
+      const double distance = across(of.deflection, normal).norm();
+      return distance > 0 ? across(of.force, normal).norm() / distance : 0;
+    };
+    const double initial = stiffness(*start->second);
+    if (!(initial > 0)) continue;
+    (stiffness(row) < kSlipShare * initial ? trial.slipping : trial.sticking) += 1;
+  }
+}
+
+}  // namespace
+
+Trial try_middle_point(const Scene& scene, const Body& body) {
+  const Points& places = body.test_points.position;
+  const auto& region = scene.experiments.region;
+  const Ball* ball = region ? std::get_if<Ball>(&*region) : nullptr;
+  const Vec3 middle = ball ? ball->center_m : Vec3(places.colwise().mean());
+  Eigen::Index point = 0;
+  (places.rowwise() - middle.transpose()).rowwise().squaredNorm().minCoeff(&point);
+  Trial trial;
+  trial.point = body.test_points.name[static_cast<std::size_t>(point)];
+  trial.position = places.row(point);
+  const Vec3 normal = body.test_points.normal.row(point);
+  const fem::Simulator simulator = make_simulator(scene, body);
+  const double started_s = thread_seconds();
+  Progress progress;
+  progress.is_stopped = [] { return is_interrupted(); };
+  const fem::PointRows done =
+      simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
+  trial.cpu_s = thread_seconds() - started_s;
+  if (!done.is_complete) throw Interrupted("check: the trial was not finished");
+  trial.nodes = done.cost.nodes;
+  trial.rows = done.rows.size();
+  trial.force_error = fem::achieved_error(done.rows);
+  for (const fem::PointRow& row : done.rows) {
+    if (row.status != RowStatus::good) continue;
+    ++trial.good;
+    const double depth_m = row.deflection.dot(normal);
+    if (row.kind == ExperimentKind::press && depth_m > trial.depth_m) {
+      trial.depth_m = depth_m;
+      trial.force_N = row.force.dot(normal);
+    }
+  }
+  // Hertz with the contact radius a of the probe: F = 4/3 E* a d.
+  const fem::Material material = fem::make_material(*scene.material, "[material]");
+  const fem::SmallStrain small = material.law->small_strain(material.constants);
+  const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
+  trial.half_space_N = 4.0 / 3 * small.young_Pa() / (1 - small.poisson() * small.poisson()) *
+                       probe.contact_radius_m(trial.depth_m) * trial.depth_m;
+  count_drags(done.rows, normal, trial);
+  return trial;
+}
+
+int points_of_run(const Scene& scene, const Body& body) {
+  const auto& placement = scene.experiments.placement;
+  const int own =
+      placement ? placement->budget : static_cast<int>(body.test_points.position.rows());
+  return own + scene.validate.points * (scene.validate.causes ? 2 : 1);
+}
+
+std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
+  std::vector<std::string> out;
+  const Experiments& each = scene.experiments.each;
+  if (trial.good < trial.rows)
+    out.push_back(fmt::format(
+        "{} of {} rows are not good, the press ends at {:.3g} mm: press less deep (depth), or in "
+        "smaller steps (press_steps, drag_steps).",
+        trial.rows - trial.good, trial.rows, 1e3 * trial.depth_m));
+  if (!std::isfinite(trial.force_error) || trial.force_error > kUsefulError)
+    out.push_back(fmt::format(
+        "rows state a force error of {:.2g} %: set force_tolerance = {} in [experiments].",
+        100 * trial.force_error, kUsefulError));
+  if (trial.force_N < kSwayShare * trial.half_space_N)
+    out.push_back(fmt::format(
+        "the press has {:.2g} N where a body that stays in its place has {:.2g}: the organ sways. "
+        "Hold more of it, or nearer to the window (fixed).",
+        trial.force_N, trial.half_space_N));
+  else if (trial.force_N < kSmallestForce_N)
+    out.push_back(fmt::format(
+        "the press ends at {:.2g} N, less than a hand notices: press deeper, or check the unit of "
+        "the material.",
+        trial.force_N));
+  if (each.drag_directions > 0 && scene.probe.spec.friction > 0) {
+    if (trial.slipping == 0)
+      out.push_back(fmt::format("no drag slips: make drag_distance {:.2g} mm or more.",
+                                2e3 * each.drag_distance_m));
+    if (trial.sticking < 2)
+      out.push_back(
+          fmt::format("drags slip at once: make drag_steps {} or more.", 2 * each.drag_steps));
+  }
+  return out;
+}
+
+}  // namespace palpate::tools
