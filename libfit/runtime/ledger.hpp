@@ -45,7 +45,8 @@ struct Ledger {
     return 2 * (debt_J / sum) * (debt_J / sum) / sum;
   }
 
-  /// Slips took the law's energy from before_J to after_J with the tool held.
+  /// Slips took the law's energy from before_J to after_J with the tool held: within (M10) nothing
+  /// is owed.
   void book(double before_J, double after_J, bool has_guard) noexcept {
     const double before = stored_J(before_J), owed = before_J - before, allowed = before + tank_J;
     double after = after_J;
