@@ -265,9 +265,9 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   EXPECT_EQ(std::string(info.meta_json, info.meta_bytes), "{\"a\":1}");
   EXPECT_NEAR(info.box_max_m[2], 0.03, 1e-8);
   const auto tool = [](double palpate_tool::*field, double value) {
-    palpate_tool out = palpate_tip();
-    out.*field = value;
-    return out;
+    palpate_tool made = palpate_tip();
+    made.*field = value;
+    return made;
   };
   palpate_tool off = palpate_tip();
   off.offset_m[0] = kNan;

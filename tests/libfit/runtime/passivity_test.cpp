@@ -195,10 +195,11 @@ TEST(passivity, no_tick_at_50_mm_s_jumps) {
     });
     Model box = box_model(0.02, 20, uniform(400, 300, 0.3));
     make_rings(box, friction, 0, [](const Vec3&) { return 1.0; });
-    // An ordinary tick of the stiffest place: 2.5 (12 + 9000 d) N/m at 6 mm times 50 um is 8 mN.
-    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.03);
-    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.03);
-    EXPECT_LT(largest_jump_N(load(box).asset, at_edge, step_m), 0.03);
+    // At 12 mm the contact point goes 90 um in a tick: 20 mN where the body is even, 80 mN where it
+    // changes by 60 % within 1.5 mm.
+    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.05);
+    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.1);
+    EXPECT_LT(largest_jump_N(load(box).asset, at_edge, step_m), 0.05);
   }
 }
 
