@@ -102,7 +102,44 @@ Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal
   return out;
 }
 
-void Contact::add_point(const ContactTrial& trial, int face, int q, bool with_curvature,
+Contact::Traction Contact::lagged_traction(const Vec3& relative, double spring, int point,
+                                           const ContactHistory& history) const {
+  const double limit = limit_Pa_[point], share = share_[point];
+  if (limit <= 0) return {};
+  const Vec3& n = normal_[point];
+  const Friction friction = friction_law(relative, n, limit, share, spring, point, history);
+  const Mat3 plane = Mat3::Identity() - n * n.transpose();
+  if (!friction.slides) return {friction.traction_Pa, share * spring * plane};
+  const Vec3 along = friction.slip.normalized();
+  return {friction.traction_Pa,
+          share * limit / friction.slip.norm() * (plane - along * along.transpose())};
+}
+
+Contact::Traction Contact::coupled_traction(const Vec3& relative, const SignedDistance& gap,
+                                            const Law& law, double spring, int point,
+                                            const ContactHistory& history) const {
+  const double limit = probe_.friction * law.pressure_Pa;
+  if (limit <= 0) return {};
+  const Vec3& n = gap.gradient;
+  const double before = history.gap[point];
+  const double share = share_in_contact(gap.distance_m, point, history);
+  const Friction friction = friction_law(relative, n, limit, share, spring, point, history);
+  const Vec3 travel = relative - history.relative[point];
+  const Vec3 moved = history.stick_Pa[point] / spring + share * travel;
+  const double opening = before - gap.distance_m;
+  const Vec3 share_by_place = before <= 0 ? Vec3(Vec3::Zero()) : -before / (opening * opening) * n;
+  const Mat3 plane = Mat3::Identity() - n * n.transpose();
+  const Mat3 slip_by_place = share * plane + plane * travel * share_by_place.transpose() -
+                             n.dot(moved) * gap.hessian - n * (gap.hessian * moved).transpose();
+  if (!friction.slides) return {friction.traction_Pa, spring * slip_by_place};
+  const Vec3 along = friction.slip.normalized();
+  return {
+      friction.traction_Pa,
+      limit / friction.slip.norm() * (slip_by_place - along * (along.transpose() * slip_by_place)) -
+          probe_.friction * law.slope_Pa_m * along * n.transpose()};
+}
+
+void Contact::add_point(const ContactTrial& trial, int face, int q, Tangent tangent,
                         FaceTerms& terms, ContactTotals& totals, double& normal_force,
                         bool& touches) {
   const auto& [u, pose, history] = trial;
@@ -113,7 +150,7 @@ void Contact::add_point(const ContactTrial& trial, int face, int q, bool with_cu
   // A lagged limit acts also where the surface has just come off: else the energy would jump.
   const double pressing = pressing_gap(gap.distance_m, point, history);
   const bool is_pressed = pressing < 0;
-  if (!is_pressed && limit_Pa_[point] <= 0) return;
+  if (!is_pressed && (tangent == Tangent::coupled || limit_Pa_[point] <= 0)) return;
   if (!touches) {
     touches = true;
     terms.face = face;
@@ -126,24 +163,16 @@ void Contact::add_point(const ContactTrial& trial, int face, int q, bool with_cu
   // Gradient and Hessian of the energy density by the place x of the surface point.
   Vec3 pull = -law.pressure_Pa * n;
   Mat3 stiffness = law.slope_Pa_m * n * n.transpose();
-  if (with_curvature)
+  if (tangent != Tangent::lagged_flat)
     stiffness -= std::min(law.pressure_Pa, curvature_limit_m_ * stiffness_[face]) * gap.hessian;
   totals.energy_J += weight * law.energy_J_m2;
 
-  if (limit_Pa_[point] > 0) {
-    const double limit = limit_Pa_[point], share = share_[point];
-    const double spring = tangential_ * stiffness_[face];
-    const Friction friction =
-        friction_law(x - pose.tip, normal_[point], limit, share, spring, point, history);
-    pull += friction.traction_Pa;
-    const Mat3 plane = Mat3::Identity() - normal_[point] * normal_[point].transpose();
-    if (!friction.slides) {
-      stiffness += share * spring * plane;
-    } else {
-      const Vec3 along = friction.slip.normalized();
-      stiffness += share * limit / friction.slip.norm() * (plane - along * along.transpose());
-    }
-  }
+  const double spring = tangential_ * stiffness_[face];
+  const Traction traction = tangent == Tangent::coupled
+                                ? coupled_traction(x - pose.tip, gap, law, spring, point, history)
+                                : lagged_traction(x - pose.tip, spring, point, history);
+  pull += traction.pull_Pa;
+  stiffness += traction.by_place;
 
   const auto& shape = kFaceRule[q].shape;
   for (int a = 0; a < kFaceNodes; ++a) {
@@ -167,6 +196,14 @@ void Contact::add_point(const ContactTrial& trial, int face, int q, bool with_cu
 }
 
 ContactTotals Contact::evaluate(const ContactTrial& trial, bool with_curvature) {
+  return evaluate(trial, with_curvature ? Tangent::lagged : Tangent::lagged_flat);
+}
+
+ContactTotals Contact::evaluate_coupled(const ContactTrial& trial) {
+  return evaluate(trial, Tangent::coupled);
+}
+
+ContactTotals Contact::evaluate(const ContactTrial& trial, Tangent tangent) {
   ContactTotals totals;
   terms_.clear();
   double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
@@ -175,7 +212,7 @@ ContactTotals Contact::evaluate(const ContactTrial& trial, bool with_curvature) 
     bool touches = false;
     if (may_touch(trial.u, trial.pose, face))
       for (int q = 0; q < kFacePoints; ++q)
-        add_point(trial, face, q, with_curvature, terms, totals, normal_force, touches);
+        add_point(trial, face, q, tangent, terms, totals, normal_force, touches);
     if (touches) terms_.push_back(terms);
   }
   if (normal_force > 0) totals.mean_penetration_m /= normal_force;

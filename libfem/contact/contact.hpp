@@ -40,8 +40,9 @@ struct ContactTrial {
   const ContactHistory& history;
 };
 
-/// Derivatives of the contact terms on one face. force: dE/du_a [N]; stiffness: blocks a >= b,
-/// a(a+1)/2 + b, 3 x 3 row major [N/m], symmetric.
+/// Contact terms on one face. force: dE/du_a [N]; stiffness: its derivative, blocks a >= b at
+/// a(a+1)/2 + b, 3 x 3 row major [N/m]. Block (b, a) is block (a, b), not its transpose: the two
+/// differ where friction is coupled.
 struct FaceTerms {
   int face;
   double force[3 * kFaceNodes];
@@ -99,11 +100,16 @@ class Contact {
   void lag_friction_limit(const ContactHistory& history);
   double lag_friction_limit(const ContactTrial& trial);
 
-  /// Energy, forces and stiffness for the lagged friction limit. Fills terms(). with_curvature: the
-  /// stiffness knows that the probe is curved, which may make it indefinite.
+  /// Energy, forces and stiffness for the lagged friction limit. Fills terms(), all symmetric.
+  /// with_curvature: the stiffness knows that the probe is curved, which may make it indefinite.
   ContactTotals evaluate(const ContactTrial& trial, bool with_curvature = true);
 
-  /// The terms of evaluate(), faces in increasing order.
+  /// The same with friction coupled: limit, tangent plane and time in contact are those of the
+  /// trial, and the stiffness, no longer symmetric, knows it (consistent tangent; Wriggers 2006,
+  /// chapter 5). Where these are what is lagged, the forces are those of evaluate().
+  ContactTotals evaluate_coupled(const ContactTrial& trial);
+
+  /// The terms of the latest evaluation, faces in increasing order.
   const std::vector<FaceTerms>& terms() const { return terms_; }
 
   /// Incremental energy [J] for the lagged friction limit; its gradient is the sum of terms().
@@ -116,6 +122,8 @@ class Contact {
   /// (Uzawa; Simo and Laursen 1992, doi:10.1016/0045-7949(92)90540-G). Solved again from it, the
   /// same pose leaves only the second order of the penalty's overlap and the stick's creep.
   ContactHistory updated_multipliers(const ContactHistory& accepted) const;
+
+  bool has_friction() const { return probe_.friction > 0; }
 
   /// Multiplies penalty and tangential spring. States accepted before can be gone on from: what a
   /// history keeps does not depend on them.
@@ -132,16 +140,26 @@ class Contact {
     Vec3 slip, traction_Pa;
     bool slides;
   };
+  struct Traction {
+    Vec3 pull_Pa = Vec3::Zero();
+    Mat3 by_place = Mat3::Zero();
+  };
+  enum class Tangent { lagged, lagged_flat, coupled };
   Law pressure_law(double gap, double stiffness) const;
   Friction friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa, double share,
                         double stiffness, int point, const ContactHistory& history) const;
+  Traction lagged_traction(const Vec3& relative, double spring, int point,
+                           const ContactHistory& history) const;
+  Traction coupled_traction(const Vec3& relative, const SignedDistance& gap, const Law& law,
+                            double spring, int point, const ContactHistory& history) const;
   bool may_touch(const Points& u, const ProbePose& pose, int face) const;
   SignedDistance distance(const Vec3& place, const ProbePose& pose) const;
   Vec3 place(const Points& u, int face, int point) const;
   Vec3 area_normal(const Points& u, int face, int q) const;  // outward, of the area per dr ds
   double share_in_contact(double gap, int point, const ContactHistory& history) const;
   double pressing_gap(double gap, int point, const ContactHistory& history) const;
-  void add_point(const ContactTrial& trial, int face, int q, bool with_curvature, FaceTerms& terms,
+  ContactTotals evaluate(const ContactTrial& trial, Tangent tangent);
+  void add_point(const ContactTrial& trial, int face, int q, Tangent tangent, FaceTerms& terms,
                  ContactTotals& totals, double& normal_force, bool& touches);
 
   const Points& nodes_;

@@ -64,9 +64,9 @@ int expect_right_or_refused(const HardCase& hard) {
   const PointRows shipped =
       Simulator(hard.setup).press_and_drag(hard.position, hard.normal, hard.experiments);
   const double cost = cpu_seconds() - start;
-  std::printf("%s: %d nodes (twin %d), %d Newton, %d PCG, %d factorizations, %.1f s CPU\n",
+  std::printf("%s: %d nodes (twin %d), %d Newton, %d model, %d factorizations, %.1f s CPU\n",
               hard.name.c_str(), shipped.cost.nodes, shipped.cost.coarse_nodes,
-              shipped.cost.solver.newton, shipped.cost.solver.pcg,
+              shipped.cost.solver.newton, shipped.cost.solver.model,
               shipped.cost.solver.factorizations, cost);
   std::fflush(stdout);
   SimulationSetup finer = hard.setup;

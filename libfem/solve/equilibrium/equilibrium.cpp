@@ -5,8 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "libfem/solve/factor/pcg.hpp"
+#include <numeric>
 
 namespace palpate::fem {
 namespace {
@@ -23,6 +22,8 @@ std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Mate
   }
   return young;
 }
+
+constexpr int kMaxCuts = 12;  // of a line search
 
 }  // namespace
 
@@ -59,8 +60,6 @@ void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, 
   K_.set_zero();
   at.elastic_energy_J =
       body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure);
-  at.has_stiffness = geometric_scale == 1;
-  is_current_ = false;
 }
 
 // Contact terms, energy and residual from the elastic ones; the friction limit is lagged.
@@ -90,36 +89,21 @@ void Equilibrium::evaluate(Step& step) {
   Local& at = step.at;
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
-  at.has_stiffness = is_current_ = false;
   step.to.min_J = body_.min_J();
   add_contact(step);
 }
 
-// y += C x with the contact stiffness of the latest evaluation.
-void Equilibrium::add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
-  using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
-  for (const FaceTerms& face : contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      if (i < 0) continue;
-      for (int b = 0; b <= a; ++b) {
-        const std::int32_t j = body_.free_index()[mesh_.faces(face.face, b)];
-        if (j < 0) continue;
-        const Block block(face.stiffness + 9 * (a * (a + 1) / 2 + b));
-        y.segment<3>(3 * i) += block * x.segment<3>(3 * j);
-        if (a != b) y.segment<3>(3 * j) += block.transpose() * x.segment<3>(3 * i);
-      }
-    }
-}
-
-// Free nodes of faces that come within a distance of the probe.
+// Free nodes of faces that come within a distance of the probe or touch it.
 std::vector<std::int32_t> Equilibrium::nodes_near_probe(const Points& u, const ProbePose& pose,
                                                         double within_m) const {
   std::vector<std::int32_t> nodes;
-  for (const int face : contact_.faces_near(u, pose, within_m))
+  const auto add_face = [&](int face) {
     for (int a = 0; a < kFaceNodes; ++a)
       if (const std::int32_t i = body_.free_index()[mesh_.faces(face, a)]; i >= 0)
         nodes.push_back(i);
+  };
+  for (const int face : contact_.faces_near(u, pose, within_m)) add_face(face);
+  for (const FaceTerms& face : contact_.terms()) add_face(face.face);
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
@@ -137,8 +121,7 @@ void Equilibrium::refresh_factor(Step& step) {
   Local& at = step.at;
   const auto nodes = nodes_near_probe(at.u, step.pose, options_.contact_margin * step_m_);
   for (;;) {
-    if (geometric_scale_ < 1 || !at.has_stiffness)
-      assemble_elastic(geometric_scale_, options_.max_pressure, at);
+    assemble_elastic(geometric_scale_, options_.max_pressure, at);
     ++counts_.factorizations;
     if (factor_.factor(K_, nodes)) break;
     ++counts_.failed_factorizations;
@@ -146,54 +129,31 @@ void Equilibrium::refresh_factor(Step& step) {
     geometric_scale_ = geometric_scale_ > 0.5 ? 0.5 : 0.0;
   }
   index_contact_nodes();
-  if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
+  tangent_.clear();
   step.to.min_J = body_.min_J();
-  is_current_ = factor_.is_factored();
   add_contact(step);
 }
 
-// Far from the solution the tangent is wrong by more than a loose solve, close to it a solve need
-// not go below the goal (Eisenstat and PathState 1996, doi:10.1137/0917003).
-double Equilibrium::linear_tolerance(double relative_residual) const {
-  constexpr double kFar = 0.3, kWithinGoal = 0.4, kLoosest = 0.5;
-  const double usual = relative_residual > kFar ? options_.linear_far : options_.linear;
-  const double enough = kWithinGoal * options_.residual / relative_residual;
-  return std::max(usual, std::min(kLoosest, enough));
-}
-
-Eigen::VectorXd Equilibrium::newton_direction(Step& step) {
-  Local& at = step.at;
-  const auto multiply = [this](const Eigen::VectorXd& x, Eigen::VectorXd& y) {
-    K_.multiply(x, y);
-    add_contact_product(x, y);
-  };
-  const auto precondition = [this](const auto& b, auto& x) { factor_.solve(b, x); };
-  if (!at.has_stiffness) assemble_elastic(1.0, options_.max_pressure, at);
-  add_contact(step);  // its terms may be those of another place
-  const double tolerance = linear_tolerance(at.residual.norm() / at.contact_scale_N);
-  Eigen::VectorXd direction;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    if (attempt == 1) refresh_factor(step);
-    if (!factor_.is_factored()) continue;
-    use_contact_stiffness();
-    const PcgOutcome outcome =
-        pcg(multiply, precondition, at.residual, direction, tolerance, options_.max_pcg);
-    counts_.pcg += outcome.iterations;
-    if (outcome.relative_residual <= tolerance || is_current_) return direction;
-  }
-  // No positive definite tangent at any level: descend along the scaled residual.
-  return at.residual.cwiseQuotient(K_.diagonal().cwiseAbs());
+// Whether the probe presses on a node outside the dense block.
+bool Equilibrium::touches_elsewhere() const {
+  for (const FaceTerms& face : contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
+      if (i >= 0 && contact_index_[i] < 0) return true;
+    }
+  return false;
 }
 
 // Backtracks from a full step until the incremental energy falls enough (Armijo), and moves there.
 // Near the solution the fall drowns in rounding, and a full step that leaves the energy level is
-// taken. Forces come with the energy of a trial for a fifth more, and the accepted one's are kept.
-bool Equilibrium::search_line(const Eigen::VectorXd& direction, Step& step) {
+// taken. Returns the share of `direction` that was gone, 0 when `tries` were in vain. Forces come
+// with the energy of a trial for a fifth more, and the accepted one's are kept.
+double Equilibrium::search_line(const Eigen::VectorXd& direction, int tries, Step& step) {
   constexpr double kSufficient = 1e-4, kRounding = 1e-13;
   Local& at = step.at;
-  const double slope = -at.residual.dot(direction);
+  const double slope = std::min(0.0, -at.residual.dot(direction));
   double length = 1;
-  for (int cut = 0; cut < 12; ++cut, length /= 2) {
+  for (int cut = 0; cut < tries; ++cut, length /= 2) {
     Step trial{step.from, step.pose, step.to};
     trial.at.u = moved(at.u, direction, length);
     evaluate(trial);
@@ -202,11 +162,26 @@ bool Equilibrium::search_line(const Eigen::VectorXd& direction, Step& step) {
       at = std::move(trial.at);
       contact_.lag_friction_limit(step.trial());
       add_contact(step);
-      return true;
+      return length;
     }
     ++counts_.backtracks;
   }
-  return false;
+  return 0;
+}
+
+// Goes on by a correction, combined with those before it where that lowers the energy, else by the
+// correction alone. False when neither does.
+bool Equilibrium::take(const Correction& correction, AndersonMixing& mixing, Step& step) {
+  add_contact(step);  // for the friction limit that the correction has found
+  const Eigen::VectorXd mixed = mixing.mix(correction.displacement, correction.load);
+  double length = search_line(mixed, 1, step);
+  if (length > 0) {
+    mixing.took(mixed);
+    return true;
+  }
+  length = search_line(correction.displacement, kMaxCuts, step);
+  mixing.took(length * correction.displacement);
+  return length > 0;
 }
 
 // Takes the guess, drawn towards the state it comes from until its energy is finite and no larger
@@ -234,20 +209,26 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   start(step, guess);
   to.pose = pose;
   if (const double moved_m = (pose.tip - from.pose.tip).norm(); moved_m > 0) step_m_ = moved_m;
-  const int pcg_before = counts_.pcg;
+  AndersonMixing mixing(options_.mixing);
+  int since_factor = 0;
+  bool is_in_vain = is_stale_;
   double residual_before = 1e300;
   constexpr double kAstray = 0.3;
-  constexpr double kGrows = 2;  // a step that does this to the residual asks for a fresh factor
+  constexpr double kGrows = 2;  // a correction that does this to the residual asks for a new factor
   for (int iteration = 0; iteration < options_.max_newton; ++iteration) {
-    if (!factor_.is_factored() || (iteration == 0 && is_stale_)) {
-      is_stale_ = false;
+    if (!factor_.is_factored() || is_in_vain || since_factor >= options_.patience ||
+        touches_elsewhere()) {
       refresh_factor(step);
+      if (!factor_.is_factored()) break;
+      mixing.reset();
+      since_factor = 0;
+      is_stale_ = is_in_vain = false;
     }
     to.relative_residual = at.residual.norm() / at.contact_scale_N;
     if (at.residual.norm() <= options_.residual * at.contact_scale_N) {
       // Laws that tolerate it may turn an element over meanwhile, but not in the end.
       if (!(to.min_J > 0)) return SolveStatus::inverted;
-      is_stale_ = counts_.pcg - pcg_before > options_.stale_pcg;
+      is_stale_ = since_factor > options_.stale;
       to.u = at.u;
       to.elastic_energy_J = at.elastic_energy_J;
       to.history = contact_.accepted(step.trial());
@@ -255,16 +236,11 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
     }
     if (may_shorten && iteration >= options_.max_astray && to.relative_residual > kAstray) break;
     ++counts_.newton;
-    if (iteration >= 2 && at.residual.norm() > kGrows * residual_before) {
-      refresh_factor(step);
-      residual_before = 1e300;
-    } else {
-      residual_before = iteration == 0 ? 1e300 : at.residual.norm();
-    }
-    std::optional<Eigen::VectorXd> direction;
-    if (iteration == 0) direction = model_direction(step);
-    if (direction && search_line(*direction, step)) continue;
-    if (!search_line(newton_direction(step), step)) break;
+    residual_before = at.residual.norm();
+    const bool is_taken = take(correction(step), mixing, step);
+    if (!is_taken && since_factor == 0) break;
+    ++since_factor;
+    is_in_vain = !is_taken || (iteration > 0 && at.residual.norm() > kGrows * residual_before);
   }
   to.u = at.u;
   return SolveStatus::not_converged;
@@ -288,7 +264,9 @@ bool Equilibrium::is_stable(const BodyState& accepted) {
   index_contact_nodes();
   contact_.lag_friction_limit(accepted.history);
   add_contact(step);
-  return use_contact_stiffness();
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(factor_.schur().rows()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return factor_.is_stable_with(condensed_stiffness(all));
 }
 
 Vec3 Equilibrium::reaction_N(const Points& u) const {

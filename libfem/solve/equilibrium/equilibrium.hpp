@@ -1,35 +1,36 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
 #include "libfem/elements/elastic_body.hpp"
+#include "libfem/solve/equilibrium/anderson.hpp"
+#include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
 
 /// Tolerances of one equilibrium; all relative.
 struct EquilibriumOptions {
-  double residual = 1e-3;   ///< of the nodal contact forces (2-norm over the unknowns)
-  double linear = 0.05;     ///< of the residual, per linear solve
-  double linear_far = 0.2;  ///< the same while the residual is above 0.3
-  int max_newton = 30;      ///< iterations before a step is given up
-  int max_astray = 5;       ///< the same while the residual is above 0.3
-  int max_pcg = 12;         ///< iterations that are worth a fresh factor
-  int stale_pcg = 10;   ///< iterations in a solve after which the next begins with a fresh factor
-  double model = 0.02;  ///< residual of the condensed model, of its contact force
-  int max_model = 15;   ///< iterations of the condensed model
-  double max_pressure = 2;  ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
+  double residual = 1e-3;  ///< of the nodal contact forces (2-norm over the unknowns)
+  int max_newton = 30;     ///< corrections before a step is given up
+  int max_astray = 5;      ///< the same while the residual is above 0.3
+  int patience = 8;        ///< corrections after which a factor is made anew
+  int stale = 6;       ///< corrections of a solve after which the next begins with a fresh factor
+  int mixing = 10;     ///< corrections that Anderson mixing remembers
+  double model = 0.1;  ///< residual of the condensed model, of that of the body or its goal
+  double model_lagged = 0.1;  ///< the same at which friction is coupled
+  int max_model = 20;         ///< iterations of the condensed model
+  double max_pressure = 2;    ///< in the tangent, in shear moduli: see ElasticBody::add_stiffness
   ElementKind element = ElementKind::automatic;
-  double contact_margin = 1.5;  ///< faces this close become contact nodes, in steps of the probe
+  double contact_margin = 1;  ///< faces this close become contact nodes, in steps of the probe
 };
 
 /// What was spent; deterministic.
 struct SolverCounts {
-  int newton = 0;  ///< assemblies followed by a step
-  int pcg = 0;     ///< applications of the factor in conjugate gradients
-  int model = 0;   ///< iterations of the condensed contact model
+  int newton = 0;         ///< corrections: a residual and a solve with the factor each
+  int model = 0;          ///< iterations of the condensed contact model
+  int model_factors = 0;  ///< and factorizations
   int factorizations = 0, failed_factorizations = 0;
   int backtracks = 0;
 };
@@ -48,11 +49,11 @@ struct BodyState {
 };
 
 /// Equilibrium of one body under one probe (M13).
-/// A step starts with a model: the elastic tangent of an earlier state, condensed to the contact
-/// nodes, on which the contact and friction are solved exactly. Newton's method follows, with
-/// conjugate gradients on the current tangent, preconditioned by the earlier tangent plus the
-/// current contact stiffness, and a line search on the incremental energy. Not thread-safe: owns
-/// matrices, factor and contact scratch.
+/// A correction takes the elastic forces as they are and the elastic tangent of an earlier state,
+/// condensed to the contact nodes, on which contact and friction are solved exactly. Corrections
+/// follow each other, combined by Anderson mixing, with a line search on the incremental energy
+/// for the friction limit that the correction found. Not thread-safe: owns matrices, factor and
+/// contact scratch.
 class Equilibrium {
  public:
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
@@ -101,8 +102,7 @@ class Equilibrium {
     Eigen::VectorXd residual;  // out-of-balance force over the unknowns [N]
     double contact_scale_N = 0;
     double elastic_energy_J = 0;
-    double energy_J = 0;         // with the probe, for the lagged friction limit
-    bool has_stiffness = false;  // K_ is the elastic tangent at u
+    double energy_J = 0;  // with the probe, for the lagged friction limit
   };
 
   /// A step being solved: from an accepted state to the probe at `pose`, now at `at`; `to` takes
@@ -116,22 +116,26 @@ class Equilibrium {
     ContactTrial trial() const { return {at.u, pose, from.history}; }
   };
 
+  /// K displacement = load, over the unknowns, with the factor's K.
+  struct Correction {
+    Eigen::VectorXd displacement, load;
+  };
+
   void assemble_elastic(double geometric_scale, double max_pressure, Local& at);
   void evaluate(Step& step);
   void add_contact(Step& step);
-  void add_contact_product(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   void start(Step& step, const Points& guess);
   void refresh_factor(Step& step);
   void index_contact_nodes();
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
-  bool use_contact_stiffness();
-  bool set_contact_or_stiffer(const Eigen::MatrixXd& C, const ContactTrial& trial);
-  Eigen::MatrixXd condensed_contact(Eigen::VectorXd& force) const;
-  std::optional<Eigen::VectorXd> model_direction(const Step& now);
-  double linear_tolerance(double relative_residual) const;
-  Eigen::VectorXd newton_direction(Step& step);
-  bool search_line(const Eigen::VectorXd& direction, Step& step);
+  Eigen::VectorXd condensed_force() const;
+  std::vector<Eigen::Index> touching_unknowns() const;
+  Eigen::MatrixXd condensed_stiffness(const std::vector<Eigen::Index>& unknowns) const;
+  Correction correction(const Step& now);
+  bool take(const Correction& correction, AndersonMixing& mixing, Step& step);
+  bool touches_elsewhere() const;
+  double search_line(const Eigen::VectorXd& direction, int tries, Step& step);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
   const QuadraticMesh& mesh_;
@@ -140,11 +144,11 @@ class Equilibrium {
   Contact contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;
+  CondensedTangent tangent_;
   std::vector<std::int32_t> contact_index_;  // #N: place in the factor's dense block, -1 elsewhere
   double geometric_scale_ = 1;               // of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
-  bool is_current_ = false;  // factor: of the displacement that K_ belongs to
   SolverCounts counts_;
 };
 

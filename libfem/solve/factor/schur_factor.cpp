@@ -12,8 +12,7 @@ void openblas_set_num_threads(int) __attribute__((weak));
 void omp_set_max_active_levels(int) __attribute__((weak));
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a,
-            const int* lda, float* x, const int* incx);
+void spotri_(const char* uplo, const int* n, float* a, const int* lda, int* info);
 }
 
 namespace palpate::fem {
@@ -32,7 +31,7 @@ struct SchurFactor::State {
   std::vector<std::int32_t> node_order;  // of the pattern, whatever the contact nodes
   Elimination plan;
   FrontalFactor frontal;
-  Eigen::MatrixXf dense;  // lower factor of S + C
+  Eigen::MatrixXf flexibility;
   bool is_factored = false;
   bool needs_double = false;  // single precision has failed where double has not
   PanelKernels kernels = panel_kernels(best_instruction_set());
@@ -56,21 +55,29 @@ struct SchurFactor::State {
     }
     // Without the probe the body may not be stable: springs then stand in for it.
     Eigen::MatrixXd held = frontal.schur;
-    for (double springs = 0.03; !factor_dense(held); springs *= 10) {
+    for (double springs = 0.03; !factor_dense(held, flexibility); springs *= 10) {
       if (!(springs < kMaxSprings)) return false;  // not a number somewhere
       held.diagonal().array() += springs * frontal.schur.diagonal().cwiseAbs().maxCoeff();
     }
+    invert_factor(flexibility);
     return true;
   }
 
-  template <class Matrix>
-  bool factor_dense(const Matrix& matrix) {
+  /// Lower factor; false when `matrix` is not positive definite.
+  static bool factor_dense(const Eigen::MatrixXd& matrix, Eigen::MatrixXf& out) {
     const int size = static_cast<int>(matrix.rows());
-    Eigen::MatrixXf sum = matrix.template cast<float>();
+    out = matrix.cast<float>();
     int info = 0;
-    if (size > 0) spotrf_("L", &size, sum.data(), &size, &info);
-    if (info == 0) dense = std::move(sum);
+    if (size > 0) spotrf_("L", &size, out.data(), &size, &info);
     return info == 0;
+  }
+
+  /// All entries of the inverse from the lower factor.
+  static void invert_factor(Eigen::MatrixXf& matrix) {
+    const int size = static_cast<int>(matrix.rows());
+    int info = 0;
+    if (size > 0) spotri_("L", &size, matrix.data(), &size, &info);
+    for (int c = 1; c < size; ++c) matrix.col(c).head(c) = matrix.row(c).head(c).transpose();
   }
 
   PanelTask task_of(int s) {
@@ -100,12 +107,6 @@ struct SchurFactor::State {
     for (std::size_t k = 0; k < plan.order.size(); ++k)
       out.segment<3>(3 * plan.order[k]) = x.segment<3>(3 * k).cast<double>();
   }
-  void solve_dense(float* b) const {
-    const int size = static_cast<int>(dense.rows()), one = 1;
-    if (size == 0) return;
-    strsv_("L", "N", "N", &size, dense.data(), &size, b, &one);
-    strsv_("L", "T", "N", &size, dense.data(), &size, b, &one);
-  }
 };
 
 SchurFactor::SchurFactor() : state_(std::make_unique<State>()) {}
@@ -131,16 +132,17 @@ const std::vector<std::int32_t>& SchurFactor::contact_nodes() const {
 }
 const Eigen::MatrixXd& SchurFactor::schur() const { return state_->frontal.schur; }
 
-bool SchurFactor::set_contact(const Eigen::MatrixXd& C) {
-  return state_->factor_dense(state_->frontal.schur + C);
+const Eigen::MatrixXf& SchurFactor::flexibility() const { return state_->flexibility; }
+
+bool SchurFactor::is_stable_with(const Eigen::MatrixXd& C) const {
+  Eigen::MatrixXf unused;
+  return State::factor_dense(state_->frontal.schur + C, unused);
 }
 
 void SchurFactor::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
-  state_->load(b);
-  state_->forward();
-  state_->solve_dense(state_->x.data() + 3 * state_->plan.inner);
-  state_->backward();
-  state_->unload(x);
+  Eigen::VectorXd load;
+  reduce(b, load);
+  expand((state_->flexibility * load.cast<float>()).cast<double>(), x);
 }
 
 void SchurFactor::reduce(const Eigen::VectorXd& b, Eigen::VectorXd& reduced) {
@@ -153,12 +155,9 @@ void SchurFactor::expand(const Eigen::VectorXd& contact_displacement, Eigen::Vec
   state_->x.tail(contact_displacement.size()) = contact_displacement.cast<float>();
   state_->backward();
   state_->unload(x);
-}
-
-void SchurFactor::solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const {
-  Eigen::VectorXf single = b.cast<float>();
-  state_->solve_dense(single.data());
-  x = single.cast<double>();
+  // As it was given: stiff contact would feel it rounded.
+  for (std::size_t i = 0; i < contact_nodes().size(); ++i)
+    x.segment<3>(3 * contact_nodes()[i]) = contact_displacement.segment<3>(3 * i);
 }
 
 }  // namespace palpate::fem

@@ -9,8 +9,8 @@
 namespace palpate::fem {
 
 /// Cholesky factor of an elastic stiffness K whose contact nodes are eliminated last, so that what
-/// the body looks like to the probe is one dense matrix S (the Schur complement), and a new contact
-/// stiffness C costs a dense factorization of S + C instead of a sparse one.
+/// the body looks like to the probe is one dense matrix S (the Schur complement), or its inverse,
+/// the flexibility. Contact is then solved on the nodes that touch alone.
 ///
 /// One nested dissection per body serves every set of contact nodes; the nodes are eliminated in
 /// single precision with one thread of BLAS, so results depend on nothing else that runs. The
@@ -26,29 +26,28 @@ class SchurFactor {
 
   /// Factors K, always of the same pattern, with `contact_nodes` last. False when K is not positive
   /// definite even with the contact nodes held; there is no factor then. A body under high pressure
-  /// may be held up by the probe alone: S is then indefinite, and springs on the contact nodes
-  /// stand in for contact stiffness until set_contact().
+  /// may be held up by the probe alone: S is then indefinite, and the flexibility that of the body
+  /// with springs on the contact nodes.
   bool factor(const SymmetricBlockMatrix& K, const std::vector<std::int32_t>& contact_nodes);
   bool is_factored() const;
 
   /// Nodes of the dense block in its order: entry 3 i + c is direction c of contact_nodes()[i].
   const std::vector<std::int32_t>& contact_nodes() const;
-  /// S, all entries.
+  /// S, all entries, without springs.
   const Eigen::MatrixXd& schur() const;
+  /// Inverse of S, all entries [m/N], to single precision.
+  const Eigen::MatrixXf& flexibility() const;
 
-  /// Takes S + C as the dense block from now on; C: lower triangle. False when that is not positive
-  /// definite; the block then stays as it was.
-  bool set_contact(const Eigen::MatrixXd& C);
+  /// Whether S + C is positive definite; C: lower triangle.
+  bool is_stable_with(const Eigen::MatrixXd& C) const;
 
-  /// x = (K + C)^-1 b, to single precision.
+  /// x = K^-1 b, to single precision.
   void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x);
 
   /// The two halves of a solve around the dense block: the load that S sees, and the displacement
   /// of all nodes once that of the contact nodes is known.
   void reduce(const Eigen::VectorXd& b, Eigen::VectorXd& reduced);
   void expand(const Eigen::VectorXd& contact_displacement, Eigen::VectorXd& x);
-  /// Solves with S + C.
-  void solve_contact(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
 
  private:
   struct State;

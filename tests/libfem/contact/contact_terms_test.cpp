@@ -80,7 +80,7 @@ Points stiffness_times(const Sheet& sheet, const Contact& contact, const Points&
         const Block K(terms.stiffness + 9 * (a * (a + 1) / 2 + b));
         const int na = sheet.faces(terms.face, a), nb = sheet.faces(terms.face, b);
         out.row(na) += (K * d.row(nb).transpose()).transpose();
-        if (a != b) out.row(nb) += (K.transpose() * d.row(na).transpose()).transpose();
+        if (a != b) out.row(nb) += (K * d.row(na).transpose()).transpose();
       }
   return out;
 }
@@ -156,6 +156,32 @@ TEST_P(ContactTerms, stiffness_is_the_derivative_of_force) {
     }
     EXPECT_LE(least, 1e-5 * exact.norm()) << "seed " << seed;
   }
+}
+
+TEST_P(ContactTerms, coupled_stiffness_is_the_derivative_of_coupled_force) {
+  for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
+    Pressed at(GetParam().friction, GetParam().along_m, 5e-5, seed);
+    at.contact.evaluate_coupled({at.u, at.pose, at.history});
+    const Points d = random_field(at.u.rows(), kRadius_m, seed + 200);
+    const Points exact = stiffness_times(at.sheet, at.contact, d);
+    double least = std::numeric_limits<double>::infinity();
+    for (const double h : {1e-5, 1e-6, 1e-7}) {
+      at.contact.evaluate_coupled({at.u + h * d, at.pose, at.history});
+      Points difference = assembled_force(at.sheet, at.contact);
+      at.contact.evaluate_coupled({at.u - h * d, at.pose, at.history});
+      difference -= assembled_force(at.sheet, at.contact);
+      least = std::min(least, (difference / (2 * h) - exact).norm());
+    }
+    EXPECT_LE(least, 1e-5 * exact.norm()) << "seed " << seed;
+  }
+}
+
+TEST_P(ContactTerms, coupled_forces_are_those_of_the_limit_lagged_at_the_same_place) {
+  Pressed at(GetParam().friction, GetParam().along_m, 5e-5, kSeed);
+  at.contact.evaluate({at.u, at.pose, at.history});
+  const Points lagged = assembled_force(at.sheet, at.contact);
+  at.contact.evaluate_coupled({at.u, at.pose, at.history});
+  EXPECT_LE((assembled_force(at.sheet, at.contact) - lagged).norm(), 1e-12 * lagged.norm());
 }
 
 TEST_P(ContactTerms, totals_are_minus_the_nodal_forces_and_their_moment_about_the_tip) {

@@ -1,9 +1,12 @@
 #include "libfem/solve/factor/schur_factor.hpp"
+#include "libfem/solve/equilibrium/anderson.hpp"
+#include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <numeric>
 #include <random>
 
@@ -52,23 +55,14 @@ std::vector<std::int32_t> first_nodes(int count) {
   return nodes;
 }
 
-/// Springs of size `stiffness` on all contact nodes.
-Eigen::MatrixXd springs(const SchurFactor& factor, double stiffness) {
-  const auto size = static_cast<Eigen::Index>(3 * factor.contact_nodes().size());
-  return stiffness * Eigen::MatrixXd::Identity(size, size);
-}
-
-/// How far the factor's solution of (K + springs on the contact nodes) x = b is from the dense one.
-double solve_error(SchurFactor& factor, const SymmetricBlockMatrix& K, double stiffness) {
-  Eigen::MatrixXd A = dense(K);
-  for (const std::int32_t n : factor.contact_nodes())
-    A.block<3, 3>(3 * n, 3 * n).diagonal().array() += stiffness;
+/// How far the factor's solution of K x = b is from the dense one.
+double solve_error(SchurFactor& factor, const SymmetricBlockMatrix& K) {
   Eigen::VectorXd b(K.size()), x;
   std::mt19937 random(kSeed + 1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (double& entry : b) entry = uniform(random);
   factor.solve(b, x);
-  const Eigen::VectorXd exact = A.ldlt().solve(b);
+  const Eigen::VectorXd exact = dense(K).ldlt().solve(b);
   return (x - exact).norm() / exact.norm();
 }
 
@@ -80,10 +74,22 @@ TEST(SchurFactor, solves_with_and_without_contact_nodes_to_single_precision) {
     SchurFactor factor;
     ASSERT_TRUE(factor.factor(K, first_nodes(count)));
     EXPECT_EQ(factor.contact_nodes().size(), static_cast<std::size_t>(count));
-    EXPECT_LT(solve_error(factor, K, 0), kSingle) << count << " contact nodes";
-    ASSERT_TRUE(factor.set_contact(springs(factor, 300)));
-    EXPECT_LT(solve_error(factor, K, 300), kSingle) << count << " contact nodes";
+    EXPECT_LT(solve_error(factor, K), kSingle) << count << " contact nodes";
   }
+}
+
+TEST(SchurFactor, flexibility_is_the_part_of_the_inverse_on_the_contact_nodes) {
+  SymmetricBlockMatrix K = grid();
+  SchurFactor factor;
+  ASSERT_TRUE(factor.factor(K, first_nodes(17)));
+  const Eigen::MatrixXd inverse = dense(K).inverse();
+  const auto& nodes = factor.contact_nodes();
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t j = 0; j < nodes.size(); ++j)
+      EXPECT_LT((factor.flexibility().block<3, 3>(3 * i, 3 * j).cast<double>() -
+                 inverse.block<3, 3>(3 * nodes[i], 3 * nodes[j]))
+                    .norm(),
+                kSingle * inverse.norm());
 }
 
 TEST(SchurFactor, both_precisions_leave_the_same_on_the_contact_nodes) {
@@ -105,9 +111,8 @@ TEST(SchurFactor, another_number_of_contact_nodes_never_meets_the_block_of_befor
   for (const int count : {36, 0, 5, 36, 3, 0, 0, 12}) {
     ASSERT_TRUE(factor.factor(K, first_nodes(count)));
     ASSERT_EQ(factor.schur().rows(), 3 * count);
-    EXPECT_LT(solve_error(factor, K, 0), kSingle) << count << " contact nodes";
-    ASSERT_TRUE(factor.set_contact(springs(factor, 1e4)));
-    EXPECT_LT(solve_error(factor, K, 1e4), kSingle) << count << " contact nodes, stiff";
+    ASSERT_EQ(factor.flexibility().rows(), 3 * count);
+    EXPECT_LT(solve_error(factor, K), kSingle) << count << " contact nodes";
   }
 }
 
@@ -115,37 +120,98 @@ TEST(SchurFactor, a_failed_factorization_leaves_no_factor_and_a_later_one_is_sou
   SymmetricBlockMatrix K = grid(), indefinite = grid(-1);
   SchurFactor factor;
   ASSERT_TRUE(factor.factor(K, first_nodes(9)));
-  ASSERT_TRUE(factor.set_contact(springs(factor, 300)));
   std::vector<std::int32_t> away(7);
   std::iota(away.begin(), away.end(), 100);
   EXPECT_FALSE(factor.factor(indefinite, away));
   EXPECT_FALSE(factor.is_factored());
   ASSERT_TRUE(factor.factor(K, away));
-  EXPECT_LT(solve_error(factor, K, 0), kSingle);
+  EXPECT_LT(solve_error(factor, K), kSingle);
 }
 
-TEST(SchurFactor, a_contact_stiffness_that_is_not_positive_leaves_the_block_as_it_was) {
+TEST(SchurFactor, is_stable_with_springs_that_hold_and_not_with_springs_that_push) {
   SymmetricBlockMatrix K = grid();
   SchurFactor factor;
   ASSERT_TRUE(factor.factor(K, first_nodes(9)));
-  ASSERT_TRUE(factor.set_contact(springs(factor, 300)));
-  EXPECT_FALSE(factor.set_contact(springs(factor, -300)));
-  EXPECT_LT(solve_error(factor, K, 300), kSingle);
+  const Eigen::MatrixXd springs = 300 * Eigen::MatrixXd::Identity(27, 27);
+  EXPECT_TRUE(factor.is_stable_with(springs));
+  EXPECT_FALSE(factor.is_stable_with(-springs));
+  EXPECT_LT(solve_error(factor, K), kSingle) << "asking changes nothing";
 }
 
 TEST(SchurFactor, halves_of_a_solve_around_the_dense_block_make_a_whole_one) {
   SymmetricBlockMatrix K = grid();
   SchurFactor factor;
   ASSERT_TRUE(factor.factor(K, first_nodes(17)));
-  ASSERT_TRUE(factor.set_contact(springs(factor, 300)));
-  Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(K.size(), -1, 2), whole, load, contact, halves;
+  Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(K.size(), -1, 2), whole, load, halves;
   factor.solve(b, whole);
   factor.reduce(b, load);
-  factor.solve_contact(load, contact);
-  EXPECT_LT(((factor.schur() + springs(factor, 300)) * contact - load).norm(),
-            kSingle * load.norm());
+  const Eigen::VectorXd contact = (factor.flexibility() * load.cast<float>()).cast<double>();
+  EXPECT_LT((factor.schur() * contact - load).norm(), kSingle * load.norm());
   factor.expand(contact, halves);
   EXPECT_LT((halves - whole).norm(), kSingle * whole.norm());
+}
+
+/// A block with a flexibility, and contact that is not symmetric on a few of its unknowns.
+struct Condensed {
+  Eigen::MatrixXd flexibility, C;
+  std::vector<Eigen::Index> touching{2, 3, 4, 9, 10, 14};
+  Eigen::VectorXd residual;
+
+  Condensed() {
+    std::mt19937 random(kSeed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const auto fill = [&](auto& matrix) {
+      for (double& entry : matrix.reshaped()) entry = uniform(random);
+    };
+    Eigen::MatrixXd root(18, 18);
+    fill(root);
+    flexibility = root * root.transpose() + Eigen::MatrixXd::Identity(18, 18);
+    C.resize(6, 6), fill(C);
+    C += 5 * Eigen::MatrixXd::Identity(6, 6);
+    residual.resize(18), fill(residual);
+  }
+};
+
+TEST(CondensedTangent, a_step_solves_newtons_equations_of_the_whole_block) {
+  const Condensed at;
+  const Eigen::MatrixXf G = at.flexibility.cast<float>();
+  CondensedTangent tangent;
+  tangent.cover(G, at.touching);
+  tangent.set_contact(at.C);
+  const CondensedTangent::Step step = tangent.step(G, at.residual);
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(18, 18);
+  C(at.touching, at.touching) = at.C;
+  EXPECT_LT((step.w + at.flexibility * step.z).norm(), kSingle * step.w.norm());
+  EXPECT_LT((step.z - C * step.w + at.residual).norm(), 10 * kSingle * at.residual.norm());
+}
+
+TEST(CondensedTangent, keeps_unknowns_that_hold_what_touches_until_they_are_far_too_many) {
+  const Condensed at;
+  const Eigen::MatrixXf G = at.flexibility.cast<float>();
+  CondensedTangent tangent;
+  tangent.cover(G, at.touching);
+  tangent.cover(G, {2, 3, 4, 9, 10});
+  EXPECT_EQ(tangent.unknowns(), at.touching);
+  tangent.cover(G, {2, 3, 4});
+  EXPECT_EQ(tangent.unknowns().size(), 3u);
+  tangent.cover(G, {2, 3, 5});
+  EXPECT_EQ(tangent.unknowns(), (std::vector<Eigen::Index>{2, 3, 5}));
+}
+
+// On a linear problem, mixing is as good as GMRES: exact after as many steps as K has eigenvalues.
+TEST(AndersonMixing, ends_a_linear_iteration_after_as_many_steps_as_its_operator_has_eigenvalues) {
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(12), K = Eigen::VectorXd::LinSpaced(12, 1, 4),
+                  true_K = K;
+  for (int i = 0; i < 12; ++i) true_K[i] *= i % 3 == 0 ? 1.5 : i % 3 == 1 ? 0.8 : 1.1;
+  const Eigen::VectorXd load = Eigen::VectorXd::LinSpaced(12, -1, 2);
+  AndersonMixing mixing(5);
+  for (int step = 0; step < 5; ++step) {
+    const Eigen::VectorXd residual = load - true_K.cwiseProduct(u);
+    const Eigen::VectorXd d = mixing.mix(residual.cwiseQuotient(K), residual);
+    u += d;
+    mixing.took(d);
+  }
+  EXPECT_LT((true_K.cwiseProduct(u) - load).norm(), 1e-6 * load.norm());
 }
 
 }  // namespace
