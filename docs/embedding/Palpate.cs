@@ -3,8 +3,8 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c).
 //
-//   size palpate_asset 1280, palpate_contact 1536, palpate_pose 56, palpate_tool 48,
-//   size palpate_input 128, palpate_output 272, palpate_info 88
+//   size palpate_asset 1280, palpate_contact 2048, palpate_pose 56, palpate_tool 112,
+//   size palpate_input 128, palpate_output 360, palpate_info 136
 using System;
 using System.Runtime.InteropServices;
 
@@ -14,7 +14,7 @@ public static unsafe class Palpate
     public const int Abi = 1;
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[192]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[256]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
@@ -28,6 +28,8 @@ public static unsafe class Palpate
     {
         public fixed double OffsetM[3];
         public double RadiusM, DampingNsM, DamperDepthM;
+        public double LateralDampingNsM, MaxForceN, RampS;
+        public fixed double Reserved[5];
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -54,6 +56,11 @@ public static unsafe class Palpate
         public int Triangle, State;
         public uint Flags;
         public int Status;
+        public fixed double DeflectionM[3];
+        public fixed double ActsAtM[3];
+        public double ApproachMS;
+        public uint Events; // 1 touched, 2 released
+        public fixed uint Reserved[7];
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -63,15 +70,24 @@ public static unsafe class Palpate
         public double MaxStepM, ProbeRadiusM;
         public fixed double BoxMinM[3];
         public fixed double BoxMaxM[3];
+        public double RangeM;
+        public ulong Checksum;
+        public byte* Law;
+        public int HasGuard;
+        public fixed int Reserved[5];
         public byte* MetaJson;
         public ulong MetaBytes;
     }
 
     [DllImport(Library)] public static extern int palpate_abi();
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
-    // bytes: at a multiple of 64 (Marshal.AllocHGlobal and round up), unchanged while in use.
+    // bytes: at a multiple of 64 (palpate_copy_aligned), unchanged while in use.
     [DllImport(Library)]
     public static extern int palpate_open(out Asset asset, void* bytes, ulong size);
+    [DllImport(Library)] public static extern void palpate_close(ref Asset asset);
+    [DllImport(Library)]
+    public static extern void* palpate_copy_aligned(void* room, ulong roomBytes, void* bytes,
+                                                    ulong size);
     [DllImport(Library)] public static extern int palpate_describe(in Asset asset, out Info info);
     [DllImport(Library)] public static extern int palpate_start(out Contact contact, in Tool tool);
     [DllImport(Library)] public static extern int palpate_release(ref Contact contact);

@@ -59,7 +59,7 @@ inline Status check_spline(const SplineView& spline) noexcept {
       double sum = 0, size = 0;
       for (int k = 0; k < order; ++k) {
         const double w = spline.weights[(i * order + k) * order + m];
-        if (!std::isfinite(w)) return Status::curves_wrong;
+        if (!is_finite(w)) return Status::curves_wrong;
         sum += w;
         size += std::fabs(w);
       }

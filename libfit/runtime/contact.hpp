@@ -5,6 +5,7 @@
 // ends.
 
 #include "hold.hpp"
+#include "ledger.hpp"
 #include "sweep.hpp"
 #include "sweep_ball.hpp"
 
@@ -15,14 +16,13 @@ namespace runtime {
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
   bool has_tip = false;
-  double tip_m[3] = {0, 0, 0};        ///< previous tip or centre, relative to the asset's origin
-  int triangle = -1;                  ///< -1 in the air
-  double weight[3] = {0, 0, 0};       ///< area coordinates of the contact point
-  Arm arm;                            ///< of a ball in contact
-  double dissipated_J = 0;            ///< by slips, since the Contact is in use
-  double refused_J = 0;               ///< energy that slips would have created, each joule once
-  double withheld_J = 0;              ///< refused at the latest tick
-  std::int64_t refused_ticks = 0;     ///< ticks at which the guard acted
+  std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
+  double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
+  int triangle = -1;                 ///< -1 in the air
+  double weight[3] = {0, 0, 0};      ///< area coordinates of the contact point
+  Arm arm;                           ///< of a ball in contact
+  Ledger ledger;
+  double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
   Hold hold;                          ///< saves time, changes no bit
 };
@@ -42,14 +42,15 @@ struct Output {
   ContactState state = ContactState::air;
   unsigned flags = 0;                      ///< kFlag... of mesh_surface.hpp
   double stored_J = 0;                     ///< elastic energy now
-  double dissipated_J = 0, refused_J = 0;  ///< running sums of the Contact
+  double dissipated_J = 0, refused_J = 0;  ///< running sums of the Contact's ledger
   std::int64_t refused_ticks = 0;
 };
 
-/// Contact ends; the running sums and the tip stay.
-inline void release(Contact& contact) noexcept {
+/// Contact ends with the law's energy at law_J; the running sums and the tip stay.
+inline void release(Contact& contact, double law_J = 0) noexcept {
   contact.triangle = -1;
-  contact.withheld_J = 0;
+  contact.ledger.close(law_J);
+  contact.slip_left_m = 0;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
   for (double& number : contact.memory) number = 0;
@@ -92,16 +93,6 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   contact.arm.skew_m[0] = skew.x;
   contact.arm.skew_m[1] = skew.y;
   contact.arm.skew_m[2] = skew.z;
-}
-
-template <class Surface>
-void account(Contact& contact, const Surface& surface) noexcept {
-  const double refused_J = surface.refused_J();
-  contact.dissipated_J += surface.dissipated_J();
-  // A slip refused at one tick is asked for again at the next: only what is new counts.
-  if (refused_J > contact.withheld_J) contact.refused_J += refused_J - contact.withheld_J;
-  if (refused_J > 0) ++contact.refused_ticks;
-  contact.withheld_J = refused_J;
 }
 
 }  // namespace runtime

@@ -28,7 +28,6 @@ struct MeshSpot {
   S n[3];
   const float* node[3];  ///< controls of the corners
   const int* offset;     ///< of each part within them
-  int* piece;            ///< of each curve: the interval last read
   S control(int curve, int j) const noexcept {
     const int at = offset[curve] + j;
     return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
@@ -45,10 +44,12 @@ LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int fi
   return out;
 }
 
-template <class S>
-int piece_at(const SplineView& view, const MeshSpot<S>& spot, int curve, double x) noexcept {
-  if (curve >= kCurves) return find_piece(view, x);
-  return spot.piece[curve] = find_piece(view, x, spot.piece[curve]);
+inline void copy_controls(const MeshSpot<double>& spot, int part, int j, int count,
+                          double* out) noexcept {
+  const int at = spot.offset[part] + j;
+  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
+  const double a = spot.n[0], b = spot.n[1], c = spot.n[2];
+  for (int k = 0; k < count; ++k) out[k] = a * double(p[k]) + b * double(q[k]) + c * double(r[k]);
 }
 
 /// A triangle as the law computes with it: read once, used by every spot of a way.
@@ -75,28 +76,31 @@ template <class P, bool kIsBall>
 struct MeshPath {
   const Facet* facet;
   const int* offset;  ///< of each curve in the controls
-  int* piece;         ///< of each curve: the interval last read
   const Arm* arm;     ///< of a ball
   P n[3], rate[3];    ///< [1], [1/m]
-  P end_m;            ///< where a coordinate reaches zero
-  int exit;           ///< which one
-  bool blocked;       ///< a border leaves no way to go
+  P end_m;            ///< where a coordinate reaches zero, or the slip budget does
+  int exit;           ///< which coordinate; -1: the budget
+  bool blocked;       ///< no way to go
+  bool is_bent;       ///< a border leaves only the part along it
+  double length;      ///< of the blended normal at the start
 
   P end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
+  bool is_straight() const noexcept { return !is_bent; }
   decltype(auto) plain() const noexcept {
     if constexpr (std::is_same<P, double>::value)
       return (*this);  // itself, no copy
     else
       return MeshPath<double, kIsBall>{facet,
                                        offset,
-                                       piece,
                                        arm,
                                        {value_of(n[0]), value_of(n[1]), value_of(n[2])},
                                        {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
                                        value_of(end_m),
                                        exit,
-                                       blocked};
+                                       blocked,
+                                       is_bent,
+                                       length};
   }
 
   template <class S>
@@ -114,7 +118,6 @@ struct MeshPath {
     spot.length = sqrt(dot(field, field));
     spot.normal = field * (1.0 / spot.length);
     spot.offset = offset;
-    spot.piece = piece;
     if constexpr (kIsBall) {
       const Vec3<S> skew = make_vec3<S>(arm->skew_m);
       const S along = dot(skew, spot.normal);
@@ -124,63 +127,86 @@ struct MeshPath {
   }
 };
 
-/// What rings' excess reads along a straight way (families/rings.hpp), each as value + s rate: the
-/// corners are read once for all places of the way.
+/// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are
+/// a node's numbers. The corners are read once for all places of the way.
 template <bool kIsBall>
 struct MeshWay {
-  static constexpr int kPart[] = {kLambda, kFriction, kFrictionSlope, kCurvature};
-  static constexpr int kSlot[kMaxParts] = {-1, 0, 1, 2, -1, -1, 3, -1};  ///< of a part
-  static constexpr int kNumbers = 9;
-  const Arm* arm;
-  Vec3d point, point_rate, field, field_rate;
-  double value[kNumbers], rate[kNumbers];
+  const MeshPath<double, kIsBall>* path;
+  Vec3d point, point_rate, field, field_rate, skew{0, 0, 0};
+  double reach_m = 0, start_inverse;
+  double value[9], rate[9];  ///< lambda, mu_0, mu_1, kappa
 
-  explicit MeshWay(const MeshPath<double, kIsBall>& path) noexcept : arm(path.arm) {
+  explicit MeshWay(const MeshPath<double, kIsBall>& of) noexcept
+      : path(&of), start_inverse(1 / of.length) {
     point = point_rate = field = field_rate = {0, 0, 0};
     for (int k = 0; k < 3; ++k) {
-      point = point + path.facet->vertex[k] * path.n[k];
-      point_rate = point_rate + path.facet->vertex[k] * path.rate[k];
-      field = field + path.facet->normal[k] * path.n[k];
-      field_rate = field_rate + path.facet->normal[k] * path.rate[k];
+      point = point + of.facet->vertex[k] * of.n[k];
+      point_rate = point_rate + of.facet->vertex[k] * of.rate[k];
+      field = field + of.facet->normal[k] * of.n[k];
+      field_rate = field_rate + of.facet->normal[k] * of.rate[k];
     }
-    for (const int part : kPart)
-      for (int j = 0; j < (part == kCurvature ? 6 : 1); ++j) {
-        const int at = path.offset[part] + j;
-        const double p = double(path.facet->node[0][at]), q = double(path.facet->node[1][at]),
-                     r = double(path.facet->node[2][at]);
-        value[kSlot[part] + j] = path.n[0] * p + path.n[1] * q + path.n[2] * r;
-        rate[kSlot[part] + j] = path.rate[0] * p + path.rate[1] * q + path.rate[2] * r;
-      }
+    if constexpr (kIsBall) {
+      skew = make_vec3<double>(of.arm->skew_m);
+      reach_m = of.arm->reach_m;
+    }
+    read<3>(of.offset[kLambda], value, rate);
+    read<6>(of.offset[kCurvature], value + 3, rate + 3);
+  }
+  MeshSpot<double> at(double s) const noexcept { return path->at(s); }
+
+  /// lambda |q| - mu(d) d [m] and its slope by s, of a tool at x.
+  Dual excess(const Vec3d& x, double s) const noexcept {
+    const Vec3d blend = field + field_rate * s;
+    const double inverse = s == 0 ? start_inverse : 1 / std::sqrt(dot(blend, blend));
+    const Vec3d delta = x - point - point_rate * s, u = blend * inverse,
+                du = tangential(field_rate, u) * inverse;
+    const Vec3d w = delta + skew;  // a ball's: aside of its reach
+    const double along = dot(w, u), sinking = dot(point_rate, u);
+    const Vec3d q = w - u * along, dq = (u * (sinking - dot(w, du)) - point_rate) - du * along;
+    const double height = dot(delta, u) + reach_m, dheight = dot(delta, du) - sinking;
+    double kappa[6];
+    for (int j = 0; j < 6; ++j) kappa[j] = value[3 + j] + s * rate[3 + j];
+    const Vec3d bent = bend(kappa, q);
+    const double depth = height - 0.5 * dot(q, bent);
+    const double ddepth = dheight - dot(dq, bent) - 0.5 * dot(q, bend(rate + 3, q));
+    const double squared = dot(q, q);
+    const bool is_aside = squared > kLateralZero_m * kLateralZero_m;
+    const double size = is_aside ? std::sqrt(squared) : 0;
+    const double dsize = is_aside ? dot(q, dq) / size : 0;
+    const double lambda = value[0] + s * rate[0];
+    Dual out(lambda * size, rate[0] * size + lambda * dsize);
+    if (!(depth > 0)) return out;
+    const double mu_1 = value[2] + s * rate[2], mu = value[1] + s * rate[1] + mu_1 * depth;
+    if (!(mu > 0)) return out;
+    out.a -= mu * depth;
+    out.v -= (rate[1] + rate[2] * depth + mu_1 * ddepth) * depth + mu * ddepth;
+    return out;
   }
 
-  template <class S>
-  struct Place {
-    Vec3<S> point, normal;
-    const MeshWay* way;
-    S s;
-    S control(int part, int j) const noexcept {
-      const int i = kSlot[part] + j;
-      return s * way->rate[i] + way->value[i];
+ private:
+  template <int kCount>
+  void read(int at, double* to, double* by) const noexcept {
+    const float *p = path->facet->node[0] + at, *q = path->facet->node[1] + at,
+                *r = path->facet->node[2] + at;
+    for (int j = 0; j < kCount; ++j) {
+      const double a = double(p[j]), b = double(q[j]), c = double(r[j]);
+      to[j] = path->n[0] * a + path->n[1] * b + path->n[2] * c;
+      by[j] = path->rate[0] * a + path->rate[1] * b + path->rate[2] * c;
     }
-  };
-  template <class S>
-  Place<S> at(const S& s) const noexcept {
-    using std::sqrt;
-    const auto along = [&](const Vec3d& from, const Vec3d& by) noexcept {
-      return Vec3<S>{s * by.x + from.x, s * by.y + from.y, s * by.z + from.z};
-    };
-    const Vec3<S> blend = along(field, field_rate);
-    Place<S> place{along(point, point_rate), blend * (1.0 / sqrt(dot(blend, blend))), this, s};
-    if constexpr (kIsBall) {
-      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
-      place.point = place.point - skew - place.normal * (arm->reach_m - dot(skew, place.normal));
-    }
-    return place;
+  }
+  static Vec3d bend(const double* kappa, const Vec3d& q) noexcept {
+    return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
+            kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
+            kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
   }
 };
 template <bool kIsBall>
 MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path) noexcept {
   return MeshWay<kIsBall>(path);
+}
+template <bool kIsBall>
+Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d& x, double s) noexcept {
+  return way.excess(x, s);
 }
 
 }  // namespace runtime

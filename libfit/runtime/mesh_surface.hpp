@@ -2,26 +2,33 @@
 #pragma once
 
 // The contact point on the asset's triangles, as a Surface of slide.hpp: it walks from triangle to
-// triangle, keeps to borders, and holds back slips that would create energy.
+// triangle, keeps to borders, and goes no farther in a tick than its budget.
 
 #include "mesh_spot.hpp"
 
 namespace palpate {
 namespace runtime {
 
-constexpr double kAlongEdge = 1e-12;    ///< share of a direction below which it follows the edge
-constexpr double kEnergyNoise = 1e-13;  ///< rounding of a stored energy, relative; measured 2e-15
+constexpr double kAlongEdge = 1e-12;  ///< share of a direction below which it follows the edge
 constexpr double kMinOpen =
     1e-3;  ///< how far a ball's rest triangle may shrink or tilt in a hollow
-constexpr int kMaxGuardSteps = 12;  ///< bisections for the harmless part of a slip: 1/4096 of it
+constexpr double kFreeSlip_m =
+    5e-5;  ///< of a tick's slip budget, whatever the tool does: 50 mm/s at 1 kHz
+constexpr double kSlipPerStep =
+    2;  ///< of the budget, for each metre that the tool moves in the tick
 
 // What happened at a tick besides the state, or-ed together.
 constexpr unsigned kFlagUnfinished = 1;  ///< the slip goes on at the next tick
 constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border that held it
-constexpr unsigned kFlagHeldBack = 4;    ///< the guard refused part of a slip
+constexpr unsigned kFlagHeldBack = 4;    ///< the guard bears only a share of the force
 constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
 constexpr unsigned kFlagFrictionless =
-    16;  ///< no lateral stiffness here: slides as if frictionless
+    16;                                ///< no lateral stiffness here: slides as if frictionless
+constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
+constexpr unsigned kFlagOutside = 64;  ///< in the skirt, where forces fade to nothing
+constexpr unsigned kFlagCapped = 256;  ///< the force was brought down to the tool's max_force_N
+constexpr unsigned kFlagRamp = 512;    ///< the tool's ramp is not over
+constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>
@@ -30,21 +37,21 @@ class MeshSurface {
   using Path = MeshPath<T, kIsBall>;
   using Spot = MeshSpot<T>;
 
-  MeshSurface(const AssetView& asset, int triangle, const double n[3], const Arm& arm) noexcept
+  /// budget_m: how far the contact point may go.
+  MeshSurface(const AssetView& asset, int triangle, const double n[3], const Arm& arm,
+              const T& budget_m = T(1e300)) noexcept
       : asset_(asset),
         arm_(arm),
         triangle_(triangle),
         facet_(Facet::of(asset, triangle)),
-        n_{T(n[0]), T(n[1]), T(n[2])} {}
+        n_{T(n[0]), T(n[1]), T(n[2])},
+        budget_m_(budget_m) {}
 
   int triangle() const noexcept { return triangle_; }
   double weight(int k) const noexcept { return value_of(n_[k]); }
   unsigned flags() const noexcept { return flags_; }
-  double dissipated_J() const noexcept { return dissipated_J_; }
-  double refused_J() const noexcept { return refused_J_; }
-  /// After a move: energy stored at the contact point.
-  double stored_J() const noexcept { return stored_J_; }
-  bool has_moved() const noexcept { return has_moved_; }
+  bool is_spent() const noexcept { return !(value_of(budget_m_) > 0); }
+  double budget_m() const noexcept { return value_of(budget_m_); }
 
   Spot standing() const noexcept { return resting().at(T(0)); }
 
@@ -54,7 +61,13 @@ class MeshSurface {
   /// for the hollow.
   Path aim(const Spot& spot, const Vec3<T>& lateral) noexcept {
     Path path = resting();
-    path.end_m = T(1e300);
+    path.end_m = budget_m_;
+    path.exit = -1;
+    path.length = value_of(spot.length);
+    if (is_spent()) {
+      path.blocked = true;
+      return path;
+    }
     const Plane plane = plane_at(spot);
     const T facing = dot(spot.normal, plane.area);
     if (kIsBall && is_turned(plane, value_of(facing))) {
@@ -74,39 +87,18 @@ class MeshSurface {
     return path;
   }
 
-  /// What slips dissipate while the contact point stays.
-  void pay(double dissipated_J) noexcept { dissipated_J_ += dissipated_J; }
-
-  /// Where energy_J() [J] tells what is stored before the first move.
-  template <class Energy>
-  void begin(const Energy& energy_J) noexcept {
-    if (!has_moved_) stored_J_ = energy_J();
-    is_begun_ = true;
-  }
-
-  /// Goes to path(s), s <= end, and over the edge when s reaches it. energy(spot) [J]: what would
-  /// be stored there. The guard lets no slip pass that would raise it (M10).
-  template <class Energy>
-  Move move(const Path& path, T s, const Energy& energy) noexcept {
-    const auto& plain = path.plain();
-    const double wanted = value_of(s);
-    const double before_J = is_begun_ ? stored_J_ : energy(plain.at(0.0));
-    double after_J = energy(plain.at(wanted));
-    const double allowed_J = before_J * (1 + kEnergyNoise);
-    const bool is_held_back = asset_.has_guard && after_J > allowed_J;
-    if (is_held_back) {
-      const double wanted_J = after_J;
-      const double part = harmless_part(plain, wanted, energy, allowed_J, &after_J);
-      s = shortened(s, part);
-      if (!(part > 0)) after_J = before_J;
-      refused_J_ += wanted_J - after_J;
-      flags_ |= kFlagHeldBack;
+  /// Goes to path(s), s <= end, and over the edge when s reaches it.
+  void move(const Path& path, const T& s) noexcept {
+    budget_m_ = budget_m_ - s;
+    const bool reaches_edge = path.exit >= 0 && value_of(s) >= value_of(path.end_m);
+    T sum = T(0);
+    for (int k = 0; k < 3; ++k) {
+      const T n = path.n[k] + s * path.rate[k];
+      n_[k] = value_of(n) > 0 && !(reaches_edge && k == path.exit) ? n : T(0);
+      sum = sum + n_[k];
     }
-    dissipated_J_ += before_J - after_J;
-    stored_J_ = after_J;
-    has_moved_ = is_begun_ = true;
-    go(path, s);
-    return is_held_back ? Move::stopped : Move::whole;
+    for (T& n : n_) n = n / sum;
+    if (reaches_edge && !is_wall(path.exit)) cross_edge(path.exit);
   }
 
  private:
@@ -119,13 +111,14 @@ class MeshSurface {
   Path resting() const noexcept {
     return {&facet_,
             asset_.control_offset,
-            piece_,
             &arm_,
             {n_[0], n_[1], n_[2]},
             {T(0), T(0), T(0)},
             T(0),
             0,
-            false};
+            false,
+            false,
+            1};
   }
   // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
   // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
@@ -181,6 +174,7 @@ class MeshSurface {
     const double share = value_of(rate);
     const bool is_across = !(share * share * value_of(squared) > 1e-12);
     path.blocked = is_across;
+    path.is_bent = true;
     path.rate[k] = T(0);
     path.rate[(k + 1) % 3] = is_across ? T(0) : -rate;
     path.rate[(k + 2) % 3] = is_across ? T(0) : rate;
@@ -198,38 +192,6 @@ class MeshSurface {
     }
   }
 
-  template <class Energy>
-  static double harmless_part(const MeshPath<double, kIsBall>& path, double s, const Energy& energy,
-                              double allowed_J, double* energy_J) noexcept {
-    double lo = 0, hi = s;
-    for (int i = 0; i < kMaxGuardSteps; ++i) {
-      const double middle = 0.5 * (lo + hi);
-      const double middle_J = energy(path.at(middle));
-      if (middle_J > allowed_J) {
-        hi = middle;
-      } else {
-        lo = middle;
-        *energy_J = middle_J;
-      }
-    }
-    return lo;
-  }
-  static double shortened(double, double part) noexcept { return part; }
-  static Jet3 shortened(const Jet3& s, double part) noexcept {  // part is a fixed share of s
-    return Jet3::chain(part, part / s.a, s, 0, s);
-  }
-
-  void go(const Path& path, const T& s) noexcept {
-    const bool reaches_edge = value_of(s) >= value_of(path.end_m);
-    T sum = T(0);
-    for (int k = 0; k < 3; ++k) {
-      const T n = path.n[k] + s * path.rate[k];
-      n_[k] = value_of(n) > 0 && !(reaches_edge && k == path.exit) ? n : T(0);
-      sum = sum + n_[k];
-    }
-    for (T& n : n_) n = n / sum;
-    if (reaches_edge && !is_wall(path.exit)) cross_edge(path.exit);
-  }
   void cross_edge(int k) noexcept {
     const int next = across(k);
     const T old[3] = {n_[0], n_[1], n_[2]};
@@ -248,10 +210,8 @@ class MeshSurface {
   int triangle_;
   Facet facet_;
   T n_[3];
-  mutable int piece_[kCurves] = {};  // a guess, of no consequence but for time
+  T budget_m_;
   unsigned flags_ = 0;
-  bool has_moved_ = false, is_begun_ = false;
-  double dissipated_J_ = 0, refused_J_ = 0, stored_J_ = 0;
 };
 
 }  // namespace runtime

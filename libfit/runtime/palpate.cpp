@@ -98,6 +98,11 @@ void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
   copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
   copy3(from.contact_m, out.contact_m);
   copy3(from.normal, out.normal);
+  copy3(from.deflection_m, out.deflection_m);
+  copy3(from.acts_at_m, out.acts_at_m);
+  out.approach_m_s = from.approach_m_s;
+  out.events =
+      (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
   copy3(body.weight, out.weight);
   out.normal_m = body.normal_m;
   out.lateral_m = body.lateral_m;
@@ -169,9 +174,44 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
     info->box_min_m[k] = a.origin_m[k] + double(a.tree[0].lo[k]);
     info->box_max_m[k] = a.origin_m[k] + double(a.tree[0].hi[k]);
   }
+  info->range_m = a.max_fitted_m;
+  info->checksum = a.checksum;
+  info->law = rt::row_of(static_cast<rt::Family>(a.curves.family)).name;
+  info->has_guard = a.has_guard;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;
+}
+
+palpate_status palpate_read_mesh(const palpate_asset* asset, palpate_mesh* mesh) noexcept {
+  if (mesh == nullptr) return PALPATE_NULL_ARGUMENT;
+  *mesh = palpate_mesh();
+  if (asset == nullptr) return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  const rt::Asset& a = opened->asset;
+  mesh->vertices = a.vertices;
+  mesh->triangles = a.triangles;
+  copy3(a.origin_m, mesh->origin_m);
+  mesh->vertex_m = a.vertex;
+  mesh->inward_normal = a.normal;
+  mesh->covered = a.covered;
+  mesh->triangle = a.triangle;
+  return PALPATE_OK;
+}
+
+void palpate_close(palpate_asset* asset) noexcept {
+  if (asset != nullptr) *asset = palpate_asset();
+}
+
+void* palpate_copy_aligned(void* room, std::uint64_t room_bytes, const void* bytes,
+                           std::uint64_t size) noexcept {
+  if (room == nullptr || bytes == nullptr) return nullptr;
+  const auto at = reinterpret_cast<std::uintptr_t>(room);
+  const std::uint64_t skip = (rt::kAlignment - at % rt::kAlignment) % rt::kAlignment;
+  if (room_bytes < skip || room_bytes - skip < size) return nullptr;
+  return std::memcpy(static_cast<unsigned char*>(room) + skip, bytes,
+                     static_cast<std::size_t>(size));
 }
 
 palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool) noexcept {
@@ -184,6 +224,9 @@ palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool)
   shape.radius_m = tool->radius_m;
   shape.damping_Ns_m = tool->damping_Ns_m;
   shape.damper_depth_m = tool->damper_depth_m;
+  shape.lateral_damping_Ns_m = tool->lateral_damping_Ns_m;
+  shape.max_force_N = tool->max_force_N;
+  shape.ramp_s = tool->ramp_s;
   const rt::Status status = rt::check_tool(shape);
   if (status == rt::Status::ok) std::memcpy(contact->storage, &started, sizeof started);
   return to_c(status);

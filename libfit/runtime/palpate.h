@@ -59,10 +59,10 @@ enum {
   PALPATE_NOT_STARTED = 3,      /* palpate_start was not called on the contact, or failed */
   PALPATE_TIP_NOT_FINITE = 4,   /* NaN or infinity where the tool is */
   PALPATE_TIP_TELEPORTED = 5,   /* farther than max_step_m in a tick; contact begins anew outside */
-  PALPATE_CONTACT_FOREIGN = 6,  /* the contact was used with another asset; it was reset */
+  PALPATE_CONTACT_FOREIGN = 6,  /* the contact was used with other bytes; it was reset */
   PALPATE_FORCE_NOT_FINITE = 7, /* overflow at absurd depths; the contact was reset */
   PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
-  PALPATE_TIME_STEP_WRONG = 9,  /* the tool has a damper and dt_s is not positive and finite */
+  PALPATE_TIME_STEP_WRONG = 9,  /* the tool has a damper or a ramp and dt_s is not in range */
   PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
@@ -83,7 +83,7 @@ typedef struct palpate_asset {
   uint64_t storage[160];
 } palpate_asset;
 typedef struct palpate_contact {
-  uint64_t storage[192];
+  uint64_t storage[256];
 } palpate_contact;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
@@ -94,20 +94,27 @@ typedef struct palpate_pose {
 
 /* What touches: a point or a ball fixed to the tool. The asset's curves were measured with a ball
    of palpate_info.probe_radius_m; another radius changes where contact begins, not the curves.
-   The damper acts parallel to the normal curve, b(dz) = damping_Ns_m min(1, dz / damper_depth_m),
-   against motion along the contact's normal. It never pulls the tool in. Its energy is damped_J. */
+   The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against motion
+   along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m). It never pulls
+   the tool in. Its energy is damped_J. Last of all the force is brought up over ramp_s from the
+   first tick on and down to max_force_N; energies stay those of the whole force. Zero a tool before
+   you fill it. */
 typedef struct palpate_tool {
   double offset_m[3];    /* of the tip or the ball's centre in the tool's frame; each within 1000 */
   double radius_m;       /* 0: a tip; up to 1000 */
-  double damping_Ns_m;   /* N s/m, 0 to 1e9; 0: none */
+  double damping_Ns_m;   /* N s/m, 0 to 1e4; 0: none */
   double damper_depth_m; /* depth at which it is whole; > 0 where there is damping */
+  double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
+  double max_force_N;          /* what the device can bear; 0: no cap */
+  double ramp_s;               /* 0: none */
+  double reserved[5];          /* 0 */
 } palpate_tool;
 
 /* One tick's question. */
 typedef struct palpate_input {
   palpate_pose tool;
   palpate_pose body;     /* identity for a body that rests */
-  double dt_s;           /* since the previous tick; read by the damper alone */
+  double dt_s;           /* since the previous tick, 1e-5 at least; read by damper and ramp */
   int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes several times as long */
   int32_t reserved;      /* 0 */
 } palpate_input;
@@ -116,12 +123,21 @@ enum { PALPATE_AIR = 0, PALPATE_STICK = 1, PALPATE_SLIP = 2 };
 
 /* Or-ed together in flags. */
 enum {
-  PALPATE_FLAG_UNFINISHED = 1,   /* the slip is longer than a tick may take; the next goes on */
-  PALPATE_FLAG_BORDER = 2,       /* the contact point was at a border that held it */
-  PALPATE_FLAG_HELD_BACK = 4,    /* the guard refused the energy-creating part of a slip */
-  PALPATE_FLAG_TOO_DEEP = 8,     /* deeper than slides are well-conditioned for at this triangle */
-  PALPATE_FLAG_FRICTIONLESS = 16 /* no lateral stiffness here: slides as if frictionless */
+  PALPATE_FLAG_UNFINISHED = 1,    /* the slip is longer than a tick may take; the next goes on */
+  PALPATE_FLAG_BORDER = 2,        /* the contact point was at a border that held it */
+  PALPATE_FLAG_HELD_BACK = 4,     /* a slip would have created energy: the force is lower for it */
+  PALPATE_FLAG_TOO_DEEP = 8,      /* deeper than slides are well-conditioned for at this triangle */
+  PALPATE_FLAG_FRICTIONLESS = 16, /* no lateral stiffness here: slides as if frictionless */
+  PALPATE_FLAG_BLOCKED = 32,      /* the tool slips on beside a contact point that cannot follow */
+  PALPATE_FLAG_OUTSIDE = 64,      /* in the rim of the measured region, where forces fade */
+  PALPATE_FLAG_EXTRAPOLATED =
+      128,                   /* deeper than range_m: the curves go on along their last slope */
+  PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
+  PALPATE_FLAG_RAMP = 512    /* the tool's ramp is not over */
 };
+
+/* Or-ed together in events, each at the one tick at which it happens. */
+enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2 };
 
 /* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
    torque and stiffness are exactly zero and triangle is -1. Energies are sums since
@@ -136,18 +152,23 @@ typedef struct palpate_output {
   double normal_m;             /* deflection along the normal, > 0 in contact */
   double lateral_m;            /* deflection across it, >= 0; leaning: from the lean */
   double stored_J;             /* elastic energy now */
-  double dissipated_J;         /* by slips; of rings while PALPATE_STICK, too */
-  double refused_J;            /* that slips would have created, each joule once */
-  double damped_J;             /* by the damper */
-  double damper_N;             /* the damper's part of the force on the body, along the normal */
-  double stiffness_N_m[9];     /* row-major d(force on the body) / d(tool position), elastic part,
-                                  the tool not turning: exact for the branch taken, with the contact
-                                  point of a first touch held; zero unless wanted */
-  int64_t refused_ticks;       /* ticks at which the guard acted */
-  int32_t triangle;            /* of the surface; -1 in the air */
-  int32_t state;               /* PALPATE_AIR, PALPATE_STICK or PALPATE_SLIP */
-  uint32_t flags;              /* PALPATE_FLAG_... */
-  palpate_status status;       /* what palpate_tick returned */
+  double dissipated_J;     /* by slips, less what they took; of rings while PALPATE_STICK, too */
+  double refused_J;        /* that slips would have created, each joule once; see HELD_BACK */
+  double damped_J;         /* by the damper */
+  double damper_N;         /* the damper's part of the force on the body, along the normal */
+  double stiffness_N_m[9]; /* row-major d(force on the body) / d(tool position), elastic part,
+                              the tool not turning: exact for the branch taken, with the contact
+                              point of a first touch held; zero unless wanted */
+  int64_t refused_ticks;   /* ticks at which the guard acted */
+  int32_t triangle;        /* of the surface; -1 in the air */
+  int32_t state;           /* PALPATE_AIR, PALPATE_STICK or PALPATE_SLIP */
+  uint32_t flags;          /* PALPATE_FLAG_... */
+  palpate_status status;   /* what palpate_tick returned */
+  double deflection_m[3];  /* from contact_m to acts_at_m */
+  double acts_at_m[3];     /* where the force acts */
+  double approach_m_s;     /* of the tick of a touch: into the body, along the normal */
+  uint32_t events;         /* PALPATE_TOUCHED, PALPATE_RELEASED */
+  uint32_t reserved[7];    /* 0 */
 } palpate_output;
 
 /* What an opened asset says about itself. */
@@ -156,9 +177,24 @@ typedef struct palpate_info {
   double max_step_m;     /* a tip moving farther in one tick has teleported */
   double probe_radius_m; /* of the probe the curves were measured with; 0 unknown or a point */
   double box_min_m[3], box_max_m[3]; /* of what can be touched, in the body's frame */
+  double range_m;                    /* depth up to which the curves were fitted */
+  uint64_t checksum;                 /* of the asset's bytes */
+  const char* law;                   /* "rings", ...: the curve family; static */
+  int32_t has_guard;                 /* slips may not create energy */
+  int32_t reserved[5];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
+
+/* The surface, within the caller's bytes: vertex v is at origin_m + vertex_m[3 v + 0 .. 2]. */
+typedef struct palpate_mesh {
+  int32_t vertices, triangles;
+  double origin_m[3];
+  const float* vertex_m;      /* 3 a vertex */
+  const float* inward_normal; /* 3 a vertex, unit */
+  const uint8_t* covered;     /* 1 a vertex: where curves answer */
+  const int32_t* triangle;    /* 3 corners a triangle, counter-clockwise from outside */
+} palpate_mesh;
 
 /* PALPATE_ABI of the library; compare with the header's before anything else. */
 PALPATE_API int32_t palpate_abi(void) PALPATE_NOEXCEPT;
@@ -176,6 +212,18 @@ PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
 PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
                                             palpate_info* info) PALPATE_NOEXCEPT;
 
+/* PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_ASSET_NOT_OPEN. */
+PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
+                                             palpate_mesh* mesh) PALPATE_NOEXCEPT;
+
+/* Closes the asset; its bytes may go. Ticks on it are then refused. Null is allowed. */
+PALPATE_API void palpate_close(palpate_asset* asset) PALPATE_NOEXCEPT;
+
+/* Copies bytes [size] to the first multiple of 64 within room [room_bytes]; size + 63 is always
+   enough. Returns where, for palpate_open; null when it does not fit. */
+PALPATE_API void* palpate_copy_aligned(void* room, uint64_t room_bytes, const void* bytes,
+                                       uint64_t size) PALPATE_NOEXCEPT;
+
 /* Makes a contact for a tool: in the air, its sums zero. Call again to start anew, and when another
    asset takes the place of the one that the contact was used with.
    PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG (the contact is then not started). */
@@ -191,7 +239,7 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
    max_step_m. A tool that starts inside the body feels nothing until it has come out.
    Writes *out whatever happens, and returns out->status.
    Work, in evaluations of three curves (about 25 to 60 multiply-adds each): stick 2; slip at most
-   16 segments of 16 evaluations and 14 energies, usually one segment of 8 and 2; in the air the
+   16 segments of 15 evaluations and 2 energies, usually one segment of 2 and 2; in the air the
    tree boxes near the way, 2 log2(triangles) for a tip in free space and never more than
    2 x triangles. No data-dependent loop is longer. */
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
@@ -200,11 +248,11 @@ PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_cont
 
 /* The commonest tools and inputs, ready to pass. */
 static inline palpate_tool palpate_tip(void) {
-  const palpate_tool tool = {{0, 0, 0}, 0, 0, 0};
+  const palpate_tool tool = {{0, 0, 0}, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}};
   return tool;
 }
 static inline palpate_tool palpate_ball(double radius_m) {
-  const palpate_tool tool = {{0, 0, 0}, radius_m, 0, 0};
+  const palpate_tool tool = {{0, 0, 0}, radius_m, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}};
   return tool;
 }
 static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {

@@ -66,19 +66,16 @@ constexpr double kLeastStiffening = 0.2;
 template <class T>
 struct Unevenness {
   T value_N, slope_N_m;  ///< p.g [J] and p.g' [N]
+  T stiffening;          ///< of the rings
 };
 template <class S, class C, bool kIsPlain>
-Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, RingBed<S, kRings>& bed,
+Unevenness<S> unevenness(const QuadricSpot<S, C, kIsPlain>& spot, const RingBed<S, kRings>& bed,
                          const S& depth_m, const S& normal_N) noexcept {
   const SideForce<S> side = side_force(bed, depth_m);
-  const Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m)};
+  Unevenness<S> out{dot(spot.shadow, side.value_N), dot(spot.shadow, side.slope_N_m), S(1)};
   if (!(value_of(normal_N) > 0)) return out;
-  S scale = S(1) + out.slope_N_m / normal_N;
-  if (!(value_of(scale) > kLeastStiffening)) scale = S(kLeastStiffening);
-  for (int i = 0; i < kRings; ++i) {
-    bed.stiffness_N_m[i] = bed.stiffness_N_m[i] * scale;
-    bed.excess_N_m[i] = bed.excess_N_m[i] * scale;
-  }
+  out.stiffening = S(1) + out.slope_N_m / normal_N;
+  if (!(value_of(out.stiffening) > kLeastStiffening)) out.stiffening = S(kLeastStiffening);
   return out;
 }
 
@@ -95,6 +92,7 @@ struct QuadricPath {
 
   double end() const noexcept { return 1e300; }
   bool is_blocked() const noexcept { return false; }
+  bool is_straight() const noexcept { return true; }
 
   template <class S>
   Spot<S> at(const S& s) const noexcept {
@@ -125,13 +123,9 @@ struct QuadricSurface {
     const Vec3<T> u0 = widened<T>(quadric->u0);
     return {quadric, p, direction - u0 * dot(direction, u0), controls};
   }
-  void pay(double) const noexcept {}
-  template <class Energy>
-  void begin(const Energy&) noexcept {}
-  template <class Energy>
-  Move move(const QuadricPath<T, T>& path, const T& s, const Energy&) noexcept {
+  bool is_spent() const noexcept { return false; }
+  void move(const QuadricPath<T, T>& path, const T& s) noexcept {
     p = path.start + path.direction * s;
-    return Move::whole;
   }
 };
 
@@ -176,9 +170,15 @@ int replay_as(const CurveViews& views, const ControlPointers<T>& controls, const
     }
     before = tip;
     if (!in_contact) continue;
-    auto foot = F::footing(views, surface.standing(), x);
-    if (F::slide(views, x, surface, foot, memory) != SlideEnd::stick) ++slipped;
-    force_N[row] = F::force(views, foot, memory);
+    auto foot = F::footing(views, surface.standing(), x, memory);
+    const Vec3<T> from = foot.spot.point;
+    if (slide<F>(views, x, surface, foot, memory) != SlideEnd::stick) {
+      ++slipped;
+      F::carry(memory, foot.spot.point - from, foot.spot.normal);
+      foot = F::footing(views, surface.standing(), x, memory);
+    }
+    const auto& under = F::under(views, foot);
+    force_N[row] = F::answer(views, under, foot, F::settle(views, under, foot, memory)).force_N;
     in_contact = value_of(foot.d.normal_m) > 0 || row == 0;
   }
   return slipped;

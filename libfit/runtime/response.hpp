@@ -24,44 +24,43 @@ auto live_controls(const Spot& spot, int curve, int first) noexcept
   return out;
 }
 
-/// Interval of x in a curve. A spot that remembers the last one brings an overload.
-template <class Spot>
-int piece_at(const SplineView& view, const Spot&, int /*curve*/, double x) noexcept {
-  return find_piece(view, x);
-}
-
-/// Sum of a spot's control values times the basis at x, on a basis of a known order: the compiler
-/// unrolls it, which is half of a tick's time.
-template <int kOrder, class T, class Spot>
-T curve_of_order(const SplineView& view, const Spot& spot, int curve, const T& x) noexcept {
-  const int piece = piece_at(view, spot, curve, value_of(x)), first = first_control(view, piece);
-  const auto live = live_controls<kOrder>(spot, curve, first);
-  const T t = x - view.knots[piece];
-  const double* c = view.weights + piece * kOrder * kOrder;
-  T sum = live.b[0] * basis_value(c, kOrder, t);
-  for (int k = 1; k < kOrder; ++k) sum = sum + live.b[k] * basis_value(c + k * kOrder, kOrder, t);
-  return sum;
-}
-
-/// Force of one curve of a spot at x [m] -> [N] (M5); exactly 0 for x <= 0.
+/// `count` numbers of a spot from number j of a part on, which may reach into the parts behind. A
+/// spot that has them in a row brings an overload.
 template <class T, class Spot>
-T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
-  if (!(value_of(x) > 0)) return T(0);
-  const SplineView& view = views.view[curve];
-  switch (view.degree) {
-    case 1:
-      return curve_of_order<2>(view, spot, curve, x);
-    case 2:
-      return curve_of_order<3>(view, spot, curve, x);
-    case 3:
-      return curve_of_order<4>(view, spot, curve, x);
-    default:
-      return curve_of_order<5>(view, spot, curve, x);
-  }
+void copy_controls(const Spot& spot, int part, int j, int count, T* out) noexcept {
+  for (int k = 0; k < count; ++k) out[k] = spot.control(part, j + k);
 }
+
+/// A curve of a spot on one interval, as a polynomial in t = x - knot (M6), with the area below.
+template <class T>
+struct CurvePiece {
+  int piece = -1;  ///< of the basis; -1: none
+  int order = 0;
+  bool has_area = false;
+  double knot = 0;      ///< [m]
+  T c[kMaxDegree + 1];  ///< force, [N/m^k]
+  T area_J = T(0);      ///< under the curve up to the knot
+  /// Force [N] (M5); x is on the interval.
+  template <class S>
+  S force(const S& x) const noexcept {
+    const S t = x - knot;
+    S sum = S(c[order - 1]);
+    for (int k = order - 2; k >= 0; --k) sum = sum * t + c[k];
+    return sum;
+  }
+  /// Area from 0 to x [J] (M7).
+  template <class S>
+  S energy(const S& x) const noexcept {
+    constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
+    const S t = x - knot;
+    S sum = S(c[order - 1] * kShare[order - 1]);
+    for (int k = order - 2; k >= 0; --k) sum = sum * t + c[k] * kShare[k];
+    return sum * t + area_J;
+  }
+};
 
 /// Area under a curve of a spot up to the interval `piece` that the control values below `first`
-/// bring. A spot that has it at hand brings an overload.
+/// bring.
 template <class Spot>
 auto area_before(const SplineView& view, const Spot& spot, int curve, int piece, int first) noexcept
     -> decltype(spot.control(curve, first)) {
@@ -77,35 +76,69 @@ auto area_before(const SplineView& view, const Spot& spot, int curve, int piece,
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-template <int kOrder, class T, class Spot>
-T energy_of_order(const SplineView& view, const Spot& spot, int curve, const T& x) noexcept {
-  const int piece = piece_at(view, spot, curve, value_of(x)), first = first_control(view, piece);
+/// With the order known the compiler unrolls it.
+template <int kOrder, class Spot>
+auto piece_of_order(const SplineView& view, const Spot& spot, int curve, int piece,
+                    bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
+  using T = decltype(spot.control(curve, 0));
+  CurvePiece<T> out;
+  const int first = first_control(view, piece);
+  out.piece = piece;
+  out.order = kOrder;
+  out.has_area = with_area;
+  out.knot = view.knots[piece];
   const auto live = live_controls<kOrder>(spot, curve, first);
-  const T t = x - view.knots[piece];
-  const double* whole = view.integrals + piece * view.size();
-  const double* c = view.weights + piece * kOrder * kOrder;
-  T last = T(0);
-  for (int k = 0; k < kOrder; ++k)
-    last = last + live.b[k] * (basis_integral(c + k * kOrder, kOrder, t) * t + whole[first + k]);
-  return area_before(view, spot, curve, piece, first) + last;
+  const double* w = view.weights + piece * kOrder * kOrder;
+  for (int m = 0; m < kOrder; ++m) {
+    out.c[m] = live.b[0] * w[m];
+    for (int k = 1; k < kOrder; ++k) out.c[m] = out.c[m] + live.b[k] * w[k * kOrder + m];
+  }
+  if (!with_area) return out;
+  const double* whole = view.integrals + piece * view.size() + first;
+  T last = live.b[0] * whole[0];
+  for (int k = 1; k < kOrder; ++k) last = last + live.b[k] * whole[k];
+  out.area_J = area_before(view, spot, curve, piece, first) + last;
+  return out;
+}
+
+/// The interval of a curve that x > 0 is on. A spot that has it at hand brings an overload.
+template <class Spot>
+auto piece_under(const CurveViews& views, const Spot& spot, int curve, double x,
+                 bool with_area) noexcept -> CurvePiece<decltype(spot.control(curve, 0))> {
+  const SplineView& view = views.view[curve];
+  const int piece = find_piece(view, x);
+  switch (view.degree) {
+    case 1:
+      return piece_of_order<2>(view, spot, curve, piece, with_area);
+    case 2:
+      return piece_of_order<3>(view, spot, curve, piece, with_area);
+    case 3:
+      return piece_of_order<4>(view, spot, curve, piece, with_area);
+    default:
+      return piece_of_order<5>(view, spot, curve, piece, with_area);
+  }
+}
+
+/// Force of one curve of a spot at x [m] -> [N] (M5); exactly 0 for x <= 0.
+template <class T, class Spot>
+T curve_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
+  if (!(value_of(x) > 0)) return T(0);
+  return T(piece_under(views, spot, curve, value_of(x), false).force(x));
 }
 
 /// Area under one curve of a spot from 0 to x [J], exact (M7); 0 for x <= 0.
 template <class T, class Spot>
 T energy_at(const CurveViews& views, const Spot& spot, int curve, const T& x) noexcept {
   if (!(value_of(x) > 0)) return T(0);
-  const SplineView& view = views.view[curve];
-  switch (view.degree) {
-    case 1:
-      return energy_of_order<2>(view, spot, curve, x);
-    case 2:
-      return energy_of_order<3>(view, spot, curve, x);
-    case 3:
-      return energy_of_order<4>(view, spot, curve, x);
-    default:
-      return energy_of_order<5>(view, spot, curve, x);
-  }
+  return T(piece_under(views, spot, curve, value_of(x), true).energy(x));
 }
+
+/// Force of the tool on the body [N] and stored energy [J].
+template <class T>
+struct Answer {
+  Vec3<T> force_N;
+  T stored_J;
+};
 
 /// f^r(dr) [N].
 template <class T, class Spot>

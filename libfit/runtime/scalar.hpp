@@ -6,10 +6,7 @@
 
 #include <cmath>
 
-#ifdef __FAST_MATH__
-#error \
-    "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
-#endif
+#include "rounding.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -135,6 +132,11 @@ Vec3<T> normalized(const Vec3<T>& p) noexcept {
   using std::sqrt;
   return p * (1.0 / sqrt(dot(p, p)));
 }
+/// What of v lies across a unit normal.
+template <class T>
+Vec3<T> tangential(const Vec3<T>& v, const Vec3<T>& normal) noexcept {
+  return v - normal * dot(v, normal);
+}
 template <class T>
 Vec3d values_of(const Vec3<T>& p) noexcept {
   return {value_of(p.x), value_of(p.y), value_of(p.z)};
@@ -144,7 +146,7 @@ Vec3<T> widened(const Vec3d& p) noexcept {
   return {T(p.x), T(p.y), T(p.z)};
 }
 inline bool is_finite(const Vec3d& p) noexcept {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+  return is_finite(p.x) && is_finite(p.y) && is_finite(p.z);
 }
 
 }  // namespace runtime

@@ -5,10 +5,7 @@
 // (scalars are Ceres Jets there) and the engine's (scalars are doubles). Build with
 // -ffp-contract=off: a compiler that fuses a*b+c rounds the two differently.
 
-#ifdef __FAST_MATH__
-#error \
-    "palpate runtime: -ffast-math changes forces and disables the finite checks; build without it"
-#endif
+#include "rounding.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -47,7 +47,9 @@ inline const char* sentence(Status status) noexcept {
       return "The tip moved farther in one tick than the asset's max_step_m; the force is zero and "
              "contact begins again from outside.";
     case Status::contact_foreign:
-      return "The contact does not belong to this asset; it was reset and the force is zero.";
+      return "The contact was used with another asset or other bytes; it was reset and the force "
+             "is "
+             "zero.";
     case Status::force_not_finite:
       return "The force was not a finite number; it is zero and the contact was reset.";
     case Status::radius_wrong:
@@ -56,8 +58,8 @@ inline const char* sentence(Status status) noexcept {
       return "A pose is not finite or its quaternion is not of unit length; "
              "the force is zero and contact begins again from outside.";
     case Status::time_step_wrong:
-      return "The tool has a damper and the time step is not a positive finite number; the force "
-             "is zero.";
+      return "The tool has a damper or a ramp and the time step is not between 1e-5 and 1e6 s; the "
+             "force is zero.";
     case Status::tool_wrong:
       return "The tool's offset, radius, damping or damper depth is not a finite number in range.";
     case Status::bytes_missing:

@@ -8,6 +8,8 @@
 namespace palpate {
 namespace runtime {
 
+constexpr double kAimed = 1e-15;  ///< of an area coordinate: a tip aimed at a vertex, to rounding
+
 /// The first entry; triangle is -1 when there is none.
 struct Entry {
   int triangle = -1;
@@ -48,13 +50,13 @@ inline void try_entry(const AssetView& asset, int t, const Vec3d& p, const Vec3d
   const double from = -dot(a, outward), to = from + dot(way, outward);
   if (!(from >= -asset.skin_m && to < 0 && to < from)) return;
   const double n[3] = {dot(way, cross(c, b)), dot(way, cross(a, c)), dot(way, cross(b, a))};
-  const double sum = n[0] + n[1] + n[2];
-  if (!(n[0] >= 0 && n[1] >= 0 && n[2] >= 0 && sum > 0)) return;
+  const double sum = n[0] + n[1] + n[2], least = -kAimed * sum;
+  if (!(n[0] >= least && n[1] >= least && n[2] >= least && sum > 0)) return;
   const double along = from > 0 ? from / (from - to) : 0;
   if (along > best.along || (along == best.along && t > best.triangle)) return;
   best.triangle = t;
   best.along = along;
-  for (int k = 0; k < 3; ++k) best.n[k] = n[k] / sum;
+  for (int k = 0; k < 3; ++k) best.n[k] = n[k] > 0 ? n[k] / sum : 0;
 }
 
 /// First entry through a solid triangle, from outside to inside, on the way from p to q [m],

@@ -138,14 +138,16 @@ inline void try_ball_touch(const AssetView& asset, int triangle, const BallSweep
   for (int k = 0; k < 3; ++k) best.n[k] = n[k];
 }
 
+/// length: of the way [m].
 inline void try_ball_entry(const AssetView& asset, int t, const Vec3d& p, const Vec3d& way,
-                           double radius_m, BallEntry& best) noexcept {
+                           double length, double radius_m, BallEntry& best) noexcept {
   BallSweep s{{}, way, radius_m};
   for (int k = 0; k < 3; ++k) s.corner[k] = asset.vertex_at(asset.corner(t, k)) - p;
   double n[3];
   closest_to_origin(s.corner[0], s.corner[1], s.corner[2], n);
   const Vec3d closest = at_weights(s, n);
-  const double squared = dot(closest, closest);
+  const double squared = dot(closest, closest), reach = (radius_m + length) * (1 + 1e-12);
+  if (squared > reach * reach) return;  // too far away for this way
   if (squared < radius_m * radius_m) {  // it lies in this triangle already
     const double least = radius_m * (1 - kRestShare);
     const double facing = dot(closest, blended_normal(asset, t, n));
@@ -186,7 +188,7 @@ inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const 
                                   double radius_m) noexcept {
   BallEntry best;
   const Vec3d way = q - p;
-  const double pad = radius_m + asset.skin_m;
+  const double pad = radius_m + asset.skin_m, length = std::sqrt(dot(way, way));
   int stack[kMaxTreeDepth + 2];
   int size = 0;
   stack[size++] = 0;
@@ -202,7 +204,7 @@ inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const 
       stack[size++] = at + 1;
     }
     for (int i = 0; i < node.items; ++i)
-      try_ball_entry(asset, asset.tree_item[node.at + i], p, way, radius_m, best);
+      try_ball_entry(asset, asset.tree_item[node.at + i], p, way, length, radius_m, best);
   }
   return best;
 }

@@ -30,7 +30,7 @@ inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-template <class F, bool kIsBall, class Foot>
+template <bool kIsBall, class Foot>
 void describe(const AssetView& asset, const Contact& contact, const Foot& foot, const Vec3d& x,
               Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
@@ -43,96 +43,124 @@ void describe(const AssetView& asset, const Contact& contact, const Foot& foot, 
   out.normal_m = foot.d.normal_m;
   out.lateral_m = foot.d.lateral_m;
   if (foot.d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
-  if (F::is_frictionless(asset.curves, foot.spot)) out.flags |= kFlagFrictionless;
+  if (contact.hold.is_frictionless) out.flags |= kFlagFrictionless;
+  if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+  if (foot.d.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
+  for (int k = 0; k < 3; ++k)
+    if (!asset.covered[asset.corner(contact.triangle, k)]) out.flags |= kFlagOutside;
 }
 
-/// The answer of a tool that the contact holds: force, energy, what there is to say about them.
-template <class F, bool kIsBall, class Foot>
-Status resist(const AssetView& asset, Contact& contact, const Foot& foot,
-              const typename F::template Memory<double>& memory, double stored_J, const Vec3d& x,
-              Output& out) noexcept {
-  const Vec3d force = F::force(asset.curves, foot, memory);
-  if (!is_finite(force) || !std::isfinite(stored_J)) {
-    forget(contact);
-    return Status::force_not_finite;
-  }
-  describe<F, kIsBall>(asset, contact, foot, x, out);
-  put(Vec3d{-force.x, -force.y, -force.z}, out.force_on_tool_N);
-  out.state = ContactState::stick;
-  out.stored_J = stored_J;
-  F::save(memory, contact.memory);
-  return Status::ok;
-}
-
-/// Whether the contact stands where it stood and sticks: then `status` is the answer's. Anything
-/// else (a slip, a lift, a law that moves a sticking contact) is answer()'s to find anew.
+/// The standing spot of a contact, kept.
 template <class F, bool kIsBall>
-bool stays(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out,
-           Status& status) noexcept {
+HeldSpot held_spot(const AssetView& asset, Contact& contact) noexcept {
   Hold& hold = contact.hold;
-  if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) return false;
-  const auto foot = F::footing(asset.curves, HeldSpot{hold.point, hold.normal, &hold, &asset}, x);
-  if (!(foot.d.normal_m > 0) || F::is_slipping(asset.curves, foot)) return false;
-  contact.withheld_J = 0;
-  auto memory = F::template load<double>(contact.memory);
-  contact.dissipated_J += F::settle(asset.curves, foot, memory);
-  const double stored_J = F::energy_J(asset.curves, foot, memory);
-  status = resist<F, kIsBall>(asset, contact, foot, memory, stored_J, x, out);
-  return true;
+  if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) {
+    const MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight,
+                                               contact.arm);
+    keep<F>(hold, asset, contact.triangle, contact.weight, kIsBall, surface.standing());
+  }
+  return {hold.point, hold.normal, &hold, &asset};
+}
+
+/// How far the contact point may go in a tick in which the tool moves by `step`.
+template <class T>
+T slip_budget_m(const Contact& contact, const Vec3<T>& step) noexcept {
+  using std::sqrt;
+  const T squared = dot(step, step);
+  const T moved = value_of(squared) > 0 ? sqrt(squared) : T(0);
+  return kSlipPerStep * moved + (kFreeSlip_m + contact.slip_left_m);
+}
+
+/// Lets the contact point slide.
+template <class F, bool kIsBall, class Foot, class Memory>
+SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
+                const Foot& foot, Memory& memory, Output& out) noexcept {
+  MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
+                                       slip_budget_m(contact, step));
+  auto mesh_foot = F::at_spot(foot, foot.spot.mesh_spot());
+  const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_foot, memory);
+  contact.slip_left_m = end == SlideEnd::unfinished && !surface.is_spent() ? surface.budget_m() : 0;
+  contact.triangle = surface.triangle();
+  for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
+  if (end != SlideEnd::stick) {
+    F::carry(memory, mesh_foot.spot.point - foot.spot.point, mesh_foot.spot.normal);
+    if constexpr (kIsBall) {  // its rest position is the same but for rounding
+      lay_skew(contact.arm, mesh_foot.spot.normal);
+      mesh_foot.spot = surface.standing();
+    }
+    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, mesh_foot.spot);
+  }
+  out.flags |= surface.flags();
+  if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
+  if (end == SlideEnd::stopped) out.flags |= kFlagBlocked;
+  if (end != SlideEnd::stick) out.state = ContactState::slip;
+  return end;
 }
 
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
 template <class F, bool kIsBall>
-Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, Output& out) noexcept {
-  Status status = Status::ok;
-  if (stays<F, kIsBall>(asset, contact, x, out, status)) return status;
-  MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
-  const bool is_held = is_good(contact.hold, asset, contact.triangle, contact.weight, kIsBall);
-  auto foot = footing_of<F>(asset, contact.hold, is_held, surface.standing(), x);
+Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
+              Output& out) noexcept {
+  const CurveViews& views = asset.curves;
   auto memory = F::template load<double>(contact.memory);
-  const SlideEnd end = F::slide(asset.curves, x, surface, foot, memory);
-  account(contact, surface);
-  contact.triangle = surface.triangle();
-  for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
-  const bool is_lifted = !(foot.d.normal_m > 0) && end != SlideEnd::unfinished;
-  if (is_lifted || is_powerless(asset, contact)) {
-    release(contact);
-    return Status::ok;
+  out.state = ContactState::stick;
+  auto foot = F::footing(views, held_spot<F, kIsBall>(asset, contact), x, memory);
+  double before_J = 0;
+  const bool moves = !(foot.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, foot);
+  if (moves) {
+    const auto& under = F::under(views, foot);
+    before_J = F::answer(views, under, foot, F::hold(views, under, foot, memory)).stored_J;
+    const SlideEnd end = follow<F, kIsBall>(asset, contact, x, step, foot, memory, out);
+    foot = F::footing(views, held_spot<F, kIsBall>(asset, contact), x, memory);
+    const bool is_lifted = !(foot.d.normal_m > 0) && end != SlideEnd::unfinished;
+    if (is_lifted || is_powerless(asset, contact)) {
+      release(contact, before_J);
+      out = Output();
+      return Status::ok;
+    }
   }
-  const double stored_J =
-      surface.has_moved() ? surface.stored_J() : F::energy_J(asset.curves, foot, memory);
-  status = resist<F, kIsBall>(asset, contact, foot, memory, stored_J, x, out);
-  if (status != Status::ok) return status;
-  out.flags |= surface.flags();
-  // A slip moves a ball's arm; a family without a bed finds nothing in a hold that has just
-  // slipped.
-  if (end == SlideEnd::stick || (!kIsBall && std::is_same_v<F, Rings>))
-    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, foot);
-  else
-    drop(contact.hold);
-  if (end == SlideEnd::stick) return Status::ok;
-  out.state = ContactState::slip;
-  if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
-  if (kIsBall) lay_skew(contact.arm, foot.spot.normal);
+  const auto& under = F::under(views, foot);
+  const auto held = F::settle(views, under, foot, memory);
+  const Answer<double> law = F::answer(views, under, foot, held);
+  if (!is_finite(law.force_N) || !is_finite(law.stored_J)) {
+    forget(contact);
+    out = Output();
+    return Status::force_not_finite;
+  }
+  if (moves)
+    contact.ledger.book(before_J, law.stored_J, asset.has_guard);
+  else if (held.lost_J > 0)
+    contact.ledger.book(law.stored_J + held.lost_J, law.stored_J, asset.has_guard);
+  F::save(memory, contact.memory);
+  describe<kIsBall>(asset, contact, foot, x, out);
+  put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
+  out.stored_J = contact.ledger.stored_J(law.stored_J);
   return Status::ok;
 }
 
 /// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
 using TangentOut = double*;
 
-/// Derivative of the force ON THE BODY with respect to the place of the tip or centre, of the
+/// Derivative of the law's force ON THE BODY with respect to the place of the tip or centre, of the
 /// branches that answer() takes from this contact: the slip's way, its ends, its roots. At the tick
-/// of first touch the contact point found counts as fixed, and of a slip that the guard held back
-/// the share it let pass.
+/// of first touch the contact point found counts as fixed.
 template <class F, bool kIsBall>
-void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
+void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, const Vec3d& step,
              TangentOut tangent_N_m) noexcept {
+  const CurveViews& views = asset.curves;
   const Vec3<Jet3> tip{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)};
-  MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm);
-  auto foot = F::footing(asset.curves, surface.standing(), tip);
+  const Vec3<Jet3> moved = tip - widened<Jet3>(x - step);
+  MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
+                                     slip_budget_m(contact, moved));
   auto memory = F::template load<Jet3>(contact.memory);
-  F::slide(asset.curves, tip, surface, foot, memory);
-  const Vec3<Jet3> force = F::force(asset.curves, foot, memory);
+  auto foot = F::footing(views, surface.standing(), tip, memory);
+  const Vec3<Jet3> from = foot.spot.point;
+  slide<F>(views, tip, surface, foot, memory);
+  F::carry(memory, foot.spot.point - from, foot.spot.normal);
+  foot = F::footing(views, surface.standing(), tip, memory);
+  const auto& under = F::under(views, foot);
+  const Vec3<Jet3> force =
+      F::answer(views, under, foot, F::settle(views, under, foot, memory)).force_N;
   for (int k = 0; k < 3; ++k) {
     tangent_N_m[k] = force.x.v[k];
     tangent_N_m[3 + k] = force.y.v[k];
@@ -140,14 +168,33 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x,
   }
 }
 
+/// The tangent of what the contact bears of the law's force (M20); the debt counts as fixed.
+inline void bear(const Contact& contact, const Output& out, TangentOut tangent_N_m) noexcept {
+  const Ledger& ledger = contact.ledger;
+  if (!(ledger.debt_J > 0)) return;
+  // U = E^2 / (E + b) has the root E = U/2 + sqrt(U^2/4 + b U).
+  const double half = 0.5 * out.stored_J;
+  const double law_J = half + std::sqrt(half * half + ledger.debt_J * out.stored_J);
+  const double share = ledger.share(law_J);
+  const double bent = share > 0 ? ledger.share_slope(law_J) / (share * share) : 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      tangent_N_m[3 * i + j] =
+          share * tangent_N_m[3 * i + j] + bent * (out.force_on_tool_N[i] * out.force_on_tool_N[j]);
+}
+
+inline void tell_sums(const Contact& contact, Output& out) noexcept {
+  out.dissipated_J = contact.ledger.dissipated_J;
+  out.refused_J = contact.ledger.refused_J;
+  out.refused_ticks = contact.ledger.refused_ticks;
+}
+
 /// What touch() and touch_ball() share: the guard of inputs, first touch, answer.
 template <bool kIsBall>
 Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
             Output& out, TangentOut tangent_N_m) noexcept {
   out = Output();
-  out.dissipated_J = contact.dissipated_J;
-  out.refused_J = contact.refused_J;
-  out.refused_ticks = contact.refused_ticks;
+  tell_sums(contact, out);
   if (tangent_N_m != nullptr)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
@@ -156,11 +203,13 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
     forget(contact);
     return Status::tip_not_finite;
   }
-  if (contact.triangle >= asset.triangles || contact.triangle < -1) {
+  const bool is_first = !contact.has_tip;
+  if (is_first) contact.asset_checksum = asset.checksum;
+  if (contact.asset_checksum != asset.checksum || contact.triangle >= asset.triangles ||
+      contact.triangle < -1) {
     forget(contact);
     return Status::contact_foreign;
   }
-  const bool is_first = !contact.has_tip;
   const Vec3d before = is_first ? x : make_vec3<double>(contact.tip_m);
   contact.has_tip = true;
   put(x, contact.tip_m);
@@ -178,14 +227,15 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
   if (contact.triangle < 0) return Status::ok;
   const Status status = with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
-    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, tangent_N_m);
-    return answer<F, kIsBall>(asset, contact, x, out);
+    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, step, tangent_N_m);
+    return answer<F, kIsBall>(asset, contact, x, step, out);
   });
-  out.dissipated_J = contact.dissipated_J;
-  out.refused_J = contact.refused_J;
-  out.refused_ticks = contact.refused_ticks;
-  if (tangent_N_m != nullptr && out.state == ContactState::air)
+  tell_sums(contact, out);
+  if (tangent_N_m == nullptr) return status;
+  if (out.state == ContactState::air)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
+  else
+    bear(contact, out, tangent_N_m);
   return status;
 }
 
@@ -197,7 +247,7 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
 /// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
 /// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
-/// kMaxRootSteps + 4 curve evaluations and kMaxGuardSteps + 2 energies. What does not fit into a
+/// kMaxRootSteps + 3 evaluations of the law's slip, and two of its energy. What does not fit into a
 /// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
 /// branches this tick took; zero without force. Asking for it makes a tick several times as

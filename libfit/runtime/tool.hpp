@@ -46,23 +46,35 @@ inline bool make_frame(const Pose& pose, Frame& out) noexcept {
   return true;
 }
 
-/// What touches: a point or a ball fixed to the tool, and a damper parallel to the normal curve,
-/// b(dz) = damping_Ns_m min(1, dz / damper_depth_m) [N s/m] against the motion along u. It fades to
-/// nothing at the surface, so contact begins and ends without a pop; it never pulls the tool in.
+constexpr double kMinTimeStep_s = 1e-5;  ///< of a damper's tick: 100 kHz
+constexpr double kMaxDamping_Ns_m = 1e4;
+
+/// What touches: a point or a ball fixed to the tool, and a damper parallel to the curves,
+/// b(dz) = b min(1, dz / damper_depth_m) [N s/m] against the motion along u and across it, each
+/// with its own b. It fades to nothing at the surface, so contact begins and ends without a pop; it
+/// never pulls the tool in. Last of all the force is brought up over ramp_s from the first tick on,
+/// and down to max_force_N; energies are those of the whole force.
 struct ToolShape {
   double offset_m[3] = {0, 0, 0};  ///< of the tip or the ball's centre, in the tool's frame
   double radius_m = 0;             ///< 0: a tip
   double damping_Ns_m = 0;
   double damper_depth_m = 0;  ///< > 0 where there is damping
+  double lateral_damping_Ns_m = 0;
+  double max_force_N = 0;  ///< 0: no cap
+  double ramp_s = 0;       ///< 0: none
+
+  bool has_damper() const noexcept { return damping_Ns_m > 0 || lateral_damping_Ns_m > 0; }
 };
 
 inline Status check_tool(const ToolShape& shape) noexcept {
   for (double x : shape.offset_m)
     if (!is_within(x, 1e3)) return Status::tool_wrong;
-  const bool is_good = shape.radius_m >= 0 && shape.radius_m <= 1e3 && shape.damping_Ns_m >= 0 &&
-                       shape.damping_Ns_m <= 1e9 && shape.damper_depth_m >= 0 &&
-                       shape.damper_depth_m <= 1e3 &&
-                       (shape.damping_Ns_m == 0 || shape.damper_depth_m > 0);
+  const auto is_size = [](double x, double most) noexcept { return x >= 0 && x <= most; };
+  const bool is_good =
+      is_size(shape.radius_m, 1e3) && is_size(shape.damping_Ns_m, kMaxDamping_Ns_m) &&
+      is_size(shape.lateral_damping_Ns_m, kMaxDamping_Ns_m) && is_size(shape.damper_depth_m, 1e3) &&
+      is_size(shape.max_force_N, 1e6) && is_size(shape.ramp_s, 1e3) &&
+      (!shape.has_damper() || shape.damper_depth_m > 0);
   return is_good ? Status::ok : Status::tool_wrong;
 }
 
@@ -71,6 +83,7 @@ struct ToolContact {
   ToolShape shape;
   Contact contact;
   double damped_J = 0;  ///< taken by the damper since the start, never falling
+  double since_start_s = 0;
 };
 
 /// A tick in world coordinates; `body` is the tick of the tip or ball in body coordinates.
@@ -79,30 +92,56 @@ struct ToolOutput {
   double force_on_tool_N[3] = {0, 0, 0};
   double torque_on_tool_Nm[3] = {0, 0, 0};  ///< about the tool pose's position
   double contact_m[3] = {0, 0, 0};
-  double normal[3] = {0, 0, 0};  ///< inward at the contact point
-  double damper_N = 0;           ///< part of the force on the body along u
+  double normal[3] = {0, 0, 0};        ///< inward at the contact point
+  double deflection_m[3] = {0, 0, 0};  ///< from contact_m to the tip or the ball's lowest point
+  double acts_at_m[3] = {0, 0, 0};     ///< where the force acts
+  double damper_N = 0;                 ///< part of the force on the body along u
   double damped_J = 0;
+  bool has_touched = false, has_released = false;  ///< at this tick
+  double approach_m_s = 0;                         ///< along u, of the tick of a touch
 };
 
-/// The damper's force on the body along u [N] for a motion `step` [m] in dt_s; its work on the
-/// body, force times step along u, is never negative.
-inline double damper_force_N(const ToolShape& shape, const Output& out, const Vec3d& step,
-                             double dt_s) noexcept {
-  if (shape.damping_Ns_m == 0 || out.state == ContactState::air) return 0;
+/// The damper's force on the body [N] for a motion `step` [m] in dt_s. Its work on the body, force
+/// times step, is never negative.
+struct DamperForce {
+  double along_N;  ///< u
+  Vec3d lateral_N;
+};
+inline DamperForce damper_force(const ToolShape& shape, const Output& out, const Vec3d& step,
+                                double dt_s) noexcept {
+  if (!shape.has_damper()) return {0, {0, 0, 0}};
   const Vec3d u = make_vec3<double>(out.normal);
-  const double share =
-      out.normal_m < shape.damper_depth_m ? out.normal_m / shape.damper_depth_m : 1;
-  const double wanted = shape.damping_Ns_m * (share > 0 ? share : 0) * (dot(step, u) / dt_s);
+  const double depth = out.normal_m > 0 ? out.normal_m : 0;
+  const double rate = (depth < shape.damper_depth_m ? depth / shape.damper_depth_m : 1) / dt_s;
+  const double wanted = shape.damping_Ns_m * rate * dot(step, u);
   const double elastic = -dot(make_vec3<double>(out.force_on_tool_N), u);
   const double least = elastic > 0 ? -elastic : 0;
-  return wanted > least ? wanted : least;
+  return {wanted > least ? wanted : least,
+          tangential(step, u) * (shape.lateral_damping_Ns_m * rate)};
+}
+
+/// Brings a force up over the ramp and down to the cap.
+inline Vec3d limited(const ToolShape& shape, double since_start_s, const Vec3d& force,
+                     unsigned& flags) noexcept {
+  double share = 1;
+  if (since_start_s < shape.ramp_s) {
+    share = since_start_s / shape.ramp_s;
+    flags |= kFlagRamp;
+  }
+  const double size = share * std::sqrt(dot(force, force));
+  if (shape.max_force_N > 0 && size > shape.max_force_N) {
+    share *= shape.max_force_N / size;
+    flags |= kFlagCapped;
+  }
+  return force * share;
 }
 
 /// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
-/// read by the damper alone. Between ticks the tip moves straight as the body sees it; a body that
-/// turns by an angle a in a tick is off by at most a^2/8 of the tip's distance from its axis.
-/// tangent_N_m: as touch(), in world coordinates, without the damper and for tools that do not
-/// turn. Refuses as touch_ball(), and bad poses and time steps: zero force and a status.
+/// read by damper, ramp and approach_m_s alone. Between ticks the tip moves straight as the body
+/// sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of the tip's distance
+/// from its axis. tangent_N_m: as touch(), in world coordinates, without the damper and for tools
+/// that do not turn. Refuses as touch_ball(), and bad poses and time steps: zero force and a
+/// status.
 inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
                          const Pose& body, double dt_s, ToolOutput& out,
                          TangentOut tangent_N_m = nullptr) noexcept {
@@ -111,35 +150,45 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
   if (tangent_N_m != nullptr)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   Contact& contact = state.contact;
-  const bool is_timed = state.shape.damping_Ns_m == 0 || (dt_s > 0 && dt_s <= 1e6);
+  const bool needs_time = state.shape.has_damper() || state.shape.ramp_s > 0;
+  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= 1e6;
+  const bool is_timed = !needs_time || has_time;
   Frame tool_frame, body_frame;
   if (!is_timed || !make_frame(tool, tool_frame) || !make_frame(body, body_frame)) {
     forget(contact);
-    out.body.dissipated_J = contact.dissipated_J;
-    out.body.refused_J = contact.refused_J;
-    out.body.refused_ticks = contact.refused_ticks;
+    tell_sums(contact, out.body);
     return is_timed ? Status::pose_wrong : Status::time_step_wrong;
   }
   const Vec3d tip =
       body_frame.place_back(tool_frame.place(make_vec3<double>(state.shape.offset_m)));
   const double tip_m[3] = {tip.x, tip.y, tip.z};
+  if (has_time) state.since_start_s += dt_s;
   const Vec3d before = make_vec3<double>(contact.tip_m);
+  const bool was_touching = contact.triangle >= 0;
   double local[9];
   const Status status = touch_ball(asset, contact, tip_m, state.shape.radius_m, out.body,
                                    tangent_N_m != nullptr ? local : nullptr);
+  out.has_released = was_touching && out.body.state == ContactState::air;
   if (out.body.state == ContactState::air) return status;
   const Vec3d step = make_vec3<double>(contact.tip_m) - before;
   const Vec3d u = make_vec3<double>(out.body.normal);
-  out.damper_N = damper_force_N(state.shape, out.body, step, dt_s);
-  state.damped_J += out.damper_N * dot(step, u);
+  out.has_touched = !was_touching;
+  if (out.has_touched && has_time) out.approach_m_s = dot(step, u) / dt_s;
+  const DamperForce damper = damper_force(state.shape, out.body, step, dt_s);
+  out.damper_N = damper.along_N;
+  state.damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
   out.damped_J = state.damped_J;
   const Vec3d elastic = make_vec3<double>(out.body.force_on_tool_N);
-  const Vec3d force = body_frame.turn(elastic - u * out.damper_N);
+  const Vec3d whole = elastic - u * damper.along_N - damper.lateral_N;
+  const Vec3d force =
+      body_frame.turn(limited(state.shape, state.since_start_s, whole, out.body.flags));
   const Vec3d at = body_frame.place(make_vec3<double>(out.body.acts_at_m));
   put(force, out.force_on_tool_N);
   put(cross(at - tool_frame.origin, force), out.torque_on_tool_Nm);
   put(body_frame.place(make_vec3<double>(out.body.contact_m)), out.contact_m);
   put(body_frame.turn(u), out.normal);
+  put(at, out.acts_at_m);
+  put(at - make_vec3<double>(out.contact_m), out.deflection_m);
   if (tangent_N_m == nullptr) return status;
   Vec3d turned[3];  // columns of R K
   for (int k = 0; k < 3; ++k) turned[k] = body_frame.turn({local[k], local[3 + k], local[6 + k]});

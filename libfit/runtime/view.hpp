@@ -31,11 +31,12 @@ struct AssetView {
   int check_ticks = 0, check_path_ticks = 1;
   const char* meta = nullptr;  ///< JSON, not terminated
   std::uint64_t meta_bytes = 0;
-  std::uint64_t file_bytes = 0;
+  std::uint64_t file_bytes = 0, checksum = 0;
   double origin_m[3] = {0, 0, 0};
   double max_step_m = 0;
   double probe_radius_m = 0;
-  double skin_m = 0;  ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
+  double max_fitted_m = 0;  ///< last knot of the normal curves
+  double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
   bool has_guard = true;
 
   Vec3d vertex_at(int v) const noexcept {
@@ -93,6 +94,8 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   view.meta = reinterpret_cast<const char*>(at(kMeta));
   view.meta_bytes = h.meta_bytes;
   view.file_bytes = h.file_bytes;
+  view.checksum = h.checksum;
+  view.max_fitted_m = view.curves.view[kNormal].knots[view.curves.view[kNormal].pieces];
   for (int k = 0; k < 3; ++k) view.origin_m[k] = h.origin_m[k];
   view.max_step_m = h.max_step_m;
   view.probe_radius_m = h.probe_radius_m;

@@ -45,10 +45,9 @@ TEST(tick_work, arithmetic_of_a_press_is_that_of_its_curves_and_its_frame) {
   }
   ASSERT_EQ(out.state, runtime::ContactState::stick);
   const Vec3 x = kTicksOfKind[1].tip(1300);
-  // Three cubics (t, four Horner, a sum of products), two integrals, deflection, response.
-  // A separable body has no lean, so the lateral force takes nothing from the normal one. What its
-  // rings lose, none, is added to the sum.
-  const long curve = 1 + 4 * 6 + 7, area = 1 + 4 * 6 + 4 * 2 + 4 * 2 + 1, frame = 27, force = 9 + 1;
+  // Three cubics (t, Horner), two integrals (t, shares, Horner, the area below), deflection from
+  // where the anchor rests, response and its energy.
+  const long curve = 1 + 3 * 2, area = 1 + 1 + 3 * 3 + 2, frame = 27, force = 11 + 1;
   EXPECT_EQ(flops_of_a_tick(body.asset, contact, x.data()), 3 * curve + 2 * area + frame + force);
 }
 

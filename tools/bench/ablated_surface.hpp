@@ -31,6 +31,7 @@ struct AblatedPath {
 
   double end() const noexcept { return whole.end(); }
   bool is_blocked() const noexcept { return whole.is_blocked(); }
+  bool is_straight() const noexcept { return whole.is_straight(); }
   const AblatedPath& plain() const noexcept { return *this; }
   template <class S>
   runtime::MeshSpot<S> at(const S& s) const noexcept {
@@ -38,7 +39,7 @@ struct AblatedPath {
   }
 };
 
-/// A Surface of slide.hpp. The asset's guard must be off: energies here are the engine's own.
+/// A Surface of slide.hpp.
 class AblatedSurface {
  public:
   AblatedSurface(const runtime::AssetView& asset, int triangle, const double n[3],
@@ -55,15 +56,8 @@ class AblatedSurface {
     if (!ablation_.projects_obliquely) from.normal = facet_normal();
     return {whole_.aim(from, lateral), ablation_, facet_normal()};
   }
-  void pay(double dissipated_J) noexcept { whole_.pay(dissipated_J); }
-  template <class Energy>
-  void begin(const Energy& energy_J) noexcept {
-    whole_.begin(energy_J);
-  }
-  template <class Energy>
-  runtime::Move move(const AblatedPath& path, double s, const Energy& energy) noexcept {
-    return whole_.move(path.whole, s, energy);
-  }
+  bool is_spent() const noexcept { return whole_.is_spent(); }
+  void move(const AblatedPath& path, double s) noexcept { whole_.move(path.whole, s); }
 
  private:
   runtime::Vec3d facet_normal() const noexcept {
@@ -76,13 +70,11 @@ class AblatedSurface {
   Ablation ablation_;
 };
 
-/// A tip that follows the ablated law: touch() without guard, statuses and borders.
+/// A tip that follows the ablated law: touch() without guard, slip budget, statuses and borders.
 class AblatedTip {
  public:
   AblatedTip(const runtime::AssetView& asset, const Ablation& ablation) noexcept
-      : asset_(asset), ablation_(ablation) {
-    asset_.has_guard = false;
-  }
+      : asset_(asset), ablation_(ablation) {}
 
   int triangle() const noexcept { return contact_.triangle; }
 
@@ -97,19 +89,25 @@ class AblatedTip {
     if (contact_.triangle < 0) return {0, 0, 0};
     AblatedSurface surface(asset_, contact_.triangle, contact_.weight, ablation_);
     return with_family(asset_.curves, [&](auto f) noexcept {
-      auto foot = f.footing(asset_.curves, surface.standing(), x);
-      auto memory = f.template load<double>(contact_.memory);
-      f.slide(asset_.curves, x, surface, foot, memory);
-      f.save(memory, contact_.memory);
+      using F = decltype(f);
+      auto memory = F::template load<double>(contact_.memory);
+      auto foot = F::footing(asset_.curves, surface.standing(), x, memory);
+      const Vec3d from = foot.spot.point;
+      slide<F>(asset_.curves, x, surface, foot, memory);
+      F::carry(memory, foot.spot.point - from, foot.spot.normal);
+      foot = F::footing(asset_.curves, surface.standing(), x, memory);
+      const auto& under = F::under(asset_.curves, foot);
+      const auto held = F::settle(asset_.curves, under, foot, memory);
+      F::save(memory, contact_.memory);
       contact_.triangle = surface.triangle();
       for (int k = 0; k < 3; ++k) contact_.weight[k] = surface.weight(k);
       if (!(foot.d.normal_m > 0)) release(contact_);
-      return f.force(asset_.curves, foot, memory);
+      return F::answer(asset_.curves, under, foot, held).force_N;
     });
   }
 
  private:
-  runtime::AssetView asset_;
+  const runtime::AssetView& asset_;
   Ablation ablation_;
   runtime::Contact contact_;
 };

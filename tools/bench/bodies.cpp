@@ -74,6 +74,39 @@ Model bench_cylinder(int around, int along, int pieces, double scatter) {
   return model;
 }
 
+Model with_family(Model model, CurveFamily family) {
+  if (family == CurveFamily::separable) return model;
+  const Points& u = model.inward_normal;
+  CurveSet curves(family);
+  const std::size_t kept = curves_of(family);
+  for (std::size_t kind = 0; kind < kept; ++kind) {
+    curves.basis[kind] = model.curves.basis[kind];
+    curves.control[kind] = model.curves.control[kind];
+  }
+  const auto parts = parts_of(family);
+  if (family == CurveFamily::leaning) curves.basis[kept] = {2, {0, kRange_m}};
+  for (std::size_t part = kept; part < parts.size(); ++part)
+    curves.control[part] =
+        Controls::Zero(u.rows(), parts[part].width * size_of(parts[part], curves.basis[part]));
+  for (Eigen::Index v = 0; v < u.rows(); ++v) {
+    const Vec3 around(-u(v, 1), u(v, 0), 0);
+    if (family == CurveFamily::leaning) {
+      curves.control[kept].row(v).tail(3) = 1e-3 * around.transpose();
+      continue;
+    }
+    curves.control[runtime::kLambda](v, 0) = 0.71;
+    curves.control[runtime::kFriction](v, 0) = 0.28;
+    curves.control[runtime::kFrictionSlope](v, 0) = 16;
+    curves.control[runtime::kSide2].row(v) = 900 * around.transpose();
+    curves.control[runtime::kSide3].row(v) = 5e4 * around.transpose();
+    const Eigen::Matrix3d bent = around * around.transpose() / kCylinderRadius_m;
+    curves.control[runtime::kCurvature].row(v) << bent(0, 0), bent(1, 1), bent(2, 2), bent(0, 1),
+        bent(0, 2), bent(1, 2);
+  }
+  model.curves = std::move(curves);
+  return model;
+}
+
 BenchAsset make_bench_asset(const Model& model) {
   BenchAsset out{make_asset_bytes(model, {.fades_borders = false}), {}};
   runtime::Status status;

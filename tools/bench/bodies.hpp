@@ -17,6 +17,10 @@ double cylinder_stiffness_N_m(const Vec3& x);
 /// this deviation, on top of that: a body whose curves differ from node to node.
 Model bench_cylinder(int around, int along, int pieces = 12, double scatter = 0);
 
+/// The same body with another law: leaning 1 mm aside at 8 mm, or rings of lambda 0.71 and a
+/// friction of 0.28 + 16 d/m on the same normal curves, with a small side force.
+Model with_family(Model model, CurveFamily family);
+
 /// An opened asset with its bytes.
 struct BenchAsset {
   AssetBytes bytes;

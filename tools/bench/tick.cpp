@@ -16,17 +16,18 @@ constexpr std::size_t kWarmTicks = 50000, kColdTicks = 100;
 
 struct Line {
   int nodes;
-  std::string_view kind, what, cache;
+  std::string_view law, kind, what, cache;
   Spread spread;
 };
 
 volatile double kept;  // so that no tick is optimized away
 volatile unsigned kept_byte;
 
-// All kinds on one body: engine, finger proxy, and the floors of reading the bytes and of doing the
-// arithmetic.
-void measure_body(int around, int along, int pieces, bool is_quick, std::vector<Line>& lines) {
-  const BenchAsset body = make_bench_asset(bench_cylinder(around, along, pieces));
+// All kinds on one body of one law: engine, finger proxy, and the floors of reading the bytes and
+// of doing the arithmetic.
+void measure_body(const Model& model, std::string_view law, bool is_quick,
+                  std::vector<Line>& lines) {
+  const BenchAsset body = make_bench_asset(model);
   const runtime::Asset& asset = body.asset;
   const double overhead_ns = clock_ns();
   CacheFlush flush;
@@ -35,7 +36,7 @@ void measure_body(int around, int along, int pieces, bool is_quick, std::vector<
       const std::size_t ticks = (is_cold ? kColdTicks : kWarmTicks) / (is_quick ? 10U : 1U);
       const auto measure = [&](std::string_view what, auto tick) {
         lines.push_back(
-            {asset.vertices, kind.name, what, is_cold ? "cold" : "warm",
+            {asset.vertices, law, kind.name, what, is_cold ? "cold" : "warm",
              spread_of(time_ticks(kind, ticks, is_cold ? &flush : nullptr, overhead_ns, tick))});
       };
       runtime::Contact contact;
@@ -60,7 +61,7 @@ void measure_body(int around, int along, int pieces, bool is_quick, std::vector<
       const long flops = flops_of_a_tick(asset, contact, kind.tip(300).data());
       measure("doing its arithmetic", [&](const Vec3&) { kept = do_flops(flops); });
     }
-  say("{} nodes, {} triangles, {:.1f} MB done", asset.vertices, asset.triangles,
+  say("{} nodes, {} triangles, {}, {:.1f} MB done", asset.vertices, asset.triangles, law,
       1e-6 * double(asset.file_bytes));
 }
 
@@ -72,12 +73,14 @@ std::string machine() {
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
-  static constexpr std::string_view kHeader[] = {
-      "nodes", "kind", "what", "cache", "median_ns", "p99_ns", "p999_ns", "worst_ns", "machine"};
+  static constexpr std::string_view kHeader[] = {"nodes",    "law",       "kind",   "what",
+                                                 "cache",    "median_ns", "p99_ns", "p999_ns",
+                                                 "worst_ns", "machine"};
   CsvWriter csv(path, kHeader);
   const std::string processor = machine();
   for (const Line& line : lines)
     csv.integer(line.nodes)
+        .text(line.law)
         .text(line.kind)
         .text(line.what)
         .text(line.cache)
@@ -103,13 +106,19 @@ void bench_tick(const BenchRequest& request) {
   std::vector<Line> lines;
   const std::size_t sizes = request.is_quick ? 2 : std::size(kSizes);
   for (std::size_t i = 0; i < sizes; ++i)
-    measure_body(kSizes[i].around, kSizes[i].along, kSizes[i].pieces, request.is_quick, lines);
-  say("{:>8} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "kind", "what", "cache", "median",
-      "p99", "p99.9", "worst ns");
+    for (const CurveFamilyName& row : kCurveFamilyNames) {
+      // Proxy and floors need one law; the largest bodies take it alone.
+      if (i > 2 && row.family != CurveFamily::rings) continue;
+      measure_body(with_family(bench_cylinder(kSizes[i].around, kSizes[i].along, kSizes[i].pieces),
+                               row.family),
+                   row.name, request.is_quick, lines);
+    }
+  say("{:>8} {:9} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "law", "kind", "what", "cache",
+      "median", "p99", "p99.9", "worst ns");
   for (const Line& line : lines)
-    say("{:8} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.kind, line.what,
-        line.cache, line.spread.median_ns, line.spread.p99_ns, line.spread.p999_ns,
-        line.spread.worst_ns);
+    say("{:8} {:9} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.law,
+        line.kind, line.what, line.cache, line.spread.median_ns, line.spread.p99_ns,
+        line.spread.p999_ns, line.spread.worst_ns);
   write_table(request.folder / "tick.csv", lines);
   say("wrote {}", (request.folder / "tick.csv").string());
 }

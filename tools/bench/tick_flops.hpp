@@ -41,9 +41,17 @@ struct CountedSpot {
   const runtime::MeshSpot<double>* spot;
   Counted control(int curve, int j) const noexcept { return Counted(spot->control(curve, j)); }
 };
-/// Areas below the interval are at hand as well.
-inline Counted area_before(const runtime::SplineView&, const CountedSpot&, int, int, int) noexcept {
-  return Counted(0);
+/// So are its curves around the depth.
+inline runtime::CurvePiece<Counted> piece_under(const runtime::CurveViews& views,
+                                                const CountedSpot& spot, int curve, double x,
+                                                bool with_area) noexcept {
+  const auto plain = piece_under(views, *spot.spot, curve, x, with_area);
+  runtime::CurvePiece<Counted> out;
+  out.order = plain.order;
+  out.knot = plain.knot;
+  for (int k = 0; k < plain.order; ++k) out.c[k] = Counted(plain.c[k]);
+  out.area_J = Counted(plain.area_J);
+  return out;
 }
 
 /// Additions, multiplications, divisions and roots of a tick that sticks at x [m].
@@ -54,15 +62,14 @@ inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Cont
   const MeshSpot<double> standing = surface.standing();
   const CountedSpot spot{widened<Counted>(standing.point), widened<Counted>(standing.normal),
                          &standing};
-  Counted::operations = 0;
   const runtime::Vec3<Counted> x = make_vec3<Counted>(tip_m) - make_vec3<Counted>(asset.origin_m);
   with_family(asset.curves, [&](auto f) noexcept {
-    const auto foot = f.footing(asset.curves, spot, x);
     auto memory = f.template load<Counted>(contact.memory);
+    const auto& under = f.under(asset.curves, f.footing(asset.curves, spot, x, memory));
+    Counted::operations = 0;  // what is under the spot is at hand
+    const auto foot = f.footing(asset.curves, spot, x, memory);
     f.is_slipping(asset.curves, foot);
-    f.settle(asset.curves, foot, memory);
-    f.force(asset.curves, foot, memory);
-    f.energy_J(asset.curves, foot, memory);
+    f.answer(asset.curves, under, foot, f.settle(asset.curves, under, foot, memory));
   });
   return Counted::operations;
 }

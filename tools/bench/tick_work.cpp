@@ -47,10 +47,15 @@ std::vector<const unsigned char*> lines_of_a_tick(const runtime::AssetView& asse
     need(asset.vertex + 3 * v, 12);
     need(asset.normal + 3 * v, 12);
     need(asset.covered + v, 1);
-    for (int curve = 0; curve < runtime::kCurves; ++curve)  // the four controls alive at the depth
-      need(asset.control + v * asset.controls_per_vertex + asset.control_offset[curve] +
-               asset.curves.view[curve].pieces / 2,
-           4 * static_cast<std::size_t>(asset.curves.view[curve].degree + 1));
+    const float* controls = asset.control + v * asset.controls_per_vertex;
+    const runtime::FamilyRow& family =
+        runtime::row_of(static_cast<runtime::Family>(asset.curves.family));
+    for (int part = 0; part < family.parts; ++part) {  // of a curve those alive at the depth
+      const runtime::SplineView& view = asset.curves.view[part];
+      const int count = view.pieces > 0 ? view.degree + 1 : family.part[part].count;
+      need(controls + asset.control_offset[part] + view.pieces / 2 * family.part[part].width,
+           4 * static_cast<std::size_t>(count * family.part[part].width));
+    }
   }
   for (const runtime::SplineView& view : asset.curves.view) {
     if (view.pieces == 0) continue;

@@ -20,6 +20,10 @@ ForceRow to_row(double time_s, const runtime::Output& out) {
   row.depth_m = out.normal_m;
   row.lateral_m = out.lateral_m;
   row.is_sliding = out.state == runtime::ContactState::slip;
+  row.is_outside = (out.flags & runtime::kFlagOutside) != 0;
+  row.is_extrapolated = (out.flags & runtime::kFlagExtrapolated) != 0;
+  row.is_blocked = (out.flags & runtime::kFlagBlocked) != 0;
+  row.is_in_debt = (out.flags & runtime::kFlagHeldBack) != 0;
   return row;
 }
 

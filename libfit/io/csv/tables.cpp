@@ -19,7 +19,7 @@ constexpr std::array<CsvColumnRule, 6> kPointRules{
 constexpr std::array<CsvColumnRule, 7> kToolPathRules{
     {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
 constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
-constexpr std::array<CsvColumnRule, 12> kForceRules{{{"t_s"},
+constexpr std::array<CsvColumnRule, 16> kForceRules{{{"t_s"},
                                                      {"fx_N"},
                                                      {"fy_N"},
                                                      {"fz_N"},
@@ -30,7 +30,11 @@ constexpr std::array<CsvColumnRule, 12> kForceRules{{{"t_s"},
                                                      {"triangle"},
                                                      {"depth_m"},
                                                      {"lateral_m"},
-                                                     {"sliding"}}};
+                                                     {"sliding"},
+                                                     {"outside"},
+                                                     {"extrapolated"},
+                                                     {"blocked"},
+                                                     {"in_debt"}}};
 constexpr std::array<CsvColumnRule, 6> kCurveRules{{{"point"},
                                                     {"curve", true, true},
                                                     {"at_m"},
@@ -125,6 +129,8 @@ void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>
     csv.integer(row.is_in_contact);
     put(csv, row.contact_point_m);
     csv.integer(row.triangle).number(row.depth_m).number(row.lateral_m).integer(row.is_sliding);
+    csv.integer(row.is_outside).integer(row.is_extrapolated).integer(row.is_blocked);
+    csv.integer(row.is_in_debt);
     csv.end_row();
   }
   csv.commit();

@@ -49,6 +49,7 @@ struct ForceRow {
   double depth_m = 0;
   double lateral_m = 0;
   bool is_sliding = false;
+  bool is_outside = false, is_extrapolated = false, is_blocked = false, is_in_debt = false;
 };
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 

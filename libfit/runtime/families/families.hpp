@@ -8,10 +8,16 @@
 //   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
 //   footing       where a tool stands against its contact point: .spot, .d
-//   force, energy_J   of a footing, the one the gradient of the other
-//   is_slipping   whether the contact point cannot hold
-//   settle        what slips while it holds: [J] that this dissipated
-//   slide         lets the contact point slide until it holds, and what slips with it
+//   is_slipping, pull, excess, excess_kind, excess_scale, way, excess_along, lateral_m   whether
+//                 the contact point cannot hold, where it is drawn, what its slide brings to zero
+//   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
+//                 it, where it lies after a move, and a slip without it
+//   carry         what the contact point's way of a whole tick does to the rest of the memory
+//   under         what the law reads of a spot beside its curves, made once a tick
+//   settle        lets slip what slips while the contact point holds; .lost_J that this dissipated
+//   hold          the same without a slip
+//   answer        of what one of these two brought: force and stored energy, the one the gradient
+//                 of the other
 //   is_frictionless
 // To add one: the header, its number and its row below.
 
@@ -91,19 +97,24 @@ inline void prepare(CurveViews& views) noexcept {
   views.rings = ring_table<kRings>(normal, normal.knots[normal.pieces]);
 }
 
-/// Force of a tool at x [m] on the body [N] whose contact point is the spot, from first touch on
-/// without a slip, and what is stored then [J].
+/// What a tool at x [m] does to the body whose contact point is the spot, from first touch on
+/// without a slip.
 template <class T, class Spot>
-Vec3<T> force_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
+Answer<T> answer_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   return with_family(views, [&](auto f) noexcept {
-    return f.force(views, f.footing(views, spot, x), f.template load<T>(no_memory()));
+    const auto memory = f.template load<T>(no_memory());
+    const auto foot = f.footing(views, spot, x, memory);
+    const auto& under = f.under(views, foot);
+    return f.answer(views, under, foot, f.hold(views, under, foot, memory));
   });
 }
 template <class T, class Spot>
+Vec3<T> force_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
+  return answer_from_touch(views, spot, x).force_N;
+}
+template <class T, class Spot>
 T energy_from_touch_J(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  return with_family(views, [&](auto f) noexcept {
-    return f.energy_J(views, f.footing(views, spot, x), f.template load<T>(no_memory()));
-  });
+  return answer_from_touch(views, spot, x).stored_J;
 }
 
 }  // namespace runtime

@@ -20,27 +20,17 @@ struct Leaning : OneAnchor<Leaning> {
 
   /// (M3a)
   template <class T, class Spot>
-  static Deflection<T> deflection(const CurveViews& views, const Spot& spot,
-                                  const Vec3<T>& x) noexcept {
+  static Deflection<T> deflection(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
+                                  const Vec3<T>& rest) noexcept {
     const Vec3<T> delta = x - spot.point;
     const T normal_m = dot(delta, spot.normal);
-    const Vec3<T> lateral = delta - spot.normal * normal_m;
+    const Vec3<T> lateral = delta - spot.normal * normal_m - rest;
     if (!(value_of(normal_m) > 0)) return deflection_of(normal_m, lateral);
     const VectorAt<T> lean = vector_curve_at(views.view[kLean], spot, kLean, normal_m);
     Deflection<T> out = deflection_of(
         normal_m, lateral - (lean.value - spot.normal * dot(lean.value, spot.normal)));
     if (value_of(out.lateral_m) > 0) out.lean_rate = dot(lean.slope, out.lateral);
     return out;
-  }
-
-  /// (M3b): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r.
-  template <class T, class Spot>
-  static Vec3<T> force(const CurveViews& views, const Footing<T, Spot>& foot,
-                       const Memory<T>&) noexcept {
-    if (!(value_of(foot.d.normal_m) > 0)) return {T(0), T(0), T(0)};
-    const T normal_N =
-        curve_at(views, foot.spot, kNormal, foot.d.normal_m) - foot.lateral_N * foot.d.lean_rate;
-    return foot.spot.normal * normal_N + foot.d.lateral * foot.lateral_N;
   }
 };
 

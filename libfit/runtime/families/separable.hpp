@@ -1,8 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the
-// lateral stiffness, nor the lateral deflection the normal one.
+// The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the lateral stiffness,
+// nor the lateral deflection the normal one.
 
 #include "../slide.hpp"
 #include "part.hpp"
@@ -10,54 +10,201 @@
 namespace palpate {
 namespace runtime {
 
-/// What families have in common that remember the contact point alone. F brings deflection().
+/// Where the body's one anchor rests beside the contact point [m]; zero but where the contact
+/// point could not follow.
+template <class T>
+struct Rest {
+  Vec3<T> at;
+};
+
+/// A contact point with what a tool at x feels there: made once, read by slip test and force.
+template <class T, class Spot>
+struct Footing {
+  Spot spot;
+  Deflection<T> d;
+  T lateral_N;  ///< f^r(dr)
+};
+
+/// A spot without lateral stiffness cannot reach any limit: it slides as if frictionless. A spot
+/// that has this at hand brings an overload.
+template <class Spot>
+bool lacks_lateral(const CurveViews& views, const Spot& spot) noexcept {
+  return !(value_of(spot.control(kLateral, views.view[kLateral].size() - 1)) > 0);
+}
+
+/// What families with one anchor and the slip law (M8) have in common. F brings
+/// deflection(views, spot, x, rest).
 template <class F>
 struct OneAnchor {
   static constexpr int kCurves = 3;   ///< parts that are rising curves, from the first on
   static constexpr int kNumbers = 0;  ///< of a node after these, none of them a curve
-  static constexpr int kMemory = 0;
+  static constexpr int kMemory = 3;
 
   template <class T>
-  struct Memory {};
+  using Memory = Rest<T>;
   template <class T>
-  static Memory<T> load(const double*) noexcept {
-    return {};
+  static Memory<T> load(const double* from) noexcept {
+    return {make_vec3<T>(from)};
   }
-  static void save(const Memory<double>&, double*) noexcept {}
+  static void save(const Memory<double>& memory, double* to) noexcept {
+    to[0] = memory.at.x;
+    to[1] = memory.at.y;
+    to[2] = memory.at.z;
+  }
 
   template <class Spot>
   static bool is_frictionless(const CurveViews& views, const Spot& spot) noexcept {
-    return runtime::is_frictionless(views, spot);
+    return lacks_lateral(views, spot);
   }
   template <class T, class Spot>
-  static Footing<T, Spot> footing(const CurveViews& views, const Spot& spot,
-                                  const Vec3<T>& x) noexcept {
-    return footing_as<F>(views, spot, x);
+  static Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
+                                  const Memory<T>& memory) noexcept {
+    const Deflection<T> d = F::deflection(views, spot, x, memory.at);
+    return {spot, d, lateral_force(views, spot, d)};
   }
+
+  /// The same footing at a spot of the same place.
+  template <class T, class Spot, class Other>
+  static Footing<T, Other> at_spot(const Footing<T, Spot>& foot, const Other& spot) noexcept {
+    return {spot, foot.d, foot.lateral_N};
+  }
+
+  /// Whether the contact point cannot hold: the lateral force is above L(dz).
   template <class T, class Spot>
   static bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
-    return runtime::is_slipping(views, foot);
+    if (!(value_of(foot.d.lateral_m) > 0)) return false;
+    if (is_frictionless(views, foot.spot)) return true;
+    const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
+    return value_of(foot.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
+  }
+  template <class T>
+  static bool is_out(const Memory<T>& memory) noexcept {
+    return value_of(memory.at.x) != 0 || value_of(memory.at.y) != 0 || value_of(memory.at.z) != 0;
+  }
+  template <class T>
+  static Vec3<T> rest(const Memory<T>& memory) noexcept {
+    return memory.at;
+  }
+  template <class T, class Spot>
+  static Pull<T> pull(const Footing<T, Spot>& foot) noexcept {
+    return {foot.d.lateral, foot.d.lateral_m};
+  }
+
+  /// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr
+  /// itself (as N).
+  enum class Excess { over_the_limit, all };
+  template <class T, class Spot>
+  static Excess excess_kind(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
+    return is_frictionless(views, foot.spot) ? Excess::all : Excess::over_the_limit;
+  }
+  template <class T, class Spot>
+  static double excess_scale(const CurveViews&, const Footing<T, Spot>& foot,
+                             Excess kind) noexcept {
+    return value_of(kind == Excess::all ? foot.d.lateral_m : foot.lateral_N);
+  }
+  template <class T, class Spot>
+  static T excess(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
+                  Excess kind) noexcept {
+    const Deflection<T> d = F::deflection(views, spot, x, {T(0), T(0), T(0)});
+    if (kind == Excess::all) return d.lateral_m;
+    return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
+  }
+  template <class Path>
+  static const Path& way(const Path& path) noexcept {
+    return path;
+  }
+  template <class Path>
+  static Dual excess_along(const CurveViews& views, const Path& path, const Vec3d& x, double s,
+                           Excess kind) noexcept {
+    return excess(views, path.at(Dual(s, 1)), widened<Dual>(x), kind);
+  }
+  template <class Spot>
+  static double lateral_m(const CurveViews& views, const Spot& spot, const Vec3d& x) noexcept {
+    return F::deflection(views, spot, x, Vec3d{0, 0, 0}).lateral_m;
+  }
+
+  template <class T>
+  static void carry(Memory<T>&, const Vec3<T>&, const Vec3<T>&) noexcept {}
+  /// The contact point moved by `way`: the anchor stays, or the contact point is there again.
+  template <class T>
+  static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,
+                         bool is_there) noexcept {
+    memory.at = is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at - way, normal);
+  }
+  /// The anchor slips without the contact point until f^r(dr) = L(dz).
+  template <class T, class Spot>
+  static void let_go(const CurveViews& views, Footing<T, Spot>& foot, Memory<T>& memory) noexcept {
+    if (!is_slipping(views, foot)) return;
+    const T limit_N = curve_at(views, foot.spot, kLimit, foot.d.normal_m);
+    const T length_m = is_frictionless(views, foot.spot) || !(value_of(limit_N) > 0)
+                           ? T(0)
+                           : length_at(views, foot, limit_N);
+    memory.at = memory.at + foot.d.lateral * (foot.d.lateral_m - length_m);
+    foot.d.lateral_m = length_m;
+    if (!(value_of(length_m) > 0)) foot.d.lateral = {T(0), T(0), T(0)};
+    foot.d.lean_rate = value_of(length_m) > 0 ? foot.d.lean_rate : T(0);
+    foot.lateral_N = lateral_force(views, foot.spot, foot.d);
+  }
+
+  /// What the law reads of a spot beside its curves: nothing.
+  struct Under {};
+  template <class T, class Spot>
+  static Under under(const CurveViews&, const Footing<T, Spot>&) noexcept {
+    return {};
   }
   /// Nothing slips while the contact point holds.
+  struct Held {
+    double lost_J;
+  };
   template <class T, class Spot>
-  static double settle(const CurveViews&, const Footing<T, Spot>&, Memory<T>&) noexcept {
-    return 0;
+  static Held hold(const CurveViews&, const Under&, const Footing<T, Spot>&,
+                   const Memory<T>&) noexcept {
+    return {0};
   }
   template <class T, class Spot>
-  static T energy_J(const CurveViews& views, const Footing<T, Spot>& foot,
-                    const Memory<T>&) noexcept {
-    return energy_J(views, foot.d, foot.spot);
+  static Held settle(const CurveViews&, const Under&, const Footing<T, Spot>&,
+                     Memory<T>&) noexcept {
+    return {0};
   }
-  /// Z(dz) + R(dr) [J], exact polynomials.
+  /// Z(dz) + R(dr) [J], exact polynomials (M3), and its gradient (M3b), which without a lean is
+  /// (M3): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
   template <class T, class Spot>
-  static T energy_J(const CurveViews& views, const Deflection<T>& d, const Spot& spot) noexcept {
-    return energy_at(views, spot, kNormal, d.normal_m) +
-           energy_at(views, spot, kLateral, d.lateral_m);
+  static Answer<T> answer(const CurveViews& views, const Under&, const Footing<T, Spot>& foot,
+                          const Held&) noexcept {
+    const T lateral_J = energy_at(views, foot.spot, kLateral, foot.d.lateral_m);
+    const double depth = value_of(foot.d.normal_m);
+    if (!(depth > 0)) return {{T(0), T(0), T(0)}, lateral_J};
+    const auto& piece = piece_under(views, foot.spot, kNormal, depth, true);
+    const T normal_N = piece.force(foot.d.normal_m) - foot.lateral_N * foot.d.lean_rate;
+    return {foot.spot.normal * normal_N + foot.d.lateral * foot.lateral_N,
+            piece.energy(foot.d.normal_m) + lateral_J};
   }
-  template <class T, class Surface, class Spot>
-  static SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface,
-                        Footing<T, Spot>& foot, Memory<T>&) noexcept {
-    return slide_until_it_holds<F>(views, x, surface, foot);
+
+ private:
+  /// dr at which f^r is limit_N > 0; f^r is above it at foot.d.lateral_m.
+  template <class T, class Spot>
+  static T length_at(const CurveViews& views, const Footing<T, Spot>& foot,
+                     const T& limit_N) noexcept {
+    double lo = 0, hi = value_of(foot.d.lateral_m), at = hi;
+    for (int i = 0; i < kMaxRootSteps; ++i) {
+      const double over = value_of(curve_at(views, foot.spot, kLateral, T(at))) - value_of(limit_N);
+      (over > 0 ? hi : lo) = at;
+      const double slope = slope_at(views, foot.spot, at), newton = at - over / slope;
+      if (std::fabs(over) <= kRootTolerance * value_of(limit_N)) break;
+      at = newton > lo && newton < hi ? newton : 0.5 * (lo + hi);
+    }
+    const T out = T(at);
+    const double slope = slope_at(views, foot.spot, at);
+    if (!(slope > 0)) return out;
+    return out - (curve_at(views, foot.spot, kLateral, out) - limit_N) / slope;
+  }
+  template <class Spot>
+  static double slope_at(const CurveViews& views, const Spot& spot, double at) noexcept {
+    const auto piece = piece_under(views, spot, kLateral, at, false);
+    double slope = 0;
+    for (int k = piece.order - 1; k > 0; --k)
+      slope = slope * (at - piece.knot) + k * value_of(piece.c[k]);
+    return slope;
   }
 };
 
@@ -67,19 +214,11 @@ struct Separable : OneAnchor<Separable> {
                                    rising_curve("limit")};
 
   template <class T, class Spot>
-  static Deflection<T> deflection(const CurveViews&, const Spot& spot, const Vec3<T>& x) noexcept {
+  static Deflection<T> deflection(const CurveViews&, const Spot& spot, const Vec3<T>& x,
+                                  const Vec3<T>& rest) noexcept {
     const Vec3<T> delta = x - spot.point;
     const T normal_m = dot(delta, spot.normal);
-    return deflection_of(normal_m, delta - spot.normal * normal_m);
-  }
-
-  /// (M3): f^z u + f^r u^r; zero where dz <= 0.
-  template <class T, class Spot>
-  static Vec3<T> force(const CurveViews& views, const Footing<T, Spot>& foot,
-                       const Memory<T>&) noexcept {
-    if (!(value_of(foot.d.normal_m) > 0)) return {T(0), T(0), T(0)};
-    return foot.spot.normal * curve_at(views, foot.spot, kNormal, foot.d.normal_m) +
-           foot.d.lateral * foot.lateral_N;
+    return deflection_of(normal_m, delta - spot.normal * normal_m - rest);
   }
 };
 

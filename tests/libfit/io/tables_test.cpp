@@ -168,13 +168,15 @@ TEST_F(Tables, tip_paths_come_back_and_time_must_increase) {
 
 TEST_F(Tables, forces_are_written_under_the_agreed_header_and_only_where_finite) {
   std::vector<ForceRow> a(2);
-  a[1] = {0.001, Vec3(0.1, -0.2, 1.0 / 3), true, Vec3(1, 2, 3), 42, 0.004, 0.001, true};
+  a[1] = {0.001, Vec3(0.1, -0.2, 1.0 / 3), true, Vec3(1, 2, 3), 42, 0.004, 0.001, true, false,
+          true};
   write_forces(at("F.csv"), a);
   const std::string written = read_whole_file(at("F.csv"));
   EXPECT_EQ(written,
-            "t_s,fx_N,fy_N,fz_N,contact,cx_m,cy_m,cz_m,triangle,depth_m,lateral_m,sliding\n"
-            "0,0,0,0,0,0,0,0,-1,0,0,0\n"
-            "0.001,0.1,-0.2,0.3333333333333333,1,1,2,3,42,0.004,0.001,1\n");
+            "t_s,fx_N,fy_N,fz_N,contact,cx_m,cy_m,cz_m,triangle,depth_m,lateral_m,sliding,"
+            "outside,extrapolated,blocked,in_debt\n"
+            "0,0,0,0,0,0,0,0,-1,0,0,0,0,0,0,0\n"
+            "0.001,0.1,-0.2,0.3333333333333333,1,1,2,3,42,0.004,0.001,1,0,1,0,0\n");
   a[0].depth_m = std::nan("");
   EXPECT_EQ(error_of([&] { write_forces(at("F.csv"), a); }),
             "F.csv: row 0 field 10 would not be a finite number");

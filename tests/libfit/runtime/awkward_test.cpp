@@ -68,13 +68,79 @@ TEST(awkward, a_tip_that_starts_inside_feels_nothing_until_it_enters) {
 TEST(awkward, a_contact_of_another_asset_is_reset) {
   const Loaded plate = load_plate();
   Tool tool(plate.asset);
-  tool.contact.has_tip = true;
+  tool.tick({0, 0, 0.001});
   for (int triangle : {plate.asset.triangles, 1 << 30, -7}) {
     tool.contact.triangle = triangle;
     tool.tick({0, 0, -0.001});
     EXPECT_EQ(tool.status, Status::contact_foreign);
     expect_silence(tool, "foreign");
+    tool.tick({0, 0, 0.001});
   }
+}
+
+TEST(awkward, a_contact_is_refused_on_another_asset_and_where_other_bytes_were_loaded) {
+  const Loaded hard = load(plate_model(0.1, 20, uniform(800, 300, 0.4)));
+  Loaded plate = load_plate();
+  ASSERT_EQ(plate.bytes.size(), hard.bytes.size());
+  Tool tool(plate.asset);
+  tool.go({0, 0.001, 0.001}, {0, 0.001, -0.003}, 1e-4);
+  const Vec3 tip(0, 0.001, -0.003);
+  Contact other = tool.contact;
+  EXPECT_EQ(touch(hard.asset, other, tip.data(), tool.out), Status::contact_foreign);
+  EXPECT_EQ(tool.out.force_on_tool_N[2], 0);
+  EXPECT_EQ(touch(hard.asset, other, tip.data(), tool.out), Status::ok);  // it begins anew
+  std::memcpy(plate.bytes.data(), hard.bytes.data(), hard.bytes.size());
+  Status status;
+  plate.asset = Asset::open(plate.bytes.data(), plate.bytes.size(), &status);
+  ASSERT_EQ(status, Status::ok);
+  tool.tick(tip);
+  EXPECT_EQ(tool.status, Status::contact_foreign);
+  expect_silence(tool, "other bytes at the same place");
+}
+
+TEST(awkward, flags_say_where_the_body_was_not_measured) {
+  Model model = plate_model(0.1, 20, uniform(400, 300, 0.4));
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    if (model.surface.vertices(v, 0) < 0.021) continue;
+    model.is_covered[static_cast<std::size_t>(v)] = 0;
+    for (Controls& control : model.curves.control) control.row(v).setZero();
+  }
+  const Loaded plate = load(model);
+  Tool tool(plate.asset);
+  tool.go({0, 0.001, 0.001}, {0, 0.001, -0.0099}, 1e-4);
+  constexpr unsigned kNotMeasured = runtime::kFlagOutside | runtime::kFlagExtrapolated;
+  EXPECT_EQ(tool.out.flags & kNotMeasured, 0U);
+  tool.tick({0, 0.001, -0.0101});
+  EXPECT_TRUE(tool.out.flags & runtime::kFlagExtrapolated);
+  tool.go({0, 0.001, -0.0101}, {0.01, 0.001, -0.003}, 1e-4);
+  EXPECT_EQ(tool.out.flags & kNotMeasured, 0U);
+  unsigned seen = 0;
+  for (int i = 0; i < 400 && tool.contact.triangle >= 0; ++i) {
+    tool.tick({0.01 + 1e-4 * i, 0.001, -0.003});
+    seen |= tool.out.flags;
+  }
+  EXPECT_TRUE(seen & runtime::kFlagOutside);
+  EXPECT_EQ(tool.contact.triangle, -1);
+}
+
+TEST(awkward, a_border_blocks_the_contact_point_and_the_force_stays_at_its_limit) {
+  ExportOptions options;
+  options.fades_borders = false;
+  const Loaded plate = load(plate_model(0.1, 20, uniform(400, 300, 0.4)), options);
+  Tool tool(plate.asset);
+  tool.go({0.045, 0.001, 0.001}, {0.045, 0.001, -0.003}, 1e-4);
+  tool.go({0.045, 0.001, -0.003}, {0.06, 0.001, -0.003}, 1e-4);
+  EXPECT_TRUE(tool.out.flags & runtime::kFlagBlocked);
+  EXPECT_NEAR(-tool.out.force_on_tool_N[0], 0.4 * 1.2, 1e-6);
+  Vec3 before = -Vec3::Map(tool.out.force_on_tool_N);
+  for (int i = 1; i <= 400; ++i) {  // back, and on over the body
+    const Vec3 f = tool.tick({0.06 - 1e-4 * i, 0.001, -0.003});
+    EXPECT_LT((f - before).norm(), 0.04) << i;
+    EXPECT_LE(std::abs(f[0]), 0.4 * 1.2 * (1 + 1e-6)) << i;
+    before = f;
+  }
+  EXPECT_EQ(tool.out.flags, 0U);
+  EXPECT_NEAR(tool.out.contact_m[0], 0.02 + 0.48 / 300, 1e-6);
 }
 
 TEST(awkward, zero_friction_leaves_no_lateral_force) {
@@ -86,7 +152,7 @@ TEST(awkward, zero_friction_leaves_no_lateral_force) {
     EXPECT_LT(f.head<2>().norm(), 1e-9) << i;
     EXPECT_NEAR(f[2], -1.2, 1e-5) << i;
   }
-  EXPECT_EQ(tool.contact.refused_ticks, 0);
+  EXPECT_EQ(tool.contact.ledger.refused_ticks, 0);
 }
 
 TEST(awkward, zero_lateral_stiffness_slides_as_if_frictionless_and_says_so) {

@@ -59,7 +59,8 @@ TEST(c_abi, a_c_program_feels_the_force_of_the_curve) {
 }
 
 TEST(c_abi, tools_and_bodies_that_move_together_feel_what_they_feel_at_rest) {
-  const palpate_tool tool = {{0.01, -0.02, 0.003}, 0.004, 0, 0};
+  palpate_tool tool = palpate_ball(0.004);
+  tool.offset_m[0] = 0.01, tool.offset_m[1] = -0.02, tool.offset_m[2] = 0.003;
   Player moving(tool);
   Player resting(palpate_ball(0.004));
   for (int i = 0; i < 3000; ++i) {
@@ -144,6 +145,101 @@ TEST(c_abi, a_damper_takes_energy_and_never_gives_or_pulls) {
   EXPECT_EQ(without.tick(timeless), PALPATE_OK);
 }
 
+TEST(c_abi, a_lateral_damper_takes_energy_across_the_normal) {
+  palpate_tool damped = palpate_tip();
+  damped.lateral_damping_Ns_m = 5;
+  damped.damper_depth_m = 0.001;
+  Player with(damped), without(palpate_tip());
+  const Vec3 start(0, 0.0003, 0.0305);
+  Vec3 before = start;
+  with.tick(start), without.tick(start);
+  double work_J = 0;
+  for (int i = 1; i <= 400; ++i) {
+    const Vec3 x(i < 100 ? 0 : 2e-4 * std::sin(0.05 * (i - 100)), 0.0003,
+                 0.0305 - 2e-5 * std::min(i, 100));
+    with.tick(x), without.tick(x);
+    const Vec3 added = Vec3::Map(without.out.force_on_tool_N) - Vec3::Map(with.out.force_on_tool_N);
+    const double step_J = added.dot(x - before);
+    ASSERT_GE(step_J, -1e-15) << i;
+    work_J += step_J;
+    before = x;
+  }
+  EXPECT_GT(with.out.damped_J, 1e-6);
+  EXPECT_NEAR(work_J, with.out.damped_J, 1e-9 * work_J);
+}
+
+TEST(c_abi, a_tool_of_many_newtons_is_capped_and_brought_up_slowly_and_says_so) {
+  palpate_tool careful = palpate_tip();
+  careful.max_force_N = 0.3;
+  careful.ramp_s = 0.05;
+  Player with(careful), without(palpate_tip());
+  unsigned seen = 0;
+  for (int i = 0; i <= 100; ++i) {
+    const Vec3 x(0, 0.0003, 0.0305 - 4e-5 * i);
+    with.tick(x), without.tick(x);
+    const double whole = Vec3::Map(without.out.force_on_tool_N).norm(),
+                 found = Vec3::Map(with.out.force_on_tool_N).norm();
+    EXPECT_NEAR(found, std::min(0.3, whole * std::min(1.0, (i + 1) / 50.0)), 1e-9) << i;
+    seen |= with.out.flags;
+  }
+  EXPECT_TRUE(seen & PALPATE_FLAG_RAMP);
+  EXPECT_TRUE(with.out.flags & PALPATE_FLAG_CAPPED);
+  EXPECT_EQ(with.out.stored_J, without.out.stored_J);
+}
+
+TEST(c_abi, touch_and_release_are_told_once_with_the_speed_and_where_the_force_acts) {
+  Player player(palpate_tip());
+  int touched = 0, released = 0;
+  for (int i = 0; i <= 200; ++i) {
+    player.tick(Vec3(0, 0.0003, 0.0305 - 4e-5 * (i < 100 ? i : 200 - i)));
+    if (player.out.events & PALPATE_TOUCHED) {
+      ++touched;
+      EXPECT_NEAR(player.out.approach_m_s, 0.04, 1e-3);
+    }
+    released += (player.out.events & PALPATE_RELEASED) != 0;
+    if (player.out.state == PALPATE_AIR) continue;
+    const Vec3 c = Vec3::Map(player.out.contact_m), at = Vec3::Map(player.out.acts_at_m);
+    EXPECT_LT((at - c - Vec3(Vec3::Map(player.out.deflection_m))).norm(), 1e-15);
+  }
+  EXPECT_EQ(touched, 1);
+  EXPECT_EQ(released, 1);
+}
+
+TEST(c_abi, an_asset_says_what_it_can_do_and_shows_its_mesh_until_it_is_closed) {
+  Player player(palpate_tip());
+  palpate_info info;
+  ASSERT_EQ(palpate_describe(&player.asset, &info), PALPATE_OK);
+  EXPECT_STREQ(info.law, "separable");
+  EXPECT_NEAR(info.range_m, 0.01, 1e-12);
+  EXPECT_NE(info.checksum, 0U);
+  EXPECT_EQ(info.has_guard, 1);
+  palpate_mesh mesh;
+  ASSERT_EQ(palpate_read_mesh(&player.asset, &mesh), PALPATE_OK);
+  ASSERT_EQ(mesh.vertices, info.vertices);
+  for (int v = 0; v < mesh.vertices; ++v) {
+    Vec3 x = Vec3::Map(mesh.origin_m);
+    for (int k = 0; k < 3; ++k) x[k] += double(mesh.vertex_m[3 * v + k]);
+    EXPECT_NEAR(x.norm(), 0.03, 1e-8);
+  }
+  palpate_close(&player.asset);
+  EXPECT_EQ(palpate_read_mesh(&player.asset, &mesh), PALPATE_ASSET_NOT_OPEN);
+  EXPECT_EQ(player.tick(Vec3(0, 0, 0.03)), PALPATE_ASSET_NOT_OPEN);
+}
+
+TEST(c_abi, bytes_from_anywhere_open_once_copied_to_a_multiple_of_64) {
+  Player player(palpate_tip());
+  const auto size = static_cast<std::uint64_t>(player.bytes.size());
+  std::vector<unsigned char> room(player.bytes.size() + 64);
+  for (std::size_t skip = 0; skip <= 1; ++skip) {
+    void* at = palpate_copy_aligned(room.data() + skip, size + 63, player.bytes.data(), size);
+    ASSERT_NE(at, nullptr);
+    palpate_asset asset;
+    EXPECT_EQ(palpate_open(&asset, at, size), PALPATE_OK);
+  }
+  EXPECT_EQ(palpate_copy_aligned(room.data(), size - 1, player.bytes.data(), size), nullptr);
+  EXPECT_EQ(palpate_copy_aligned(nullptr, size, player.bytes.data(), size), nullptr);
+}
+
 TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   Player player(palpate_tip());
   palpate_input in = palpate_input_at(0, 0, 0.031);
@@ -168,8 +264,17 @@ TEST(c_abi, every_misuse_has_its_status_and_no_force) {
   EXPECT_EQ(palpate_describe(&player.asset, &info), PALPATE_OK);
   EXPECT_EQ(std::string(info.meta_json, info.meta_bytes), "{\"a\":1}");
   EXPECT_NEAR(info.box_max_m[2], 0.03, 1e-8);
-  for (palpate_tool bad : {palpate_tool{{kNan, 0, 0}, 0, 0, 0}, palpate_tool{{0, 0, 0}, -1, 0, 0},
-                           palpate_tool{{0, 0, 0}, 0, -1, 1}, palpate_tool{{0, 0, 0}, 0, 1, 0}}) {
+  const auto tool = [](double palpate_tool::*field, double value) {
+    palpate_tool made = palpate_tip();
+    made.*field = value;
+    return made;
+  };
+  palpate_tool off = palpate_tip();
+  off.offset_m[0] = kNan;
+  for (const palpate_tool& bad :
+       {off, tool(&palpate_tool::radius_m, -1), tool(&palpate_tool::damping_Ns_m, -1),
+        tool(&palpate_tool::damping_Ns_m, 1), tool(&palpate_tool::lateral_damping_Ns_m, 2e4),
+        tool(&palpate_tool::max_force_N, kNan), tool(&palpate_tool::ramp_s, -1)}) {
     EXPECT_EQ(palpate_start(&raw, &bad), PALPATE_TOOL_WRONG);
     EXPECT_EQ(palpate_tick(&player.asset, &raw, &in, &out), PALPATE_NOT_STARTED);
   }

@@ -125,7 +125,7 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
     }
     spot.normal = runtime::normalized(spot.normal);
     const Vec3d x{c[4], c[5], c[6]};
-    const auto d = runtime::Separable::deflection(views, spot, x);
+    const auto d = runtime::Separable::deflection(views, spot, x, {0, 0, 0});
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << text;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << text;
     const Vec3d f = runtime::force_from_touch(views, spot, x);
@@ -261,10 +261,10 @@ TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
     runtime::QuadricSurface<double> surface{&quadric, {{normal, lateral, limit}}, {0, 0, 0}};
     const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
     using runtime::Separable;
-    auto foot = Separable::footing(curves.views, surface.standing(), x);
-    Separable::Memory<double> memory;
-    const auto end = Separable::slide(curves.views, x, surface, foot, memory);
-    const auto d = Separable::deflection(curves.views, surface.standing(), x);
+    auto memory = Separable::load<double>(runtime::no_memory());
+    auto foot = Separable::footing(curves.views, surface.standing(), x, memory);
+    const auto end = runtime::slide<Separable>(curves.views, x, surface, foot, memory);
+    const auto d = Separable::deflection(curves.views, surface.standing(), x, memory.at);
     const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
     if (end == runtime::SlideEnd::slid)
       EXPECT_NEAR(pull, hold, 1e-9 * (pull + hold)) << "seed 7, round " << round;

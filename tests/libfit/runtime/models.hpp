@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -191,6 +192,90 @@ inline Controls& make_leaning(Model& model, const std::vector<double>& knots_m) 
   leaning.control.back() = Controls::Zero(model.curves.points(), 3 * leaning.basis.back().size());
   model.curves = std::move(leaning);
   return model.curves.control.back();
+}
+
+/// A closed box about the origin, `cells` x `cells` x 2 triangles a side; normals of edges and
+/// corners are those between their sides.
+inline Model box_model(double half_m, int cells,
+                       const std::function<PointCurves(const Vec3&)>& curves) {
+  Model model;
+  std::map<std::array<int, 3>, int> index;
+  std::vector<Vec3> vertices, normals;
+  std::vector<Eigen::Vector3i> triangles;
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    const auto [found, is_new] = index.emplace(at, static_cast<int>(vertices.size()));
+    if (!is_new) return found->second;
+    Vec3 outward = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const int j = at[static_cast<std::size_t>(k)];
+      outward[k] = j == 0 ? -1 : j == cells ? 1 : 0;
+    }
+    vertices.push_back(half_m * (2.0 / cells * Vec3(at[0], at[1], at[2]) - Vec3::Ones()));
+    normals.push_back(-outward.normalized());
+    return found->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const int side : {0, cells})
+      for (int i = 0; i < cells; ++i)
+        for (int j = 0; j < cells; ++j) {
+          const auto corner = [&](int di, int dj) {
+            std::array<int, 3> at{};
+            at[axis] = side;
+            at[(axis + 1) % 3] = i + di;
+            at[(axis + 2) % 3] = j + dj;
+            return vertex(at);
+          };
+          const int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
+          if (side == cells) {
+            triangles.emplace_back(a, b, c);
+            triangles.emplace_back(a, c, d);
+          } else {
+            triangles.emplace_back(a, c, b);
+            triangles.emplace_back(a, d, c);
+          }
+        }
+  const auto rows = static_cast<Eigen::Index>(vertices.size());
+  model.surface.vertices.resize(rows, 3);
+  model.inward_normal.resize(rows, 3);
+  for (Eigen::Index v = 0; v < rows; ++v) {
+    model.surface.vertices.row(v) = vertices[static_cast<std::size_t>(v)].transpose();
+    model.inward_normal.row(v) = normals[static_cast<std::size_t>(v)].transpose();
+  }
+  model.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    model.surface.triangles.row(static_cast<Eigen::Index>(t)) = triangles[t].transpose();
+  set_curves(model, curves, 0.01, 8);
+  return model;
+}
+
+/// Makes a model one of rings on f^z = scale(x) (12 d + 4500 d^2) over 1 cm, lambda 0.71 and
+/// friction times (0.285 + 16 d/m), with the given side force g_2 [N/m^2] and the curvature of a
+/// ball of radius_m about the origin (0: flat).
+inline void make_rings(Model& model, double friction, double radius_m,
+                       const std::function<double(const Vec3&)>& scale,
+                       const std::function<Vec3(const Vec3&)>& side = nullptr) {
+  constexpr double kRange_m = 0.01;
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  CurveSet rings(CurveFamily::rings);
+  rings.basis[0] = {2, {0, kRange_m}};
+  for (std::size_t part = 0; part < rings.control.size(); ++part)
+    rings.control[part] = Controls::Zero(
+        vertices, parts_of(CurveFamily::rings)[part].width *
+                      size_of(parts_of(CurveFamily::rings)[part], rings.basis[part]));
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const Vec3 x = model.surface.vertices.row(v), u = model.inward_normal.row(v);
+    const double here = scale(x);
+    rings.control[0].row(v) << 0, here * 0.06, here * 0.57;
+    rings.control[runtime::kLambda](v, 0) = 0.71;
+    rings.control[runtime::kFriction](v, 0) = friction * 0.285;
+    rings.control[runtime::kFrictionSlope](v, 0) = friction * 16;
+    if (side) rings.control[runtime::kSide2].row(v) = side(x).transpose();
+    if (radius_m == 0) continue;
+    const Eigen::Matrix3d bent = (Eigen::Matrix3d::Identity() - u * u.transpose()) / radius_m;
+    rings.control[runtime::kCurvature].row(v) << bent(0, 0), bent(1, 1), bent(2, 2), bent(0, 1),
+        bent(0, 2), bent(1, 2);
+  }
+  model.curves = std::move(rings);
 }
 
 /// An asset with its bytes.

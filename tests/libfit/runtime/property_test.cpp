@@ -194,7 +194,7 @@ TEST(property, lifting_off_from_any_slide_ends_in_silence_without_a_pop) {
     }
     EXPECT_EQ(tool.out.state, ContactState::air) << "seed " << seed;
     EXPECT_LT(last_N, max_N) << "seed " << seed;
-    EXPECT_EQ(tool.contact.refused_ticks, 0) << "seed " << seed;
+    EXPECT_EQ(tool.contact.ledger.refused_ticks, 0) << "seed " << seed;
   }
 }
 

@@ -60,7 +60,7 @@ TEST(slide, meets_the_reference_within_the_difference_of_the_projections) {
   EXPECT_LT(worst, 2e-3 * kPeak_N);
   EXPECT_GT(worst, 0);
   EXPECT_NEAR(work_J, 0.009816351289916736, 1e-3 * 0.0098);
-  EXPECT_EQ(tool.contact.refused_ticks, 0);
+  EXPECT_EQ(tool.contact.ledger.refused_ticks, 0);
 }
 
 TEST(slide, edge_crossings_are_no_larger_than_two_ordinary_ticks) {

@@ -48,8 +48,9 @@ void compare(const Asset& asset, const Contact& start, const Vec3& x, double rad
     const Vec3 fu = tick(x + kStep_m * Vec3::Unit(j), nullptr, up);
     const Vec3 fd = tick(x - kStep_m * Vec3::Unit(j), nullptr, down);
     const Vec3 difference = (fu - fd) / (2 * kStep_m);
-    // The guard stops at a 1/4096 of a slip: which one is a branch, too, and not seen from outside.
-    const bool is_held = ((out.flags | up.flags | down.flags) & runtime::kFlagHeldBack) != 0;
+    // While a slip makes a debt, what it comes to is not differentiated.
+    const bool is_held = ((out.flags | up.flags | down.flags) & runtime::kFlagHeldBack) != 0 &&
+                         out.state == ContactState::slip;
     if (is_held) {
       for (int i = 0; i < 3; ++i) ASSERT_LT(std::abs(k[3 * i + j]), 1e4) << place;
       ++tally.compared[branch];
@@ -59,7 +60,8 @@ void compare(const Asset& asset, const Contact& start, const Vec3& x, double rad
                                up.state == out.state && down.state == out.state &&
                                up.flags == out.flags && down.flags == out.flags;
     // A kink of the curves within the step makes the two sides differ.
-    const bool is_smooth = (fu - 2 * force + fd).norm() < 2e-4 * scale * kStep_m;
+    const bool is_tiny = out.lateral_m > 1e-12 && out.lateral_m < 20 * kStep_m;
+    const bool is_smooth = (fu - 2 * force + fd).norm() < 2e-4 * scale * kStep_m && !is_tiny;
     if (!is_one_branch || !is_smooth) {
       ++tally.crossed[branch];
       continue;
@@ -105,7 +107,7 @@ void expect_many(const Tally& tally, std::initializer_list<std::pair<const char*
     const auto found = tally.compared.find(branch);
     EXPECT_GE(found == tally.compared.end() ? 0 : found->second, count) << branch;
   }
-  EXPECT_LT(crossed, 0.1 * compared) << "too many ticks next to a change of branch";
+  EXPECT_LT(crossed, 0.12 * compared) << "too many ticks next to a change of branch";
 }
 
 TEST(tangent, is_the_derivative_of_the_force_of_a_tip_in_stick_slip_and_over_edges) {
@@ -152,24 +154,23 @@ TEST(tangent, holds_at_borders_without_friction_and_on_leaning_bodies) {
   expect_many(leaning, {{"stick", 100}, {"slip", 500}});
 }
 
-TEST(tangent, of_a_slip_that_the_guard_held_back_is_finite) {
+TEST(tangent, of_a_contact_in_debt_is_the_derivative_while_it_sticks_and_finite_in_a_slip) {
   Tally tally;
   const Loaded plate = load(plate_model(0.1, 40, [](const Vec3& x) {
     const double k = 400 * (1 + 8 * x[0]);
     return PointCurves{[=](double d) { return k * d; }, [](double d) { return 300 * d; },
-                       [=](double d) { return 0.01 * k * d; }};
+                       [=](double d) { return 0.005 * k * d; }};
   }));
   wind(
       plate.asset, 0,
-      [](double t) {
-        return Vec3(0.04 * std::sin(0.31 * t), 0.03 * std::sin(0.17 * t),
-                    -0.004 + 0.0045 * std::sin(t));
+      [](double t) {  // from soft to stiff, and back through the air
+        const double share = std::fmod(0.05 * t, 1.0);
+        const bool is_down = share > 0.005 && share < 0.995;
+        return Vec3(-0.035 + 0.07 * share, 0.0007,
+                    is_down ? -0.003 + 0.0002 * std::sin(70 * t) : 0.001);
       },
       7, tally);
-  int held = 0;
-  for (const auto& [branch, count] : tally.compared)
-    if (branch.find("held back") != std::string::npos) held += count;
-  EXPECT_GT(held, 20);
+  expect_many(tally, {{"slip held back", 200}, {"stick held back", 20}});
 }
 
 TEST(tangent, in_a_press_is_the_slope_of_the_curves) {

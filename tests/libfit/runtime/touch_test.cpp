@@ -114,7 +114,7 @@ TEST(touch, leaving_from_inside_through_the_surface_makes_no_contact) {
   Tool tool(sphere.asset);
   tool.go({0, 0, 0.01}, {0, 0, 0.05}, 1e-4);
   EXPECT_EQ(tool.out.state, ContactState::air);
-  EXPECT_EQ(tool.contact.dissipated_J, 0);
+  EXPECT_EQ(tool.contact.ledger.dissipated_J, 0);
   tool.go({0, 0, 0.05}, {0, 0, 0.029}, 1e-4);
   EXPECT_EQ(tool.out.state, ContactState::stick);
 }
@@ -179,6 +179,30 @@ TEST(touch, tools_on_one_asset_feel_in_threads_of_their_own_what_they_feel_alone
     }
   }
   EXPECT_GT(touching, kTools * kTicks / 4);
+}
+
+TEST(touch, a_tip_aimed_at_a_vertex_never_passes) {
+  const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
+  const Asset& asset = sphere.asset;
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const auto at = [&](int v) {
+    const auto x = asset.vertex_at(v) + runtime::make_vec3<double>(asset.origin_m);
+    return Vec3(x.x, x.y, x.z);
+  };
+  int passed = 0;
+  for (int aim = 0; aim < 200000; ++aim) {
+    const Vec3 x = at(static_cast<int>(random() % static_cast<unsigned>(asset.vertices)));
+    const Vec3 way =
+        0.004 * (-x.normalized() + 0.5 * Vec3(share(random), share(random), share(random)));
+    const Vec3 from = x - way, to = x + 0.5 * way;
+    Contact contact;
+    Output out;
+    touch(asset, contact, from.data(), out);
+    touch(asset, contact, to.data(), out);
+    passed += out.state == ContactState::air;
+  }
+  EXPECT_EQ(passed, 0) << "seed 9";
 }
 
 }  // namespace

@@ -1,0 +1,159 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The law of a bed of stick-slip rings (docs/method.md, section 17): what a contact stores (B1) is
+//
+//     E = Z_c(d) + q.g_c(d) + 1/2 sum lambda c_i |q_i|^2
+//
+// over the tool's place alone, with the anchors of the rings as its memory. A ring is the part of
+// the contact that touches from the depth d_i on; its stiffness is read off the press curve. Each
+// holds until |q_i| = mu(d) (d - d_i) / lambda, then its anchor follows.
+//
+// One template for the engine (scalar double, or Jet3 for the tangent) and the fitter (double or
+// ceres::Jet). Forces are those of the tool ON the body.
+
+#include "ring_bed.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// How a tool stands against its contact point: q = P (x - c), d = (x - c).u - 1/2 q.kappa q, for
+/// it presses on the surface under it and not on the tangent plane of c.
+template <class T>
+struct RingStance {
+  Vec3<T> q;
+  T depth_m;    ///< d, > 0 in contact
+  Vec3<T> dip;  ///< P kappa q [1]: d falls by dip . dx where x moves sideways
+};
+template <class T, class Spot>
+RingStance<T> ring_stance(const Spot& spot, const Vec3<T>& x) noexcept {
+  const Vec3<T> delta = x - spot.point;
+  const T height = dot(delta, spot.normal);
+  const Vec3<T> q = delta - spot.normal * height;
+  const T xy = spot.control(kCurvature, 3), xz = spot.control(kCurvature, 4),
+          yz = spot.control(kCurvature, 5);
+  const Vec3<T> bent{spot.control(kCurvature, 0) * q.x + xy * q.y + xz * q.z,
+                     xy * q.x + spot.control(kCurvature, 1) * q.y + yz * q.z,
+                     xz * q.x + yz * q.y + spot.control(kCurvature, 2) * q.z};
+  return {q, height - 0.5 * dot(q, bent), tangential(bent, spot.normal)};
+}
+
+/// lambda |q| - mu(d) d [m]: a slide of the contact point brings it to zero. Needs no curve.
+template <class T, class Spot>
+T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
+  using std::sqrt;
+  const RingStance<T> at = ring_stance(spot, x);
+  const RingLimit<T> limit = ring_limit<T>(spot);
+  const T squared = dot(at.q, at.q);
+  const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
+  const T depth = value_of(at.depth_m) > 0 ? at.depth_m : T(0);
+  return limit.lambda * size - limit.friction_at(depth) * depth;
+}
+
+/// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
+/// anchored at the contact point itself, at[0] = 0, but where the contact point could not follow.
+template <class T, int N>
+struct RingAnchors {
+  Vec3<T> at[N];
+};
+template <class T, int N>
+RingAnchors<T, N> no_anchors() noexcept {
+  RingAnchors<T, N> out;
+  for (Vec3<T>& a : out.at) a = {T(0), T(0), T(0)};
+  return out;
+}
+
+/// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
+/// stay where they are in space, but for what sticks out of the tangent plane.
+template <class T, int N>
+void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
+  for (int i = 1; i < N; ++i) anchors.at[i] = tangential(anchors.at[i] - way, normal);
+}
+
+/// What the rings of a contact do at a depth: sum of lambda c_i q_i [N], what they store [J], what
+/// those that let go have dissipated [J]. q1: deflection of ring 1.
+template <class T>
+struct RingPull {
+  Vec3<T> force_N, q1;
+  T stored_J;
+  double lost_J;
+};
+/// At anchors that hold.
+template <class T, int N>
+RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingStance<T>& at,
+                      const RingAnchors<T, N>& anchors) noexcept {
+  const Vec3<T> q1 = at.q - anchors.at[0];
+  Vec3<T> force = q1 * bed.stiffness_N_m[0];
+  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
+  for (int i = 1; i < N; ++i) {
+    const Vec3<T> q = at.q - anchors.at[i];
+    force = force + q * bed.stiffness_N_m[i];
+    twice = twice + bed.stiffness_N_m[i] * dot(q, q);
+  }
+  return {force, q1, 0.5 * twice, 0};
+}
+/// After (B3) of rings 2 to N. Rings that do not touch are anchored under the tool. It shortens
+/// every |q_i|, so the stored energy falls whatever the tick.
+template <class T, int N>
+RingPull<T> settle_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
+                         const RingStance<T>& at, RingAnchors<T, N>& anchors) noexcept {
+  using std::sqrt;
+  const T lambda = bed.limit.lambda, squared_lambda = lambda * lambda,
+          mu = bed.limit.friction_at(at.depth_m);
+  const Vec3<T> q1 = at.q - anchors.at[0];
+  Vec3<T> force = q1 * bed.stiffness_N_m[0];
+  T twice = bed.stiffness_N_m[0] * dot(q1, q1);
+  double lost = 0;
+  for (int i = 1; i < N; ++i) {
+    Vec3<T>& a = anchors.at[i];
+    const T reach = at.depth_m - table.threshold_m[i], stiffness = bed.stiffness_N_m[i];
+    const T most = value_of(reach) > 0 ? mu * reach : T(0);
+    Vec3<T> q = at.q - a;
+    T squared = dot(q, q);
+    const T length = squared_lambda * squared;
+    if (value_of(length) > value_of(most) * value_of(most)) {
+      const T share = value_of(most) > 0 ? most / sqrt(length) : T(0);
+      const double before = value_of(squared);
+      q = q * share;
+      squared = squared * (share * share);
+      lost += value_of(stiffness) * (before - value_of(squared));
+      a = at.q - q;
+    } else if (!(value_of(reach) > 0)) {
+      a = at.q;
+    }
+    force = force + q * stiffness;
+    twice = twice + stiffness * squared;
+  }
+  return {force, q1, 0.5 * twice, 0.5 * lost};
+}
+
+/// (B1) and its gradient by x (B2), (f^z + q.g') (u - P kappa q) + g + sum lambda c_i q_i, at
+/// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that let go at
+/// this tick. normal_N, normal_J: f^z_c(d) and Z_c(d).
+template <class T, int N>
+Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed, const RingStance<T>& at,
+                      const RingPull<T>& pull, const Vec3<T>& normal, const T& normal_N,
+                      const T& normal_J) noexcept {
+  const RingShare<T> share = ring_share(table, bed, at.depth_m);
+  const T lateral_J = share.value * pull.stored_J;
+  if (!(value_of(at.depth_m) > 0)) return {{T(0), T(0), T(0)}, lateral_J};
+  const SideForce<T> side = side_force(bed, at.depth_m);
+  // The side force works on ring 1: beyond its anchor the body counts as even.
+  const T along_N = normal_N + dot(pull.q1, side.slope_N_m) + share.slope * pull.stored_J;
+  return {(normal - at.dip) * along_N + side.value_N + pull.force_N * share.value,
+          normal_J + dot(pull.q1, side.value_N) + lateral_J};
+}
+
+/// A path as the excess reads it, and the excess at s with its slope. A path that can be read
+/// faster brings overloads.
+template <class Path>
+const Path& way_of_excess(const Path& path) noexcept {
+  return path;
+}
+template <class Path>
+Dual ring_excess_along(const Path& path, const Vec3d& x, double s) noexcept {
+  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x));
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,207 @@
+// What the engine promises about energy and jumps on uneven bodies (docs/method.md, section 18).
+// Failures print the seed.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+Vec3 draw(std::mt19937& random, double size) {
+  std::uniform_real_distribution<double> share(-size, size);
+  const double x = share(random), y = share(random), z = share(random);
+  return {x, y, z};
+}
+
+// Stiffness that is soft at -x, stiff at +x, or another at each node.
+enum class Unevenness { even, smooth, rough };
+
+Model body(unsigned seed, Unevenness how, double friction) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const bool is_round = seed % 2 == 1;
+  Model model = is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3))
+                         : plate_model(0.08, 16, uniform(400, 300, 0.3));
+  const auto scale = [&](const Vec3& x) {
+    return how == Unevenness::even     ? 1
+           : how == Unevenness::smooth ? 1 + 25 * x[0]
+                                       : 0.4 + 1.2 * unit(random);
+  };
+  const auto side = [&](const Vec3&) {
+    return Vec3(how == Unevenness::rough ? draw(random, 500) : Vec3(Vec3::Zero()));
+  };
+  if (seed % 4 < 2) {
+    make_rings(model, friction, is_round ? 0.03 : 0, scale, side);
+    return model;
+  }
+  const auto curves = [&](const Vec3& x) {
+    const double here = scale(x);
+    return PointCurves{[=](double d) { return here * (12 * d + 4500 * d * d); },
+                       [=](double d) { return here * 300 * d; },
+                       [=](double d) { return friction * 0.3 * here * (12 * d + 4500 * d * d); }};
+  };
+  set_curves(model, curves, 0.01, 8);
+  return model;
+}
+
+// Random straight legs in and over the body's top, with a lift at the end.
+std::vector<Vec3> legs(std::mt19937& random, unsigned seed) {
+  const Vec3 top(0, 0, seed % 2 == 1 ? 0.03 : 0);
+  std::vector<Vec3> out{top + Vec3(0, 0, 0.001)};
+  for (int leg = 0; leg < 7; ++leg)
+    out.push_back(top + Vec3(0, 0, -0.003) + draw(random, 0.004).cwiseProduct(Vec3(1, 1, 0.7)));
+  out.push_back(Vec3(out.back()[0], out.back()[1], top[2] + 0.002));
+  out.push_back(out.front());
+  return out;
+}
+
+struct Walk {
+  Tool tool;
+  double max_stored_J = 0, quadrature_J = 0;
+  Vec3 x, before_N = Vec3::Zero();
+
+  Walk(const Asset& asset, const Vec3& start, double radius_m) : tool(asset), radius(radius_m) {
+    tick(x = start);
+  }
+  Vec3 tick(const Vec3& at) {
+    const Vec3 centre = at + Vec3(0, 0, radius);
+    tool.status = touch_ball(tool.asset, tool.contact, centre.data(), radius, tool.out);
+    const Vec3 f = -Vec3::Map(tool.out.force_on_tool_N);
+    quadrature_J += 0.5 * (f + before_N).dot(at - x);
+    before_N = f;
+    x = at;
+    max_stored_J = std::max(max_stored_J, tool.out.stored_J);
+    return f;
+  }
+  template <class Look>
+  void go(const Vec3& to, double step_m, const Look& look) {
+    const Vec3 from = x;
+    const int ticks = std::clamp(static_cast<int>((to - from).norm() / step_m), 1, 4000);
+    for (int k = 1; k <= ticks; ++k) {
+      tick(from + (to - from) * (double(k) / ticks));
+      look();
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+  // The exact work so far: energies at the contact point held while the tool moved.
+  double work_J() const { return tool.out.stored_J + tool.out.dissipated_J; }
+
+ private:
+  double radius;
+};
+
+TEST(passivity, stored_energy_and_tank_never_rise_without_work_at_any_tick_length) {
+  int owed = 0, paid = 0;
+  for (unsigned seed = 1; seed <= 240; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const double friction = std::pow(10, -3 * unit(random));
+    const auto how = static_cast<Unevenness>(seed % 3);
+    const Loaded asset = load(body(seed, how, friction));
+    const auto way = legs(random, seed);
+    Walk walk(asset.asset, way[0], seed % 5 == 0 ? 0.003 : 0);
+    const double step_m = std::pow(10, -5 + 3 * unit(random));  // 10 um to 1 cm
+    double lost_J = 0;
+    for (const Vec3& to : way)
+      walk.go(to, step_m, [&] {
+        const runtime::Ledger& ledger = walk.tool.contact.ledger;
+        const double now_J = walk.tool.out.dissipated_J - ledger.tank_J;
+        ASSERT_GE(now_J, lost_J - 1e-12 * walk.max_stored_J) << "seed " << seed;
+        ASSERT_GE(walk.tool.out.stored_J, -1e-18) << "seed " << seed;
+        ASSERT_GE(walk.work_J(), -1e-12 * walk.max_stored_J) << "seed " << seed;
+        ASSERT_EQ(walk.tool.status, Status::ok) << "seed " << seed;
+        lost_J = now_J;
+        owed += ledger.debt_J > 0;
+        paid += ledger.tank_J > 0;
+      });
+    if (testing::Test::HasFatalFailure()) return;
+    EXPECT_EQ(walk.tool.out.state, ContactState::air) << "seed " << seed;
+    EXPECT_GT(walk.max_stored_J, 1e-5) << "seed " << seed;
+  }
+  EXPECT_GT(owed, 1000) << "nothing was ever refused";
+  EXPECT_GT(paid, 10000);
+}
+
+TEST(passivity, the_ledger_is_the_work_of_the_forces) {
+  // By the trapezoid rule over steps of 2 um, which errs by the kinks of slips.
+  for (unsigned seed = 1; seed <= 24; ++seed) {
+    std::mt19937 random(seed);
+    const double friction = seed % 3 == 0 ? 1e-3 : seed % 3 == 1 ? 0.05 : 1;
+    const Loaded asset = load(body(seed, Unevenness::smooth, friction));
+    const auto way = legs(random, seed);
+    Walk walk(asset.asset, way[0], 0);
+    double moved_J = 0, before_J = 0;
+    for (const Vec3& to : way)
+      walk.go(to, 2e-6, [&] {
+        moved_J += std::abs(walk.tool.out.stored_J - before_J);
+        before_J = walk.tool.out.stored_J;
+      });
+    EXPECT_NEAR(walk.quadrature_J, walk.work_J(), 0.02 * moved_J) << "seed " << seed;
+    EXPECT_GT(walk.quadrature_J, -0.01 * moved_J) << "seed " << seed;
+  }
+}
+
+TEST(passivity, even_flat_bodies_owe_nothing) {
+  for (unsigned seed = 0; seed < 40; seed += 2) {
+    std::mt19937 random(seed);
+    const Loaded asset = load(body(seed, Unevenness::even, std::pow(10.0, -double(seed % 8) / 2)));
+    const auto way = legs(random, seed);
+    Walk walk(asset.asset, way[0], 0);
+    for (const Vec3& to : way) walk.go(to, 5e-5, [] {});
+    EXPECT_EQ(walk.tool.out.refused_ticks, 0) << "seed " << seed;
+    EXPECT_LT(walk.tool.out.refused_J, 1e-12 * walk.max_stored_J) << "seed " << seed;
+  }
+}
+
+// Largest change of the force in a tick over random ways at 50 mm/s and 1 kHz.
+double largest_jump_N(const Asset& asset, const std::function<Vec3(std::mt19937&)>& place,
+                      double step_m) {
+  double largest = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    std::mt19937 random(seed);
+    Walk walk(asset, Vec3(0, 0, 0.06), 0);
+    Vec3 before = Vec3::Zero();
+    for (int leg = 0; leg < 12; ++leg)
+      walk.go(place(random), step_m, [&] {
+        largest = std::max(largest, (walk.before_N - before).norm());
+        before = walk.before_N;
+      });
+  }
+  return largest;
+}
+
+TEST(passivity, no_tick_at_50_mm_s_jumps) {
+  const auto at_sphere = [](std::mt19937& random) {
+    const Vec3 way = draw(random, 1).cwiseProduct(Vec3(1, 1, 0.4)) + Vec3(0, 0, 0.9);
+    return Vec3(way.normalized() * (0.0275 + 0.0035 * draw(random, 1)[0]));
+  };
+  const auto at_edge = [](std::mt19937& random) {  // of a box of 40 mm: round the edge and back
+    const Vec3 way = draw(random, 1);
+    return Vec3(0.018 + 0.005 * way[0], 0.01 * way[1], 0.017 + 0.005 * way[2]);
+  };
+  const double step_m = 5e-5;
+  for (const double friction : {1.0, 0.05}) {
+    SCOPED_TRACE(friction);
+    Model liver = sphere_model(0.03, 30, uniform(400, 300, 0.3));
+    make_rings(liver, friction, 0.03, [](const Vec3& x) {
+      return 1 + 1.5 * std::exp(-(x - Vec3(0.005, 0, 0.0295)).squaredNorm() / 3e-5);
+    });
+    Model rough = sphere_model(0.03, 30, uniform(400, 300, 0.3));
+    make_rings(rough, friction, 0.03, [](const Vec3& x) {  // waves of 6 mm
+      return 1 + 0.6 * std::sin(1000 * x[0]) * std::sin(1000 * x[1] + 1);
+    });
+    Model box = box_model(0.02, 20, uniform(400, 300, 0.3));
+    make_rings(box, friction, 0, [](const Vec3&) { return 1.0; });
+    // At 12 mm the contact point goes 90 um in a tick: 20 mN where the body is even, 80 mN where it
+    // changes by 60 % within 1.5 mm.
+    EXPECT_LT(largest_jump_N(load(liver).asset, at_sphere, step_m), 0.05);
+    EXPECT_LT(largest_jump_N(load(rough).asset, at_sphere, step_m), 0.1);
+    EXPECT_LT(largest_jump_N(load(box).asset, at_edge, step_m), 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::test
