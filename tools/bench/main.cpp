@@ -17,7 +17,8 @@ class Benchmark final : public Command {
     arguments.option("--jobs", request_.jobs,
                      "Number of threads of benchmarks that use several; 0 uses all cores");
     arguments.option("--part", request_.part, "Part of the benchmark to run alone");
-    arguments.option("--samples", samples_, "samples.h5 that the benchmark curves fits");
+    arguments.option("--samples", samples_,
+                     "samples.h5 that curves fits, reference_own.h5 of laws");
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }
 
@@ -51,6 +52,7 @@ constexpr CommandRow kBenchmarks[] = {
      declare<bench_fit>},
     {"curves", "Error of held-out rows against pieces, degree, bytes and time",
      declare<bench_curves>},
+    {"laws", "Each contact law at a test point, by kind of path", declare<bench_laws>},
 };
 
 }  // namespace

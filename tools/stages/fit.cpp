@@ -45,9 +45,12 @@ void say_report(const FitReport& report) {
         basis.degree, 1e3 * basis.knots_m.back(), report.kind[k].reason);
   }
   if (const RingsReport& rings = report.rings; rings.points > 0) {
-    say("  rings    lambda {:.3g}, mu0 {:.3g}, mu1 {:.3g} /m (median of {} points with drags){}{}",
-        rings.lambda, rings.friction, rings.friction_slope_1_m, rings.points,
-        rings.doubt.empty() ? "" : "; ", rings.doubt);
+    say("  rings    lambda {:.3g} +- {:.2g}, mu0 {:.3g} +- {:.2g}, mu1 {:.3g} +- {:.2g} /m, side "
+        "force +- {:.2g} % of the normal one ({} points with drags; standard errors of a point's)"
+        "{}{}",
+        rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
+        rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, 100 * rings.side_deviation,
+        rings.points, rings.doubt.empty() ? "" : "; ", rings.doubt);
     if (!rings.uneven.empty())
       say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
           fmt::join(rings.uneven, ", "));
@@ -217,6 +220,17 @@ Model refine_body(const FittedCurves& curves, const Body& body) {
     say("  {} reachable vertices are answered for by no test point", report.uncovered.size());
   model.probe = curves.probe;
   return model;
+}
+
+std::optional<double> slope_share_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  double share = -1;
+  const char* const end = text.data() + text.size();
+  const auto found = std::from_chars(text.data(), end, share);
+  if (found.ec != std::errc{} || found.ptr != end || !(share >= 0 && share <= 0.5))
+    throw Error("--slope-share", "\"" + text + "\" is no share of slopes",
+                "Use auto or a number from 0 to 0.5.");
+  return share;
 }
 
 }  // namespace palpate::tools
