@@ -11,6 +11,7 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/refine/points_on_surface.hpp"
 #include "libfit/refine/refine.hpp"
+#include "libfit/refine/side_force.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -204,13 +205,24 @@ std::size_t list_bad_points(const FittedCurves& curves) {
   return bad;
 }
 
-Model refine_body(const FittedCurves& curves, const Body& body) {
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options) {
   RefineReport report;
-  Model model = refine(curves, body, {}, &report);
+  Model model = refine(curves, body, options, &report);
   say("  {} test points spread over {} triangles{}; largest distance of a vertex {:.2f} mm",
       curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
       report.triangles.rows(), report.is_own_triangulation ? " made for them" : "",
       1e3 * report.largest_projection_m);
+  if (const SlopeShare& slopes = report.slopes; slopes.points > 0)
+    say("  {:.3g} of the slopes of side forces count: {} test points left out are predicted to "
+        "{:.1f} % "
+        "(mean), {:.1f} % without slopes",
+        slopes.share, slopes.points, 100 * slopes.error, 100 * slopes.plain_error);
+  if (curves.curves.family == CurveFamily::rings) {
+    const SideMismatch off = side_mismatch(model);
+    say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
+        "{:.2g} % (p95), {:.2g} % (max)",
+        100 * off.median, 100 * off.p95, 100 * off.max);
+  }
   for (const auto point : report.left_out) {
     const auto p = static_cast<std::size_t>(point);
     say("  left out: {}: {}", curves.name[p],

@@ -8,6 +8,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/refine/refine.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -55,6 +56,9 @@ std::size_t list_bad_points(const FittedCurves& curves);
 
 /// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
 /// on stderr.
-Model refine_body(const FittedCurves& curves, const Body& body);
+Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options = {});
+
+/// RefineOptions::slope_share from text: auto or a number.
+std::optional<double> slope_share_choice(const std::string& text);
 
 }  // namespace palpate::tools
