@@ -8,7 +8,6 @@
 #include <set>
 
 #include "libfit/core/node_forces.hpp"
-#include "libfit/core/relative_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/refine/slopes.hpp"
 

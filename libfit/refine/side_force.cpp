@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 
-#include "libfit/core/rounding.hpp"
+#include "libfit/core/geometry.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate {

@@ -31,7 +31,7 @@ SymmetricBlockMatrix grid(double sign = 1) {
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int n = 0; n < kNodes; ++n) {
-    const Mat3 own = (n == 0 ? sign * 20 : 20) * Mat3::Identity();
+    const Eigen::Matrix3d own = (n == 0 ? sign * 20 : 20) * Eigen::Matrix3d::Identity();
     K.add(K.place(n, n), own.data());
     for (const int m : neighbours[n]) {
       double block[9];
