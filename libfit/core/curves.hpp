@@ -56,6 +56,10 @@ inline int size_of(const runtime::Part& part, const CurveBasis& basis) {
   return part.is_curve() ? basis.size() : part.count;
 }
 
+/// Whether a fit knows standard errors of a part's numbers: not those of curves, which have bands,
+/// nor of what the surface tells.
+inline bool has_deviation(const runtime::Part& part) { return !part.is_curve() && !part.is_shape; }
+
 /// Curves of many points on bases shared by the body, part by part of their family.
 struct CurveSet {
   CurveFamily family = CurveFamily::separable;
@@ -103,6 +107,9 @@ struct FittedCurves {
   /// n increments, the covariance of those of each point, lower triangle row by row; NaN for a
   /// curve that no row speaks of. No columns when unknown.
   std::array<Controls, kCurveKinds> covariance;
+  /// Standard errors of the numbers of each part that is no curve, as `control` has them: P x width
+  /// count, NaN where unknown. No columns of curves, of what the surface tells, and when unknown.
+  std::vector<Controls> deviation;
   /// Strength of smoothing over neighbouring points by kind (method.md, section 16), 0 for none,
   /// and why.
   std::array<double, kCurveKinds> smoothing{};

@@ -8,11 +8,36 @@
 namespace palpate {
 namespace {
 
-using Key = std::array<double, 6>;
+// Place and normal of a point, and what is done there: -1 where it does not matter.
+using Key = std::array<double, 7>;
 
-Key key_of(const Points& position, const Points& normal, Eigen::Index point) {
-  return {position(point, 0), position(point, 1), position(point, 2),
-          normal(point, 0),   normal(point, 1),   normal(point, 2)};
+Key key_of(const Points& position, const Points& normal, Eigen::Index point, double drags) {
+  return {position(point, 0),
+          position(point, 1),
+          position(point, 2),
+          normal(point, 0),
+          normal(point, 1),
+          normal(point, 2),
+          drags};
+}
+
+std::vector<Key> keys_of(const TestPoints& points, const std::vector<char>& is_dragged) {
+  std::vector<Key> keys;
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p)
+    keys.push_back(key_of(points.position, points.normal, p,
+                          is_dragged.empty() ? -1 : is_dragged[static_cast<std::size_t>(p)]));
+  return keys;
+}
+std::vector<Key> keys_of(const Samples& samples, bool drags_matter) {
+  std::vector<char> is_dragged(static_cast<std::size_t>(samples.points()), 0);
+  for (std::size_t row = 0; row < samples.point.size(); ++row)
+    if (samples.kind[row] == ExperimentKind::drag)
+      is_dragged[static_cast<std::size_t>(samples.point[row])] = 1;
+  std::vector<Key> keys;
+  for (Eigen::Index p = 0; p < samples.points(); ++p)
+    keys.push_back(key_of(samples.point_position, samples.point_normal, p,
+                          drags_matter ? is_dragged[static_cast<std::size_t>(p)] : -1));
+  return keys;
 }
 
 // Appends a row under the number of another point.
@@ -41,15 +66,17 @@ void resize_rows(Samples& samples, Eigen::Index rows) {
 
 }  // namespace
 
-Samples take_points(const Samples& from, const TestPoints& wanted, int per_point) {
+Samples take_points(const Samples& from, const TestPoints& wanted, int per_point,
+                    const std::vector<char>& is_dragged) {
   std::map<Key, std::int32_t> index;
-  for (Eigen::Index p = 0; p < wanted.position.rows(); ++p)
-    index.emplace(key_of(wanted.position, wanted.normal, p), static_cast<std::int32_t>(p));
+  std::int32_t number = 0;
+  for (const Key& key : keys_of(wanted, is_dragged)) index.emplace(key, number++);
+  const std::vector<Key> keys = keys_of(from, !is_dragged.empty());
   const std::vector<std::int32_t> empty = points_without_rows(from);
   std::vector<char> is_taken(static_cast<std::size_t>(wanted.position.rows()), 0);
   std::vector<std::int32_t> new_number;
   for (Eigen::Index p = 0; p < from.points(); ++p) {
-    const auto found = index.find(key_of(from.point_position, from.point_normal, p));
+    const auto found = index.find(keys[static_cast<std::size_t>(p)]);
     const bool is_wanted = found != index.end() &&
                            !std::binary_search(empty.begin(), empty.end(), p) &&
                            !is_taken[static_cast<std::size_t>(found->second)];
@@ -109,23 +136,27 @@ std::vector<std::int32_t> points_without_rows(const Samples& samples) {
   return without;
 }
 
-TestPoints points_beyond(const Samples& samples, const TestPoints& points) {
-  std::set<Key> known;
-  for (Eigen::Index p = 0; p < points.position.rows(); ++p)
-    known.insert(key_of(points.position, points.normal, p));
+Samples samples_beyond(const Samples& samples, const TestPoints& points, int per_point,
+                       const std::vector<char>& is_dragged) {
+  const std::vector<Key> wanted = keys_of(points, is_dragged),
+                         keys = keys_of(samples, !is_dragged.empty());
+  std::set<Key> known(wanted.begin(), wanted.end());
   const std::vector<std::int32_t> empty = points_without_rows(samples);
   std::vector<Eigen::Index> beyond;
-  for (Eigen::Index p = 0; p < samples.points(); ++p)
-    if (!std::binary_search(empty.begin(), empty.end(), p) &&
-        known.insert(key_of(samples.point_position, samples.point_normal, p)).second)
-      beyond.push_back(p);
+  std::vector<char> has_drags;
+  for (Eigen::Index p = 0; p < samples.points(); ++p) {
+    const Key& key = keys[static_cast<std::size_t>(p)];
+    if (std::binary_search(empty.begin(), empty.end(), p) || !known.insert(key).second) continue;
+    beyond.push_back(p);
+    has_drags.push_back(key.back() > 0);
+  }
   TestPoints out;
   out.triangles.resize(0, 3);
   out.position = samples.point_position(beyond, Eigen::all);
   out.normal = samples.point_normal(beyond, Eigen::all);
   for (const Eigen::Index p : beyond)
     out.name.push_back(samples.point_name[static_cast<std::size_t>(p)]);
-  return out;
+  return take_points(samples, out, per_point, is_dragged.empty() ? is_dragged : has_drags);
 }
 
 }  // namespace palpate

@@ -9,7 +9,9 @@ namespace palpate {
 /// bits), renumbered to their order; a point that `from` does not have gets no row, of one that it
 /// has twice the first with rows counts. Experiments are numbered per_point * point + their number
 /// within it, as simulated samples are. `from` must be numbered so itself. Recordings are left out.
-Samples take_points(const Samples& from, const TestPoints& wanted, int per_point);
+/// is_dragged: of each wanted point, whether it must have drags or none; empty: either will do.
+Samples take_points(const Samples& from, const TestPoints& wanted, int per_point,
+                    const std::vector<char>& is_dragged = {});
 
 /// Points and rows of both, those of `first` in front; experiment numbers likewise. per_point as
 /// above. Points of both come twice.
@@ -18,7 +20,8 @@ Samples joined(const Samples& first, const Samples& second, int per_point);
 /// Indices of points that have no row, ascending.
 std::vector<std::int32_t> points_without_rows(const Samples& samples);
 
-/// The points with rows that are not among `points`, by their place as above; without triangles.
-TestPoints points_beyond(const Samples& samples, const TestPoints& points);
+/// The samples at places with rows that are not among `points`, as above.
+Samples samples_beyond(const Samples& samples, const TestPoints& points, int per_point,
+                       const std::vector<char>& is_dragged = {});
 
 }  // namespace palpate

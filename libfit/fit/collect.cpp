@@ -73,12 +73,17 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
     out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
     out.covariance[kind].resize(points, packed_size(bases.si[kind].size() - 1));
+  out.deviation.resize(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (has_deviation(parts[i])) out.deviation[i].resize(points, out.curves.control[i].cols());
   out.depth_range_m.setZero(points);
   for (Eigen::Index p = 0; p < points; ++p) {
     const PointResult& result = results[static_cast<std::size_t>(p)];
     for (std::size_t i = 0; i < parts.size(); ++i) out.curves.control[i].row(p) = result.control[i];
     for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
       out.covariance[kind].row(p) = result.covariance[kind];
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (has_deviation(parts[i])) out.deviation[i].row(p) = result.deviation[i];
     out.status.push_back(result.status);
     out.message.push_back(result.message);
     out.depth_range_m[p] = body.points[static_cast<std::size_t>(p)].depth_m;

@@ -15,6 +15,7 @@
 #include "libfit/fit/point/choose_family.hpp"
 #include "libfit/fit/point/fit_point.hpp"
 #include "libfit/fit/point/nuisance.hpp"
+#include "libfit/fit/point/ring_lines.hpp"
 #include "libfit/fit/warm_start.hpp"
 
 namespace palpate {
@@ -37,9 +38,22 @@ void parallel_for(int wanted, std::size_t count, const Act& act) {
   arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, act); });
 }
 
-BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& rows,
-                     const FitOptions& options) {
+// Rings as theory has them, by what the samples know of probe and body: a ball ploughs, which
+// measures as mu(d) = 0.95 mu (1 + d / 2R).
+fit::RingPrior rings_in_theory(const Samples& samples, double length_m, const FitOptions& options) {
+  fit::RingPrior rings;
+  const double friction =
+      samples.probe ? fit::kSlidingShare * samples.probe->friction : options.default_friction;
+  const double radius_m = ball_radius_m(samples.probe);
+  rings.constant = {std::log(options.default_lateral_ratio), friction,
+                    radius_m > 0 ? friction * length_m / (2 * radius_m) : 0.0};
+  return rings;
+}
+
+BodyBases make_bases(const Samples& samples, const fit::BodyData& body,
+                     std::vector<fit::PointRows>& rows, const FitOptions& options) {
   BodyBases bases;
+  bases.rings = rings_in_theory(samples, body.length_m, options);
   bases.report = fit::choose_bases(body, rows, options);
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     bases.plain[kind] = bases.si[kind] = bases.report[kind].basis;
@@ -57,7 +71,7 @@ BodyBases make_bases(const fit::BodyData& body, std::vector<fit::PointRows>& row
 
 // Bases chosen again from rows as they are without what recordings add, found on the bases so far;
 // and those rows. Nothing changes where all is known of the recordings.
-void settle_nuisances(const fit::BodyData& body, const FitOptions& options,
+void settle_nuisances(const Samples& samples, const fit::BodyData& body, const FitOptions& options,
                       std::vector<fit::PointRows>& rows, BodyBases& bases) {
   if (!fit::has_nuisances(body)) return;
   for (int round = 0; round < kNuisanceRounds; ++round) {
@@ -71,7 +85,7 @@ void settle_nuisances(const fit::BodyData& body, const FitOptions& options,
           found.problem.empty() ? fit::without_nuisances(point, found.sensor) : point);
     });
     rows = std::move(corrected);
-    bases = make_bases(body, rows, options);
+    bases = make_bases(samples, body, rows, options);
   }
 }
 
@@ -87,31 +101,28 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
 }
 
 // What rings of the body's points have in common, from points that were dragged: the rest lean on
-// it. Theory where none was: a ball ploughs, which measures as
-// mu(d) = 0.95 mu (1 + d / 2R).
-void settle_rings(const Samples& samples, const fit::BodyData& body,
-                  const std::vector<fit::PointRows>& rows, const FitOptions& options,
-                  BodyBases& bases) {
+// it. Theory stays where none was.
+void settle_rings(const fit::BodyData& body, const std::vector<fit::PointRows>& rows,
+                  const FitOptions& options, BodyBases& bases) {
   if (bases.family != CurveFamily::rings) return;
-  bases.rings.lambda = options.default_lateral_ratio;
-  bases.rings.friction =
-      samples.probe ? fit::kSlidingShare * samples.probe->friction : options.default_friction;
-  if (const double radius_m = ball_radius_m(samples.probe); radius_m > 0)
-    bases.rings.friction_slope = bases.rings.friction * body.length_m / (2 * radius_m);
   const fit::Bases plain = fit::plain_bases(bases);
-  std::vector<Eigen::VectorXd> found(rows.size());
+  std::vector<std::optional<fit::PointCurves>> found(rows.size());
   parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
     if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
-    const fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
-    if (curves.problem.empty()) found[p] = curves.more.head<3>();
+    fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
+    if (curves.problem.empty()) found[p] = std::move(curves);
   });
-  std::array<std::vector<double>, 3> values;
-  for (const Eigen::VectorXd& each : found)
-    for (std::size_t k = 0; k < 3 && each.size() > 0; ++k)
-      values[k].push_back(each[static_cast<Eigen::Index>(k)]);
-  if (values[0].empty()) return;
-  bases.rings = {median(values[0]), median(values[1]), median(values[2]),
-                 kUsualLambda,      kUsualFriction,    kUsualFrictionSlope_1_m * body.length_m};
+  std::vector<double> x;
+  std::array<std::vector<double>, 3> y;
+  for (const auto& each : found)
+    if (each) {
+      x.push_back(each->log_force);
+      for (int k = 0; k < 3; ++k)
+        y[static_cast<std::size_t>(k)].push_back(k == 0 ? std::log(each->more[k]) : each->more[k]);
+    }
+  if (!x.empty())
+    bases.rings = fit::ring_lines(
+        x, y, {kUsualLambda, kUsualFriction, kUsualFrictionSlope_1_m * body.length_m});
 }
 
 // earlier: of each point, its place in the earlier fit, or -1.
@@ -171,10 +182,10 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   fit::ChosenDegree degree{options.degree, ""};
   if (options.degree == 0) degree = fit::choose_degree(body, rows, options);
   options.degree = degree.degree;
-  BodyBases bases = make_bases(body, rows, options);
-  settle_nuisances(body, options, rows, bases);
+  BodyBases bases = make_bases(samples, body, rows, options);
+  settle_nuisances(samples, body, options, rows, bases);
   const FamilyReport family = settle_family(body, options, rows, bases);
-  settle_rings(samples, body, rows, options, bases);
+  settle_rings(body, rows, options, bases);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   auto results = fit_points(samples, body, rows, bases, earlier, options, progress);
   FittedCurves fitted = fit::collect_curves(samples, body, bases, results);

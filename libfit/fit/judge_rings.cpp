@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <tuple>
 
+#include "libfit/core/node_forces.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/options.hpp"
-#include "libfit/fit/point/body_bases.hpp"
+#include "libfit/fit/point/ring_lines.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -14,6 +16,8 @@ namespace {
 // Shares of what is expected beyond which a constant is far from it. Even blocks and livers stay
 // within half of these, points above a lump do not.
 constexpr double kFarLambda = 0.2, kFarFriction = 0.15, kFarFrictionSlope = 0.5;
+
+constexpr double kClear = 2;  // standard errors: what is nearer may be the same
 
 bool is_far(double found, double expected, double share) {
   return std::abs(found - expected) > share * std::abs(expected);  // not from NaN
@@ -34,20 +38,40 @@ RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& ro
     return fitted.curves.control[static_cast<std::size_t>(part)](static_cast<Eigen::Index>(point),
                                                                  0);
   };
+  const auto deviation = [&](int part, std::size_t point) {
+    return fitted.deviation[static_cast<std::size_t>(part)]
+        .row(static_cast<Eigen::Index>(point))
+        .norm();
+  };
+  // The body's constants are those of a point of median force.
+  const NodeForces forces(fitted.curves);
+  const double depth_m = fitted.curves.basis[0].knots_m.back();
   std::vector<std::size_t> dragged;
+  std::vector<double> all_log_force, log_force;
   std::array<std::vector<double>, 3> values;
+  std::array<std::vector<double>, 4> deviations;
   for (std::size_t p = 0; p < rows.size(); ++p) {
-    if (rows[p].drags == 0 || fitted.status[p] == FitStatus::failed) continue;
+    if (fitted.status[p] == FitStatus::failed) continue;
+    all_log_force.push_back(std::log(forces.normal_N(static_cast<Eigen::Index>(p), depth_m)));
+    if (rows[p].drags == 0) continue;
     dragged.push_back(p);
-    values[0].push_back(constant(runtime::kLambda, p));
+    log_force.push_back(all_log_force.back());
+    values[0].push_back(std::log(constant(runtime::kLambda, p)));
     values[1].push_back(constant(runtime::kFriction, p));
     values[2].push_back(constant(runtime::kFrictionSlope, p));
+    for (int k = 0; k < 3; ++k)
+      deviations[static_cast<std::size_t>(k)].push_back(deviation(runtime::kLambda + k, p));
+    deviations[3].push_back(deviation(runtime::kSide2, p) * depth_m * depth_m /
+                            std::exp(all_log_force.back()));
   }
   report.points = static_cast<int>(dragged.size());
   if (dragged.empty()) return report;
-  report.lambda = median(values[0]);
-  report.friction = median(values[1]);
-  report.friction_slope_1_m = median(values[2]);
+  std::tie(report.lambda, report.friction, report.friction_slope_1_m) =
+      std::tuple_cat(ring_lines(log_force, values, {}).at(median(all_log_force)));
+  report.lambda_deviation = median(deviations[0]);
+  report.friction_deviation = median(deviations[1]);
+  report.friction_slope_deviation_1_m = median(deviations[2]);
+  report.side_deviation = median(deviations[3]);
   if (!std::isnan(samples.poisson))
     report.expected_lambda = options_for(samples).default_lateral_ratio;
   if (samples.probe) report.expected_friction = kSlidingShare * samples.probe->friction;
@@ -66,7 +90,9 @@ RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& ro
           "as a whole");
   for (const std::size_t p : dragged) {
     const double lambda = constant(runtime::kLambda, p);
-    if (!is_far(lambda, report.lambda, kFarLambda)) continue;
+    if (!is_far(lambda, report.lambda, kFarLambda) ||
+        std::abs(lambda - report.lambda) < kClear * deviation(runtime::kLambda, p))
+      continue;
     report.uneven.push_back(static_cast<Eigen::Index>(p));
     const std::string sentence =
         fmt::format("lambda {} is far from the body's {}: a lump or an anisotropy below",

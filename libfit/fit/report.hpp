@@ -71,12 +71,16 @@ struct SmoothingReport {
   std::string reason;  ///< a sentence
 };
 
-/// Constants of a body's rings, medians over the points that were dragged, beside theory's; NaN
-/// where samples do not say what theory needs.
+/// Constants of a body's rings, of a point of median force as the dragged ones tell (ring_lines),
+/// beside theory's; NaN where samples do not say what theory needs.
 struct RingsReport {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   int points = 0;  ///< that were dragged; without any nothing is judged
   double lambda = 0, friction = 0, friction_slope_1_m = 0;
+  /// Standard errors of a point's, medians over the same points; of g_2 at full
+  /// depth: share of the normal force.
+  double lambda_deviation = kUnknown, friction_deviation = kUnknown;
+  double friction_slope_deviation_1_m = kUnknown, side_deviation = kUnknown;
   double expected_lambda = kUnknown, expected_friction = kUnknown;
   double expected_friction_slope_1_m = kUnknown;
   std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median

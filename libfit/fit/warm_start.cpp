@@ -51,6 +51,7 @@ bool is_usable(const FitOptions& options) {
   const FittedCurves* earlier = options.warm_start;
   const FitCache* cache = options.warm_cache;
   if (earlier == nullptr || cache == nullptr || earlier->covariance[0].size() == 0 ||
+      earlier->deviation.size() != earlier->curves.control.size() ||
       cache->fingerprint.size() != earlier->status.size())
     return false;
   for (std::size_t kind = 0; kind < curves_of(earlier->curves.family); ++kind)
@@ -128,6 +129,9 @@ PointResult kept_point(const FitOptions& options, Eigen::Index earlier, std::siz
         (is_smoothed ? options.warm_cache->own_covariance[kind] : fitted.covariance[kind])
             .row(earlier);
   }
+  result.deviation.resize(fitted.deviation.size());
+  for (std::size_t i = 0; i < fitted.deviation.size(); ++i)
+    if (fitted.deviation[i].size() > 0) result.deviation[i] = fitted.deviation[i].row(earlier);
   result.status = fitted.status[at];
   result.message = fitted.message[at];
   result.is_kept = true;

@@ -9,13 +9,18 @@
 
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/relative_error.hpp"
+#include "libfit/refine/slopes.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr int kDepths = 4;
 constexpr int kFeatures = 2 * kDepths;  // normal force, then limit force
+// Of twice the share of slopes, by which the second difference falls: what is left of it shows
+// features that lie between test points, where slopes agree by chance.
+constexpr double kTrusted = 1.5;
 using Features = Eigen::Matrix<double, 1, kFeatures>;
+using Gradient = Eigen::Matrix<double, 3, kFeatures>;  // of each along the surface
 using FeatureTable = Eigen::Matrix<double, Eigen::Dynamic, kFeatures, Eigen::RowMajor>;
 
 /// Forces of the curves of each row at quarters of the depth range [N].
@@ -44,11 +49,10 @@ std::vector<std::set<std::int32_t>> neighbours_of(const Triangles& triangles, Ei
 
 /// Least-squares gradient of each feature along the surface at every test point, from its
 /// neighbours: 3 x features per point. Nearer neighbours count more.
-std::vector<Eigen::Matrix<double, 3, kFeatures>> gradients_of(const FittedCurves& curves,
-                                                              const FeatureTable& features,
-                                                              const Triangles& triangles) {
+std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTable& features,
+                                   const Triangles& triangles) {
   const auto neighbours = neighbours_of(triangles, curves.position.rows());
-  std::vector<Eigen::Matrix<double, 3, kFeatures>> gradients;
+  std::vector<Gradient> gradients;
   for (Eigen::Index p = 0; p < curves.position.rows(); ++p) {
     const Vec3 first = Vec3(curves.normal.row(p)).unitOrthogonal();
     const Vec3 second = Vec3(curves.normal.row(p)).cross(first);
@@ -65,6 +69,32 @@ std::vector<Eigen::Matrix<double, 3, kFeatures>> gradients_of(const FittedCurves
     const Eigen::Matrix<double, 2, kFeatures> flat =
         normal_matrix.completeOrthogonalDecomposition().solve(right);
     gradients.push_back(first * flat.row(0) + second * flat.row(1));
+  }
+  return gradients;
+}
+
+// What side forces say of the same (B4a): of the limit force as of the normal one.
+std::vector<Gradient> side_gradients_of(const FittedCurves& curves, const FeatureTable& features) {
+  const Controls slopes = slopes_of(curves);
+  const Eigen::Index size = slopes.cols() / 3;
+  const SplineTables t = tabulate(curves.curves.basis[0]);
+  const runtime::SplineView view{t.degree, t.pieces, t.knots.data(), t.weights.data(),
+                                 t.integrals.data()};
+  std::vector<Gradient> gradients;
+  for (Eigen::Index p = 0; p < slopes.rows(); ++p) {
+    Gradient gradient = Gradient::Zero();
+    const Eigen::Matrix3Xd by_axis = slopes.row(p).reshaped(3, size);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::VectorXd control = by_axis.row(axis);
+      for (int step = 0; step < kDepths; ++step)
+        gradient(axis, step) =
+            runtime::curve_value(view, control.data(), t.knots.back() * (step + 1) / kDepths);
+    }
+    for (int step = 0; step < kDepths; ++step)
+      if (features(p, step) > 0)
+        gradient.col(kDepths + step) =
+            gradient.col(step) * (features(p, kDepths + step) / features(p, step));
+    gradients.push_back(gradient);
   }
   return gradients;
 }
@@ -111,10 +141,12 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
 }
 
 std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
-                                    const Triangles& triangles, double floor_N) {
+                                    const Triangles& triangles, double slope_share,
+                                    double floor_N) {
   const FeatureTable at_points = features_of(curves.curves),
                      at_vertices = features_of(model.curves);
   const auto gradients = gradients_of(curves, at_points, triangles);
+  const auto slopes = slope_share > 0 ? side_gradients_of(curves, at_points) : gradients;
   // Twice what the tangent at one end gets wrong at the other: the second difference along the
   // edge, seen from either end; the larger one, because it is a feature that is being sought.
   const auto second_difference = [&](std::int32_t i, std::int32_t j) -> Features {
@@ -124,6 +156,13 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
     const Features from_j = rise - way.transpose() * gradients[static_cast<std::size_t>(j)];
     return 2 * from_i.cwiseAbs().cwiseMax(from_j.cwiseAbs());
   };
+  // By how much the two differ where side forces tell the slopes: what half of them leaves.
+  const auto third_difference = [&](std::int32_t i, std::int32_t j) -> Features {
+    const Vec3 way = (curves.position.row(j) - curves.position.row(i)).transpose();
+    const Features both = way.transpose() * (slopes[static_cast<std::size_t>(i)] +
+                                             slopes[static_cast<std::size_t>(j)]);
+    return 2 * (both - 2 * (at_points.row(j) - at_points.row(i))).cwiseAbs();
+  };
   std::vector<double> errors(static_cast<std::size_t>(model.blend_weight.rows()), 0.0);
   for (Eigen::Index v = 0; v < model.blend_weight.rows(); ++v) {
     if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
@@ -131,8 +170,10 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3;
       const double both = model.blend_weight(v, k) * model.blend_weight(v, l);
-      if (both > 0)
-        error += 0.5 * both * second_difference(model.blend_point(v, k), model.blend_point(v, l));
+      if (!(both > 0)) continue;
+      const std::int32_t i = model.blend_point(v, k), j = model.blend_point(v, l);
+      error += 0.5 * (1 - kTrusted * slope_share) * both * second_difference(i, j);
+      if (slope_share > 0) error += 0.5 * slope_share * both * third_difference(i, j);
     }
     for (int f = 0; f < kFeatures; ++f) {
       const double relative = relative_error(error[f], at_vertices(v, f % kDepths), floor_N);

@@ -6,6 +6,8 @@
 #include "libfit/core/rounding.hpp"
 #include "libfit/refine/blend.hpp"
 #include "libfit/refine/points_on_surface.hpp"
+#include "libfit/refine/side_force.hpp"
+#include "libfit/refine/slopes.hpp"
 
 namespace palpate {
 namespace {
@@ -59,8 +61,28 @@ Controls blend_controls(const Controls& control, const Blend& blend) {
   return rounded_to_float(fine);
 }
 
+// Adds the share of the test points' slopes times the ways from them (B4), and has curves rise.
+void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& blend,
+                const Controls& slopes, double share, Controls& normal) {
+  for (Eigen::Index v = 0; v < normal.rows(); ++v) {
+    Eigen::RowVectorXd more = Eigen::RowVectorXd::Zero(normal.cols());
+    for (int k = 0; k < 3; ++k) {
+      if (!(blend.weight(v, k) > 0)) continue;
+      const std::int32_t l = blend.point(v, k);
+      const Eigen::RowVector3d way = fine.vertices.row(v) - curves.position.row(l);
+      for (Eigen::Index j = 0; j < more.size(); ++j)
+        more[j] += share * blend.weight(v, k) * slopes.row(l).segment<3>(3 * j).dot(way);
+    }
+    more += normal.row(v);
+    more[0] = 0;
+    clamp_rising(more);
+    normal.row(v) = more;
+  }
+  normal = rounded_to_float(normal);
+}
+
 Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
-               Blend blend) {
+               Blend blend, const Controls& slopes, double slope_share) {
   Model model;
   model.surface = fine;
   model.inward_normal = -outward_normal;
@@ -68,6 +90,8 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   model.curves.basis = curves.curves.basis;
   for (std::size_t part = 0; part < model.curves.control.size(); ++part)
     model.curves.control[part] = blend_controls(curves.curves.control[part], blend);
+  if (slope_share > 0)
+    add_slopes(curves, fine, blend, slopes, slope_share, model.curves.control[0]);
   for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)
     model.is_covered.push_back(blend.weight.row(v).sum() > 0);
   model.blend_point = std::move(blend.point);
@@ -102,7 +126,13 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                     : blend_by_area(curves, fine, outward_normal, is_reachable, found.triangles,
                                     is_usable, seeds, options);
   found.largest_projection_m = blend.largest_projection_m;
-  Model model = model_of(curves, fine, outward_normal, std::move(blend));
+  const Controls slopes = slopes_of(curves);
+  found.slopes = options.slope_share && slopes.cols() > 0
+                     ? SlopeShare{*options.slope_share, 0, 0, 0}
+                     : choose_slope_share(curves, found.triangles, is_usable, slopes);
+  Model model =
+      model_of(curves, fine, outward_normal, std::move(blend), slopes, found.slopes.share);
+  if (found.slopes.share > 0) meet_slope(model);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v])
       found.uncovered.push_back(static_cast<std::int32_t>(v));

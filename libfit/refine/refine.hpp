@@ -4,6 +4,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
+#include "libfit/refine/slopes.hpp"
 
 namespace palpate {
 
@@ -21,6 +22,8 @@ struct RefineOptions {
   double largest_path_edges = 2;
   /// Of a test point from the surface, in body diagonals; points beyond are left out.
   double largest_stray_diagonals = 0.05;
+  /// Of the slopes of test points, what they pass on (B4), 0 to 1/2; none: by leaving one out.
+  std::optional<double> slope_share;
 };
 
 /// What refinement did, for the report.
@@ -30,6 +33,7 @@ struct RefineReport {
   std::vector<std::int32_t> left_out;   ///< test points not used: fit failed, or off the surface
   std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
   double largest_projection_m = 0;      ///< from a covered vertex to its triangle
+  SlopeShare slopes;                    ///< what test points pass on of their slopes, and why
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;

@@ -15,6 +15,9 @@
 namespace palpate::validation {
 namespace {
 
+// Of the error that is stated: a reference whose own error is above this share is told.
+constexpr double kTold = 0.5;
+
 struct NumberField {
   std::string_view name;
   double Statement::*member;
@@ -39,6 +42,7 @@ constexpr CountField kCountFields[] = {
 };
 constexpr NumberField kNumberFields[] = {
     {"reference_p95_rel", &Statement::reference_p95_rel},
+    {"within_reference", &Statement::within_reference},
     {"tick_ns", &Statement::tick_ns},
 };
 
@@ -116,15 +120,16 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
   Statement statement;
   statement.rows = rows.size();
   std::vector<double> error_N, error_rel, reference_rel;
-  std::size_t within = 0;
+  std::size_t within = 0, within_reference = 0;
   for (const ComparedRow& row : rows) {
     const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
     error_N.push_back(error);
     if (is_within_jnd(error, force)) ++within;
     if (force <= kForceFloor_N) continue;
     error_rel.push_back(relative_error(error, force, kForceFloor_N));
-    if (std::isfinite(row.reference_error_N))
-      reference_rel.push_back(relative_error(row.reference_error_N, force, kForceFloor_N));
+    if (!std::isfinite(row.reference_error_N)) continue;
+    reference_rel.push_back(relative_error(row.reference_error_N, force, kForceFloor_N));
+    if (error <= row.reference_error_N) ++within_reference;
   }
   statement.rows_above_floor = error_rel.size();
   statement.median_N = quantile(error_N, 0.5);
@@ -134,6 +139,10 @@ Statement summarize(const std::vector<ComparedRow>& rows) {
   statement.p95_rel = quantile(error_rel, 0.95);
   statement.max_rel = quantile(error_rel, 1);
   statement.reference_p95_rel = quantile(reference_rel, 0.95);
+  statement.within_reference =
+      reference_rel.empty()
+          ? 0
+          : static_cast<double>(within_reference) / static_cast<double>(reference_rel.size());
   statement.within_jnd =
       rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
   return statement;
@@ -173,6 +182,11 @@ std::string in_words(const Statement& s) {
       s.probes, s.rows, s.median_N, percent(s.median_rel), s.p95_N, percent(s.p95_rel), s.max_N,
       percent(s.max_rel), percent(s.within_jnd, 0), percent(s.reference_p95_rel),
       s.reference_failures);
+  if (s.reference_p95_rel > kTold * s.p95_rel)
+    words += fmt::format(
+        "this compares noise in part: at {} of rows the error is within the reference's own; "
+        "force_tolerance of [validate] asks for a finer reference\n",
+        percent(s.within_reference, 0));
   if (!s.by_path.empty()) words += "p95 by path: " + list_in_words(s.by_path) + "\n";
   if (!s.causes.empty()) words += "p95 by cause: " + list_in_words(s.causes) + "\n";
   if (!s.baselines.empty()) words += "p95 of what is simpler: " + list_in_words(s.baselines) + "\n";

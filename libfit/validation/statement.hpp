@@ -29,6 +29,7 @@ struct Statement {
   double median_rel = 0, p95_rel = 0, max_rel = 0;  ///< over rows above kForceFloor_N
   double within_jnd = 0;                            ///< share of rows within max(0.04 N, 7 %)
   double reference_p95_rel = 0;                     ///< the reference's own estimated error
+  double within_reference = 0;                      ///< share of those rows within it
   std::size_t probes = 0;                           ///< contact points
   std::size_t rows = 0, rows_above_floor = 0;
   std::size_t reference_failures = 0;  ///< rows whose reference did not work out

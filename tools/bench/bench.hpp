@@ -30,5 +30,6 @@ void bench_peers(const BenchRequest& request);
 void bench_refine(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
 void bench_curves(const BenchRequest& request);
+void bench_laws(const BenchRequest& request);
 
 }  // namespace palpate::tools

@@ -32,6 +32,7 @@ constexpr std::array kBenchmarks{
               bench_fit},
     Benchmark{"curves", "error of held-out rows against pieces, degree, bytes and time",
               bench_curves},
+    Benchmark{"laws", "each contact law at a test point, by kind of path", bench_laws},
 };
 
 int run_program(int argc, char** argv) {
@@ -49,7 +50,8 @@ int run_program(int argc, char** argv) {
                  "Number of threads of benchmarks that use several; 0 uses all cores")
       ->capture_default_str();
   app.add_option("--part", part, "Part of the benchmark to run alone, such as ripple of fem");
-  app.add_option("--samples", samples, "samples.h5 that the benchmark curves fits");
+  app.add_option("--samples", samples,
+                 "samples.h5 that the benchmark curves fits, reference_own.h5 of laws");
   app.add_flag("--quick", is_quick, "Use smaller sizes");
   try {
     app.parse(argc, argv);

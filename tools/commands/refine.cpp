@@ -17,18 +17,25 @@ class Refine final : public Command {
     arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
                      true);
     arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
+    arguments.option("--slope-share", slope_share_,
+                     "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
+                     "chooses it by leaving points out");
   }
 
   int run() override {
     say("refine {}", curves_);
-    write_model(output_, refine_body(read_curves(curves_), read_body(body_)),
-                {{kInputsAttribute, model_fingerprint(curves_, body_)}});
+    RefineOptions options;
+    std::string made_from = model_fingerprint(curves_, body_);
+    options.slope_share = slope_share_choice(slope_share_);
+    if (options.slope_share) made_from += " slopes " + slope_share_;
+    write_model(output_, refine_body(read_curves(curves_), read_body(body_), options),
+                {{kInputsAttribute, made_from}});
     say("wrote {}", output_);
     return kDone;
   }
 
  private:
-  std::string curves_, body_, output_;
+  std::string curves_, body_, output_, slope_share_ = "auto";
 };
 
 }  // namespace

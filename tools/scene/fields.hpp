@@ -92,9 +92,10 @@ void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<PlacementSection> auto& section, Visitor& f) {
-  auto& [tolerance, budget] = section;
+  auto& [tolerance, budget, drag_points] = section;
   f(Stage::place, "tolerance", tolerance, Number{});
   f(Stage::place, "budget", budget, Whole{kFirstPoints, kMaxPoints});
+  f(Stage::place, "drag_points", drag_points, Choice{{"few", "all"}});
 }
 
 template <class Visitor>
@@ -140,10 +141,11 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes] = section;
+  auto& [points, seed, causes, force_tolerance] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
+  f(Stage::validate, "force_tolerance", force_tolerance, Number{});
 }
 
 }  // namespace palpate::tools

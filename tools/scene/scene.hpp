@@ -39,6 +39,8 @@ struct BodySection {
 struct PlacementSection {
   double tolerance = 0.07;  ///< relative force error at new points, p95; 0: spend the budget
   int budget = 100;         ///< most points simulated
+  /// few: presses everywhere, drags where they tell most; all: drags at every point.
+  std::string drag_points = "few";
 };
 inline constexpr int kFirstPoints = 12;  ///< where it starts: some four across a window
 
@@ -69,6 +71,7 @@ struct ValidateSection {
   int points = 12;  ///< held-out contact points
   int seed = 1;
   bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
+  double force_tolerance = 0;  ///< force error asked of held-out rows; 0: as of any other row
 };
 
 struct Scene {

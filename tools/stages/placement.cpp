@@ -5,6 +5,7 @@
 
 #include "libfit/core/relative_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
+#include "libfit/fit/point/ring_lines.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
@@ -22,6 +23,9 @@ using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
+// CPU time of a press with two drags over that of a press alone (docs/validation.md): what drags at
+// a point must be worth, in presses elsewhere.
+constexpr double kDragCost = 4;
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
@@ -53,8 +57,8 @@ Grown grow(const TestPoints& points, const Model& model,
   return grown;
 }
 
-std::vector<std::int32_t> choose(const Body& body, const TestPoints& points,
-                                 const FittedCurves& curves, const Model& model, int count,
+std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, const Model& model,
+                                 const std::vector<double>& expected_error, int count,
                                  double tolerance) {
   const auto seeds =
       place_on_surface(points.position, points.normal, body.surface, -model.inward_normal,
@@ -62,8 +66,29 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points,
   NextPointsOptions options;
   options.count = count;
   if (tolerance > 0) options.gap_error = tolerance / 4;
-  return next_points(body.surface, model.is_covered, seeds,
-                     expected_errors(curves, model, points.triangles, kForceFloor_N), options);
+  return next_points(body.surface, model.is_covered, seeds, expected_error, options);
+}
+
+// The points with the median, least and greatest force of their deepest row: how the constants of a
+// body's rings go with the force is a line.
+std::vector<char> first_drags(const Samples& samples) {
+  std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
+  std::vector<std::size_t> order;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    if (samples.status[r] != RowStatus::good) continue;
+    double& most = force_N[static_cast<std::size_t>(samples.point[r])];
+    most = std::max(most, samples.force.row(row).norm());
+  }
+  for (std::size_t p = 0; p < force_N.size(); ++p)
+    if (force_N[p] > 0) order.push_back(p);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return force_N[a] < force_N[b]; });
+  std::vector<char> is_dragged(force_N.size(), 0);
+  if (order.empty()) return is_dragged;
+  for (const std::size_t at : {std::size_t{0}, order.size() / 2, order.size() - 1})
+    is_dragged[order[at]] = 1;
+  return is_dragged;
 }
 
 PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
@@ -87,9 +112,27 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   SampleCache known(request);
   Placement placement;
   placement.points = body.test_points;
-  placement.samples = known.at(simulator, placement.points, experiments, "simulate");
+  const bool has_drags = !experiments.drag_depths_m.empty();
+  const bool are_few = has_drags && wanted.drag_points == "few" &&
+                       (scene.fit.family == "auto" || scene.fit.family == "rings");
+  std::vector<char> is_dragged(static_cast<std::size_t>(placement.points.position.rows()),
+                               has_drags && !are_few);
+  const auto simulate = [&](const TestPoints& points) {
+    placement.samples = known.at(simulator, points, experiments, "simulate", is_dragged);
+  };
+  simulate(placement.points);
+  if (are_few) {
+    is_dragged = first_drags(placement.samples);
+    simulate(placement.points);
+  }
   FitCache cache;
   FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
+  const bool are_rings = curves.curves.family == CurveFamily::rings;
+  if (are_few && !are_rings) {  // other families are not told by a few drags
+    std::fill(is_dragged.begin(), is_dragged.end(), 1);
+    simulate(placement.points);
+    curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
+  }
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
     const int batch = std::min(std::clamp(count / 4, kMinBatch, kMaxBatch), wanted.budget - count);
@@ -97,21 +140,34 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
       placement.ended = fmt::format("the budget of {} points is spent", wanted.budget);
       break;
     }
-    const Model model = refine(curves, body.surface, body.is_reachable, placement.points.triangles);
+    RefineReport refined;
+    const Model model =
+        refine(curves, body.surface, body.is_reachable, placement.points.triangles, {}, &refined);
+    const std::vector<double> expected = expected_errors(curves, model, placement.points.triangles,
+                                                         refined.slopes.share, kForceFloor_N);
     const Grown grown =
         grow(placement.points, model,
-             choose(body, placement.points, curves, model, batch, wanted.tolerance));
+             choose(body, placement.points, model, expected, batch, wanted.tolerance));
     if (grown.vertices.empty()) {
       placement.ended = "every vertex that can be reached is a test point";
       break;
     }
-    placement.samples = known.at(simulator, grown.points, experiments, "simulate");
+    NextDrag drag;
+    if (are_few && are_rings) drag = next_drag(curves, is_dragged);
+    const double worst = *std::max_element(expected.begin(), expected.end());
+    if (drag.expected_error > kDragCost * worst)
+      is_dragged[static_cast<std::size_t>(drag.point)] = 1;
+    is_dragged.resize(static_cast<std::size_t>(grown.points.position.rows()),
+                      has_drags && !(are_few && are_rings));
+    simulate(grown.points);
     placement.points = grown.points;
-    const PlacementRound round = judge(placement.samples, model, grown);
+    PlacementRound round = judge(placement.samples, model, grown);
+    round.dragged = static_cast<int>(std::count(is_dragged.begin(), is_dragged.end(), 1));
     placement.rounds.push_back(round);
-    say("  {} points predict {} new ones to {:.1f} % (median), {:.1f} % (p95), {:.1f} % (max)",
+    say("  {} points predict {} new ones to {:.1f} % (median), {:.1f} % (p95), {:.1f} % (max); {} "
+        "points are dragged",
         round.points, round.new_points, 100 * round.median_rel, 100 * round.p95_rel,
-        100 * round.max_rel);
+        100 * round.max_rel, round.dragged);
     if (round.p95_rel <= wanted.tolerance)
       placement.ended = fmt::format("the tolerance of {} % is met", 100 * wanted.tolerance);
     else
@@ -122,8 +178,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
 }
 
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {
-  static constexpr std::string_view kHeader[] = {"points", "new_points", "median_rel", "p95_rel",
-                                                 "max_rel"};
+  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel",
+                                                 "p95_rel", "max_rel",    "dragged"};
   CsvWriter csv(path, kHeader);
   for (const PlacementRound& round : rounds)
     csv.integer(round.points)
@@ -131,6 +187,7 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
         .number(round.median_rel)
         .number(round.p95_rel)
         .number(round.max_rel)
+        .integer(round.dragged)
         .end_row();
   csv.commit();
 }

@@ -14,6 +14,7 @@ struct PlacementRound {
   int points = 0;                                   ///< that predicted
   int new_points = 0;                               ///< that were predicted, then simulated
   double median_rel = 0, p95_rel = 0, max_rel = 0;  ///< of the force at the new points
+  int dragged = 0;                                  ///< points with drags after it
 };
 
 struct Placement {
@@ -26,11 +27,13 @@ struct Placement {
 /// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
 /// points on, each round predicts the experiments at places that promise the largest error,
 /// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
-/// errors) or the budget is spent. Says the error of each round. No point is simulated twice, in
-/// this run or a resumed one; the same scene gives the same points whatever the number of threads.
+/// errors) or the budget is spent. Says the error of each round. With rings a few points are
+/// dragged and the rest pressed alone: three first; then, in a round, the one whose drags promise
+/// more for their time than a press elsewhere. No experiment is simulated twice, in this run or a
+/// resumed one; the same scene gives the same points whatever the number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
 
-/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel.
+/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);
 
 }  // namespace palpate::tools

@@ -22,6 +22,8 @@ std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& hel
               static_cast<std::size_t>(rows.size()) * sizeof(double)});
   };
   add(held_out.points.position);
+  if (request.settings.force_tolerance > 0)
+    hash.add(fmt::format("{}", request.settings.force_tolerance));
   for (const ToolPath& path : held_out.paths) add(path.deflections);
   return hash.hex();
 }
@@ -63,9 +65,12 @@ Reference simulate_reference(const Scene& scene, const Body& body,
   reference.held_out =
       draw_held_out(body, {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m},
                     request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
-  const fem::Simulator simulator = make_simulator(scene, body);
-  reference.paths = simulate_held_out_paths(simulator, reference.held_out, request);
+  const double tolerance = request.settings.force_tolerance;
+  reference.paths = simulate_held_out_paths(
+      make_simulator(scene, body, tolerance > 0 ? tolerance : scene.experiments.force_tolerance),
+      reference.held_out, request);
   if (!request.settings.causes) return reference;
+  const fem::Simulator simulator = make_simulator(scene, body);
   const std::filesystem::path output =
       request.folder.empty() ? request.folder : request.folder / "reference_own.h5";
   SampleCache known({request.jobs, output, request.fingerprint, request.resume});

@@ -56,20 +56,25 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
         request.output.string());
 }
 
-Samples SampleCache::known_at(const TestPoints& points, int per_point) const {
-  if (interrupted_.points() == 0) return take_points(earlier_, points, per_point);
-  if (earlier_.points() == 0) return take_points(interrupted_, points, per_point);
-  return take_points(joined(interrupted_, earlier_, per_point), points, per_point);
+Samples SampleCache::known_at(const TestPoints& points, int per_point,
+                              const std::vector<char>& is_dragged) const {
+  const Samples& known = interrupted_.points() == 0 ? earlier_
+                         : earlier_.points() == 0   ? interrupted_
+                                                    : joined(interrupted_, earlier_, per_point);
+  return take_points(known, points, per_point, is_dragged);
 }
 
 Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& points,
-                        const fem::Experiments& experiments, const std::string& what) {
+                        const fem::Experiments& experiments, const std::string& what,
+                        std::vector<char> is_dragged) {
   const int per_point = experiments_per_point(experiments);
-  Samples known = known_at(points, per_point);
+  if (is_dragged.empty())
+    is_dragged.assign(static_cast<std::size_t>(points.position.rows()), per_point > 1);
+  Samples known = known_at(points, per_point, is_dragged);
   add_origin(known, simulator);
   if (points_without_rows(known).empty()) return known;
   // What is known of other points stays known: rounds of a placement come back to them.
-  const Samples others = take_points(interrupted_, points_beyond(interrupted_, points), per_point);
+  const Samples others = samples_beyond(interrupted_, points, per_point, is_dragged);
   double kept_s = 0;  // the first finished point is kept at once
   const auto on_done = [&](const std::function<Samples()>& so_far) {
     if (wall_seconds() - kept_s < kKeepInterval_s) return;
@@ -77,10 +82,11 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
     kept_s = wall_seconds();
   };
   ConsoleProgress progress(what);
-  Samples samples =
-      fem::simulate(simulator, points, experiments,
-                    {.jobs = job_count(request_.jobs), .already_done = std::move(known)}, on_done,
-                    progress.progress());
+  Samples samples = fem::simulate(simulator, points, experiments,
+                                  {.jobs = job_count(request_.jobs),
+                                   .already_done = std::move(known),
+                                   .is_dragged = is_dragged},
+                                  on_done, progress.progress());
   add_origin(samples, simulator);
   interrupted_ = joined(samples, others, per_point);
   if (is_interrupted()) {

@@ -19,20 +19,23 @@ struct SimulateRequest {
 };
 
 /// Points that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the samples
-/// that OUTPUT holds now. A point is used again where both its place and all that its rows come
-/// from are the same; which other points there were does not matter.
+/// that OUTPUT holds now. A point is used again where its place, all that its rows come from and
+/// whether it is dragged are the same; which other points there were does not matter.
 class SampleCache {
  public:
   explicit SampleCache(const SimulateRequest& request);
 
   /// Experiments at the points, in parallel; those that are known are not simulated again. What is
   /// done is kept in `OUTPUT.partial`, rewritten at most every few seconds; an interruption
-  /// (exception Interrupted) leaves it there. what: names the work in its progress.
+  /// (exception Interrupted) leaves it there. what: names the work in its progress. is_dragged: of
+  /// each point; those that are not are pressed alone. Empty: all are, if any drag is wanted.
   Samples at(const fem::Simulator& simulator, const TestPoints& points,
-             const fem::Experiments& experiments, const std::string& what);
+             const fem::Experiments& experiments, const std::string& what,
+             std::vector<char> is_dragged = {});
 
  private:
-  Samples known_at(const TestPoints& points, int per_point) const;
+  Samples known_at(const TestPoints& points, int per_point,
+                   const std::vector<char>& is_dragged) const;
   void keep(const Samples& samples) const;
 
   SimulateRequest request_;

@@ -52,7 +52,13 @@ void add_origin(Samples& samples, const fem::Simulator& simulator) {
 }
 
 fem::Simulator make_simulator(const Scene& scene, const Body& body) {
-  return fem::Simulator(make_setup(scene, body));
+  return make_simulator(scene, body, scene.experiments.force_tolerance);
+}
+
+fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance) {
+  fem::SimulationSetup setup = make_setup(scene, body);
+  setup.options.force_tolerance = force_tolerance;
+  return fem::Simulator(std::move(setup));
 }
 
 Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {

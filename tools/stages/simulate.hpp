@@ -10,6 +10,8 @@ namespace palpate::tools {
 
 /// The simulator of a scene's body, material, inclusions and probe.
 fem::Simulator make_simulator(const Scene& scene, const Body& body);
+/// The same asked for another force error, relative; 0: as it comes.
+fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance);
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);

@@ -114,11 +114,16 @@ Samples simulate(const Simulator& simulator, const TestPoints& points,
   }
   const int per_point =
       1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
+  Experiments press = experiments;
+  press.drag_depths_m.clear();
+  const auto is_dragged = [&](std::size_t p) {
+    return options.is_dragged.empty() || options.is_dragged[p] != 0;
+  };
   run_items(
       items, point_of, options.jobs,
       [&](std::size_t p) {
-        return simulator.press_and_drag(points.position.row(p), points.normal.row(p), experiments,
-                                        progress);
+        return simulator.press_and_drag(points.position.row(p), points.normal.row(p),
+                                        is_dragged(p) ? experiments : press, progress);
       },
       [&](std::size_t p, const PointRow& row) {
         return static_cast<std::int32_t>(p) * per_point + row.experiment;

@@ -10,9 +10,11 @@ namespace palpate::fem {
 
 /// jobs: threads, 0 for one per processor. already_done: rows of an earlier run on the same points;
 /// a point that has rows there keeps them and is not simulated again.
+/// is_dragged: of each test point, whether it is dragged or pressed alone; empty: all are dragged.
 struct SimulateOptions {
   int jobs = 0;
   Samples already_done;
+  std::vector<char> is_dragged = {};
 };
 
 /// Called when a test point (or a path) is finished, one call at a time. `so_far` gathers all that

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -12,11 +14,22 @@ namespace palpate::fit {
 /// Of a probe's friction, what a ball that slides without depth has.
 inline constexpr double kSlidingShare = 0.95;
 
-/// What a point's rings are likely to be before its own rows are read, and how surely; slopes over
-/// the body's length. By theory, then as the body's points have them.
+/// What a point's rings are likely to be before its drags are read, and how surely: by theory, then
+/// as the body's dragged points have them. Constants are ln lambda, mu_0 and mu_1 over the body's
+/// length. Each is a line over the logarithm of the force of a press to the end of the basis: what
+/// lies deep below a point stiffens its press, and not its drags.
 struct RingPrior {
-  double lambda = 2.0 / 3.0, friction = 0.3, friction_slope = 0;
-  double lambda_deviation = 0.3, friction_deviation = 0.1, friction_slope_deviation = 0.3;
+  std::array<double, 3> constant{-0.405, 0.3, 0}, slope{0, 0, 0};
+  bool is_of_drags = false;                        ///< else theory's
+  double log_force = 0;                            ///< where the line has `constant`
+  std::array<double, 3> deviation{0.3, 0.1, 0.3};  ///< of lambda, mu_0, mu_1 of a point
+
+  /// lambda, mu_0 and mu_1 of a point whose press says this; within the line's own range.
+  std::array<double, 3> at(double log_force_of_point) const {
+    const double x = log_force_of_point - log_force;
+    return {std::exp(constant[0] + slope[0] * x), std::max(constant[1] + slope[1] * x, 0.0),
+            constant[2] + slope[2] * x};
+  }
 };
 
 /// The bases of the parts of a body's family, in units of its `length_m` (plain) and in metres

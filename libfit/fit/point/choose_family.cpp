@@ -57,9 +57,17 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& 
   bases = of_family(std::move(bases), family);
   const Bases plain = plain_bases(bases);
   std::vector<double> errors;
-  const std::size_t stride = (body.points.size() + kMaxPoints - 1) / kMaxPoints;
-  for (std::size_t p = 0; p < body.points.size(); p += std::max<std::size_t>(stride, 1)) {
+  // A press tells families hardly apart: where some points are dragged, these judge.
+  std::vector<std::size_t> judges, dragged;
+  for (std::size_t p = 0; p < body.points.size(); ++p) {
     if (!body.points[p].problem.empty()) continue;
+    judges.push_back(p);
+    if (rows[p].drags > 0) dragged.push_back(p);
+  }
+  if (!dragged.empty()) judges = dragged;
+  const std::size_t stride = (judges.size() + kMaxPoints - 1) / kMaxPoints;
+  for (std::size_t i = 0; i < judges.size(); i += std::max<std::size_t>(stride, 1)) {
+    const std::size_t p = judges[i];
     for (const std::size_t parity : {0U, 1U}) {
       const PointData seen = without_rows(body.points[p], parity);
       const PointCurves curves = identify(seen, rows[p], bases, plain, options);

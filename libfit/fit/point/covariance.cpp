@@ -156,6 +156,7 @@ PointCovariance covariance(const PointData& point, const Bases& bases, const Poi
         curves.increments[kind], solved.covariance.block(at, at, n, n), curves.lower[kind]);
     at += n;
   }
+  out.more = solved.covariance.block(at, at, curves.more.size(), curves.more.size());
   at += curves.more.size();
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     double* const parts[] = {&out.sensor[e].contact, &out.sensor[e].bias, &out.sensor[e].drift};

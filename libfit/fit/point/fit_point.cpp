@@ -15,6 +15,34 @@ Sensor in_si(const Sensor& s, double length_m, double force_N) {
   return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
 }
 
+// Standard errors of the numbers of the parts that are no curves, which are linear in what is
+// fitted.
+void add_deviations(const PointData& point, const BodyBases& bases, const Eigen::MatrixXd& more,
+                    double length_m, PointResult& result) {
+  const auto parts = parts_of(bases.family);
+  Eigen::Index at = 0;
+  for (std::size_t i = curves_of(bases.family); i < parts.size(); ++i) {
+    const int size = size_of(parts[i], bases.si[i]), count = count_unknowns(parts[i], size);
+    if (has_deviation(parts[i]) && more.size() > 0) {
+      Eigen::MatrixXd numbers(parts[i].width * size, count);
+      for (int k = 0; k < count; ++k) {
+        const Eigen::VectorXd unit = Eigen::VectorXd::Unit(count, k);
+        const std::vector<double> column = part_controls<double>(
+            parts[i], tangents_of(point.inward), runtime::Quadric{}, unit.data(), count);
+        numbers.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), numbers.rows());
+      }
+      const double unit =
+          std::pow(length_m, parts[i].length) * std::pow(point.force_N, parts[i].force);
+      result.deviation[i] =
+          unit * (numbers * more.block(at, at, count, count) * numbers.transpose())
+                     .diagonal()
+                     .cwiseMax(0)
+                     .cwiseSqrt();
+    }
+    at += count;
+  }
+}
+
 // Bands and sensors of a point in SI.
 void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBases& bases,
                      const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
@@ -27,6 +55,7 @@ void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBa
     result.covariance[kind] =
         pack_symmetric(found.increments[kind]) * (bias * point.force_N * point.force_N);
   }
+  add_deviations(point, bases, found.more, length_m, result);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
     result.sensor.push_back(in_si(curves.sensor[e], length_m, point.force_N));
     result.sensor_deviation.push_back(in_si(found.sensor[e], length_m, point.force_N));
@@ -44,6 +73,11 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
   for (std::size_t kind = 0; kind < curves_of(bases.family); ++kind)
     result.covariance[kind] = Eigen::VectorXd::Constant(packed_size(bases.si[kind].size() - 1),
                                                         std::numeric_limits<double>::quiet_NaN());
+  result.deviation.resize(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (has_deviation(parts[i]))
+      result.deviation[i] = Eigen::VectorXd::Constant(result.control[i].size(),
+                                                      std::numeric_limits<double>::quiet_NaN());
   result.message = why;
   return result;
 }

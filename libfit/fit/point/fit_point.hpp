@@ -19,6 +19,7 @@ struct PointResult {
   FitStatus status = FitStatus::failed;
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown
+  std::vector<Eigen::VectorXd> deviation;               ///< of each part's numbers; FittedCurves
   std::vector<Sensor> sensor;                           ///< of each experiment, SI
   std::vector<Sensor> sensor_deviation;                 ///< SI; 0 where it was known
   PointScore score;

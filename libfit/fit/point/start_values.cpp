@@ -182,17 +182,21 @@ Eigen::Vector4d start_side(const PointData& point) {
   return {g(0, 0), g(0, 1), g(1, 0), g(1, 1)};
 }
 
-void start_rings(const PointData& point, const RingPrior& prior, PointCurves& out) {
+void start_rings(const PointData& point, const CurveBasis& normal, const RingPrior& prior,
+                 PointCurves& out) {
   constexpr double kLeastLambda = 0.05, kMost = 3, kMostSide = 10;
+  out.log_force = std::log(point.force_N * value(normal, out.increments[0], normal.knots_m.back()));
+  const auto [lambda, friction, friction_slope] = prior.at(out.log_force);
   out.more.resize(7);
-  out.more << prior.lambda, prior.friction, prior.friction_slope, start_side(point);
+  out.more << std::clamp(lambda, kLeastLambda, kMost), std::min(friction, kMost),
+      std::clamp(friction_slope, -0.5 * friction, kMost), start_side(point);
   out.more_expected = out.more;
   out.more_expected.tail<4>().setZero();
   out.more_deviation.resize(7);
-  out.more_deviation << prior.lambda_deviation, prior.friction_deviation,
-      prior.friction_slope_deviation, Eigen::Vector4d::Ones();
+  out.more_deviation << prior.deviation[0], prior.deviation[1], prior.deviation[2],
+      Eigen::Vector4d::Ones();
   out.more_lower.resize(7);
-  out.more_lower << kLeastLambda, 0, -0.5 * prior.friction, Eigen::Vector4d::Constant(-kMostSide);
+  out.more_lower << kLeastLambda, 0, -0.5 * friction, Eigen::Vector4d::Constant(-kMostSide);
   out.more_upper.resize(7);
   out.more_upper << kMost, kMost, kMost, Eigen::Vector4d::Constant(kMostSide);
 }
@@ -209,8 +213,9 @@ PointCurves start_values(const PointData& point, const PointRows& rows, const Bo
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {
-    if (rows.drags == 0) add_sentence(out.message, "no drags: rings are as the body's");
-    start_rings(point, body.rings, out);
+    if (rows.drags == 0 && !body.rings.is_of_drags)
+      add_sentence(out.message, "no drags at any point: rings are as theory has them");
+    start_rings(point, bases[0], body.rings, out);
     return out;
   }
   start_lateral(point, rows, bases[0], bases[1], options, out);

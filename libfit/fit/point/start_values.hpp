@@ -20,7 +20,8 @@ struct PointCurves {
   Eigen::VectorXd more;
   /// What they are likely to be, with which deviation, and within which bounds.
   Eigen::VectorXd more_expected, more_deviation, more_lower, more_upper;
-  double more_noise = 0;       ///< of the rows' force, to which the deviations compare; 0: unknown
+  double log_force = 0;   ///< of a press to the end of its basis [ln N], where rings ask for it
+  double more_noise = 0;  ///< of the rows' force, to which the deviations compare; 0: unknown
   std::vector<Sensor> sensor;  ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
   /// their force, and the weights of each experiment's rows.

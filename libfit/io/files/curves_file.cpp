@@ -49,6 +49,27 @@ void check_covariance(const h5::Complain& complain, const FittedCurves& f, std::
   }
 }
 
+std::string deviation_name(const runtime::Part& part) {
+  return fmt::format("curves/{}/deviation", part.name);
+}
+
+void check_deviations(const h5::Complain& complain, const FittedCurves& f) {
+  if (f.deviation.empty()) return;
+  const auto parts = parts_of(f.curves.family);
+  if (f.deviation.size() != parts.size())
+    throw complain("curves", "has standard errors of another number of parts");
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Controls& values = f.deviation[i];
+    if (values.size() == 0) continue;
+    const std::string name = deviation_name(parts[i]);
+    check_rows(complain, name, values.rows(), f.position.rows());
+    if (values.cols() != f.curves.control[i].cols())
+      throw complain(name, "has another number of columns than the part");
+    for (const double value : values.reshaped())
+      if (value < 0 || std::isinf(value)) throw complain(name, "is negative or infinite");
+  }
+}
+
 struct NuisanceColumn {
   const char* name;
   const char* unit;
@@ -123,6 +144,7 @@ void check(const FittedCurves& f, const h5::Complain& complain) {
   check_curve_set(complain, f.curves, points);
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0) check_covariance(complain, f, kind);
+  check_deviations(complain, f);
   check_smoothing(complain, f);
   check_recordings(complain, f);
 }
@@ -187,6 +209,12 @@ FittedCurves read_curves(const std::filesystem::path& path) {
     f.covariance[kind] = read_table(reader, covariance_name(kind), "N^2", f.position.rows(),
                                     covariance_columns(f.curves.basis[kind]), true);
   }
+  const auto parts = parts_of(f.curves.family);
+  f.deviation.resize(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (has_deviation(parts[i]) && reader.has(deviation_name(parts[i])))
+      f.deviation[i] = read_table(reader, deviation_name(parts[i]), parts[i].unit,
+                                  f.position.rows(), f.curves.control[i].cols(), true);
   read_smoothing(reader, f);
   f.recordings = read_recordings(reader);
   f.probe = read_probe(reader);
@@ -210,6 +238,10 @@ void write_curves(const std::filesystem::path& path, const FittedCurves& f,
   for (std::size_t kind = 0; kind < curves_of(f.curves.family); ++kind)
     if (f.covariance[kind].size() > 0)
       write_table(writer, covariance_name(kind), "N^2", f.covariance[kind]);
+  const auto parts = parts_of(f.curves.family);
+  for (std::size_t i = 0; i < f.deviation.size(); ++i)
+    if (f.deviation[i].size() > 0)
+      write_table(writer, deviation_name(parts[i]), parts[i].unit, f.deviation[i]);
   write_smoothing(writer, f);
   write_recordings(writer, f.recordings);
   write_probe(writer, f.probe, complain_about(path));

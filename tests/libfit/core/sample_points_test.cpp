@@ -81,10 +81,26 @@ TEST(SamplePoints, what_checks_found_goes_with_the_rows) {
 }
 
 TEST(SamplePoints, what_lies_beyond_some_points_is_what_they_do_not_hold) {
-  const TestPoints beyond = points_beyond(samples_at({1, 2, 3}, 0), points_at({2, 7}));
-  ASSERT_EQ(beyond.position.rows(), 2);
-  EXPECT_EQ(beyond.position(0, 0), 1);
-  EXPECT_EQ(beyond.position(1, 0), 3);
+  const Samples beyond = samples_beyond(samples_at({1, 2, 3}, 0), points_at({2, 7}), 2);
+  ASSERT_EQ(beyond.points(), 2);
+  EXPECT_EQ(beyond.point_position(0, 0), 1);
+  EXPECT_EQ(beyond.point_position(1, 0), 3);
+}
+
+TEST(SamplePoints, of_a_place_that_is_pressed_alone_and_dragged_too_are_told_apart) {
+  Samples pressed = samples_at({1, 2}, 0), dragged = samples_at({2, 3}, 500);
+  std::fill(pressed.kind.begin(), pressed.kind.end(), ExperimentKind::press);
+  std::fill(dragged.kind.begin(), dragged.kind.end(), ExperimentKind::press);
+  for (std::size_t row = 1; row < dragged.kind.size(); row += 2)
+    dragged.kind[row] = ExperimentKind::drag;
+  const Samples both = joined(pressed, dragged, 2);
+  const Samples press = take_points(both, points_at({1, 2, 3}), 2, {0, 0, 0});
+  EXPECT_EQ(points_without_rows(press), (std::vector<std::int32_t>{2}));
+  const Samples drag = take_points(both, points_at({1, 2, 3}), 2, {1, 1, 1});
+  EXPECT_EQ(points_without_rows(drag), (std::vector<std::int32_t>{0}));
+  const Samples beyond = samples_beyond(both, points_at({2, 3}), 2, {1, 1});
+  ASSERT_EQ(beyond.points(), 2);  // 1 and 2, pressed alone
+  EXPECT_EQ(std::count(beyond.kind.begin(), beyond.kind.end(), ExperimentKind::drag), 0);
 }
 
 }  // namespace

@@ -149,12 +149,18 @@ TEST_F(RoundTrip, every_family_comes_back_part_by_part) {
   for (const CurveFamilyName& row : kCurveFamilyNames) {
     FittedCurves a = example_curves();
     a.curves = example_of_family(a.curves, row.family);
+    const auto parts = parts_of(row.family);
+    a.deviation.resize(parts.size());
+    for (std::size_t part = 0; part < parts.size(); ++part)
+      if (has_deviation(parts[part]))
+        a.deviation[part] = Controls::Constant(3, a.curves.control[part].cols(), 1e-3);
     write_curves(at("c.h5"), a);
     const FittedCurves b = read_curves(at("c.h5"));
     EXPECT_EQ(b.curves.family, row.family) << row.name;
     for (std::size_t part = 0; part < parts_of(row.family).size(); ++part) {
       EXPECT_EQ(a.curves.basis[part].knots_m, b.curves.basis[part].knots_m) << row.name << part;
       EXPECT_EQ(a.curves.control[part], b.curves.control[part]) << row.name << part;
+      EXPECT_TRUE(same_bits(a.deviation[part], b.deviation[part])) << row.name << part;
     }
   }
 }

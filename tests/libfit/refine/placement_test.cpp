@@ -15,7 +15,7 @@ namespace {
 std::vector<double> expected(const Surface& coarse, const Surface& fine, const Field& field) {
   const FittedCurves curves = curves_at(coarse, field);
   return expected_errors(curves, refine(curves, fine, all(fine), coarse.triangles),
-                         coarse.triangles, 1e-9);
+                         coarse.triangles, 0, 1e-9);
 }
 
 TEST(ExpectedError, of_a_linear_field_is_nothing) {
@@ -55,7 +55,7 @@ TEST(NextPoints, go_where_error_is_expected_and_spread_by_themselves) {
   const auto seeds =
       place_on_surface(curves.position, curves.normal, fine, -model.inward_normal, 3, 1);
   const auto picked =
-      next_points(fine, all(fine), seeds, expected_errors(curves, model, coarse.triangles, 1e-9),
+      next_points(fine, all(fine), seeds, expected_errors(curves, model, coarse.triangles, 0, 1e-9),
                   {.count = 8, .gap_share = 0.25, .gap_error = 0.01});
   ASSERT_EQ(picked.size(), 8u);
   for (std::size_t i = 0; i < 6; ++i)
@@ -106,8 +106,8 @@ TEST(Placement, reaches_with_half_the_points_what_an_even_grid_does) {
     const auto seeds =
         place_on_surface(points.position, points.normal, fine, -model.inward_normal, 3, 1);
     for (const std::int32_t vertex :
-         next_points(fine, all(fine), seeds, expected_errors(curves, model, points.triangles, 1e-9),
-                     {.count = 4})) {
+         next_points(fine, all(fine), seeds,
+                     expected_errors(curves, model, points.triangles, 0, 1e-9), {.count = 4})) {
       Eigen::Index strongest = 0;
       model.blend_weight.row(vertex).maxCoeff(&strongest);
       insert_point(points, {fine.vertices.row(vertex), model.inward_normal.row(vertex), "q",

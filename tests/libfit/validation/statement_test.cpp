@@ -32,6 +32,18 @@ TEST(statement, quantiles_are_nearest_rank_over_rows_above_the_floor) {
   EXPECT_NEAR(s.reference_p95_rel, 0.01, 1e-12);
 }
 
+TEST(statement, says_when_it_compares_noise) {
+  // Stated 1 % of each row; errors of 0.5, 0.9 and 1.5 %.
+  const Statement noise = summarize({row(1, 0.005), row(1, 0.009), row(1, 0.015)});
+  EXPECT_NEAR(noise.within_reference, 2.0 / 3, 1e-12);
+  EXPECT_NE(in_words(noise).find("at 67 % of rows the error is within the reference's own"),
+            std::string::npos)
+      << in_words(noise);
+  const Statement clear = summarize({row(1, 0.05), row(1, 0.09)});
+  EXPECT_EQ(clear.within_reference, 0);
+  EXPECT_EQ(in_words(clear).find("noise"), std::string::npos) << in_words(clear);
+}
+
 TEST(statement, without_rows_nothing_is_claimed) {
   const Statement s = summarize({});
   EXPECT_EQ(s.within_jnd, 0);

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "libfit/core/curves.hpp"
+
+namespace palpate {
+
+/// By how much side force and the slope of the normal energy disagree where the contact point
+/// slides, |grad Z - (1 - d kappa) g| over f^z (B4a): what a slide may gain, beside the mu f^z that
+/// friction takes. Over triangles with three covered corners, at four depths. 0 where the family
+/// knows no side force.
+struct SideMismatch {
+  double median = 0, p95 = 0, max = 0;
+};
+SideMismatch side_mismatch(const Model& model);
+
+/// Moves the side force of each vertex half of the way to the one that is the slope of the normal
+/// energy around it. Vertices at a test point, or with a neighbour that is not covered, keep
+/// theirs. Only for the rings family.
+void meet_slope(Model& model);
+
+/// Projects vectors to the tangent plane of a node, and minus the gradient of its inward normal
+/// there [1/m].
+struct NodeShape {
+  Mat3 across, bent;
+  NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal);
+};
+
+}  // namespace palpate

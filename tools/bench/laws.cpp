@@ -1,0 +1,58 @@
+// Each contact law at a test point: curves of held-out points from their own presses and drags,
+// along the held-out paths from there, without mesh and interpolation.
+
+#include <fmt/format.h>
+
+#include "libfit/core/error.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/io/files/samples_file.hpp"
+#include "libfit/validation/replay.hpp"
+#include "tools/bench/bench.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+
+using namespace validation;
+
+void bench_laws(const BenchRequest& request) {
+  if (request.samples.empty())
+    throw Error("bench laws", "needs reference_own.h5 of a run",
+                "Give --samples RUN/reference_own.h5; reference.h5 lies beside it.");
+  const Samples own = read_samples(request.samples);
+  const Samples paths = read_samples(request.samples.parent_path() / "reference.h5");
+  if (own.points() != paths.points())
+    throw Error("bench laws", "the two files are of other points", "Give files of one run.");
+  static constexpr std::string_view kHeader[] = {"law",        "path",    "rows",
+                                                 "median_rel", "p95_rel", "max_rel"};
+  CsvWriter csv(request.folder / "laws.csv", kHeader);
+  for (const CurveFamilyName& family : kCurveFamilyNames) {
+    FitOptions options = options_for(own);
+    options.family = family.family;
+    options.jobs = request.jobs;
+    const FittedCurves curves = fit_curves(own, options);
+    Replayed replayed(paths);
+    for (std::int32_t p = 0; p < own.points(); ++p)
+      if (curves.status[static_cast<std::size_t>(p)] != FitStatus::failed)
+        replay_point(paths, p, curves.curves, p, replayed);
+    const auto add = [&](std::string_view name, int kind) {
+      const Statement s = summarize(compare(paths, replayed.force_N, [&](Eigen::Index row) {
+        const auto r = static_cast<std::size_t>(row);
+        return replayed.is_answered[r] &&
+               (kind < 0 || paths.point[r] % static_cast<int>(kPathKindNames.size()) == kind);
+      }));
+      csv.text(std::string(family.name))
+          .text(std::string(name))
+          .integer(static_cast<long long>(s.rows_above_floor));
+      csv.number(s.median_rel).number(s.p95_rel).number(s.max_rel).end_row();
+      say("  {:<10} {:<15} {:>4} rows: median {:.1f} %, p95 {:.1f} %, max {:.1f} %", family.name,
+          name, s.rows_above_floor, 100 * s.median_rel, 100 * s.p95_rel, 100 * s.max_rel);
+    };
+    add("all", -1);
+    for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind)
+      add(kPathKindNames[kind], static_cast<int>(kind));
+  }
+  csv.commit();
+}
+
+}  // namespace palpate::tools
