@@ -147,14 +147,13 @@ class TwoThreadTip {
       return false;
     }
     contact_.has_tip = true;
+    contact_.asset_checksum = asset_.checksum;
     runtime::put(x, contact_.tip_m);
     return true;
   }
   void report_air(PlayedTick& played) const noexcept {
     played = PlayedTick();
-    played.out.dissipated_J = contact_.dissipated_J;
-    played.out.refused_J = contact_.refused_J;
-    played.out.refused_ticks = contact_.refused_ticks;
+    tell_sums(contact_, played.out);
   }
 
   const runtime::AssetView& asset_;

@@ -49,6 +49,22 @@ inline Model golden_model() {
   return model;
 }
 
+/// The same body with rings, a side force included.
+inline AssetBytes golden_rings() {
+  Model model = golden_model();
+  make_rings(
+      model, 1, 0.03, [](const Vec3& x) { return 1 + 10 * x[0]; },
+      [](const Vec3& x) { return Vec3(900 * x[1] / 0.03, -500 * x[0] / 0.03, 0); });
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    if (!model.is_covered[static_cast<std::size_t>(v)])
+      for (Controls& control : model.curves.control)
+        if (control.size() > 0) control.row(v).setZero();
+  for (Controls& control : model.curves.control)  // as a fit rounds them
+    control = control.cast<float>().cast<double>();
+  return with_fewer_check_ticks(make_asset_bytes(model, {.meta_json = "{\"golden\": \"rings\"}"}),
+                                64);
+}
+
 inline AssetBytes golden_asset(int version) {
   const std::string meta = "{\"golden\": \"version " + std::to_string(version) + "\"}";
   return with_fewer_check_ticks(make_asset_bytes(golden_model(), {.meta_json = meta}), 64);
