@@ -80,7 +80,7 @@ class Check final : public Command {
   void report_trial(const Scene& scene, const Body& body) {
     const Trial trial = try_middle_point(scene, body);
     const int points = points_of_run(scene, body);
-    const double cpu_s = points * trial.cpu_s;
+    const double cpu_s = cpu_of_run_s(scene, body, trial);
     const std::vector<std::string> advices = advice(scene, trial);
     report_["trial"] = {{"point", trial.point},       {"force_N", trial.force_N},
                         {"depth_m", trial.depth_m},   {"force_error", trial.force_error},

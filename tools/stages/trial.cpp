@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <map>
@@ -71,6 +72,7 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   trial.rows = done.rows.size();
   trial.force_error = fem::achieved_error(done.rows);
   for (const fem::PointRow& row : done.rows) {
+    if (row.kind == ExperimentKind::press) ++trial.pressed;
     if (row.status != RowStatus::good) continue;
     ++trial.good;
     const double depth_m = row.deflection.dot(normal);
@@ -94,6 +96,16 @@ int points_of_run(const Scene& scene, const Body& body) {
   const int own =
       placement ? placement->budget : static_cast<int>(body.test_points.position.rows());
   return own + scene.validate.points * (scene.validate.causes ? 2 : 1);
+}
+
+double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
+  constexpr int kFewDrags = 3;  // as placement begins
+  const int points = points_of_run(scene, body);
+  const auto& placement = scene.experiments.placement;
+  if (!placement || placement->drag_points != "few" || trial.rows == 0) return points * trial.cpu_s;
+  const double press = static_cast<double>(trial.pressed) / static_cast<double>(trial.rows);
+  const int pressed_only = std::max(placement->budget - kFewDrags, 0);
+  return (points - pressed_only * (1 - press)) * trial.cpu_s;
 }
 
 std::vector<std::string> advice(const Scene& scene, const Trial& trial) {

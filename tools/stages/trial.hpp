@@ -17,10 +17,10 @@ struct Trial {
   double depth_m = 0;       ///< there
   double half_space_N = 0;  ///< on a half-space of the body's material at that depth
   double force_error = 0;   ///< largest stated error of the good rows, relative
-  std::size_t rows = 0, good = 0;
-  std::size_t sticking = 0, slipping = 0;  ///< good rows of drags; NaN slope counts as neither
-  int nodes = 0;                           ///< of the mesh that its rows come from
-  double cpu_s = 0;                        ///< of this thread
+  std::size_t rows = 0, good = 0, pressed = 0;  ///< pressed: rows of the press
+  std::size_t sticking = 0, slipping = 0;       ///< good rows of drags; NaN slope counts as neither
+  int nodes = 0;                                ///< of the mesh that its rows come from
+  double cpu_s = 0;                             ///< of this thread
 };
 
 Trial try_middle_point(const Scene& scene, const Body& body);
@@ -28,6 +28,10 @@ Trial try_middle_point(const Scene& scene, const Body& body);
 /// Points that a run simulates at most: test points or budget, and the held-out ones, each with a
 /// path, and twice where the error is split by cause.
 int points_of_run(const Scene& scene, const Body& body);
+
+/// CPU seconds of such a run, by the trial. With drag_points = "few" most points are pressed only;
+/// presses count by their share of the rows.
+double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 
 /// What the trial says about the scene, a sentence each with the key to change; none: it will do.
 std::vector<std::string> advice(const Scene& scene, const Trial& trial);
