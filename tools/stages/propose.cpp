@@ -135,13 +135,13 @@ Side best_side(const Surface& surface) {
   return best;
 }
 
-Mended mended(const Surface& surface, const std::string& mesh, double& wrap_m, bool& is_wrapped) {
-  is_wrapped = false;
+// wrap_m: what it was wrapped with, 0 where it was closed without.
+Mended mended(const Surface& surface, const std::string& mesh, double& wrap_m) {
   try {
     return mend_surface(surface, {}, mesh);
   } catch (const Error&) {
     MendOptions options;
-    options.wrap = is_wrapped = true;
+    options.wrap = true;
     options.wrap_alpha_m = wrap_m = extent_m(surface.vertices).norm() / 50;
     return mend_surface(surface, options, mesh);
   }
@@ -159,76 +159,55 @@ std::string material_text(const Tissue& tissue) {
       tissue.doi, tissue.young_Pa / 1e3, tissue.poisson);
 }
 
-}  // namespace
-
-std::string likely_unit(const Vec3& extent) {
-  for (const char* unit : {"mm", "cm", "m", "um"}) {
-    const double size_m = extent.maxCoeff() * unit_factor(unit, Dimension::length).value();
-    if (size_m >= kSmallestOrgan_m && size_m <= kLargestOrgan_m) return unit;
-  }
-  return "mm";
-}
-
-ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in_file,
-                            const SceneChoices& choices) {
-  ProposedScene scene;
-  const Tissue& tissue = find_tissue(choices.tissue, "--tissue");
-  const std::string unit =
-      choices.unit.empty() ? likely_unit(extent_m(in_file.vertices)) : choices.unit;
+double metres_in(const std::string& unit) {
   const auto named = unit_factor(unit, Dimension::length);
-  const auto unit_m = named ? named : parse_quantity(unit, Dimension::length);
-  if (!unit_m || !(*unit_m > 0))
+  const auto metres = named ? named : parse_quantity(unit, Dimension::length);
+  if (!metres || !(*metres > 0))
     throw Error(
         "--unit", fmt::format("\"{}\" is no length", unit),
         "Use one of " + known_units(Dimension::length) + ", or a length such as \"110 mm\".");
-  if (!choices.held.empty() &&
-      std::find(kSides.begin(), kSides.end(), choices.held) == kSides.end())
-    throw Error("--held", fmt::format("\"{}\" is no side", choices.held),
+  return *metres;
+}
+
+void check_side(const std::string& name) {
+  if (std::find(kSides.begin(), kSides.end(), name) == kSides.end())
+    throw Error("--held", fmt::format("\"{}\" is no side", name),
                 fmt::format("Use one of {}.", fmt::join(kSides, ", ")));
+}
 
-  Surface surface = in_file;
-  surface.vertices *= *unit_m;
-  double wrap_m = 0;
-  bool is_wrapped = false;
-  Mended closed = mended(surface, mesh.string(), wrap_m, is_wrapped);
-  for (const std::string& change : closed.changes) scene.notes.push_back("mended: " + change);
-  surface = std::move(closed.surface);
-  const SurfaceFacts facts = surface_facts(surface);
-  scene.notes.push_back(
-      fmt::format("in {} it measures {}", unit, size_in_words(facts.extent_m, facts.volume_m3)));
-  if (facts.components > 1)
-    scene.notes.push_back(fmt::format(
-        "it has {} pieces; those that touch nothing held will float away", facts.components));
+// A TOML literal: a file's name may hold what a basic string would take for an escape.
+std::string quoted(const std::filesystem::path& path) {
+  const std::string text = path.string();
+  return text.find('\'') == std::string::npos ? "'" + text + "'" : "\"" + text + "\"";
+}
 
-  const Side held = choices.held.empty() ? best_side(surface) : side_of(choices.held);
-  const double border_mm = 1e3 * held.sign * slab_of(surface, held).border_m;
-  const Window window = window_opposite(surface, held);
-  const double radius_mm = rounded_mm(window.radius_m);
-  const double probe_mm = rounded_mm(std::min(kProbeShare * window.thickness_m, kLargestProbe_m));
-  const double depth_mm = std::min(probe_mm, rounded_mm(kDepthShare * window.thickness_m));
-  scene.notes.push_back(
-      fmt::format("held on its {} side; the window lies opposite, where the body "
-                  "is {:.3g} mm thick",
-                  held.name(), 1e3 * window.thickness_m));
-
-  scene.text = fmt::format(
+// wrap_m: 0 where the surface needs none.
+std::string body_text(const std::filesystem::path& mesh, const std::string& unit,
+                      const SurfaceFacts& facts, double wrap_m, const Side& held, double border_m) {
+  const std::string wrap =
+      wrap_m > 0 ? fmt::format(
+                       "wrap = \"{:.3g} mm\"               # it has gaps; narrower ones are "
+                       "closed\n",
+                       rounded_mm(wrap_m))
+                 : "";
+  return fmt::format(
       "# {}, {}. Made by `palpate new`: every line is a proposal.\n"
       "# Next: palpate check THIS_FILE, then palpate run THIS_FILE -o out\n\n"
       "[body]\n"
-      "surface = \"{}\"\n"
+      "surface = {}\n"
       "length_unit = \"{}\"              # mesh files carry none\n"
       "{}"
       "fixed = [ {{ {} = {{ axis = \"{}\", at = \"{:.4g} mm\" }} }} ]   # what the body rests "
       "on\n\n",
-      mesh.filename().string(), size_in_words(facts.extent_m, facts.volume_m3), mesh.string(), unit,
-      is_wrapped
-          ? fmt::format("wrap = \"{:.3g} mm\"               # it has gaps; narrower ones are "
-                        "closed\n",
-                        rounded_mm(wrap_m))
-          : "",
-      held.sign < 0 ? "below" : "above", "xyz"[held.axis], border_mm);
-  scene.text += material_text(tissue);
-  scene.text += fmt::format(
+      mesh.filename().string(), size_in_words(facts.extent_m, facts.volume_m3), quoted(mesh), unit,
+      wrap, held.sign < 0 ? "below" : "above", "xyz"[held.axis], 1e3 * border_m);
+}
+
+std::string experiments_text(const Window& window) {
+  const double radius_mm = rounded_mm(window.radius_m);
+  const double probe_mm = rounded_mm(std::min(kProbeShare * window.thickness_m, kLargestProbe_m));
+  const double depth_mm = std::min(probe_mm, rounded_mm(kDepthShare * window.thickness_m));
+  return fmt::format(
       "\n[probe]                         # the tool's tip\n"
       "shape = \"sphere\"\n"
       "radius = \"{:.3g} mm\"\n"
@@ -249,6 +228,47 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
       "points = 12                     # held-out places that the statement compares\n",
       probe_mm, 1e3 * window.centre[0], 1e3 * window.centre[1], 1e3 * window.centre[2], radius_mm,
       depth_mm, 0.4 * depth_mm, 0.85 * depth_mm, 0.8 * depth_mm);
+}
+
+}  // namespace
+
+std::string likely_unit(const Vec3& extent) {
+  for (const char* unit : {"mm", "cm", "m", "um"}) {
+    const double size_m = extent.maxCoeff() * unit_factor(unit, Dimension::length).value();
+    if (size_m >= kSmallestOrgan_m && size_m <= kLargestOrgan_m) return unit;
+  }
+  return "mm";
+}
+
+ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in_file,
+                            const SceneChoices& choices) {
+  const Tissue& tissue = find_tissue(choices.tissue, "--tissue");
+  const std::string unit =
+      choices.unit.empty() ? likely_unit(extent_m(in_file.vertices)) : choices.unit;
+  if (!choices.held.empty()) check_side(choices.held);
+
+  ProposedScene scene;
+  Surface scaled = in_file;
+  scaled.vertices *= metres_in(unit);
+  double wrap_m = 0;
+  Mended closed = mended(scaled, mesh.string(), wrap_m);
+  const Surface& surface = closed.surface;
+  const SurfaceFacts facts = surface_facts(surface);
+  for (const std::string& change : closed.changes) scene.notes.push_back("mended: " + change);
+  scene.notes.push_back(
+      fmt::format("in {} it measures {}", unit, size_in_words(facts.extent_m, facts.volume_m3)));
+  if (facts.components > 1)
+    scene.notes.push_back(fmt::format(
+        "it has {} pieces; those that touch nothing held will float away", facts.components));
+
+  const Side held = choices.held.empty() ? best_side(surface) : side_of(choices.held);
+  const Window window = window_opposite(surface, held);
+  scene.notes.push_back(fmt::format(
+      "held on its {} side; the window lies opposite, where the body is {:.3g} mm thick",
+      held.name(), 1e3 * window.thickness_m));
+  scene.text =
+      body_text(mesh, unit, facts, wrap_m, held, held.sign * slab_of(surface, held).border_m) +
+      material_text(tissue) + experiments_text(window);
   return scene;
 }
 
