@@ -67,6 +67,19 @@ TEST(new_scene, takes_the_choices_it_is_given) {
   EXPECT_THROW(propose_scene("block.off", block(8), {.unit = "furlong"}), Error);
 }
 
+TEST(new_scene, replaces_no_file) {
+  const Folder folder;
+  const fs::path mesh = folder.write("block.off", block_off(8));
+  const fs::path scene = folder / "scene.toml";
+  const std::string line = "new " + mesh.string() + " -o " + scene.string() + " </dev/null";
+  ASSERT_EQ(palpate(folder, line).status, 0);
+  folder.write("scene.toml", content_of(scene) + "# changed by hand\n");
+  const Outcome again = palpate(folder, line);
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("which this command does not write"), std::string::npos) << again.err;
+  EXPECT_NE(content_of(scene).find("changed by hand"), std::string::npos);
+}
+
 TEST(tissues, each_has_a_source_and_makes_a_scene) {
   ASSERT_GE(tissues().size(), 25u);
   for (const Tissue& tissue : tissues()) {

@@ -13,8 +13,7 @@
 namespace palpate::tools {
 namespace {
 
-// The set-up on the fine surface: what is held, the window, the test points, how deep below each
-// vertex an inclusion starts being one.
+// The set-up on the fine surface: what is held, the window, the test points.
 void write_set_up(const std::string& path, const Scene& scene, const Body& body) {
   const Points& vertices = body.surface.vertices;
   const auto count = static_cast<std::size_t>(vertices.rows());

@@ -31,7 +31,8 @@ class New final : public Command {
  public:
   explicit New(Arguments& arguments) {
     arguments.positional("mesh", mesh_, "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP");
-    arguments.output("-o,--output", output_, "Scene to write, scene.toml", {"# "});
+    // No scene is replaced: it may have been changed by hand.
+    arguments.output("-o,--output", output_, "Scene to write, scene.toml; must not exist", {});
     arguments.option("--unit", choices_.unit,
                      "Length unit of the mesh, such as mm; without it the likely one");
     arguments.option("--tissue", tissue_,

@@ -1,6 +1,7 @@
 #include "tools/stages/placement.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "libfit/core/statistics.hpp"
@@ -69,8 +70,8 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
   return next_points(body.surface, model.is_covered, seeds, expected_error, options);
 }
 
-// The points with the median, least and greatest force of their deepest row: how the constants of a
-// body's rings go with the force is a line.
+// kFirstDrags points, by the force of their deepest row: how the constants of a body's rings go
+// with the force is a line.
 std::vector<char> first_drags(const Samples& samples) {
   std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
   std::vector<std::size_t> order;
@@ -86,8 +87,8 @@ std::vector<char> first_drags(const Samples& samples) {
                    [&](std::size_t a, std::size_t b) { return force_N[a] < force_N[b]; });
   std::vector<char> is_dragged(force_N.size(), 0);
   if (order.empty()) return is_dragged;
-  for (const std::size_t at : {std::size_t{0}, order.size() / 2, order.size() - 1})
-    is_dragged[order[at]] = 1;
+  const std::array<std::size_t, kFirstDrags> places{0, order.size() / 2, order.size() - 1};
+  for (const std::size_t at : places) is_dragged[order[at]] = 1;
   return is_dragged;
 }
 

@@ -9,6 +9,9 @@
 
 namespace palpate::tools {
 
+/// Where drag_points = "few" begins: the points with the least, the median and the greatest force.
+inline constexpr int kFirstDrags = 3;
+
 /// One round of a placement: how well the points before it predicted the new ones.
 struct PlacementRound {
   int points = 0;                                   ///< that predicted

@@ -22,10 +22,10 @@ namespace palpate::tools {
 namespace {
 
 constexpr double kSmallestOrgan_m = 0.03, kLargestOrgan_m = 1;
-constexpr double kHeldShare = 0.25;    // of the surface's area; less and the organ sways
-constexpr double kFacing = 0.7;        // cosine to a side of what lies flat on it
-constexpr double kWindowShare = 0.22;  // window's radius over the extents across
-constexpr double kProbeShare = 1.0 / 8, kDepthShare = 1.0 / 8;  // of the thickness
+constexpr double kHeldShare = 0.25;      // of the surface's area; less and the organ sways
+constexpr double kFacing = 0.7;          // cosine to a side of what lies flat on it
+constexpr double kWindowShare = 0.22;    // window's radius over the extents across
+constexpr double kProbeShare = 1.0 / 8;  // of the thickness; presses go one radius deep
 constexpr double kLargestProbe_m = 0.01;
 
 constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
@@ -206,7 +206,6 @@ std::string body_text(const std::filesystem::path& mesh, const std::string& unit
 std::string experiments_text(const Window& window) {
   const double radius_mm = rounded_mm(window.radius_m);
   const double probe_mm = rounded_mm(std::min(kProbeShare * window.thickness_m, kLargestProbe_m));
-  const double depth_mm = std::min(probe_mm, rounded_mm(kDepthShare * window.thickness_m));
   return fmt::format(
       "\n[probe]                         # the tool's tip\n"
       "shape = \"sphere\"\n"
@@ -227,7 +226,7 @@ std::string experiments_text(const Window& window) {
       "[validate]\n"
       "points = 12                     # held-out places that the statement compares\n",
       probe_mm, 1e3 * window.centre[0], 1e3 * window.centre[1], 1e3 * window.centre[2], radius_mm,
-      depth_mm, 0.4 * depth_mm, 0.85 * depth_mm, 0.8 * depth_mm);
+      probe_mm, 0.4 * probe_mm, 0.85 * probe_mm, 0.8 * probe_mm);
 }
 
 }  // namespace

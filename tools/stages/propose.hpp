@@ -29,8 +29,8 @@ std::string likely_unit(const Vec3& extent);
 /// mesh: its file, as the scene shall name it. surface: as the file holds it, in the file's unit.
 /// The body rests on a flat side whose opposite can be pressed on (held where a quarter of its
 /// surface lies); the window lies opposite;
-/// the ball is an eighth of the thickness under the window and presses as deep as its radius at
-/// most; drags are as long as presses are deep, so that they slip.
+/// the ball is an eighth of the thickness under the window and presses one radius deep; drags are
+/// 0.8 of that long, so that they slip.
 /// Throws Error on a unit, tissue or side that does not exist, and on a mesh beyond mending.
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& surface,
                             const SceneChoices& choices);

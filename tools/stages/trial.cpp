@@ -11,6 +11,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/placement.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -99,12 +100,11 @@ int points_of_run(const Scene& scene, const Body& body) {
 }
 
 double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
-  constexpr int kFewDrags = 3;  // as placement begins
   const int points = points_of_run(scene, body);
   const auto& placement = scene.experiments.placement;
   if (!placement || placement->drag_points != "few" || trial.rows == 0) return points * trial.cpu_s;
   const double press = static_cast<double>(trial.pressed) / static_cast<double>(trial.rows);
-  const int pressed_only = std::max(placement->budget - kFewDrags, 0);
+  const int pressed_only = std::max(placement->budget - kFirstDrags, 0);
   return (points - pressed_only * (1 - press)) * trial.cpu_s;
 }
 

@@ -17,7 +17,10 @@ class CondensedTangent {
   };
 
   /// Forgets everything: the flexibility is another one.
-  void clear() { unknowns_.clear(); }
+  void clear() {
+    unknowns_.clear();
+    stiffness_.resize(0, 0);
+  }
   bool is_empty() const { return unknowns_.empty(); }
 
   /// Makes these unknowns of the block (increasing) its own. Keeps those it has where they hold

@@ -98,7 +98,7 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
     for (std::size_t i = 0; i < nodes.size(); ++i)
       u.row(node_of[i]) = at.u.row(node_of[i]) + sum.w.segment<3>(3 * i).transpose();
   };
-  // Relative size of the residual z - f(w).
+  // Relative size of the residual z - f(w); 0 where nothing touches and nothing is exerted.
   const auto evaluate = [&](bool with_curvature = true) {
     if (is_coupled)
       contact_.evaluate_coupled(trial);
@@ -106,7 +106,7 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
       contact_.evaluate(trial, with_curvature);
     const Eigen::VectorXd force = condensed_force();
     residual = sum.z - force;
-    return residual.norm() / force.norm();
+    return residual.norm() > 0 ? residual.norm() / force.norm() : 0;
   };
   const auto refactor = [&] {
     tangent_.cover(flexibility, touching_unknowns());

@@ -43,7 +43,6 @@ namespace palpate {
 NextDrag next_drag(const FittedCurves& fitted, const std::vector<char>& is_dragged) {
   constexpr double kUsual[] = {0.1, 0.02};  // scatter of ln lambda and mu(D), as two points' worth
   constexpr double kSticking = 0.5;         // of the limit: what lambda decides while a drag sticks
-  constexpr double kSpread = 0.05;
   const NodeForces forces(fitted.curves);
   const double depth_m = fitted.curves.basis[0].knots_m.back();
   const Eigen::Index points = fitted.curves.points();
@@ -65,7 +64,7 @@ NextDrag next_drag(const FittedCurves& fitted, const std::vector<char>& is_dragg
   if (dragged.empty()) return best;
   const fit::RingPrior lines = fit::ring_lines(x, y, {});
   const auto n = static_cast<double>(x.size());
-  double mean = 0, square = kSpread;
+  double mean = 0, square = fit::kSpread;
   for (const double each : x) mean += each / n;
   for (const double each : x) square += (each - mean) * (each - mean);
   std::array<std::vector<double>, 2> off;  // of dragged points, from the lines

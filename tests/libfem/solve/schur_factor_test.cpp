@@ -199,6 +199,21 @@ TEST(CondensedTangent, keeps_unknowns_that_hold_what_touches_until_they_are_far_
   EXPECT_EQ(tangent.unknowns(), (std::vector<Eigen::Index>{2, 3, 5}));
 }
 
+// A probe that lifts off after the factor was made anew left the stiffness of what had touched.
+TEST(CondensedTangent, without_contact_a_step_takes_away_what_was_exerted) {
+  const Condensed at;
+  const Eigen::MatrixXf G = at.flexibility.cast<float>();
+  CondensedTangent tangent;
+  tangent.cover(G, at.touching);
+  tangent.set_contact(at.C);
+  tangent.clear();
+  tangent.cover(G, {});
+  tangent.set_contact(Eigen::MatrixXd(0, 0));
+  const CondensedTangent::Step step = tangent.step(G, at.residual);
+  EXPECT_EQ(step.z, -at.residual);
+  EXPECT_LT((step.w - at.flexibility * at.residual).norm(), kSingle * step.w.norm());
+}
+
 // On a linear problem, mixing is as good as GMRES: exact after as many steps as K has eigenvalues.
 TEST(AndersonMixing, ends_a_linear_iteration_after_as_many_steps_as_its_operator_has_eigenvalues) {
   Eigen::VectorXd u = Eigen::VectorXd::Zero(12), K = Eigen::VectorXd::LinSpaced(12, 1, 4),
