@@ -75,14 +75,14 @@ class CliArguments final : public Arguments {
   }
 
  private:
-  struct Output {
+  struct OutputFile {
     const std::string* target;
     std::vector<std::string_view> kinds;
   };
 
   CLI::App& app_;
   std::vector<const std::string*> texts_;
-  std::vector<Output> outputs_;
+  std::vector<OutputFile> outputs_;
   bool takes_all_ = false;
 };
 

@@ -5,9 +5,10 @@
 #include <cmath>
 
 namespace palpate::fem {
-Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
-                 const std::vector<double>& young_Pa, const Probe& probe,
-                 const ContactSettings& settings)
+ContactInterface::ContactInterface(const Points& nodes, const Faces& faces,
+                                   const std::vector<char>& is_held,
+                                   const std::vector<double>& young_Pa, const Probe& probe,
+                                   const ContactSettings& settings)
     : nodes_(nodes),
       faces_(faces),
       probe_(probe),
@@ -28,7 +29,7 @@ Contact::Contact(const Points& nodes, const Faces& faces, const std::vector<char
   normal_.assign(area_weight_.size(), Vec3::Zero());
 }
 
-Vec3 Contact::place(const Points& u, int face, int q) const {
+Vec3 ContactInterface::place(const Points& u, int face, int q) const {
   Vec3 x = Vec3::Zero();
   for (int a = 0; a < kFaceNodes; ++a) {
     const int node = faces_(face, a);
@@ -37,7 +38,7 @@ Vec3 Contact::place(const Points& u, int face, int q) const {
   return x;
 }
 
-Vec3 Contact::area_normal(const Points& u, int face, int q) const {
+Vec3 ContactInterface::area_normal(const Points& u, int face, int q) const {
   const FacePoint& point = kFaceRule[q];
   Vec3 by_r = Vec3::Zero(), by_s = Vec3::Zero();
   for (int a = 0; a < kFaceNodes; ++a) {
@@ -48,11 +49,11 @@ Vec3 Contact::area_normal(const Points& u, int face, int q) const {
   return by_r.cross(by_s);
 }
 
-SignedDistance Contact::distance(const Vec3& place, const ProbePose& pose) const {
+SignedDistance ContactInterface::distance(const Vec3& place, const ProbePose& pose) const {
   return probe_.distance(pose.axis, place - pose.tip);
 }
 
-bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const {
+bool ContactInterface::may_touch(const Points& u, const ProbePose& pose, int face) const {
   if (!is_open_[face]) return false;
   // A quadratic patch stays within twice the spread of its nodes about their mean.
   Vec3 mean = Vec3::Zero();
@@ -67,7 +68,7 @@ bool Contact::may_touch(const Points& u, const ProbePose& pose, int face) const 
   return probe_.min_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
 }
 
-Contact::Law Contact::pressure_law(double gap, double stiffness) const {
+ContactInterface::Law ContactInterface::pressure_law(double gap, double stiffness) const {
   const double depth = -gap, r = rounding_m_;
   if (depth <= 0) return {0, 0, 0};
   if (depth < r)
@@ -77,20 +78,22 @@ Contact::Law Contact::pressure_law(double gap, double stiffness) const {
   return {stiffness * past, stiffness, stiffness * (past * past / 2 + r * r / 24)};
 }
 
-double Contact::share_in_contact(double gap, int point, const ContactHistory& history) const {
+double ContactInterface::share_in_contact(double gap, int point,
+                                          const ContactHistory& history) const {
   const double before = history.gap[point];
   return before <= 0 ? 1.0 : -gap / (before - gap);
 }
 
 // The gap that the pressure answers to.
-double Contact::pressing_gap(double gap, int point, const ContactHistory& history) const {
+double ContactInterface::pressing_gap(double gap, int point, const ContactHistory& history) const {
   return gap - history.multiplier_m[point];
 }
 
 // Return map of the tangential spring: trial slip in the tangent plane, cut back to the limit.
-Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal, double limit_Pa,
-                                        double share, double stiffness, int point,
-                                        const ContactHistory& history) const {
+ContactInterface::Friction ContactInterface::friction_law(const Vec3& relative, const Vec3& normal,
+                                                          double limit_Pa, double share,
+                                                          double stiffness, int point,
+                                                          const ContactHistory& history) const {
   const Vec3 moved =
       history.stick_Pa[point] / stiffness + share * (relative - history.relative[point]);
   Friction out;
@@ -102,8 +105,9 @@ Contact::Friction Contact::friction_law(const Vec3& relative, const Vec3& normal
   return out;
 }
 
-Contact::Traction Contact::lagged_traction(const Vec3& relative, double spring, int point,
-                                           const ContactHistory& history) const {
+ContactInterface::Traction ContactInterface::lagged_traction(const Vec3& relative, double spring,
+                                                             int point,
+                                                             const ContactHistory& history) const {
   const double limit = limit_Pa_[point], share = share_[point];
   if (limit <= 0) return {};
   const Vec3& n = normal_[point];
@@ -115,9 +119,11 @@ Contact::Traction Contact::lagged_traction(const Vec3& relative, double spring, 
           share * limit / friction.slip.norm() * (plane - along * along.transpose())};
 }
 
-Contact::Traction Contact::coupled_traction(const Vec3& relative, const SignedDistance& gap,
-                                            const Law& law, double spring, int point,
-                                            const ContactHistory& history) const {
+ContactInterface::Traction ContactInterface::coupled_traction(const Vec3& relative,
+                                                              const SignedDistance& gap,
+                                                              const Law& law, double spring,
+                                                              int point,
+                                                              const ContactHistory& history) const {
   const double limit = probe_.friction * law.pressure_Pa;
   if (limit <= 0) return {};
   const Vec3& n = gap.gradient;
@@ -139,9 +145,9 @@ Contact::Traction Contact::coupled_traction(const Vec3& relative, const SignedDi
           probe_.friction * law.slope_Pa_m * along * n.transpose()};
 }
 
-void Contact::add_point(const ContactTrial& trial, int face, int q, Tangent tangent,
-                        FaceTerms& terms, ContactTotals& totals, double& normal_force,
-                        bool& touches) {
+void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tangent tangent,
+                                 FaceTerms& terms, ContactTotals& totals, double& normal_force,
+                                 bool& touches) {
   const auto& [u, pose, history] = trial;
   const int point = kFacePoints * face + q;
   if (!history.faces_probe[point]) return;
@@ -195,15 +201,15 @@ void Contact::add_point(const ContactTrial& trial, int face, int q, Tangent tang
   ++totals.points;
 }
 
-ContactTotals Contact::evaluate(const ContactTrial& trial, bool with_curvature) {
+ContactTotals ContactInterface::evaluate(const ContactTrial& trial, bool with_curvature) {
   return evaluate(trial, with_curvature ? Tangent::lagged : Tangent::lagged_flat);
 }
 
-ContactTotals Contact::evaluate_coupled(const ContactTrial& trial) {
+ContactTotals ContactInterface::evaluate_coupled(const ContactTrial& trial) {
   return evaluate(trial, Tangent::coupled);
 }
 
-ContactTotals Contact::evaluate(const ContactTrial& trial, Tangent tangent) {
+ContactTotals ContactInterface::evaluate(const ContactTrial& trial, Tangent tangent) {
   ContactTotals totals;
   terms_.clear();
   double normal_force = 0;  // sum of pressure, what mean penetration is weighted by
@@ -219,7 +225,7 @@ ContactTotals Contact::evaluate(const ContactTrial& trial, Tangent tangent) {
   return totals;
 }
 
-double Contact::energy(const ContactTrial& trial) const {
+double ContactInterface::energy(const ContactTrial& trial) const {
   const auto& [u, pose, history] = trial;
   double energy = 0;
   for (int face = 0; face < faces_.rows(); ++face) {
@@ -245,13 +251,13 @@ double Contact::energy(const ContactTrial& trial) const {
   return energy;
 }
 
-void Contact::stiffen(double factor) {
+void ContactInterface::stiffen(double factor) {
   for (double& stiffness : stiffness_) stiffness *= factor;
   curvature_limit_m_ /= factor;
 }
 
-std::vector<int> Contact::faces_near(const Points& u, const ProbePose& pose,
-                                     double within_m) const {
+std::vector<int> ContactInterface::faces_near(const Points& u, const ProbePose& pose,
+                                              double within_m) const {
   std::vector<int> near;
   for (int face = 0; face < faces_.rows(); ++face) {
     if (!is_open_[face]) continue;

@@ -82,13 +82,13 @@ struct ContactSettings {
 /// Contact of the boundary faces of one mesh with a rigid probe: a penalty pressure at quadrature
 /// points and Coulomb friction with return mapping (Wriggers 2006, chapters 5 and 10).
 /// Not thread-safe: owns its scratch. nodes and faces must outlive it.
-class Contact {
+class ContactInterface {
  public:
   /// young_Pa: #F, small-strain modulus under each face. Faces of which all nodes are held exert no
   /// contact: the tool cannot reach what the body stands on.
-  Contact(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
-          const std::vector<double>& young_Pa, const Probe& probe,
-          const ContactSettings& settings = {});
+  ContactInterface(const Points& nodes, const Faces& faces, const std::vector<char>& is_held,
+                   const std::vector<double>& young_Pa, const Probe& probe,
+                   const ContactSettings& settings = {});
 
   /// The history of a body at rest with the probe at `pose`.
   ContactHistory untouched(const ProbePose& pose) const;

@@ -14,11 +14,11 @@ constexpr double kFarWallCosine = 0.5;
 
 }  // namespace
 
-ContactHistory Contact::untouched(const ProbePose& pose) const {
+ContactHistory ContactInterface::untouched(const ProbePose& pose) const {
   return accepted({Points::Zero(nodes_.rows(), 3), pose, {}});
 }
 
-void Contact::lag_friction_limit(const ContactHistory& history) {
+void ContactInterface::lag_friction_limit(const ContactHistory& history) {
   for (std::size_t point = 0; point < limit_Pa_.size(); ++point) {
     limit_Pa_[point] = probe_.friction * history.pressure_Pa[point];
     share_[point] = 1;
@@ -26,7 +26,7 @@ void Contact::lag_friction_limit(const ContactHistory& history) {
   }
 }
 
-double Contact::lag_friction_limit(const ContactTrial& trial) {
+double ContactInterface::lag_friction_limit(const ContactTrial& trial) {
   const auto& [u, pose, history] = trial;
   if (probe_.friction <= 0) return 0;
   double change = 0, sum = 0;
@@ -52,7 +52,7 @@ double Contact::lag_friction_limit(const ContactTrial& trial) {
   return sum > 0 ? change / sum : 0;
 }
 
-ContactHistory Contact::accepted(const ContactTrial& trial) const {
+ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
   const auto& [u, pose, history] = trial;
   ContactHistory next;
   const std::size_t points = area_weight_.size();
@@ -89,7 +89,7 @@ ContactHistory Contact::accepted(const ContactTrial& trial) const {
   return next;
 }
 
-ContactHistory Contact::updated_multipliers(const ContactHistory& accepted) const {
+ContactHistory ContactInterface::updated_multipliers(const ContactHistory& accepted) const {
   ContactHistory out = accepted;
   for (std::size_t point = 0; point < out.gap.size(); ++point) {
     if (out.pressure_Pa[point] <= 0) continue;

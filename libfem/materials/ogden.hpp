@@ -95,7 +95,7 @@ struct Ogden {
     at.evaluate(ShapeState<S>(state.H, state.J_sound));
     S U, U1, U2;
     QuadraticVolume::at(constants[0], state.dilation, U, U1, U2);
-    Principal<S> response;
+    PrincipalResponse<S> response;
     response.evaluate(constants, at, A != nullptr);
     W = J > 0.0 ? response.w + U : J * 0.0 + std::numeric_limits<double>::infinity();
     if (!P) return;
@@ -167,7 +167,7 @@ struct Ogden {
   /// stresses); stiffness: the derivatives of those; quotient: (beta_a - beta_b) / (l_a^2 - l_b^2)
   /// of the pairs 01, 02, 12.
   template <class S>
-  struct Principal {
+  struct PrincipalResponse {
     S w, beta[3], stiffness[9], quotient[3];
 
     PALPATE_INLINE void evaluate(const S* constants, const Stretches<S>& at, bool with_tangent) {
@@ -220,9 +220,9 @@ struct Ogden {
   /// Stretching along the principal directions: sum_ab (dbeta_a/dlog l_b - beta_a [a = b])
   /// / (l_a l_b) (n_a N_a) (n_b N_b).
   template <class S>
-  static PALPATE_INLINE void add_normal_block(const Principal<S>& response, const S& stiff_part,
-                                              double geometric_scale, const S* inverse, const S* n,
-                                              const S* N, S* A) {
+  static PALPATE_INLINE void add_normal_block(const PrincipalResponse<S>& response,
+                                              const S& stiff_part, double geometric_scale,
+                                              const S* inverse, const S* n, const S* N, S* A) {
     for (int a = 0; a < 3; ++a) {
       S row[9];
       for (int i = 0; i < 9; ++i) row[i] = stiff_part * 0.0;
@@ -242,9 +242,9 @@ struct Ogden {
 
   /// Shearing and turning in the plane of two principal directions.
   template <int a, int b, class S>
-  static PALPATE_INLINE void add_shear_block(const Principal<S>& response, double geometric_scale,
-                                             const Stretches<S>& at, const S* inverse, const S* n,
-                                             S* A) {
+  static PALPATE_INLINE void add_shear_block(const PrincipalResponse<S>& response,
+                                             double geometric_scale, const Stretches<S>& at,
+                                             const S* inverse, const S* n, S* A) {
     const S quotient = response.quotient[a + b - 1];
     S cross = 0.5 *
               (quotient * (at.squared[a] + at.squared[b]) - response.beta[a] - response.beta[b]) *

@@ -90,12 +90,12 @@ struct EllipsoidShape {
     return in_own_axes(probe, axis, offset, [&](const Vec3& x) {
       SignedDistance out;
       const Vec3 y = nearest(e, x);
-      const Mat3 bend = normal_derivative(e, y, out.gradient);
+      const Mat3 curvature = normal_derivative(e, y, out.gradient);
       out.distance_m = out.gradient.dot(x - y);
-      const Mat3 spread = Mat3::Identity() + out.distance_m * bend;
+      const Mat3 spread = Mat3::Identity() + out.distance_m * curvature;
       constexpr double kFocal = 1e-9;  // at a centre of curvature the hessian has no value
       const double det = spread.determinant();
-      if (det > kFocal) out.hessian = spread.inverse() * bend;
+      if (det > kFocal) out.hessian = spread.inverse() * curvature;
       return out;
     });
   }
@@ -108,7 +108,7 @@ struct EllipsoidShape {
   /// the smaller first: sqrt(R_i d) as for a ball, no wider than the ellipsoid there.
   static Eigen::Vector2d half_widths_m(const ProbeGeometry& probe, double depth_m) {
     const Vec3 e = semi_axes_m(probe);
-    const Principal tip = principal(probe);
+    const PrincipalCurvature tip = principal(probe);
     Eigen::Vector2d out;
     for (int i = 0; i < 2; ++i)
       out[i] = std::min(std::sqrt(depth_m * tip.radius_m[i]), e.cwiseProduct(tip.along[i]).norm());
@@ -129,21 +129,21 @@ struct EllipsoidShape {
     return std::min(principal(probe).radius_m[0], half_width_m(probe));
   }
   static double half_width_m(const ProbeGeometry& probe) {
-    const Principal tip = principal(probe);
+    const PrincipalCurvature tip = principal(probe);
     const Vec3 e = semi_axes_m(probe);
     return std::max(e.cwiseProduct(tip.along[0]).norm(), e.cwiseProduct(tip.along[1]).norm());
   }
 
  private:
   /// Radii of curvature at the reference point, smallest first, and their directions (own axes).
-  struct Principal {
+  struct PrincipalCurvature {
     std::array<double, 2> radius_m;
     std::array<Vec3, 2> along;
   };
-  static Principal principal(const ProbeGeometry& probe) {
+  static PrincipalCurvature principal(const ProbeGeometry& probe) {
     Vec3 normal;
-    const Mat3 bend = normal_derivative(semi_axes_m(probe), probe.touch, normal);
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(bend);  // 0 along the normal comes first
+    const Mat3 curvature = normal_derivative(semi_axes_m(probe), probe.touch, normal);
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(curvature);  // 0 along the normal comes first
     return {{1 / solver.eigenvalues()[2], 1 / solver.eigenvalues()[1]},
             {solver.eigenvectors().col(2), solver.eigenvectors().col(1)}};
   }

@@ -10,19 +10,19 @@
 namespace palpate::fem {
 namespace {
 
-struct Side {
+struct DirectedSide {
   std::int32_t low, high, side;
   bool is_forward;  // runs from low to high
 };
 
-std::vector<Side> sorted_sides(const Triangles& triangles) {
-  std::vector<Side> sides;
+std::vector<DirectedSide> sorted_sides(const Triangles& triangles) {
+  std::vector<DirectedSide> sides;
   for (std::int32_t f = 0; f < triangles.rows(); ++f)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t a = triangles(f, k), b = triangles(f, (k + 1) % 3);
       sides.push_back({std::min(a, b), std::max(a, b), 3 * f + k, a < b});
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+  std::sort(sides.begin(), sides.end(), [](const DirectedSide& x, const DirectedSide& y) {
     return std::tie(x.low, x.high, x.side) < std::tie(y.low, y.high, y.side);
   });
   return sides;
@@ -30,7 +30,7 @@ std::vector<Side> sorted_sides(const Triangles& triangles) {
 
 /// Calls use(begin, end) with the sides of each edge.
 template <class Use>
-void for_each_edge(const std::vector<Side>& sides, const Use& use) {
+void for_each_edge(const std::vector<DirectedSide>& sides, const Use& use) {
   for (auto begin = sides.begin(); begin != sides.end();) {
     auto end = begin + 1;
     while (end != sides.end() && end->low == begin->low && end->high == begin->high) ++end;

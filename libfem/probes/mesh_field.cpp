@@ -15,10 +15,10 @@ constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
 constexpr int kPadding = 5;            // grid nodes around the mesh's box
 
 /// Values and derivatives of the four cubic B-splines that reach a place t in [0, 1) of its cell.
-struct SplineWeights {
+struct CubicWeights {
   double value[4], first[4], second[4];
 
-  SplineWeights(double t, double spacing) {
+  CubicWeights(double t, double spacing) {
     const double s = 1 - t;
     value[0] = s * s * s / 6;
     value[1] = (3 * t * t * t - 6 * t * t + 4) / 6;
@@ -141,7 +141,7 @@ SignedDistance MeshField::smooth(const Vec3& x) const {
     if (!(cell[i] >= 2 && cell[i] < count_[i] - 3)) return exact(x);
     first[i] = static_cast<int>(cell[i]) - 1;
   }
-  const SplineWeights wx(cell[0] - first[0] - 1, spacing_), wy(cell[1] - first[1] - 1, spacing_),
+  const CubicWeights wx(cell[0] - first[0] - 1, spacing_), wy(cell[1] - first[1] - 1, spacing_),
       wz(cell[2] - first[2] - 1, spacing_);
   SignedDistance out;
   for (int k = 0; k < 4; ++k) {
@@ -176,8 +176,9 @@ SignedDistance MeshField::smooth(const Vec3& x) const {
   return out;
 }
 
-MeshField::Section MeshField::section(const Vec3& tip, const Vec3& inward, double depth_m) const {
-  Section out;
+MeshField::CrossSection MeshField::section(const Vec3& tip, const Vec3& inward,
+                                           double depth_m) const {
+  CrossSection out;
   for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f) {
     double behind[3];
     for (int k = 0; k < 3; ++k) behind[k] = (tip - corner(f, k)).dot(inward) - depth_m;

@@ -40,10 +40,10 @@ class MeshField {
 
   /// Area [m^2] and farthest point from the axis [m] of the section across `inward` (unit) that
   /// lies depth_m behind `tip`.
-  struct Section {
+  struct CrossSection {
     double area_m2 = 0, farthest_m = 0;
   };
-  Section section(const Vec3& tip, const Vec3& inward, double depth_m) const;
+  CrossSection section(const Vec3& tip, const Vec3& inward, double depth_m) const;
 
  private:
   /// within_m: no less than the distance there, to search less.

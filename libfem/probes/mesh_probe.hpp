@@ -78,7 +78,7 @@ struct MeshShape {
 
  private:
   /// Section behind the tip, no deeper than half the mesh, where a tool may narrow again.
-  static MeshField::Section section(const ProbeGeometry& probe, double depth_m) {
+  static MeshField::CrossSection section(const ProbeGeometry& probe, double depth_m) {
     return probe.mesh->section(probe.touch, probe.turn.row(2),
                                std::min(depth_m, probe.mesh->extent_m() / 2));
   }

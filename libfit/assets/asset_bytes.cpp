@@ -14,7 +14,7 @@ namespace {
 
 using runtime::Header;
 
-struct Parts {
+struct AssetParts {
   AssetSurface surface;
   Tree tree;
   std::array<std::vector<double>, runtime::kMaxParts> table;  ///< of the family's curves
@@ -36,8 +36,8 @@ std::vector<double> table_of(const CurveBasis& basis) {
   return out;
 }
 
-Parts make_parts(const Model& model, const ExportOptions& options) {
-  Parts parts;
+AssetParts make_parts(const Model& model, const ExportOptions& options) {
+  AssetParts parts;
   parts.surface = make_asset_surface(model, options.fades_borders);
   parts.tree =
       make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
@@ -54,7 +54,7 @@ Parts make_parts(const Model& model, const ExportOptions& options) {
   return parts;
 }
 
-Header make_header(const Model& model, const ExportOptions& options, const Parts& parts) {
+Header make_header(const Model& model, const ExportOptions& options, const AssetParts& parts) {
   Header header{};
   std::memcpy(header.magic, "PALP", 4);
   header.endian_mark = runtime::kEndianMark;
@@ -92,7 +92,8 @@ void put(AssetBytes& bytes, const Header& header, int section, const std::vector
   std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
 }
 
-void put_all(AssetBytes& bytes, const Header& header, const Parts& parts, const std::string& meta) {
+void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
+             const std::string& meta) {
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
   put(bytes, header, runtime::kNormals, parts.surface.normal);
   put(bytes, header, runtime::kCovered, parts.surface.covered);
@@ -134,7 +135,8 @@ int record_check_forces(AssetBytes& bytes, const Header& header) {
   return touching;
 }
 
-void fill_report(const Parts& parts, const Header& header, int touching, ExportReport& report) {
+void fill_report(const AssetParts& parts, const Header& header, int touching,
+                 ExportReport& report) {
   const AssetSurface& surface = parts.surface;
   report.bytes = header.file_bytes;
   report.vertices = header.vertices;
@@ -161,7 +163,7 @@ void fill_report(const Parts& parts, const Header& header, int touching, ExportR
 
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report) {
-  const Parts parts = make_parts(model, options);
+  const AssetParts parts = make_parts(model, options);
   const Header header = make_header(model, options, parts);
   AssetBytes bytes(header.file_bytes);
   put_all(bytes, header, parts, options.meta_json);

@@ -50,7 +50,7 @@ void append_row(Samples& to, const Samples& from, Eigen::Index row, std::int32_t
   to.kind.push_back(from.kind[r]);
   to.step.push_back(from.step[r]);
   to.status.push_back(from.status[r]);
-  to.doubt.push_back(from.doubt.empty() ? StepCheck::none : from.doubt[r]);
+  to.step_check.push_back(from.step_check.empty() ? StepCheck::none : from.step_check[r]);
   to.deflection.row(at) = from.deflection.row(row);
   to.force.row(at) = from.force.row(row);
   to.torque.row(at) = from.torque.row(row);
@@ -119,7 +119,7 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
   out.point_normal_gradient.bottomRows(second.points()) = second.point_normal_gradient;
   out.point_name.insert(out.point_name.end(), second.point_name.begin(), second.point_name.end());
   resize_rows(out, first.rows() + second.rows());
-  out.doubt.resize(out.point.size(), StepCheck::none);  // where nothing was checked in `first`
+  out.step_check.resize(out.point.size(), StepCheck::none);  // where nothing was checked in `first`
   for (Eigen::Index row = 0; row < second.rows(); ++row)
     append_row(out, second, row,
                static_cast<std::int32_t>(before) + second.point[static_cast<std::size_t>(row)],

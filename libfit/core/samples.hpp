@@ -99,7 +99,7 @@ struct Samples {
   Points torque;                         ///< N x 3 [N m]
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
-  std::vector<StepCheck> doubt;          ///< N, or none at all where nothing checked
+  std::vector<StepCheck> step_check;     ///< N, or none at all where nothing checked
 
   std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown

@@ -34,7 +34,7 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
 }
 
 // Relative bands where each curve's rows end: past that it is extrapolated.
-void report_bands(const FittedCurves& fitted, const std::vector<PointRows>& rows, double length_m,
+void report_bands(const FittedCurves& fitted, const std::vector<CurveRows>& rows, double length_m,
                   FitReport& report) {
   for (std::size_t kind = 0; kind < curves_of(fitted.curves.family); ++kind) {
     const SplineTables tables = tabulate(fitted.curves.basis[kind]);
@@ -103,7 +103,7 @@ void collect_residuals(const std::vector<PointResult>& results, FittedCurves& fi
   }
 }
 
-FitReport make_report(const BodyData& body, const std::vector<PointRows>& rows,
+FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,
                       const std::vector<PointResult>& results, int count) {
   FitReport report;

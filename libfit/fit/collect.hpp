@@ -16,7 +16,7 @@ void collect_residuals(const std::vector<PointResult>& results, FittedCurves& fi
 /// What a fit of all points says of itself; rows, family, smoothing, degree, time and whether it
 /// was stopped are left to the caller. rows: of the curves of each point. count: of the worst
 /// points listed.
-FitReport make_report(const BodyData& body, const std::vector<PointRows>& rows,
+FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,
                       const std::vector<PointResult>& results, int count);
 

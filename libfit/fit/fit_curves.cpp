@@ -51,7 +51,7 @@ fit::RingPrior rings_in_theory(const Samples& samples, double length_m, const Fi
 }
 
 BodyBases make_bases(const Samples& samples, const fit::BodyData& body,
-                     std::vector<fit::PointRows>& rows, const FitOptions& options) {
+                     std::vector<fit::CurveRows>& rows, const FitOptions& options) {
   BodyBases bases;
   bases.rings = rings_in_theory(samples, body.length_m, options);
   bases.report = fit::choose_bases(body, rows, options);
@@ -72,17 +72,17 @@ BodyBases make_bases(const Samples& samples, const fit::BodyData& body,
 // Bases chosen again from rows as they are without what recordings add, found on the bases so far;
 // and those rows. Nothing changes where all is known of the recordings.
 void settle_nuisances(const Samples& samples, const fit::BodyData& body, const FitOptions& options,
-                      std::vector<fit::PointRows>& rows, BodyBases& bases) {
+                      std::vector<fit::CurveRows>& rows, BodyBases& bases) {
   if (!fit::has_nuisances(body)) return;
   for (int round = 0; round < kNuisanceRounds; ++round) {
     const fit::Bases plain(bases.plain);
-    std::vector<fit::PointRows> corrected(rows.size());
+    std::vector<fit::CurveRows> corrected(rows.size());
     parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
       const fit::PointData& point = body.points[p];
       if (!point.problem.empty()) return;
       const fit::PointCurves found = fit::identify(point, rows[p], bases, plain, options);
       corrected[p] = fit::curve_rows(
-          found.problem.empty() ? fit::without_nuisances(point, found.sensor) : point);
+          found.problem.empty() ? fit::without_nuisances(point, found.nuisance) : point);
     });
     rows = std::move(corrected);
     bases = make_bases(samples, body, rows, options);
@@ -91,7 +91,7 @@ void settle_nuisances(const Samples& samples, const fit::BodyData& body, const F
 
 // The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
-                           const std::vector<fit::PointRows>& rows, BodyBases& bases) {
+                           const std::vector<fit::CurveRows>& rows, BodyBases& bases) {
   FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
                                        : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
@@ -102,7 +102,7 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
 
 // What rings of the body's points have in common, from points that were dragged: the rest lean on
 // it. Theory stays where none was.
-void settle_rings(const fit::BodyData& body, const std::vector<fit::PointRows>& rows,
+void settle_rings(const fit::BodyData& body, const std::vector<fit::CurveRows>& rows,
                   const FitOptions& options, BodyBases& bases) {
   if (bases.family != CurveFamily::rings) return;
   const fit::Bases plain = fit::plain_bases(bases);
@@ -127,7 +127,7 @@ void settle_rings(const fit::BodyData& body, const std::vector<fit::PointRows>& 
 
 // earlier: of each point, its place in the earlier fit, or -1.
 std::vector<PointResult> fit_points(const Samples& samples, const fit::BodyData& body,
-                                    const std::vector<fit::PointRows>& rows, const BodyBases& bases,
+                                    const std::vector<fit::CurveRows>& rows, const BodyBases& bases,
                                     const std::vector<Eigen::Index>& earlier,
                                     const FitOptions& options, const Progress& progress) {
   const fit::Bases plain = fit::plain_bases(bases), si = fit::si_bases(bases);
@@ -163,7 +163,7 @@ void score_given(const Samples& samples, const fit::BodyData& body, const BodyBa
     }
     if (is_given && result.is_scored)
       result.score = fit::score_point(samples, body.points[p], body.length_m, si, result.control,
-                                      result.sensor);
+                                      result.nuisance);
   });
 }
 
@@ -177,7 +177,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
   fit::add_nuisances(samples, options, body);
   std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
-  std::vector<fit::PointRows> rows;
+  std::vector<fit::CurveRows> rows;
   for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
   fit::ChosenDegree degree{options.degree, ""};
   if (options.degree == 0) degree = fit::choose_degree(body, rows, options);

@@ -23,14 +23,15 @@ bool is_far(double found, double expected, double share) {
   return std::abs(found - expected) > share * std::abs(expected);  // not from NaN
 }
 
-void doubt(RingsReport& report, const char* what, double found, double expected, const char* why) {
-  add_sentence(report.doubt, fmt::format("{} {} is far from theory's {}{}", what, number(found),
-                                         number(expected), why));
+void warn_of(RingsReport& report, const char* what, double found, double expected,
+             const char* why) {
+  add_sentence(report.warning, fmt::format("{} {} is far from theory's {}{}", what, number(found),
+                                           number(expected), why));
 }
 
 }  // namespace
 
-RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& rows,
+RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
                         FittedCurves& fitted) {
   RingsReport report;
   if (fitted.curves.family != CurveFamily::rings) return report;
@@ -79,15 +80,16 @@ RingsReport judge_rings(const Samples& samples, const std::vector<PointRows>& ro
     report.expected_friction_slope_1_m = report.friction / (2 * radius_m);
 
   if (is_far(report.lambda, report.expected_lambda, kFarLambda))
-    doubt(report, "lambda", report.lambda, report.expected_lambda,
-          ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
+    warn_of(report, "lambda", report.lambda, report.expected_lambda,
+            ": a lump, an anisotropy, a wrong Poisson's ratio, or a body that moves as a whole");
   if (is_far(report.friction, report.expected_friction, kFarFriction))
-    doubt(report, "mu0", report.friction, report.expected_friction,
-          ": another friction than the probe's, or a body that moves as a whole");
+    warn_of(report, "mu0", report.friction, report.expected_friction,
+            ": another friction than the probe's, or a body that moves as a whole");
   if (is_far(report.friction_slope_1_m, report.expected_friction_slope_1_m, kFarFrictionSlope))
-    doubt(report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
-          ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
-          "as a whole");
+    warn_of(
+        report, "mu1 [1/m]", report.friction_slope_1_m, report.expected_friction_slope_1_m,
+        ": drags at one depth alone, a tip that is no ball of that radius, or a body that moves "
+        "as a whole");
   for (const std::size_t p : dragged) {
     const double lambda = constant(runtime::kLambda, p);
     if (!is_far(lambda, report.lambda, kFarLambda) ||

@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-/// How knots got where they are: equal pieces, equal shares of the curves' bend, or where curves
-/// with knots there are nearest to the rows.
+/// How knots got where they are: equal pieces, equal shares of the curves' curvature, or where
+/// curves with knots there are nearest to the rows.
 enum class KnotPlacement : std::int8_t { even = 0, curvature = 1, identified = 2 };
 
 /// One candidate of the search for a basis: mean error of rows the curve did not see.
@@ -84,7 +84,7 @@ struct RingsReport {
   double expected_lambda = kUnknown, expected_friction = kUnknown;
   double expected_friction_slope_1_m = kUnknown;
   std::vector<Eigen::Index> uneven;  ///< points whose lambda is far from the median
-  std::string doubt;                 ///< what is far from theory, and likely reasons; or empty
+  std::string warning;               ///< what is far from theory, and likely reasons; or empty
 };
 
 /// A point that the curves describe badly, worst first.

@@ -14,14 +14,14 @@ constexpr double kAtCorner = 1e-9;  // of the longest edge: a vertex this near a
 using Lists = std::vector<std::vector<std::int32_t>>;
 
 // What projection needs to know of a test-point triangle.
-struct Facet {
+struct BlendTriangle {
   Vec3 corner[3];
   Vec3 outward[3];
   double longest_m = 0;
 };
 
-std::vector<Facet> facets_of(const FittedCurves& curves, const Triangles& triangles) {
-  std::vector<Facet> facets(static_cast<std::size_t>(triangles.rows()));
+std::vector<BlendTriangle> facets_of(const FittedCurves& curves, const Triangles& triangles) {
+  std::vector<BlendTriangle> facets(static_cast<std::size_t>(triangles.rows()));
   for (std::size_t f = 0; f < facets.size(); ++f) {
     for (int k = 0; k < 3; ++k) {
       const std::int32_t point = triangles(static_cast<Eigen::Index>(f), k);
@@ -55,7 +55,7 @@ Lists triangles_around(const Triangles& triangles, std::size_t points) {
 }
 
 // How far along the surface each test point answers for vertices [m]; negative without triangle.
-std::vector<double> ranges_of(const Triangles& triangles, const std::vector<Facet>& facets,
+std::vector<double> ranges_of(const Triangles& triangles, const std::vector<BlendTriangle>& facets,
                               std::size_t points, double largest_path_edges) {
   std::vector<double> ranges(points, -1);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t)
@@ -66,7 +66,8 @@ std::vector<double> ranges_of(const Triangles& triangles, const std::vector<Face
   return ranges;
 }
 
-bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, double min_cosine) {
+bool faces_alike(const BlendTriangle& facet, const Vec3& weight, const Vec3& outward,
+                 double min_cosine) {
   Vec3 normal = Vec3::Zero();
   for (int k = 0; k < 3; ++k) normal += weight[k] * facet.outward[k];
   return normal.dot(outward) > min_cosine * normal.norm();
@@ -74,12 +75,12 @@ bool faces_alike(const Facet& facet, const Vec3& weight, const Vec3& outward, do
 
 // Nearest of the candidate triangles that face alike and are near enough; the lowest among equals.
 SurfacePoint project(const Vec3& position, const Vec3& outward,
-                     const std::vector<std::int32_t>& candidates, const std::vector<Facet>& facets,
-                     const RefineOptions& options) {
+                     const std::vector<std::int32_t>& candidates,
+                     const std::vector<BlendTriangle>& facets, const RefineOptions& options) {
   const double min_cosine = std::cos(options.largest_angle_rad);
   SurfacePoint best;
   for (const std::int32_t t : candidates) {
-    const Facet& facet = facets[static_cast<std::size_t>(t)];
+    const BlendTriangle& facet = facets[static_cast<std::size_t>(t)];
     SurfacePoint point =
         nearest_on_triangle(position, facet.corner[0], facet.corner[1], facet.corner[2]);
     if (point.distance_m < best.distance_m &&
@@ -93,7 +94,7 @@ SurfacePoint project(const Vec3& position, const Vec3& outward,
 }
 
 // Exactly (1,0,0) and the like for a vertex that is a test point.
-Vec3 snapped(const Facet& facet, const Vec3& position, const Vec3& weight) {
+Vec3 snapped(const BlendTriangle& facet, const Vec3& position, const Vec3& weight) {
   for (int k = 0; k < 3; ++k)
     if ((facet.corner[k] - position).norm() <= kAtCorner * facet.longest_m) return Vec3::Unit(k);
   return weight;

@@ -22,7 +22,7 @@ constexpr double kOnBorder = 0.15;   // a sliver along the border could not be f
 constexpr double kFlipMargin_rad = 1e-9;
 
 using Corners = std::array<std::int32_t, 3>;
-using Edge = std::pair<std::int32_t, std::int32_t>;
+using DirectedEdge = std::pair<std::int32_t, std::int32_t>;
 
 /// A triangulation that can be changed: which triangle lies left of each directed edge.
 class Mesh {
@@ -67,7 +67,7 @@ class Mesh {
   }
 
   /// The edge's two triangles get the other diagonal where that is rounder, manifold and faces out.
-  bool flip_if_better(const Edge& edge) {
+  bool flip_if_better(const DirectedEdge& edge) {
     const auto [a, b] = edge;
     const auto one = left_of(a, b), other = left_of(b, a);
     if (!one || !other) return false;
@@ -104,7 +104,7 @@ class Mesh {
 
   TestPoints& points_;
   std::vector<Corners> triangle_;
-  std::map<Edge, std::size_t> left_;
+  std::map<DirectedEdge, std::size_t> left_;
 };
 
 // Triangles within three rings of a point, ascending.
@@ -126,14 +126,14 @@ std::vector<std::size_t> triangles_near(const Mesh& mesh, std::int32_t point) {
   return {found.begin(), found.end()};
 }
 
-struct Place {
+struct InsertionPlace {
   std::size_t triangle = 0;
   SurfacePoint point;
 };
 
-std::optional<Place> find_place(const Mesh& mesh, const TestPoints& points,
-                                const NewTestPoint& added) {
-  std::optional<Place> best;
+std::optional<InsertionPlace> find_place(const Mesh& mesh, const TestPoints& points,
+                                         const NewTestPoint& added) {
+  std::optional<InsertionPlace> best;
   for (const std::size_t t : triangles_near(mesh, added.near)) {
     const Corners& c = mesh.triangles()[t];
     const SurfacePoint hit =
@@ -142,7 +142,7 @@ std::optional<Place> find_place(const Mesh& mesh, const TestPoints& points,
     Vec3 normal = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
       normal += hit.weight[k] * points.normal.row(c[static_cast<std::size_t>(k)]).transpose();
-    if (normal.dot(added.normal) > kMinFacing * normal.norm()) best = Place{t, hit};
+    if (normal.dot(added.normal) > kMinFacing * normal.norm()) best = InsertionPlace{t, hit};
   }
   return best;
 }
@@ -160,12 +160,12 @@ bool is_taken(const Mesh& mesh, const Corners& corners, const Vec3& position, co
 
 // Splits triangle t = (a, b, c) along the edge (a, b), with its neighbour there, at the new point.
 // Returns the edges that may have to flip.
-std::vector<Edge> split_edge(Mesh& mesh, std::size_t t, std::int32_t a, std::int32_t b,
-                             std::int32_t point) {
+std::vector<DirectedEdge> split_edge(Mesh& mesh, std::size_t t, std::int32_t a, std::int32_t b,
+                                     std::int32_t point) {
   const std::int32_t c = mesh.apex(t, a, b);
   const auto other = mesh.left_of(b, a);
   std::vector<std::size_t> changed{t, mesh.triangles().size()};
-  std::vector<Edge> outer{{b, c}, {c, a}};
+  std::vector<DirectedEdge> outer{{b, c}, {c, a}};
   const std::int32_t d = other ? mesh.apex(*other, a, b) : -1;
   mesh.put(t, {a, point, c});
   mesh.put(changed[1], {point, b, c});
@@ -180,7 +180,7 @@ std::vector<Edge> split_edge(Mesh& mesh, std::size_t t, std::int32_t a, std::int
   return outer;
 }
 
-std::vector<Edge> split_triangle(Mesh& mesh, std::size_t t, std::int32_t point) {
+std::vector<DirectedEdge> split_triangle(Mesh& mesh, std::size_t t, std::int32_t point) {
   const Corners c = mesh.triangles()[t];
   const std::size_t next = mesh.triangles().size();
   mesh.put(t, {c[0], c[1], point});
@@ -190,7 +190,7 @@ std::vector<Edge> split_triangle(Mesh& mesh, std::size_t t, std::int32_t point) 
   return {{c[0], c[1]}, {c[1], c[2]}, {c[2], c[0]}};
 }
 
-std::vector<Edge> split_at(Mesh& mesh, const Place& place, std::int32_t point) {
+std::vector<DirectedEdge> split_at(Mesh& mesh, const InsertionPlace& place, std::int32_t point) {
   const Corners corners = mesh.triangles()[place.triangle];
   int least = 0;
   place.point.weight.minCoeff(&least);
@@ -202,11 +202,11 @@ std::vector<Edge> split_at(Mesh& mesh, const Place& place, std::int32_t point) {
   return split_triangle(mesh, place.triangle, point);
 }
 
-void legalise(Mesh& mesh, std::vector<Edge> edges) {
+void legalise(Mesh& mesh, std::vector<DirectedEdge> edges) {
   // In the plane flips end by themselves; on a curved surface nothing proves it.
   std::size_t most = 16 + 4 * mesh.triangles().size();
   while (!edges.empty() && most-- > 0) {
-    const Edge edge = edges.back();
+    const DirectedEdge edge = edges.back();
     edges.pop_back();
     const auto one = mesh.left_of(edge.first, edge.second);
     const auto other = mesh.left_of(edge.second, edge.first);

@@ -13,9 +13,10 @@ constexpr int kDepths = 4;        // where energies are compared
 constexpr double kHalfWay = 0.5;  // least error of held-out paths; all the way, least mismatch
 
 // Reads the curves of a model of rings.
-class Reader {
+class SideForceReader {
  public:
-  explicit Reader(const Model& model) : model_(model), tables_(tabulate(model.curves.basis[0])) {}
+  explicit SideForceReader(const Model& model)
+      : model_(model), tables_(tabulate(model.curves.basis[0])) {}
 
   double depth_m(int step) const { return tables_.knots.back() * (step + 1) / kDepths; }
   double force_N(Eigen::Index vertex, double depth_m) const {
@@ -76,7 +77,7 @@ NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& norma
 
 SideMismatch side_mismatch(const Model& model) {
   if (model.curves.family != CurveFamily::rings) return {};
-  const Reader reader(model);
+  const SideForceReader reader(model);
   std::vector<double> found;
   for (const auto& t : model.surface.triangles.rowwise()) {
     if (!reader.is_covered(t)) continue;
@@ -101,7 +102,7 @@ SideMismatch side_mismatch(const Model& model) {
 
 void meet_slope(Model& model) {
   if (model.curves.family != CurveFamily::rings) return;
-  const Reader reader(model);
+  const SideForceReader reader(model);
   const Eigen::Index vertices = model.surface.vertices.rows();
   // Sums over the triangles about a vertex, weighted by area; a border has none.
   Eigen::VectorXd area = Eigen::VectorXd::Zero(vertices);

@@ -50,19 +50,19 @@ std::vector<std::int32_t> ring_about(const Triangles& triangles, std::int32_t po
   return {ring.begin(), ring.end()};
 }
 
-struct Corners {
+struct BlendPoints {
   std::array<std::int32_t, 3> point{};
   Vec3 weight = Vec3::Zero();
   double size = std::numeric_limits<double>::infinity();
 };
 
 // Area coordinates of the origin, and the radius of the circle through the corners.
-std::optional<Corners> around_origin(const std::array<Eigen::Vector2d, 3>& at) {
+std::optional<BlendPoints> around_origin(const std::array<Eigen::Vector2d, 3>& at) {
   const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
   };
   const double area = cross(at[1] - at[0], at[2] - at[0]);
-  Corners out;
+  BlendPoints out;
   out.weight = Vec3(cross(at[1], at[2]), cross(at[2], at[0]), cross(at[0], at[1])) / area;
   if (!(out.weight.minCoeff() >= 0)) return std::nullopt;
   out.size = (at[1] - at[0]).norm() * (at[2] - at[1]).norm() * (at[0] - at[2]).norm() /
@@ -71,8 +71,8 @@ std::optional<Corners> around_origin(const std::array<Eigen::Vector2d, 3>& at) {
 }
 
 // The triangle of a point's neighbours that would answer for its place without it.
-std::optional<Corners> without(const FittedCurves& curves, const std::vector<std::int32_t>& ring,
-                               std::int32_t point) {
+std::optional<BlendPoints> without(const FittedCurves& curves,
+                                   const std::vector<std::int32_t>& ring, std::int32_t point) {
   const Vec3 normal = curves.normal.row(point);
   const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
   std::vector<Eigen::Vector2d> flat;
@@ -80,11 +80,11 @@ std::optional<Corners> without(const FittedCurves& curves, const std::vector<std
     const Vec3 way = (curves.position.row(q) - curves.position.row(point)).transpose();
     flat.emplace_back(way.dot(first), way.dot(second));
   }
-  std::optional<Corners> best;
+  std::optional<BlendPoints> best;
   for (std::size_t a = 0; a < ring.size(); ++a)
     for (std::size_t b = a + 1; b < ring.size(); ++b)
       for (std::size_t c = b + 1; c < ring.size(); ++c) {
-        std::optional<Corners> found = around_origin({flat[a], flat[b], flat[c]});
+        std::optional<BlendPoints> found = around_origin({flat[a], flat[b], flat[c]});
         if (!found || (best && !(found->size < best->size))) continue;
         found->point = {ring[a], ring[b], ring[c]};
         best = found;

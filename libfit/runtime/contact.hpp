@@ -4,8 +4,8 @@
 // What a tool's contact remembers from tick to tick, what a tick says, and how contact begins and
 // ends.
 
-#include "hold.hpp"
 #include "ledger.hpp"
+#include "spot_cache.hpp"
 #include "sweep.hpp"
 #include "sweep_ball.hpp"
 
@@ -24,7 +24,7 @@ struct Contact {
   Ledger ledger;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
-  Hold hold;                          ///< saves time, changes no bit
+  SpotCache cache;                    ///< saves time, changes no bit
 };
 
 enum class ContactState { air, stick, slip };
@@ -54,7 +54,7 @@ inline void release(Contact& contact, double law_J = 0) noexcept {
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
   for (double& number : contact.memory) number = 0;
-  drop(contact.hold);
+  clear(contact.cache);
 }
 
 /// Everything but the running sums is forgotten: contact begins again from outside.

@@ -166,9 +166,9 @@ struct MeshWay {
     const double height = dot(delta, u) + reach_m, dheight = dot(delta, du) - sinking;
     double kappa[6];
     for (int j = 0; j < 6; ++j) kappa[j] = value[3 + j] + s * rate[3 + j];
-    const Vec3d bent = bend(kappa, q);
-    const double depth = height - 0.5 * dot(q, bent);
-    const double ddepth = dheight - dot(dq, bent) - 0.5 * dot(q, bend(rate + 3, q));
+    const Vec3d curved = curvature_times(kappa, q);
+    const double depth = height - 0.5 * dot(q, curved);
+    const double ddepth = dheight - dot(dq, curved) - 0.5 * dot(q, curvature_times(rate + 3, q));
     const double squared = dot(q, q);
     const bool is_aside = squared > kLateralZero_m * kLateralZero_m;
     const double size = is_aside ? std::sqrt(squared) : 0;
@@ -194,7 +194,7 @@ struct MeshWay {
       by[j] = path->rate[0] * a + path->rate[1] * b + path->rate[2] * c;
     }
   }
-  static Vec3d bend(const double* kappa, const Vec3d& q) noexcept {
+  static Vec3d curvature_times(const double* kappa, const Vec3d& q) noexcept {
     return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
             kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
             kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};

@@ -98,8 +98,8 @@ struct QuadricPath {
   Spot<S> at(const S& s) const noexcept {
     const Vec3<S> p{start.x + direction.x * s, start.y + direction.y * s,
                     start.z + direction.z * s};
-    const Vec3<S> u0 = widened<S>(quadric->u0), bend = gradient_times(*quadric, p);
-    return {p - u0 * (0.5 * dot(p, bend)), normalized(u0 + bend), p, controls};
+    const Vec3<S> u0 = widened<S>(quadric->u0), turned = gradient_times(*quadric, p);
+    return {p - u0 * (0.5 * dot(p, turned)), normalized(u0 + turned), p, controls};
   }
   QuadricPath<double, C> plain() const noexcept {
     return {quadric, values_of(start), values_of(direction), controls};
@@ -170,16 +170,17 @@ int replay_as(const CurveViews& views, const ControlPointers<T>& controls, const
     }
     before = tip;
     if (!in_contact) continue;
-    auto foot = F::footing(views, surface.standing(), x, memory);
-    const Vec3<T> from = foot.spot.point;
-    if (slide<F>(views, x, surface, foot, memory) != SlideEnd::stick) {
+    auto kinematics = F::kinematics(views, surface.standing(), x, memory);
+    const Vec3<T> from = kinematics.spot.point;
+    if (slide<F>(views, x, surface, kinematics, memory) != SlideEnd::stick) {
       ++slipped;
-      F::carry(memory, foot.spot.point - from, foot.spot.normal);
-      foot = F::footing(views, surface.standing(), x, memory);
+      F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+      kinematics = F::kinematics(views, surface.standing(), x, memory);
     }
-    const auto& under = F::under(views, foot);
-    force_N[row] = F::answer(views, under, foot, F::settle(views, under, foot, memory)).force_N;
-    in_contact = value_of(foot.d.normal_m) > 0 || row == 0;
+    const auto& under = F::under(views, kinematics);
+    force_N[row] =
+        F::answer(views, under, kinematics, F::slip(views, under, kinematics, memory)).force_N;
+    in_contact = value_of(kinematics.d.normal_m) > 0 || row == 0;
   }
   return slipped;
 }

@@ -104,18 +104,18 @@ struct Slip {
   bool holds_within;
   bool flees;  ///< the end of the path is farther from the tool than its beginning
 };
-template <class F, class T, class Path, class Foot>
-Slip<T> slip_along(const CurveViews& views, const Path& path, const Foot& foot, const Pull<T>& pull,
-                   const Vec3<T>& x) noexcept {
+template <class F, class T, class Path, class Kinematics>
+Slip<T> slip_along(const CurveViews& views, const Path& path, const Kinematics& kinematics,
+                   const Pull<T>& pull, const Vec3<T>& x) noexcept {
   const double reach = value_of(pull.reach_m), path_end = value_of(path.end());
   const double end = path_end < reach ? path_end : reach;
   const auto& plain = path.plain();
   const Vec3d tip = values_of(x);
   const auto& way = F::way(plain);
-  const auto kind = F::excess_kind(views, foot);
+  const auto kind = F::excess_kind(views, kinematics);
   const SlipRoot root =
       first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
-                 kInside * end, F::excess_scale(views, foot, kind));
+                 kInside * end, F::excess_scale(views, kinematics, kind));
   if (root.s < 0) {
     const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
     return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};
@@ -129,7 +129,7 @@ Slip<T> slip_along(const CurveViews& views, const Path& path, const Foot& foot, 
   }
 }
 
-/// Lets the contact point slide until it holds the tool at x [m]. foot: the footing of
+/// Lets the contact point slide until it holds the tool at x [m]. kinematics: those of
 /// surface.standing() at x on entry; on return its .spot is where the contact point stands and the
 /// rest is used up. memory: the family's. Where the contact point
 /// may not go (a border, a hollow, the slip budget) its anchor slips without it and comes to rest
@@ -139,42 +139,42 @@ Slip<T> slip_along(const CurveViews& views, const Path& path, const Foot& foot, 
 /// the branches taken. Stops where sliding would not bring it nearer: deeper than the centre of a
 /// convex body's curvature the contact point would flee (the elements' max_depth_m keeps well
 /// below).
-template <class F, class T, class Surface, class Foot, class Memory>
-SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Foot& foot,
+template <class F, class T, class Surface, class Kinematics, class Memory>
+SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kinematics& kinematics,
                Memory& memory) noexcept {
   SlideEnd end = SlideEnd::stick;
   for (int segment = 0;; ++segment) {
     const bool is_out = F::is_out(memory);
-    if (!is_out && !F::is_slipping(views, foot)) return end;
+    if (!is_out && !F::is_slipping(views, kinematics)) return end;
     end = SlideEnd::unfinished;
     if (segment == kMaxSegments) break;
-    if (is_out) F::let_go(views, foot, memory);
-    const Pull<T> pull = is_out ? pull_of(F::rest(memory)) : F::pull(foot);
-    const auto path = surface.aim(foot.spot, pull.along);
+    if (is_out) F::let_go(views, kinematics, memory);
+    const Pull<T> pull = is_out ? pull_of(F::rest(memory)) : F::pull(kinematics);
+    const auto path = surface.aim(kinematics.spot, pull.along);
     if (path.is_blocked()) {
       if (!surface.is_spent()) end = SlideEnd::stopped;
       break;
     }
     const double path_end = value_of(path.end());
-    const Slip<T> slip = !is_out ? slip_along<F>(views, path, foot, pull, x)
+    const Slip<T> slip = !is_out ? slip_along<F>(views, path, kinematics, pull, x)
                          : path_end < value_of(pull.reach_m) ? Slip<T>{T(path.end()), false, false}
                                                              : Slip<T>{pull.reach_m, true, false};
     if (slip.flees) {
       end = SlideEnd::stopped;
       break;
     }
-    const Vec3<T> from = foot.spot.point;
+    const Vec3<T> from = kinematics.spot.point;
     surface.move(path, slip.s);
     const auto spot = surface.standing();
     if (is_out)
       F::carry_rest(memory, spot.point - from, spot.normal,
                     slip.holds_within && path.is_straight());
     end = SlideEnd::slid;
-    foot.spot = spot;
+    kinematics.spot = spot;
     if (slip.holds_within && !is_out) return end;
-    foot = F::footing(views, spot, x, memory);
+    kinematics = F::kinematics(views, spot, x, memory);
   }
-  F::let_go(views, foot, memory);
+  F::let_go(views, kinematics, memory);
   return end;
 }
 

@@ -30,36 +30,38 @@ inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
   put(skew - normal * dot(skew, normal), arm.skew_m);
 }
 
-template <bool kIsBall, class Foot>
-void describe(const AssetView& asset, const Contact& contact, const Foot& foot, const Vec3d& x,
-              Output& out) noexcept {
+template <bool kIsBall, class Kinematics>
+void describe(const AssetView& asset, const Contact& contact, const Kinematics& kinematics,
+              const Vec3d& x, Output& out) noexcept {
   const Vec3d origin = make_vec3<double>(asset.origin_m);
-  const Vec3d c = surface_point<kIsBall>(foot.spot, contact.arm);
+  const Vec3d c = surface_point<kIsBall>(kinematics.spot, contact.arm);
   put(c + origin, out.contact_m);
-  put(kIsBall ? x + foot.spot.normal * contact.arm.reach_m + origin : x + origin, out.acts_at_m);
-  put(foot.spot.normal, out.normal);
+  put(kIsBall ? x + kinematics.spot.normal * contact.arm.reach_m + origin : x + origin,
+      out.acts_at_m);
+  put(kinematics.spot.normal, out.normal);
   out.triangle = contact.triangle;
   for (int k = 0; k < 3; ++k) out.weight[k] = contact.weight[k];
-  out.normal_m = foot.d.normal_m;
-  out.lateral_m = foot.d.lateral_m;
-  if (foot.d.normal_m > double(asset.max_depth_m[contact.triangle])) out.flags |= kFlagTooDeep;
-  if (contact.hold.is_frictionless) out.flags |= kFlagFrictionless;
+  out.normal_m = kinematics.d.normal_m;
+  out.lateral_m = kinematics.d.lateral_m;
+  if (kinematics.d.normal_m > double(asset.max_depth_m[contact.triangle]))
+    out.flags |= kFlagTooDeep;
+  if (contact.cache.is_frictionless) out.flags |= kFlagFrictionless;
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
-  if (foot.d.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
+  if (kinematics.d.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
   for (int k = 0; k < 3; ++k)
     if (!asset.covered[asset.corner(contact.triangle, k)]) out.flags |= kFlagOutside;
 }
 
-/// The standing spot of a contact, kept.
+/// The standing spot of a contact, cached.
 template <class F, bool kIsBall>
-HeldSpot held_spot(const AssetView& asset, Contact& contact) noexcept {
-  Hold& hold = contact.hold;
-  if (!is_good(hold, asset, contact.triangle, contact.weight, kIsBall)) {
+CachedSpot cached_spot(const AssetView& asset, Contact& contact) noexcept {
+  SpotCache& cache = contact.cache;
+  if (!is_good(cache, asset, contact.triangle, contact.weight, kIsBall)) {
     const MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight,
                                                contact.arm);
-    keep<F>(hold, asset, contact.triangle, contact.weight, kIsBall, surface.standing());
+    fill<F>(cache, asset, contact.triangle, contact.weight, kIsBall, surface.standing());
   }
-  return {hold.point, hold.normal, &hold, &asset};
+  return {cache.point, cache.normal, &cache, &asset};
 }
 
 /// How far the contact point may go in a tick in which the tool moves by `step`.
@@ -72,23 +74,24 @@ T slip_budget_m(const Contact& contact, const Vec3<T>& step) noexcept {
 }
 
 /// Lets the contact point slide.
-template <class F, bool kIsBall, class Foot, class Memory>
+template <class F, bool kIsBall, class Kinematics, class Memory>
 SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
-                const Foot& foot, Memory& memory, Output& out) noexcept {
+                const Kinematics& kinematics, Memory& memory, Output& out) noexcept {
   MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
                                        slip_budget_m(contact, step));
-  auto mesh_foot = F::at_spot(foot, foot.spot.mesh_spot());
-  const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_foot, memory);
+  auto mesh_kinematics = F::at_spot(kinematics, kinematics.spot.mesh_spot());
+  const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_kinematics, memory);
   contact.slip_left_m = end == SlideEnd::unfinished && !surface.is_spent() ? surface.budget_m() : 0;
   contact.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
   if (end != SlideEnd::stick) {
-    F::carry(memory, mesh_foot.spot.point - foot.spot.point, mesh_foot.spot.normal);
+    F::carry(memory, mesh_kinematics.spot.point - kinematics.spot.point,
+             mesh_kinematics.spot.normal);
     if constexpr (kIsBall) {  // its rest position is the same but for rounding
-      lay_skew(contact.arm, mesh_foot.spot.normal);
-      mesh_foot.spot = surface.standing();
+      lay_skew(contact.arm, mesh_kinematics.spot.normal);
+      mesh_kinematics.spot = surface.standing();
     }
-    keep<F>(contact.hold, asset, contact.triangle, contact.weight, kIsBall, mesh_foot.spot);
+    fill<F>(contact.cache, asset, contact.triangle, contact.weight, kIsBall, mesh_kinematics.spot);
   }
   out.flags |= surface.flags();
   if (end == SlideEnd::unfinished) out.flags |= kFlagUnfinished;
@@ -104,24 +107,26 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   const CurveViews& views = asset.curves;
   auto memory = F::template load<double>(contact.memory);
   out.state = ContactState::stick;
-  auto foot = F::footing(views, held_spot<F, kIsBall>(asset, contact), x, memory);
+  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   double before_J = 0;
-  const bool moves = !(foot.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, foot);
+  const bool moves =
+      !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, kinematics);
   if (moves) {
-    const auto& under = F::under(views, foot);
-    before_J = F::answer(views, under, foot, F::hold(views, under, foot, memory)).stored_J;
-    const SlideEnd end = follow<F, kIsBall>(asset, contact, x, step, foot, memory, out);
-    foot = F::footing(views, held_spot<F, kIsBall>(asset, contact), x, memory);
-    const bool is_lifted = !(foot.d.normal_m > 0) && end != SlideEnd::unfinished;
+    const auto& under = F::under(views, kinematics);
+    before_J =
+        F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory)).stored_J;
+    const SlideEnd end = follow<F, kIsBall>(asset, contact, x, step, kinematics, memory, out);
+    kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
+    const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
       release(contact, before_J);
       out = Output();
       return Status::ok;
     }
   }
-  const auto& under = F::under(views, foot);
-  const auto held = F::settle(views, under, foot, memory);
-  const Answer<double> law = F::answer(views, under, foot, held);
+  const auto& under = F::under(views, kinematics);
+  const auto slipped = F::slip(views, under, kinematics, memory);
+  const Answer<double> law = F::answer(views, under, kinematics, slipped);
   if (!is_finite(law.force_N) || !is_finite(law.stored_J)) {
     forget(contact);
     out = Output();
@@ -129,10 +134,10 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   }
   if (moves)
     contact.ledger.book(before_J, law.stored_J, asset.has_guard);
-  else if (held.lost_J > 0)
-    contact.ledger.book(law.stored_J + held.lost_J, law.stored_J, asset.has_guard);
+  else if (slipped.lost_J > 0)
+    contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, asset.has_guard);
   F::save(memory, contact.memory);
-  describe<kIsBall>(asset, contact, foot, x, out);
+  describe<kIsBall>(asset, contact, kinematics, x, out);
   put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
   out.stored_J = contact.ledger.stored_J(law.stored_J);
   return Status::ok;
@@ -153,14 +158,14 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, con
   MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
                                      slip_budget_m(contact, moved));
   auto memory = F::template load<Jet3>(contact.memory);
-  auto foot = F::footing(views, surface.standing(), tip, memory);
-  const Vec3<Jet3> from = foot.spot.point;
-  slide<F>(views, tip, surface, foot, memory);
-  F::carry(memory, foot.spot.point - from, foot.spot.normal);
-  foot = F::footing(views, surface.standing(), tip, memory);
-  const auto& under = F::under(views, foot);
+  auto kinematics = F::kinematics(views, surface.standing(), tip, memory);
+  const Vec3<Jet3> from = kinematics.spot.point;
+  slide<F>(views, tip, surface, kinematics, memory);
+  F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+  kinematics = F::kinematics(views, surface.standing(), tip, memory);
+  const auto& under = F::under(views, kinematics);
   const Vec3<Jet3> force =
-      F::answer(views, under, foot, F::settle(views, under, foot, memory)).force_N;
+      F::answer(views, under, kinematics, F::slip(views, under, kinematics, memory)).force_N;
   for (int k = 0; k < 3; ++k) {
     tangent_N_m[k] = force.x.v[k];
     tangent_N_m[3 + k] = force.y.v[k];

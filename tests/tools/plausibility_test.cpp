@@ -66,10 +66,10 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(Slips, is_doubted_with_the_likely_cause) {
-  const auto doubts =
+  const auto warnings =
       implausible(scene_with(GetParam().from, GetParam().to), block_body(GetParam().scale));
-  ASSERT_FALSE(doubts.empty());
-  EXPECT_NE(doubts[0].find(GetParam().expected), std::string::npos) << doubts[0];
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_NE(warnings[0].find(GetParam().expected), std::string::npos) << warnings[0];
 }
 
 TEST(plausibility, an_inclusion_is_measured) {

@@ -81,10 +81,10 @@ int expect_right_or_refused(const HardCase& hard) {
     const PointRow& row = shipped.rows[i];
     const PointRow& fine = reference.rows[i];
     const std::string where = hard.name + " row " + std::to_string(i);
-    std::printf("%-34s status %d doubt %d, %.6f N (error bound %.6f), finer %.6f N status %d\n",
-                where.c_str(), static_cast<int>(row.status), static_cast<int>(row.doubt),
-                row.force.norm(), row.force_error, fine.force.norm(),
-                static_cast<int>(fine.status));
+    std::printf(
+        "%-34s status %d step check %d, %.6f N (error bound %.6f), finer %.6f N status %d\n",
+        where.c_str(), static_cast<int>(row.status), static_cast<int>(row.step_check),
+        row.force.norm(), row.force_error, fine.force.norm(), static_cast<int>(fine.status));
     if (row.status != RowStatus::good) {
       EXPECT_TRUE(std::isnan(row.force_error)) << where << ": a refused row claims an error";
       continue;
@@ -273,7 +273,7 @@ TEST(HardCases, an_arch_is_followed_past_its_limit_and_says_that_it_falls) {
   for (std::size_t i = 1; i < pressed.rows.size(); ++i) {
     if (pressed.rows[i].status != RowStatus::good) continue;
     const bool is_less = pressed.rows[i].force.norm() < pressed.rows[i - 1].force.norm();
-    EXPECT_EQ(pressed.rows[i].doubt == StepCheck::falls, is_less) << "row " << i;
+    EXPECT_EQ(pressed.rows[i].step_check == StepCheck::falls, is_less) << "row " << i;
     falling += is_less;
   }
   EXPECT_GE(falling, 2);

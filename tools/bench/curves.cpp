@@ -18,7 +18,7 @@ namespace {
 constexpr int kPieces[] = {1, 2, 3, 4, 6, 8, 12};
 constexpr int kTicks = 200000;
 
-struct Line {
+struct CurveCost {
   int degree = 0, pieces = 0;
   std::size_t bytes = 0;  // of a node
   double law_ns = 0;      // of a tick of the law, the mesh's part left out
@@ -54,7 +54,7 @@ std::size_t bytes_of_node(const CurveSet& curves) {
   return static_cast<std::size_t>(controls) * sizeof(float);
 }
 
-Line measure(const Samples& samples, CurveFamily family, int degree, int pieces, int jobs) {
+CurveCost measure(const Samples& samples, CurveFamily family, int degree, int pieces, int jobs) {
   FitOptions options{.family = family, .judges_family = true, .degree = degree};
   options.pieces = {pieces, pieces, pieces};
   options.jobs = jobs;
@@ -73,12 +73,12 @@ Line measure(const Samples& samples, CurveFamily family, int degree, int pieces,
 }
 
 void write_table(const std::filesystem::path& path, const std::string& family,
-                 const std::vector<Line>& lines) {
+                 const std::vector<CurveCost>& lines) {
   static constexpr std::string_view kHeader[] = {"family",         "degree",      "pieces",
                                                  "bytes_per_node", "law_ns",      "held_out_median",
                                                  "held_out_p95",   "residual_p95"};
   CsvWriter csv(path, kHeader);
-  for (const Line& line : lines)
+  for (const CurveCost& line : lines)
     csv.text(family)
         .integer(line.degree)
         .integer(line.pieces)
@@ -93,10 +93,10 @@ void write_table(const std::filesystem::path& path, const std::string& family,
 
 // Median error of rows held out against bytes, both logarithmic, a line for each degree.
 void write_picture(const std::filesystem::path& path, const std::string& title,
-                   const std::vector<Line>& lines) {
+                   const std::vector<CurveCost>& lines) {
   constexpr double kWide = 560, kHigh = 340, kEdge = 60;
   double low = 1, high = 0, most = 0;
-  for (const Line& line : lines) {
+  for (const CurveCost& line : lines) {
     low = std::min(low, line.held_out.median_error);
     high = std::max(high, line.held_out.median_error);
     most = std::max(most, double(line.bytes));
@@ -124,7 +124,7 @@ void write_picture(const std::filesystem::path& path, const std::string& title,
   for (int degree = 1; degree <= 4; ++degree) {
     std::string way;
     double x = 0, y = 0;
-    for (const Line& line : lines)
+    for (const CurveCost& line : lines)
       if (line.degree == degree) {
         x = x_of(double(line.bytes)), y = y_of(line.held_out.median_error);
         way += fmt::format("{:.1f},{:.1f} ", x, y);
@@ -152,12 +152,12 @@ void bench_curves(const BenchRequest& request) {
   const std::string name(kCurveFamilyNames[static_cast<std::size_t>(family)].name);
   say("{} points, {} rows; family {}: {}", samples.points(), samples.rows(), name,
       chosen.family.reason);
-  std::vector<Line> lines;
+  std::vector<CurveCost> lines;
   for (int degree = 1; degree <= 4; ++degree)
     for (const int pieces : kPieces) {
       if (request.is_quick && pieces > 2) break;
       lines.push_back(measure(samples, family, degree, pieces, request.jobs));
-      const Line& line = lines.back();
+      const CurveCost& line = lines.back();
       say("degree {}, {:2} pieces: {:4} bytes a node, {:4.0f} ns, held out {:.2f} % median, {:.2f} "
           "% p95; residual p95 {:.2f} %",
           degree, pieces, line.bytes, line.law_ns, 100 * line.held_out.median_error,

@@ -11,11 +11,11 @@
 namespace palpate::tools {
 namespace {
 
-struct Part {
+struct FemBench {
   std::string_view name, summary;
   BenchTable (*run)(const BenchRequest&);
 };
-constexpr Part kParts[] = {
+constexpr FemBench kParts[] = {
     {"solver", "a press and a drag by solver choice, against a factor per iteration", fem_solver},
     {"uniform", "graded against uniform mesh of equal contact element size", fem_uniform},
     {"accuracy", "force error and time of a press by element, size and Poisson's ratio",
@@ -30,7 +30,7 @@ constexpr Part kParts[] = {
 
 std::string part_names() {
   std::string out;
-  for (const Part& part : kParts) out += (out.empty() ? "" : ", ") + std::string(part.name);
+  for (const FemBench& part : kParts) out += (out.empty() ? "" : ", ") + std::string(part.name);
   return out;
 }
 
@@ -65,7 +65,7 @@ void show_table(const BenchTable& table, std::string_view name, const BenchReque
 void bench_fem(const BenchRequest& request) {
   const bool is_all = request.part.empty();
   bool is_found = false;
-  for (const Part& part : kParts) {
+  for (const FemBench& part : kParts) {
     if (!is_all && part.name != request.part) continue;
     is_found = true;
     say("{}: {}", part.name, part.summary);

@@ -118,11 +118,11 @@ BenchTable fem_accuracy(const BenchRequest& request) {
   BenchTable table{{"element", "size", "coarse", "poisson", "nodes", "CPU_s", "worst_percent",
                     "mean_percent", "worst_bound_percent"},
                    {}};
-  struct Choice {
+  struct PressCase {
     fem::ElementKind kind;
     double size, coarse;
   };
-  std::vector<Choice> choices{{fem::ElementKind::automatic, 0.6, 1.6}};
+  std::vector<PressCase> choices{{fem::ElementKind::automatic, 0.6, 1.6}};
   if (!request.is_quick) {
     using enum fem::ElementKind;
     for (const double size : {0.8, 0.5}) choices.push_back({automatic, size, 1.6});
@@ -130,7 +130,7 @@ BenchTable fem_accuracy(const BenchRequest& request) {
     for (const fem::ElementKind kind : {tet10, tet10_p0, tet4}) choices.push_back({kind, 0.6, 0});
   }
   for (const double poisson : {0.45, 0.49})
-    for (const Choice& choice : choices) {
+    for (const PressCase& choice : choices) {
       FemCase what = fem_cylinder(poisson);
       what.setup.options.element_size = what.setup.options.growth = choice.size;
       what.setup.options.coarse_ratio = choice.coarse;

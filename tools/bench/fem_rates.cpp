@@ -65,15 +65,15 @@ BenchTable fem_rates(const BenchRequest& request) {
        "stiffness_ms", "factor_GF_s", "sgemm_GF_s", "dgemm_GF_s", "factor/dgemm_percent",
        "solve_GB_s", "read_GB_s", "solve/read_percent", "double_factor_s"},
       {}};
-  struct Size {
+  struct MeshSize {
     double h_m, growth;
   };
   // The largest takes 40 GF and more.
-  const std::vector<Size> sizes =
-      request.is_quick ? std::vector<Size>{{6e-3, 0.6}}
-                       : std::vector<Size>{
+  const std::vector<MeshSize> sizes =
+      request.is_quick ? std::vector<MeshSize>{{6e-3, 0.6}}
+                       : std::vector<MeshSize>{
                              {2e-3, 0.6}, {1.5e-3, 0.45}, {1e-3, 0.4}, {1e-3, 0.33}, {0.8e-3, 0.2}};
-  for (const Size& size : sizes) {
+  for (const MeshSize& size : sizes) {
     GradeOptions grade;
     grade.growth = size.growth;
     grade.path = {{what.place, what.place, size.h_m, 0}};

@@ -73,7 +73,7 @@ double plain_fit(const Samples& samples, int points, int steps) {
   const SplineTables tables = tabulate(basis);
   const auto spline = fit::view(tables);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(basis.size() - 1);
-  const fit::Faint faint = fit::faint_smoothness(basis);
+  const fit::WeakPrior weak_prior = fit::smoothness_prior(basis);
   double sum = 0;
   for (int p = 0; p < points; ++p)
     for (int curve = 0; curve < kCurveKinds; ++curve) {
@@ -86,7 +86,8 @@ double plain_fit(const Samples& samples, int points, int steps) {
         if (curve == 1 && is_drag && !slips) rows.push_back({x, samples.force(at, 0), 1, 0});
         if (curve == 2 && is_drag && slips) rows.push_back({z, samples.force(at, 0), 1, 0});
       }
-      sum += fit::fit_increments(spline, rows, lower, fit::Faint(faint), FitLoss::squared).sum();
+      sum += fit::fit_increments(spline, rows, lower, fit::WeakPrior(weak_prior), FitLoss::squared)
+                 .sum();
     }
   return sum;
 }
@@ -112,14 +113,14 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-struct Line {
+struct FitTime {
   int curves = 0, rows = 0;  // rows of a point
   std::string what;
   double seconds = 0, cpu_seconds = 0, peak_MB = 0;
 };
 
 template <class Act>
-void measure(const std::string& what, int points, int rows, std::vector<Line>& lines, Act act) {
+void measure(const std::string& what, int points, int rows, std::vector<FitTime>& lines, Act act) {
   forget_peak();
   const double cpu = cpu_seconds();
   const auto begin = std::chrono::steady_clock::now();
@@ -127,13 +128,13 @@ void measure(const std::string& what, int points, int rows, std::vector<Line>& l
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   lines.push_back(
       {kCurveKinds * points, rows, what, seconds.count(), cpu_seconds() - cpu, peak_MB()});
-  const Line& line = lines.back();
+  const FitTime& line = lines.back();
   say("{:8} curves, {:4} rows a point, {:22} {:8.0f} curves/s, {:8.0f} per CPU second, {:6.0f} MB",
       line.curves, rows, what, line.curves / line.seconds, line.curves / line.cpu_seconds,
       line.peak_MB);
 }
 
-void measure_all(int points, int steps, int jobs, std::vector<Line>& lines) {
+void measure_all(int points, int steps, int jobs, std::vector<FitTime>& lines) {
   const Samples samples = bench_samples(points, steps);
   measure("bounded least squares", points, 3 * steps, lines,
           [&] { kept = plain_fit(samples, points, steps); });
@@ -148,7 +149,7 @@ void measure_all(int points, int steps, int jobs, std::vector<Line>& lines) {
   measure("fit, one point changed", points, 3 * steps, lines, [&] { fit_curves(changed, warm); });
 }
 
-void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
+void write_table(const std::filesystem::path& path, const std::vector<FitTime>& lines) {
   static constexpr std::string_view kHeader[] = {"curves",  "rows_per_point", "what",
                                                  "seconds", "cpu_seconds",    "curves_per_s",
                                                  "peak_MB", "machine"};
@@ -157,7 +158,7 @@ void write_table(const std::filesystem::path& path, const std::vector<Line>& lin
   for (std::string line; std::getline(info, line);)
     if (line.rfind("model name", 0) == 0) machine = line.substr(line.find(':') + 2);
   CsvWriter csv(path, kHeader);
-  for (const Line& line : lines)
+  for (const FitTime& line : lines)
     csv.integer(line.curves)
         .integer(line.rows)
         .text(line.what)
@@ -171,7 +172,7 @@ void write_table(const std::filesystem::path& path, const std::vector<Line>& lin
 }
 
 // Curves per second against their number, both axes logarithmic, a line for each fit at 36 rows.
-void write_picture(const std::filesystem::path& path, const std::vector<Line>& lines) {
+void write_picture(const std::filesystem::path& path, const std::vector<FitTime>& lines) {
   constexpr double kWide = 560, kHigh = 320, kEdge = 50;
   const auto x_of = [&](double curves) {
     return kEdge + (kWide - 200) * (std::log10(curves) - 1) / 4;
@@ -194,7 +195,7 @@ void write_picture(const std::filesystem::path& path, const std::vector<Line>& l
   for (const std::string what : {"bounded least squares", "fit", "fit, one point changed"}) {
     std::string way;
     double x = 0, y = 0;
-    for (const Line& line : lines)
+    for (const FitTime& line : lines)
       if (line.what == what && line.rows == 36) {
         x = x_of(line.curves);
         y = y_of(line.curves / line.seconds);
@@ -212,7 +213,7 @@ void write_picture(const std::filesystem::path& path, const std::vector<Line>& l
 }  // namespace
 
 void bench_fit(const BenchRequest& request) {
-  std::vector<Line> lines;
+  std::vector<FitTime> lines;
   for (const int steps : {4, 48, 192})
     measure_all(request.is_quick ? 10 : 100, steps, request.jobs, lines);
   for (const int points : {10, 100, 1000, 3334}) {

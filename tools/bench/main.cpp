@@ -7,9 +7,9 @@
 namespace palpate::tools {
 namespace {
 
-using Run = void(const BenchRequest&);
+using RunBench = void(const BenchRequest&);
 
-template <Run* kRun>
+template <RunBench* kRun>
 class Benchmark final : public Command {
  public:
   explicit Benchmark(Arguments& arguments) {
@@ -35,7 +35,7 @@ class Benchmark final : public Command {
   BenchRequest request_;
 };
 
-template <Run* kRun>
+template <RunBench* kRun>
 std::unique_ptr<Command> declare(Arguments& arguments) {
   return std::make_unique<Benchmark<kRun>>(arguments);
 }

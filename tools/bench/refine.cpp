@@ -16,11 +16,11 @@
 namespace palpate::tools {
 namespace {
 
-struct Size {
+struct SurfaceSize {
   int around, along;
 };
-constexpr Size kSizes[] = {{100, 99}, {316, 315}, {1000, 999}};  // 10^4, 10^5, 10^6 vertices
-constexpr Size kPoints = {32, 30};                               // 992 test points
+constexpr SurfaceSize kSizes[] = {{100, 99}, {316, 315}, {1000, 999}};  // 10^4, 10^5, 10^6 vertices
+constexpr SurfaceSize kPoints = {32, 30};                               // 992 test points
 constexpr int kPieces = 12;
 
 double cpu_seconds() {
@@ -84,7 +84,7 @@ void bench_refine(const BenchRequest& request) {
   CsvWriter csv(request.folder / "refine.csv", kHeader);
   const Model coarse = bench_cylinder(kPoints.around, kPoints.along, kPieces);
   const FittedCurves curves = curves_of(coarse);
-  for (const Size& size : kSizes) {
+  for (const SurfaceSize& size : kSizes) {
     if (request.is_quick && &size != &kSizes[0]) break;
     // One piece: curves of this body would hide in the peak what refinement itself takes.
     const Surface fine = bench_cylinder(size.around, size.along, 1).surface;

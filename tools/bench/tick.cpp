@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kWarmTicks = 50000, kColdTicks = 100;
 
-struct Line {
+struct TickTime {
   int nodes;
   std::string_view law, kind, what, cache;
   Spread spread;
@@ -26,7 +26,7 @@ volatile unsigned kept_byte;
 // All kinds on one body of one law: engine, finger proxy, and the floors of reading the bytes and
 // of doing the arithmetic.
 void measure_body(const Model& model, std::string_view law, bool is_quick,
-                  std::vector<Line>& lines) {
+                  std::vector<TickTime>& lines) {
   const BenchAsset body = make_bench_asset(model);
   const runtime::Asset& asset = body.asset;
   const double overhead_ns = clock_ns();
@@ -72,13 +72,13 @@ std::string machine() {
   return "unknown processor";
 }
 
-void write_table(const std::filesystem::path& path, const std::vector<Line>& lines) {
+void write_table(const std::filesystem::path& path, const std::vector<TickTime>& lines) {
   static constexpr std::string_view kHeader[] = {"nodes",    "law",       "kind",   "what",
                                                  "cache",    "median_ns", "p99_ns", "p999_ns",
                                                  "worst_ns", "machine"};
   CsvWriter csv(path, kHeader);
   const std::string processor = machine();
-  for (const Line& line : lines)
+  for (const TickTime& line : lines)
     csv.integer(line.nodes)
         .text(line.law)
         .text(line.kind)
@@ -96,14 +96,14 @@ void write_table(const std::filesystem::path& path, const std::vector<Line>& lin
 }  // namespace
 
 void bench_tick(const BenchRequest& request) {
-  struct Size {
+  struct AssetSize {
     int around, along, pieces;
   };
   // 250 to a million nodes; the largest with fewer pieces, so that it fits into 1 GB while it is
   // made.
-  static constexpr Size kSizes[] = {
+  static constexpr AssetSize kSizes[] = {
       {25, 9, 12}, {75, 32, 12}, {150, 66, 12}, {480, 208, 12}, {1500, 666, 4}};
-  std::vector<Line> lines;
+  std::vector<TickTime> lines;
   const std::size_t sizes = request.is_quick ? 2 : std::size(kSizes);
   for (std::size_t i = 0; i < sizes; ++i)
     for (const CurveFamilyName& row : kCurveFamilyNames) {
@@ -115,7 +115,7 @@ void bench_tick(const BenchRequest& request) {
     }
   say("{:>8} {:9} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "law", "kind", "what", "cache",
       "median", "p99", "p99.9", "worst ns");
-  for (const Line& line : lines)
+  for (const TickTime& line : lines)
     say("{:8} {:9} {:6} {:20} {:5} {:9.0f} {:9.0f} {:9.0f} {:9.0f}", line.nodes, line.law,
         line.kind, line.what, line.cache, line.spread.median_ns, line.spread.p99_ns,
         line.spread.p999_ns, line.spread.worst_ns);

@@ -13,10 +13,10 @@
 namespace palpate::tools {
 namespace {
 
-struct Size {
+struct GoogleSize {
   int around, along, pieces;
 };
-constexpr Size kSizes[] = {
+constexpr GoogleSize kSizes[] = {
     {25, 9, 12}, {75, 32, 12}, {150, 66, 12}, {480, 208, 12}, {1500, 666, 4}};
 constexpr int kWarmTicks = 50000, kColdTicks = 200;
 
@@ -25,7 +25,7 @@ const BenchAsset& body_of(int size) {
   static std::map<int, std::unique_ptr<BenchAsset>> bodies;
   if (bodies.count(size) == 0) {
     bodies.clear();
-    const Size& s = kSizes[size];
+    const GoogleSize& s = kSizes[size];
     bodies[size] =
         std::make_unique<BenchAsset>(make_bench_asset(bench_cylinder(s.around, s.along, s.pieces)));
   }

@@ -69,7 +69,7 @@ class Check final : public Command {
     check_choices(scene);
     const Body body = prepare_body(scene, false);
     check_experiments(scene, body);
-    report_["doubts"] = implausible(scene, body);
+    report_["warnings"] = implausible(scene, body);
     report_["tets"] = body.volume.tets.rows();
     report_["test_points"] = body.test_points.position.rows();
     if (!vtu_.empty()) write_set_up(vtu_, scene, body);

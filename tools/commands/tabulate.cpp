@@ -16,7 +16,7 @@ namespace {
 
 // Rows of one curve at `steps` equal abscissas up to the last knot. deviation: its error there.
 template <class Control, class Deviation>
-void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kind,
+void append_curve(std::vector<CurveTableRow>& rows, std::int64_t point, CurveKind kind,
                   const runtime::SplineView& spline, const Control* control, int steps,
                   Deviation deviation) {
   for (int step = 0; step <= steps; ++step) {
@@ -29,9 +29,9 @@ void append_curve(std::vector<CurveRow>& rows, std::int64_t point, CurveKind kin
 // Curves of the points for which is_shown(kind, point) holds, with deviation(kind, point, spline,
 // x).
 template <class IsShown, class Deviation>
-std::vector<CurveRow> tabulate_set(const CurveSet& curves, int steps, IsShown is_shown,
-                                   Deviation deviation) {
-  std::vector<CurveRow> rows;
+std::vector<CurveTableRow> tabulate_set(const CurveSet& curves, int steps, IsShown is_shown,
+                                        Deviation deviation) {
+  std::vector<CurveTableRow> rows;
   for (std::size_t k = 0; k < curves_of(curves.family); ++k) {
     const SplineTables tables = tabulate(curves.basis[k]);
     const runtime::SplineView spline = fit::view(tables);
@@ -47,8 +47,8 @@ std::vector<CurveRow> tabulate_set(const CurveSet& curves, int steps, IsShown is
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr auto kNoDeviation = [](auto&&...) { return kUnknown; };
 
-std::vector<CurveRow> tabulate_asset(const runtime::AssetView& asset, int steps) {
-  std::vector<CurveRow> rows;
+std::vector<CurveTableRow> tabulate_asset(const runtime::AssetView& asset, int steps) {
+  std::vector<CurveTableRow> rows;
   for (int kind = 0; kind < runtime::row_of(static_cast<CurveFamily>(asset.curves.family)).curves;
        ++kind)
     for (int vertex = 0; vertex < asset.vertices; ++vertex) {
@@ -78,14 +78,14 @@ class Tabulate final : public Command {
   int run() override {
     if (steps_ < 1 || steps_ > 100000)
       throw Error("--steps", "there must be 1 to 100000 steps", "Give a number in that range.");
-    const std::vector<CurveRow> rows = read_and_tabulate();
+    const std::vector<CurveTableRow> rows = read_and_tabulate();
     write_curve_rows(output_, rows);
     say("wrote {}: {} rows", output_, rows.size());
     return kDone;
   }
 
  private:
-  std::vector<CurveRow> read_and_tabulate() const {
+  std::vector<CurveTableRow> read_and_tabulate() const {
     if (is_asset_file(file_)) {
       if (has_band_)
         throw Error(file_, "holds no errors of its curves", "Give the curves.h5 it was made from.");

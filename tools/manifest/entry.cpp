@@ -51,7 +51,7 @@ void read_named(SceneTable& table, std::string_view key, const std::array<Named<
           })->value;
 }
 
-void read_position(SceneTable& table, Entry& entry) {
+void read_position(SceneTable& table, ManifestEntry& entry) {
   const toml::node* node = table.node("position");
   if (!node) return;
   const toml::array* list = node->as_array();
@@ -99,7 +99,7 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   }
 }
 
-void read_signal_keys(SceneTable& table, Entry& entry) {
+void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   recordings::SignalSettings& s = entry.item.signal;
   read_named(table, "kind", kKinds, s.kind);
   std::vector<std::string_view> estimators;
@@ -160,7 +160,7 @@ std::vector<double> numbers(SceneTable& table, std::string_view key, std::size_t
   return out;
 }
 
-void read_keys(SceneTable& table, Entry& entry) {
+void read_keys(SceneTable& table, ManifestEntry& entry) {
   entry.file = table.text("file", entry.file);
   entry.item.point = table.text("point", entry.item.point);
   if (table.has_only({"file", "point", "position", "normal"})) {  // most of a long manifest
@@ -179,7 +179,7 @@ void read_keys(SceneTable& table, Entry& entry) {
   table.finish();
 }
 
-void complete(const SceneTable& table, Entry& entry) {
+void complete(const SceneTable& table, ManifestEntry& entry) {
   BatchItem& item = entry.item;
   if (entry.file.empty())
     throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");

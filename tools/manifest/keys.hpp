@@ -12,7 +12,7 @@
 namespace palpate::tools {
 
 /// A recording's entry on its way: what [defaults] said, then what the entry says.
-struct Entry {
+struct ManifestEntry {
   recordings::BatchItem item;
   std::string file;
   std::optional<std::vector<double>> position;  // in units.position
@@ -31,10 +31,10 @@ void read_columns(SceneTable table, importers::ColumnNames& names);
 void read_units(SceneTable table, importers::UnitNames& units);
 
 /// The keys of [defaults] and of [[recording]] alike.
-void read_keys(SceneTable& table, Entry& entry);
+void read_keys(SceneTable& table, ManifestEntry& entry);
 
 /// Checks what an entry must say by the time all of it is known, and turns its position into m.
-void complete(const SceneTable& table, Entry& entry);
+void complete(const SceneTable& table, ManifestEntry& entry);
 
 /// The files of an entry: itself, or those that its pattern in the last component matches, sorted.
 /// A summary that an import left there is none of them.

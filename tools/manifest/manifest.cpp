@@ -108,12 +108,12 @@ Manifest read_manifest(const fs::path& path) {
       root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
   manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
   read_registration(root.table("registration", "[registration]"), manifest);
-  Entry defaults;
+  ManifestEntry defaults;
   std::optional<double> friction;
   SceneTable defaults_table = root.table("defaults", "[defaults]");
   read_keys(defaults_table, defaults);
   for (SceneTable& table : root.tables("recording", "[[recording]]")) {
-    Entry entry = defaults;
+    ManifestEntry entry = defaults;
     entry.item.place = table.where_table();
     read_keys(table, entry);
     complete(table, entry);

@@ -32,11 +32,11 @@ struct Whole {
 struct Choice {
   std::vector<std::string_view> names;
 };
-struct Any {};         ///< whatever the type holds
-struct File {};        ///< counts by its name; a fingerprint adds its content
-struct MeshUnit {};    ///< metres in one unit of a mesh file
-struct Smoothing {};   ///< a strength, "auto" or "none"
-struct PointCount {};  ///< a number; other words fill `placement` and `points_file`
+struct Any {};              ///< whatever the type holds
+struct File {};             ///< counts by its name; a fingerprint adds its content
+struct MeshUnit {};         ///< metres in one unit of a mesh file
+struct SmoothingChoice {};  ///< a strength, "auto" or "none"
+struct PointCount {};       ///< a number; other words fill `placement` and `points_file`
 
 inline Choice element_choice() {
   Choice choice;
@@ -50,7 +50,7 @@ inline Choice family_choice() {
   return choice;
 }
 
-// Section: the struct or its const twin.
+// Section: the struct or its const form.
 template <class Section, class Plain>
 concept SectionOf = std::same_as<std::remove_const_t<Section>, Plain>;
 
@@ -128,7 +128,7 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
   f(Stage::fit, "degree", degree, Whole{0, 4});
   f(Stage::fit, "pieces", pieces, Whole{0, 256});
   f(Stage::fit, "tolerance", tolerance, Number{1e-6, 1});
-  f(Stage::fit, "smoothing", smoothing, Smoothing{});
+  f(Stage::fit, "smoothing", smoothing, SmoothingChoice{});
 }
 
 template <class Visitor>

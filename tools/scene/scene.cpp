@@ -148,7 +148,7 @@ class SectionReader {
   void operator()(Stage, std::string_view key, std::optional<Region>& value, Any) {
     if (table_.has(key)) value = read_region(table_.table(key, name_of(key)));
   }
-  void operator()(Stage, std::string_view key, std::optional<double>& value, Smoothing) {
+  void operator()(Stage, std::string_view key, std::optional<double>& value, SmoothingChoice) {
     const toml::node* node = table_.node(key);
     if (node != nullptr && node->is_number())
       value = table_.number(key, 0, 0, kStrongestSmoothing);

@@ -19,9 +19,9 @@ std::string_view unit_of(const fem::ParameterRow& row) {
 std::vector<double> numbers_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 // Puts each member of the sections it visits under its path; with a stage, that stage's alone.
-class Writer {
+class SettingsWriter {
  public:
-  explicit Writer(std::optional<Stage> only = {}) : only_(only) {}
+  explicit SettingsWriter(std::optional<Stage> only = {}) : only_(only) {}
 
   template <class Section>
   void section(const std::string& prefix, const Section& section) {
@@ -32,7 +32,7 @@ class Writer {
   void operator()(Stage stage, std::string_view key, double value, const Kind&) {
     put(stage, std::string(key), std::is_same_v<Kind, Number> ? kPlain : "m", {value});
   }
-  void operator()(Stage stage, std::string_view key, std::optional<double> value, Smoothing) {
+  void operator()(Stage stage, std::string_view key, std::optional<double> value, SmoothingChoice) {
     if (value) put(stage, std::string(key), kPlain, {*value});
   }
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Length) {
@@ -121,9 +121,10 @@ class Writer {
 };
 
 // Takes the members of a section from where Writer put them.
-class Reader {
+class SettingsReader {
  public:
-  Reader(const Settings& settings, const std::string& where) : settings_(settings), where_(where) {}
+  SettingsReader(const Settings& settings, const std::string& where)
+      : settings_(settings), where_(where) {}
 
   template <class Section>
   Section section(const std::string& prefix) {
@@ -236,7 +237,7 @@ class Reader {
 
 std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
 
-void write_scene(const Scene& scene, Writer& writer) {
+void write_scene(const Scene& scene, SettingsWriter& writer) {
   writer.section("body/", scene.body);
   writer.section("", scene.material);
   for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
@@ -247,7 +248,7 @@ void write_scene(const Scene& scene, Writer& writer) {
 
 template <class Section>
 std::string canonical_section(const Section& section) {
-  Writer writer;
+  SettingsWriter writer;
   writer.section("", section);
   return canonical(writer.settings());
 }
@@ -255,7 +256,7 @@ std::string canonical_section(const Section& section) {
 }  // namespace
 
 Settings settings_of(const Scene& scene) {
-  Writer writer;
+  SettingsWriter writer;
   write_scene(scene, writer);
   return writer.settings();
 }
@@ -263,7 +264,7 @@ Settings settings_of(const Scene& scene) {
 Scene scene_of(const Body& body, const std::filesystem::path& path) {
   Scene scene;
   scene.path = path;
-  Reader reader(body.settings, path.string());
+  SettingsReader reader(body.settings, path.string());
   scene.body = reader.section<BodySection>("body/");
   scene.material = reader.section<std::optional<fem::MaterialParameters>>("");
   for (std::size_t i = 0; reader.has_section(inclusion_prefix(i)); ++i)
@@ -284,7 +285,7 @@ std::string canonical(const Settings& settings) {
 }
 
 std::string canonical(const Scene& scene, Stage stage) {
-  Writer writer(stage);
+  SettingsWriter writer(stage);
   write_scene(scene, writer);
   writer.section("probe/", scene.probe.spec);
   writer.section("export/", scene.export_);

@@ -51,7 +51,7 @@ void say_report(const FitReport& report) {
         "{}{}",
         rings.lambda, rings.lambda_deviation, rings.friction, rings.friction_deviation,
         rings.friction_slope_1_m, rings.friction_slope_deviation_1_m, 100 * rings.side_deviation,
-        rings.points, rings.doubt.empty() ? "" : "; ", rings.doubt);
+        rings.points, rings.warning.empty() ? "" : "; ", rings.warning);
     if (!rings.uneven.empty())
       say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
           fmt::join(rings.uneven, ", "));

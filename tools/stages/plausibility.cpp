@@ -26,19 +26,19 @@ constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest ext
 constexpr int kSamplesAcross = 28;
 constexpr double kWhole = 0.99;  // share inside that passes without a word, for sampling's sake
 
-using Doubts = std::vector<std::string>;
+using Warnings = std::vector<std::string>;
 
-void doubt_material(const fem::MaterialParameters& material, const std::string& where,
-                    Doubts& doubts) {
+void check_material(const fem::MaterialParameters& material, const std::string& where,
+                    Warnings& warnings) {
   const fem::Material made = fem::make_material(material, where);
   const double young = made.law->small_strain(made.constants).young_Pa();
   if (young < kSoftest_Pa)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
         "are in Pa: was \"{:.3g} kPa\" meant?",
         where, young, young));
   if (young > kStiffest_Pa)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "{}: its stiffness at rest is {:.3g} GPa, stiffer than tendon. Was \"{:.3g} kPa\" meant?",
         where, 1e-9 * young, 1e-9 * young));
 }
@@ -103,26 +103,26 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
 }  // namespace
 
 std::vector<std::string> implausible(const Scene& scene, const Body& body) {
-  Doubts doubts;
-  if (scene.material) doubt_material(*scene.material, "[material]", doubts);
+  Warnings warnings;
+  if (scene.material) check_material(*scene.material, "[material]", warnings);
   for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
-    doubt_material(scene.inclusions[i].material, fmt::format("material of [[inclusion]] {}", i + 1),
-                   doubts);
+    check_material(scene.inclusions[i].material, fmt::format("material of [[inclusion]] {}", i + 1),
+                   warnings);
   const Vec3 extent = extent_m(body.surface.vertices);
   const double size_m = extent.maxCoeff();
   if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
-    doubts.push_back(
+    warnings.push_back(
         fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
   if (scene.probe.spec.friction > kMostFriction)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
         scene.probe.spec.friction));
   const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
   if (probe.length_m < kFinestProbe * size_m)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "[probe]: a tip radius of {:.3g} mm presses on a body of {:.3g} mm. Is its unit right?",
         1e3 * probe.length_m, 1e3 * size_m));
-  return doubts;
+  return warnings;
 }
 
 std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& body) {
@@ -153,10 +153,10 @@ void say_plausibility(const Scene& scene, const Body& body) {
                           : "reaches the surface",
         place.tets);
     if (place.inside < kWhole)
-      say("  doubt: [[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
+      say("  warning: [[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
           100 * (1 - place.inside));
   }
-  for (const std::string& doubt : implausible(scene, body)) say("  doubt: {}", doubt);
+  for (const std::string& warning : implausible(scene, body)) say("  warning: {}", warning);
 }
 
 }  // namespace palpate::tools

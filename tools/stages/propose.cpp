@@ -30,14 +30,14 @@ constexpr double kLargestProbe_m = 0.01;
 
 constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
 
-struct Side {
+struct BoxSide {
   int axis = 2;
   double sign = -1;
   std::string name() const { return fmt::format("{}{}", sign < 0 ? '-' : '+', "xyz"[axis]); }
   Vec3 outward() const { return sign * Vec3::Unit(axis); }
 };
 
-Side side_of(std::string_view name) { return {name[1] - 'x', name[0] == '-' ? -1.0 : 1.0}; }
+BoxSide side_of(std::string_view name) { return {name[1] - 'x', name[0] == '-' ? -1.0 : 1.0}; }
 
 // Two digits, so that a reader sees a choice and no measurement; in mm.
 double rounded_mm(double length_m) {
@@ -51,7 +51,7 @@ struct Slab {
   double border_m = 0, resting_m2 = 0;
 };
 
-Slab slab_of(const Surface& surface, const Side& side) {
+Slab slab_of(const Surface& surface, const BoxSide& side) {
   std::vector<std::array<double, 3>> faces;  // height, area, area where it faces the side
   double total = 0;
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
@@ -82,7 +82,7 @@ struct Window {
   double thickness_m = 0, radius_m = 0;
 };
 
-Window window_opposite(const Surface& surface, const Side& held) {
+Window window_opposite(const Surface& surface, const BoxSide& held) {
   const BoxTree boxes = triangle_boxes(surface);
   const Vec3 up = -held.outward();
   const Vec3 low = surface.vertices.colwise().minCoeff(),
@@ -104,7 +104,7 @@ Window window_opposite(const Surface& surface, const Side& held) {
 }
 
 // Share of the window's area that looks away from the held side, so that a tool can press on it.
-double facing_share(const Surface& surface, const Side& held, const Window& window) {
+double facing_share(const Surface& surface, const BoxSide& held, const Window& window) {
   double all = 0, facing = 0;
   for (Eigen::Index f = 0; f < surface.triangles.rows(); ++f) {
     const auto corner = surface.triangles.row(f);
@@ -119,12 +119,12 @@ double facing_share(const Surface& surface, const Side& held, const Window& wind
 }
 
 // The side to hold: what lies in its slab is flat, and the window opposite can be pressed on.
-Side best_side(const Surface& surface) {
-  Side best;
+BoxSide best_side(const Surface& surface) {
+  BoxSide best;
   double highest = -1;
   const double held_m2 = kHeldShare * area_m2(surface);
   for (const std::string_view name : kSides) {
-    const Side side = side_of(name);
+    const BoxSide side = side_of(name);
     const double score = facing_share(surface, side, window_opposite(surface, side)) +
                          0.5 * slab_of(surface, side).resting_m2 / held_m2;
     if (score > highest + 0.05) {
@@ -183,7 +183,8 @@ std::string quoted(const std::filesystem::path& path) {
 
 // wrap_m: 0 where the surface needs none.
 std::string body_text(const std::filesystem::path& mesh, const std::string& unit,
-                      const SurfaceFacts& facts, double wrap_m, const Side& held, double border_m) {
+                      const SurfaceFacts& facts, double wrap_m, const BoxSide& held,
+                      double border_m) {
   const std::string wrap =
       wrap_m > 0 ? fmt::format(
                        "wrap = \"{:.3g} mm\"               # it has gaps; narrower ones are "
@@ -260,7 +261,7 @@ ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& in
     scene.notes.push_back(fmt::format(
         "it has {} pieces; those that touch nothing held will float away", facts.components));
 
-  const Side held = choices.held.empty() ? best_side(surface) : side_of(choices.held);
+  const BoxSide held = choices.held.empty() ? best_side(surface) : side_of(choices.held);
   const Window window = window_opposite(surface, held);
   scene.notes.push_back(fmt::format(
       "held on its {} side; the window lies opposite, where the body is {:.3g} mm thick",

@@ -74,9 +74,10 @@ namespace {
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
   std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])]);
-  if (!samples.doubt.empty() && samples.doubt[row] != StepCheck::none &&
+  if (!samples.step_check.empty() && samples.step_check[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
-    reason += ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.doubt[row])]);
+    reason +=
+        ": " + std::string(kStepCheckNames[static_cast<std::size_t>(samples.step_check[row])]);
   return reason;
 }
 

@@ -25,7 +25,7 @@ namespace {
 constexpr int kExitMesh = 0, kExitReason = 3, kExitUnwritten = 4;
 
 /// What the child leaves in the shared file: a header, then nodes and tets, or a text.
-struct Header {
+struct ResultHeader {
   std::int64_t nodes = 0, tets = 0, text_bytes = 0;
 };
 
@@ -53,19 +53,19 @@ bool read_all(int file, void* data, std::size_t bytes, off_t offset) {
 }
 
 bool write_mesh(int file, const TetMesh& mesh) {
-  const Header header{mesh.nodes.rows(), mesh.tets.rows(), 0};
+  const ResultHeader header{mesh.nodes.rows(), mesh.tets.rows(), 0};
   return write_all(file, &header, sizeof header) &&
          write_all(file, mesh.nodes.data(), sizeof(double) * std::size_t(mesh.nodes.size())) &&
          write_all(file, mesh.tets.data(), sizeof(std::int32_t) * std::size_t(mesh.tets.size()));
 }
 
 bool write_reason(int file, const std::string& reason) {
-  const Header header{0, 0, static_cast<std::int64_t>(reason.size())};
+  const ResultHeader header{0, 0, static_cast<std::int64_t>(reason.size())};
   return write_all(file, &header, sizeof header) && write_all(file, reason.data(), reason.size());
 }
 
-std::optional<Header> read_header(int file) {
-  Header header;
+std::optional<ResultHeader> read_header(int file) {
+  ResultHeader header;
   const off_t size = ::lseek(file, 0, SEEK_END);
   if (!read_all(file, &header, sizeof header, 0)) return std::nullopt;
   const auto expected = static_cast<off_t>(sizeof header) + header.nodes * off_t{24} +
@@ -78,7 +78,7 @@ std::optional<Header> read_header(int file) {
 std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
   const auto header = read_header(file);
   if (!header) return "left an incomplete result";
-  auto offset = static_cast<off_t>(sizeof(Header));
+  auto offset = static_cast<off_t>(sizeof(ResultHeader));
   if (!is_mesh) {
     std::string reason(static_cast<std::size_t>(header->text_bytes), ' ');
     read_all(file, reason.data(), reason.size(), offset);
@@ -151,9 +151,9 @@ std::string described_signal(int signal) {
 std::string in_seconds(double time_s) { return number(time_s, 6) + " s"; }
 
 /// Closes on leaving.
-struct File {
+struct ScopedFile {
   int descriptor;
-  ~File() {
+  ~ScopedFile() {
     if (descriptor >= 0) ::close(descriptor);
   }
 };
@@ -163,7 +163,7 @@ struct File {
 std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& mesher,
                                                 const std::function<std::string(int)>& thrown_int,
                                                 double time_limit_s) {
-  const File file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
+  const ScopedFile file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
   if (file.descriptor < 0) return std::string("found no memory for its result");
   const pid_t child = ::fork();
   if (child < 0) return std::string("could not be started: ") + std::strerror(errno);

@@ -49,8 +49,8 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
 }
 
 // Corners of all tets and their mid-edge nodes, those of boundary edges first.
-void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const Placement& corners,
-                  const Placement& middles, QuadraticMesh& out) {
+void number_nodes(const BisectedMesh& mesh, const Boundary& boundary, const NodePlacement& corners,
+                  const NodePlacement& middles, QuadraticMesh& out) {
   const auto corner_count = static_cast<std::int32_t>(corners.nodes.size());
   std::vector<Vec3> nodes = corners.nodes;
   nodes.insert(nodes.end(), middles.nodes.begin(), middles.nodes.end());
@@ -133,7 +133,7 @@ bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x) {
   });
 }
 
-void note_deviation(const Placement& placed, const GradeOptions& options, QuadraticMesh& out) {
+void note_deviation(const NodePlacement& placed, const GradeOptions& options, QuadraticMesh& out) {
   for (std::size_t n = 0; n < placed.nodes.size(); ++n) {
     if (placed.off_m[n] == 0) continue;
     out.deviation_m = std::max(out.deviation_m, placed.off_m[n]);
@@ -164,8 +164,8 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   check(base, is_held, options);
   const BisectedMesh mesh = bisect(base, options);
   const Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
-  const Placement corners = place_corners(mesh, boundary, surface);
-  const Placement middles = place_middles(mesh, boundary, corners.nodes, surface);
+  const NodePlacement corners = place_corners(mesh, boundary, surface);
+  const NodePlacement middles = place_middles(mesh, boundary, corners.nodes, surface);
 
   QuadraticMesh out;
   number_nodes(mesh, boundary, corners, middles, out);

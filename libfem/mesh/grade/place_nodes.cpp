@@ -101,11 +101,11 @@ Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double
   out.spacing_m = boundary_spacing(base, mesh.base_faces);
   out.kind.assign(mesh.nodes.size(), NodeKind::inside);
   out.direction.assign(mesh.nodes.size(), Vec3::Zero());
-  struct Side {
+  struct EdgeFaces {
     Vec3 normal;
     int faces;
   };
-  std::vector<Side> side;  // per edge: normal of its first face, number of faces
+  std::vector<EdgeFaces> side;  // per edge: normal of its first face, number of faces
   const double crease_cosine = std::cos(crease_angle_rad);
   for (std::size_t t = 0; t < mesh.tets.size(); ++t)
     for (int f = 0; f < 4; ++f) {
@@ -145,8 +145,8 @@ Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double
   return out;
 }
 
-Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
-                        const SmoothSurface& surface) {
+NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
+                            const SmoothSurface& surface) {
   std::vector<Vec3> goal = mesh.nodes;
   std::vector<char> is_lost(goal.size(), 0);
   for (std::size_t n = 0; n < goal.size(); ++n) {
@@ -165,7 +165,7 @@ Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
     if (place) goal[n] = *place;
   }
 
-  Placement out;
+  NodePlacement out;
   out.nodes = move_unless_spoilt(
       mesh.nodes, goal, mesh.tets.size(), [&](std::size_t t) { return mesh.tets[t].node; },
       [&](std::size_t t, const std::vector<Vec3>& at) {
@@ -179,8 +179,8 @@ Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
   return out;
 }
 
-Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
-                        const std::vector<Vec3>& corners, const SmoothSurface& surface) {
+NodePlacement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
+                            const std::vector<Vec3>& corners, const SmoothSurface& surface) {
   const std::size_t count = boundary.edges.size();
   std::vector<Vec3> start(count), goal(count);
   std::vector<char> is_lost(count, 0);
@@ -211,7 +211,7 @@ Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
     if (!tet.movable.empty()) curved.push_back(std::move(tet));
   }
 
-  Placement out;
+  NodePlacement out;
   out.nodes = move_unless_spoilt(
       start, goal, curved.size(),
       [&](std::size_t c) -> const std::vector<std::int32_t>& { return curved[c].movable; },

@@ -33,7 +33,7 @@ struct Boundary {
 Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad);
 
 /// Nodes on the surface, as far as elements allow.
-struct Placement {
+struct NodePlacement {
   std::vector<Vec3> nodes;    ///< [m]
   std::vector<double> off_m;  ///< distance of each to where it should be; 0 inside
 };
@@ -41,12 +41,12 @@ struct Placement {
 /// Corner nodes, each from the middle of its placed parents onto the surface (inside ones stay in
 /// the middle); drawn back towards the straight mesh where a tet would fall below a fifth of its
 /// volume.
-Placement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
-                        const SmoothSurface& surface);
+NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
+                            const SmoothSurface& surface);
 
 /// Mid-edge nodes of boundary.edges, from the middle of the placed corners onto the surface; drawn
 /// back where `smallest_jacobian` would fall below a fifth of the straight tet's.
-Placement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
-                        const std::vector<Vec3>& corners, const SmoothSurface& surface);
+NodePlacement place_middles(const BisectedMesh& mesh, const Boundary& boundary,
+                            const std::vector<Vec3>& corners, const SmoothSurface& surface);
 
 }  // namespace palpate::fem

@@ -48,11 +48,11 @@ SmoothSurface::SmoothSurface(Surface surface, double crease_angle_rad)
 }
 
 void SmoothSurface::find_neighbours() {
-  struct Side {
+  struct TriangleSide {
     std::int32_t a, b, triangle;
     int edge;
   };
-  std::vector<Side> sides;
+  std::vector<TriangleSide> sides;
   sides.reserve(static_cast<std::size_t>(surface_.triangles.size()));
   for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f)
     for (int k = 0; k < 3; ++k) {
@@ -60,7 +60,7 @@ void SmoothSurface::find_neighbours() {
           std::minmax({surface_.triangles(f, k), surface_.triangles(f, (k + 1) % 3)});
       sides.push_back({a, b, f, k});
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& l, const Side& r) {
+  std::sort(sides.begin(), sides.end(), [](const TriangleSide& l, const TriangleSide& r) {
     return std::tie(l.a, l.b, l.triangle, l.edge) < std::tie(r.a, r.b, r.triangle, r.edge);
   });
 
@@ -69,7 +69,7 @@ void SmoothSurface::find_neighbours() {
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;
     while (end < sides.size() && sides[end].a == sides[i].a && sides[end].b == sides[i].b) ++end;
-    const Side &f = sides[i], &g = sides[end - 1];
+    const TriangleSide &f = sides[i], &g = sides[end - 1];
     const Vec3 normal_f = facet_normal_.row(f.triangle), normal_g = facet_normal_.row(g.triangle);
     // A triangle without area has no say: it joins what it touches.
     const bool is_smooth = end - i == 2 && (normal_f.isZero(0) || normal_g.isZero(0) ||

@@ -8,32 +8,32 @@
 namespace palpate::mesh_read {
 namespace {
 
-enum class Shape { flat, tet, other };
+enum class MshShape { flat, tet, other };
 
 // Element types of the Gmsh manual (MSH file format): number, nodes, shape.
 struct ElementType {
   std::int64_t number;
   std::size_t nodes;
-  Shape shape;
+  MshShape shape;
   const char* name;
 };
 constexpr ElementType kElementTypes[] = {
-    {15, 1, Shape::flat, "point"},        {1, 2, Shape::flat, "line"},
-    {8, 3, Shape::flat, "line"},          {26, 4, Shape::flat, "line"},
-    {27, 5, Shape::flat, "line"},         {28, 6, Shape::flat, "line"},
-    {2, 3, Shape::flat, "triangle"},      {9, 6, Shape::flat, "triangle"},
-    {20, 9, Shape::flat, "triangle"},     {21, 10, Shape::flat, "triangle"},
-    {22, 12, Shape::flat, "triangle"},    {23, 15, Shape::flat, "triangle"},
-    {24, 15, Shape::flat, "triangle"},    {25, 21, Shape::flat, "triangle"},
-    {3, 4, Shape::flat, "quad"},          {10, 9, Shape::flat, "quad"},
-    {16, 8, Shape::flat, "quad"},         {4, 4, Shape::tet, "tetrahedron"},
-    {11, 10, Shape::tet, "tetrahedron"},  {29, 20, Shape::tet, "tetrahedron"},
-    {30, 35, Shape::tet, "tetrahedron"},  {31, 56, Shape::tet, "tetrahedron"},
-    {5, 8, Shape::other, "hexahedron"},   {12, 27, Shape::other, "hexahedron"},
-    {17, 20, Shape::other, "hexahedron"}, {6, 6, Shape::other, "prism"},
-    {13, 18, Shape::other, "prism"},      {18, 15, Shape::other, "prism"},
-    {7, 5, Shape::other, "pyramid"},      {14, 14, Shape::other, "pyramid"},
-    {19, 13, Shape::other, "pyramid"},
+    {15, 1, MshShape::flat, "point"},        {1, 2, MshShape::flat, "line"},
+    {8, 3, MshShape::flat, "line"},          {26, 4, MshShape::flat, "line"},
+    {27, 5, MshShape::flat, "line"},         {28, 6, MshShape::flat, "line"},
+    {2, 3, MshShape::flat, "triangle"},      {9, 6, MshShape::flat, "triangle"},
+    {20, 9, MshShape::flat, "triangle"},     {21, 10, MshShape::flat, "triangle"},
+    {22, 12, MshShape::flat, "triangle"},    {23, 15, MshShape::flat, "triangle"},
+    {24, 15, MshShape::flat, "triangle"},    {25, 21, MshShape::flat, "triangle"},
+    {3, 4, MshShape::flat, "quad"},          {10, 9, MshShape::flat, "quad"},
+    {16, 8, MshShape::flat, "quad"},         {4, 4, MshShape::tet, "tetrahedron"},
+    {11, 10, MshShape::tet, "tetrahedron"},  {29, 20, MshShape::tet, "tetrahedron"},
+    {30, 35, MshShape::tet, "tetrahedron"},  {31, 56, MshShape::tet, "tetrahedron"},
+    {5, 8, MshShape::other, "hexahedron"},   {12, 27, MshShape::other, "hexahedron"},
+    {17, 20, MshShape::other, "hexahedron"}, {6, 6, MshShape::other, "prism"},
+    {13, 18, MshShape::other, "prism"},      {18, 15, MshShape::other, "prism"},
+    {7, 5, MshShape::other, "pyramid"},      {14, 14, MshShape::other, "pyramid"},
+    {19, 13, MshShape::other, "pyramid"},
 };
 
 const ElementType& element_type(std::int64_t number, const Cursor& file) {
@@ -143,11 +143,11 @@ class MshFile {
   }
 
   void add_element(std::int64_t id, const ElementType& type, std::span<const std::int64_t> tags) {
-    if (type.shape == Shape::flat) {
+    if (type.shape == MshShape::flat) {
       ++mesh_.ignored_elements;
       return;
     }
-    if (type.shape == Shape::other) fail_not_tets(file_, type.name);
+    if (type.shape == MshShape::other) fail_not_tets(file_, type.name);
     std::array<std::int64_t, 4> corners;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto at = index_.find(tags[i]);

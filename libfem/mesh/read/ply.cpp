@@ -20,7 +20,7 @@ struct Element {
   std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
   Encoding encoding = Encoding::text;
   std::vector<Element> elements;
 };
@@ -50,8 +50,8 @@ Property read_property(Cursor& file) {
   return {std::string(file.word()), type, count_type};
 }
 
-Header read_header(Cursor& file) {
-  Header header;
+PlyHeader read_header(Cursor& file) {
+  PlyHeader header;
   file.expect("ply");
   for (std::string_view keyword = file.word(); keyword != "end_header"; keyword = file.word()) {
     if (keyword == "format") {
@@ -142,7 +142,7 @@ void read_faces(Cursor& file, const Element& element, std::size_t number, RawSur
 }  // namespace
 
 RawSurface read_ply(Cursor& file) {
-  const Header header = read_header(file);
+  const PlyHeader header = read_header(file);
   file.encoding = header.encoding;
   RawSurface surface;
   for (const Element& element : header.elements) {

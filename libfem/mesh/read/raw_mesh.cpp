@@ -54,7 +54,7 @@ namespace {
 // 12 digits, and far below slivers that still solve (quality 0.0015).
 constexpr double kFlatVolume = 1e-12;
 
-using Corners = std::array<std::int32_t, 4>;
+using TetIds = std::array<std::int32_t, 4>;
 
 std::string list_of(std::span<const std::int64_t> ids) {
   std::string text;
@@ -64,7 +64,7 @@ std::string list_of(std::span<const std::int64_t> ids) {
 }
 
 // Six times the signed volume over the longest edge cubed; 0 for a tet of one point.
-double relative_volume(const std::vector<Vec3>& points, const Corners& tet) {
+double relative_volume(const std::vector<Vec3>& points, const TetIds& tet) {
   std::array<Vec3, 4> p;
   for (std::size_t i = 0; i < 4; ++i) p[i] = points[static_cast<std::size_t>(tet[i])];
   double longest = 0;
@@ -75,9 +75,9 @@ double relative_volume(const std::vector<Vec3>& points, const Corners& tet) {
   return a.cross(b).dot(c) / 6;
 }
 
-std::vector<Corners> turned_positive(const RawTetMesh& raw, const std::string& where,
-                                     TetReadNotes& notes) {
-  std::vector<Corners> tets = raw.tets;
+std::vector<TetIds> turned_positive(const RawTetMesh& raw, const std::string& where,
+                                    TetReadNotes& notes) {
+  std::vector<TetIds> tets = raw.tets;
   std::vector<std::int64_t> flat;
   for (std::size_t t = 0; t < tets.size(); ++t) {
     const double volume = relative_volume(raw.points, tets[t]);
@@ -98,7 +98,7 @@ struct Face {
   std::size_t tet;
 };
 
-std::vector<Face> sorted_faces(const std::vector<Corners>& tets) {
+std::vector<Face> sorted_faces(const std::vector<TetIds>& tets) {
   // Faces of a positive tet, counter-clockwise from outside.
   constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   std::vector<Face> faces;
@@ -126,7 +126,7 @@ std::vector<Face> sorted_faces(const std::vector<Corners>& tets) {
 
 // Positive tets that share a face lie on opposite sides of it exactly when they see it in opposite
 // orders: a tet that was inside out because a node crossed its far face is found here.
-void refuse_overlaps(const RawTetMesh& raw, const std::vector<Corners>& tets,
+void refuse_overlaps(const RawTetMesh& raw, const std::vector<TetIds>& tets,
                      const std::string& where) {
   const std::vector<Face> faces = sorted_faces(tets);
   std::vector<std::int64_t> overlapping;
@@ -148,11 +148,11 @@ void refuse_overlaps(const RawTetMesh& raw, const std::vector<Corners>& tets,
 
 TetMesh settle_tets(const RawTetMesh& raw, double length_unit_m, const std::string& where,
                     TetReadNotes& notes) {
-  const std::vector<Corners> tets = turned_positive(raw, where, notes);
+  const std::vector<TetIds> tets = turned_positive(raw, where, notes);
   refuse_overlaps(raw, tets, where);
 
   std::vector<std::int32_t> node_of(raw.points.size(), -1);
-  for (const Corners& tet : tets)
+  for (const TetIds& tet : tets)
     for (const std::int32_t corner : tet) node_of[static_cast<std::size_t>(corner)] = 0;
   std::int32_t nodes = 0;
   for (std::int32_t& node : node_of)

@@ -8,24 +8,24 @@
 namespace palpate::repair {
 namespace {
 
-struct Part {
+struct SurfacePart {
   std::vector<Triangle> faces;  // and a fan over each border, so that it is closed
   std::vector<Vec3> points;     // middles of borders, numbered after the soup's points
   Eigen::AlignedBox3d box;
   double volume_m3 = 0;
 };
 
-class Parts {
+class SurfaceParts {
  public:
-  explicit Parts(const Soup& soup) : soup_(soup), of_face_(components(soup.faces)) {
+  explicit SurfaceParts(const Soup& soup) : soup_(soup), of_face_(components(soup.faces)) {
     parts_.resize(of_face_.number);
     for (std::size_t f = 0; f < soup.faces.size(); ++f) {
-      Part& part = parts_[of_face_.of_face[f]];
+      SurfacePart& part = parts_[of_face_.of_face[f]];
       part.faces.push_back(soup.faces[f]);
       for (const std::int32_t v : soup.faces[f])
         part.box.extend(soup.points[static_cast<std::size_t>(v)]);
     }
-    for (Part& part : parts_) {
+    for (SurfacePart& part : parts_) {
       close(part);
       part.volume_m3 = volume_of(part);
     }
@@ -49,13 +49,13 @@ class Parts {
   std::size_t of_face(std::size_t face) const { return of_face_.of_face[face]; }
 
  private:
-  Vec3 at(const Part& part, std::int32_t v) const {
+  Vec3 at(const SurfacePart& part, std::int32_t v) const {
     const auto i = static_cast<std::size_t>(v);
     return i < soup_.points.size() ? soup_.points[i] : part.points[i - soup_.points.size()];
   }
 
   // All borders of a part meet in one middle: the fans' inner edges cancel where borders are loops.
-  void close(Part& part) const {
+  void close(SurfacePart& part) const {
     std::vector<Triangle> fan;
     Vec3 sum = Vec3::Zero();
     const auto middle = static_cast<std::int32_t>(soup_.points.size());
@@ -71,7 +71,7 @@ class Parts {
     part.faces.insert(part.faces.end(), fan.begin(), fan.end());
   }
 
-  double volume_of(const Part& part) const {
+  double volume_of(const SurfacePart& part) const {
     const Vec3 origin = at(part, part.faces.front()[0]);
     double sum = 0;
     for (const Triangle& f : part.faces)
@@ -82,7 +82,7 @@ class Parts {
   }
 
   // Solid angle over 4 pi: Van Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207.
-  double winding_number(const Part& part, const Vec3& point) const {
+  double winding_number(const SurfacePart& part, const Vec3& point) const {
     double angle = 0;
     for (const Triangle& f : part.faces) {
       const Vec3 a = at(part, f[0]) - point, b = at(part, f[1]) - point, c = at(part, f[2]) - point;
@@ -95,13 +95,13 @@ class Parts {
 
   const Soup& soup_;
   Components of_face_;
-  std::vector<Part> parts_;
+  std::vector<SurfacePart> parts_;
 };
 
 }  // namespace
 
 void orient_outward(Soup& soup, Changes& changes) {
-  const Parts parts(soup);
+  const SurfaceParts parts(soup);
   const std::vector<char> turn = parts.to_turn();
   for (std::size_t f = 0; f < soup.faces.size(); ++f) {
     if (!turn[parts.of_face(f)]) continue;

@@ -13,7 +13,7 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
 /// Sum of squared distances to planes, weighted by area (Garland and Heckbert 1997).
-struct Quadric {
+struct ErrorQuadric {
   Mat3 second = Mat3::Zero();
   Vec3 first = Vec3::Zero();
   double zeroth = 0, weight = 0;
@@ -25,7 +25,7 @@ struct Quadric {
     zeroth += plane_weight * offset * offset;
     weight += plane_weight;
   }
-  void add(const Quadric& other) {
+  void add(const ErrorQuadric& other) {
     second += other.second;
     first += other.first;
     zeroth += other.zeroth;
@@ -57,7 +57,7 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
 
   void initialize() override {
     auto& mesh = Base::mesh();
-    for (const auto v : mesh.vertices()) mesh.property(quadric_, v) = Quadric{};
+    for (const auto v : mesh.vertices()) mesh.property(quadric_, v) = ErrorQuadric{};
     for (const auto f : mesh.faces()) add_face(f);
     for (const auto h : mesh.halfedges())
       if (mesh.is_boundary(h)) add_border(h);
@@ -70,7 +70,7 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
     const auto& mesh = Base::mesh();
     const Vec3 kept = position(mesh, collapse.v1);
     const double squared_edge = (kept - position(mesh, collapse.v0)).squaredNorm();
-    Quadric both = mesh.property(quadric_, collapse.v0);
+    ErrorQuadric both = mesh.property(quadric_, collapse.v0);
     both.add(mesh.property(quadric_, collapse.v1));
     return float(squared_edge + kStrayWeight * both.mean_squared_distance(kept));
   }
@@ -127,7 +127,7 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
     return false;
   }
 
-  OpenMesh::VPropHandleT<Quadric> quadric_;
+  OpenMesh::VPropHandleT<ErrorQuadric> quadric_;
   OpenMesh::VPropHandleT<int> origin_;
   const Points* normals_ = nullptr;
   double min_facing_ = 0, min_roundness_ = 0;

@@ -13,10 +13,10 @@
 namespace palpate {
 namespace {
 
-using Neighbours = std::vector<std::vector<std::int32_t>>;
+using VertexNeighbours = std::vector<std::vector<std::int32_t>>;
 
-Neighbours vertex_neighbours(const Surface& surface) {
-  Neighbours neighbours(static_cast<std::size_t>(surface.vertices.rows()));
+VertexNeighbours vertex_neighbours(const Surface& surface) {
+  VertexNeighbours neighbours(static_cast<std::size_t>(surface.vertices.rows()));
   for (const auto& t : surface.triangles.rowwise())
     for (int k = 0; k < 3; ++k)  // closed surface: each edge is met once in either direction
       neighbours[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
@@ -24,7 +24,7 @@ Neighbours vertex_neighbours(const Surface& surface) {
 }
 
 /// Without the vertices on features: normals there belong to no side, and a crease is no curvature.
-Neighbours without_features(Neighbours neighbours, const HalfEdgeMesh& mesh) {
+VertexNeighbours without_features(VertexNeighbours neighbours, const HalfEdgeMesh& mesh) {
   for (std::size_t v = 0; v < neighbours.size(); ++v)
     if (mesh.status(OpenMesh::VertexHandle(static_cast<int>(v))).feature()) neighbours[v].clear();
   for (auto& around : neighbours)
@@ -33,7 +33,7 @@ Neighbours without_features(Neighbours neighbours, const HalfEdgeMesh& mesh) {
   return neighbours;
 }
 
-double mean_edge_m(const Surface& surface, const Neighbours& neighbours) {
+double mean_edge_m(const Surface& surface, const VertexNeighbours& neighbours) {
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t v = 0; v < neighbours.size(); ++v) {
@@ -46,7 +46,7 @@ double mean_edge_m(const Surface& surface, const Neighbours& neighbours) {
 
 /// Averages with the neighbours until features shorter than `radius_m` are gone: each round
 /// spreads by about an edge, and rounds add up as their squares.
-Points smoothed(Points values, const Neighbours& neighbours, double radius_m, double edge_m) {
+Points smoothed(Points values, const VertexNeighbours& neighbours, double radius_m, double edge_m) {
   constexpr int kMaxRounds = 40;  // enough for a target 12 edges long; finer meshes are smooth
   const double ratio = edge_m > 0 ? radius_m / edge_m : 0;
   const int rounds = std::min(kMaxRounds, static_cast<int>(std::lround(ratio * ratio)));
@@ -62,7 +62,7 @@ Points smoothed(Points values, const Neighbours& neighbours, double radius_m, do
 }
 
 /// Largest normal curvature towards a neighbour, |(n_w - n_v) . e| / e^2; 1/R on a sphere.
-double curvature_1_m(const Surface& fine, const Points& normals, const Neighbours& neighbours,
+double curvature_1_m(const Surface& fine, const Points& normals, const VertexNeighbours& neighbours,
                      Eigen::Index v) {
   double largest = 0;
   for (const std::int32_t w : neighbours[static_cast<std::size_t>(v)]) {
@@ -93,7 +93,7 @@ double edge_for_curvature_m(double curvature, double deviation_m) {
 }
 
 /// Lets no size exceed a neighbour's by more than growth times their distance (Dijkstra).
-void limit_growth(Eigen::VectorXd& size, const Surface& fine, const Neighbours& neighbours,
+void limit_growth(Eigen::VectorXd& size, const Surface& fine, const VertexNeighbours& neighbours,
                   double growth) {
   using Entry = std::pair<double, std::int32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -116,13 +116,13 @@ void limit_growth(Eigen::VectorXd& size, const Surface& fine, const Neighbours& 
 
 Eigen::VectorXd wanted_edge_m(const Surface& fine, const BoxTree& boxes,
                               const SizingOptions& options) {
-  const Neighbours neighbours = vertex_neighbours(fine);
+  const VertexNeighbours neighbours = vertex_neighbours(fine);
   const double edge_m = mean_edge_m(fine, neighbours);
   const Points normals = vertex_normals(fine);
   const double min_m = options.min_edge_ratio * options.target_edge_m;
   HalfEdgeMesh mesh = to_half_edges(fine);
   mark_features(mesh, options.feature_angle_deg, 2 * min_m);
-  const Neighbours smooth_neighbours = without_features(neighbours, mesh);
+  const VertexNeighbours smooth_neighbours = without_features(neighbours, mesh);
   const Points smooth = smoothed(normals, smooth_neighbours, 0.5 * options.target_edge_m, edge_m);
   const double deviation = options.deviation_ratio * options.target_edge_m;
 

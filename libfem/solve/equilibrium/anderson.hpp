@@ -49,12 +49,12 @@ class AndersonMixing {
   void took(const Eigen::VectorXd& step) { previous_.taken = step; }
 
  private:
-  struct Pair {
+  struct SecantPair {
     Eigen::VectorXd taken, step, load;  // of one iterate, and changes of d and b to the next
   };
   std::size_t depth_;
-  Pair previous_;
-  std::vector<Pair> pairs_;
+  SecantPair previous_;
+  std::vector<SecantPair> pairs_;
 };
 
 }  // namespace palpate::fem

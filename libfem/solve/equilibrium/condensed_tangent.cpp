@@ -40,15 +40,15 @@ void CondensedTangent::set_contact(Eigen::MatrixXd C) {
   if (size > 0) sgetrf_(&size, &size, factor_.data(), &size, pivots_.data(), &info);
 }
 
-CondensedTangent::Step CondensedTangent::step(const Eigen::MatrixXf& flexibility,
-                                              const Eigen::VectorXd& residual) const {
+CondensedTangent::CondensedStep CondensedTangent::step(const Eigen::MatrixXf& flexibility,
+                                                       const Eigen::VectorXd& residual) const {
   const int size = static_cast<int>(unknowns_.size()), columns = 1;
   Eigen::VectorXf driven = flexibility * residual.cast<float>();
   Eigen::VectorXf own = stiffness_ * driven(unknowns_);
   int info = 0;
   if (size > 0)
     sgetrs_("N", &size, &columns, factor_.data(), &size, pivots_.data(), own.data(), &size, &info);
-  Step out{{}, -residual};
+  CondensedStep out{{}, -residual};
   const Eigen::VectorXd pushed = C_ * own.cast<double>();
   for (int i = 0; i < size; ++i) out.z[unknowns_[i]] += pushed[i];
   driven.noalias() -= flexibility(Eigen::all, unknowns_) * pushed.cast<float>();

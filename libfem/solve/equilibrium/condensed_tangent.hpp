@@ -12,7 +12,7 @@ namespace palpate::fem {
 class CondensedTangent {
  public:
   /// Of w [m] and z [N], over the dense block.
-  struct Step {
+  struct CondensedStep {
     Eigen::VectorXd w, z;
   };
 
@@ -33,7 +33,7 @@ class CondensedTangent {
 
   /// Newton's step for the residual z - f(w) of the block [N]: dw solves dw + G C dw = G (z - f),
   /// and dz = C dw - (z - f).
-  Step step(const Eigen::MatrixXf& flexibility, const Eigen::VectorXd& residual) const;
+  CondensedStep step(const Eigen::MatrixXf& flexibility, const Eigen::VectorXd& residual) const;
 
  private:
   std::vector<Eigen::Index> unknowns_;

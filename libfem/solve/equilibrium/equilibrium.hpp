@@ -91,7 +91,7 @@ class Equilibrium {
   const SolverCounts& counts() const { return counts_; }
   const ElasticBody& body() const { return body_; }
   const SchurFactor& factor() const { return factor_; }
-  Contact& contact() { return contact_; }
+  ContactInterface& contact() { return contact_; }
   int unknowns() const { return K_.size(); }
 
  private:
@@ -141,7 +141,7 @@ class Equilibrium {
   const QuadraticMesh& mesh_;
   EquilibriumOptions options_;
   ElasticBody body_;
-  Contact contact_;
+  ContactInterface contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;
   CondensedTangent tangent_;

@@ -88,11 +88,11 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
   factor_.reduce(at.residual, load);
   const Eigen::VectorXd force_before = condensed_force();
   load += force_before;
-  CondensedTangent::Step sum{Eigen::VectorXd::Zero(load.size()), load};
+  CondensedTangent::CondensedStep sum{Eigen::VectorXd::Zero(load.size()), load};
   Points u = at.u;
   const ContactTrial trial{u, now.pose, now.from.history};
   bool is_coupled = true;
-  const auto go = [&](const CondensedTangent::Step& step, double length) {
+  const auto go = [&](const CondensedTangent::CondensedStep& step, double length) {
     sum.w += length * step.w;
     sum.z += length * step.z;
     for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -115,7 +115,7 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
   };
   const auto energy = [&] { return -0.5 * sum.w.dot(load + sum.z) + contact_.energy(trial); };
   // Halves a step until the energy for the lagged limit falls.
-  const auto falls = [&](const CondensedTangent::Step& step) {
+  const auto falls = [&](const CondensedTangent::CondensedStep& step) {
     const double start = energy(), slope = -residual.dot(step.w);
     if (!(slope < 0)) return false;
     double length = 1;
@@ -132,7 +132,7 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
     if (falls(tangent_.step(flexibility, residual))) return evaluate();
     evaluate(false);
     refactor();
-    const CondensedTangent::Step step = tangent_.step(flexibility, residual);
+    const CondensedTangent::CondensedStep step = tangent_.step(flexibility, residual);
     if (!falls(step)) go(step, 1.0 / 256);
     return evaluate();
   };
@@ -153,7 +153,7 @@ Equilibrium::Correction Equilibrium::correction(const Step& now) {
       continue;
     }
     if (!is_kept) refactor();
-    const CondensedTangent::Step step = tangent_.step(flexibility, residual);
+    const CondensedTangent::CondensedStep step = tangent_.step(flexibility, residual);
     const double before = relative;
     double length = 1;
     go(step, 1);

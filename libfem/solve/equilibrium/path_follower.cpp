@@ -32,9 +32,9 @@ constexpr double kCreepLeft = 0.5;
 constexpr double kFallingStep = 0.25, kLargestFall = 0.1;
 
 /// How a step or a series of them ended.
-struct Outcome {
+struct StepOutcome {
   RowStatus status = RowStatus::good;
-  StepCheck doubt = StepCheck::none;
+  StepCheck step_check = StepCheck::none;
 };
 
 /// All paths on one mesh being followed.
@@ -56,8 +56,8 @@ bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
 }
 
 /// One equilibrium from `moving` to `tip`, which `moving` becomes when it is accepted.
-Outcome try_step(Following& following, PathState& moving, const Vec3& tip, bool must_rise,
-                 bool may_fall, bool may_shorten) {
+StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, bool must_rise,
+                     bool may_fall, bool may_shorten) {
   const Vec3 step = tip - moving.state.pose.tip;
   const double length = step.norm();
   Points guess = moving.state.u;
@@ -68,14 +68,15 @@ Outcome try_step(Following& following, PathState& moving, const Vec3& tip, bool 
   const SolveStatus solved = following.equilibrium.solve(
       moving.state, {tip, moving.state.pose.axis}, guess, next, may_shorten);
   if (solved != SolveStatus::solved) return {failure(solved)};
-  StepCheck doubt =
+  StepCheck step_check =
       check_step(moving.state, next, must_rise, following.rules.deepest_penetration_m);
-  if (doubt == StepCheck::does_not_rise && may_fall &&
+  if (step_check == StepCheck::does_not_rise && may_fall &&
       falls_on_a_stable_branch(following.equilibrium, moving.state, next))
-    doubt = StepCheck::falls;
-  if (doubt != StepCheck::none && doubt != StepCheck::falls)
-    return {doubt == StepCheck::inverted ? RowStatus::inverted : RowStatus::rejected, doubt};
-  moving.falls = must_rise ? doubt == StepCheck::falls : moving.falls;
+    step_check = StepCheck::falls;
+  if (step_check != StepCheck::none && step_check != StepCheck::falls)
+    return {step_check == StepCheck::inverted ? RowStatus::inverted : RowStatus::rejected,
+            step_check};
+  moving.falls = must_rise ? step_check == StepCheck::falls : moving.falls;
   moving.velocity = (next.u - moving.state.u) / length;
   moving.direction = step / length;
   moving.state = std::move(next);
@@ -84,7 +85,7 @@ Outcome try_step(Following& following, PathState& moving, const Vec3& tip, bool 
 
 /// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with
 /// twice the penalty, which then stays.
-Outcome reach(Following& following, PathState& moving, const Vec3& tip, bool must_rise) {
+StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, bool must_rise) {
   const StepRules& rules = following.rules;
   const Vec3 start = moving.state.pose.tip;
   const double distance = (tip - start).norm();
@@ -99,11 +100,11 @@ Outcome reach(Following& following, PathState& moving, const Vec3& tip, bool mus
     const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * whole_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
-    const Outcome outcome = try_step(following, moving, goal, must_rise, may_fall, may_shorten);
+    const StepOutcome outcome = try_step(following, moving, goal, must_rise, may_fall, may_shorten);
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
-    } else if (outcome.doubt == StepCheck::overlaps &&
+    } else if (outcome.step_check == StepCheck::overlaps &&
                following.stiffenings < rules.max_stiffenings) {
       following.equilibrium.stiffen_contact(2);
       ++following.stiffenings;
@@ -120,7 +121,7 @@ PathRow record(Following& following, const PathState& moving, const Vec3& deflec
   const StepRules& rules = following.rules;
   const BodyState& state = moving.state;
   PathRow row;
-  if (moving.falls) row.doubt = StepCheck::falls;
+  if (moving.falls) row.step_check = StepCheck::falls;
   const double depth = deflection.dot(state.pose.axis);
   row.status = depth > 0 && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
   row.force_N = state.contact.force_N;
@@ -151,12 +152,12 @@ PathRow record(Following& following, const PathState& moving, const Vec3& deflec
 }
 
 /// The next row that was to be recorded says why it could not be; those after it stay not_reached.
-void note_failure(const ProbePath& path, std::size_t target, const Outcome& outcome,
+void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& outcome,
                   std::vector<PathRow>& rows) {
   for (; target < path.targets.size(); ++target)
     if (const int row = path.targets[target].row; row >= 0) {
       rows[row].status = outcome.status;
-      rows[row].doubt = outcome.doubt;
+      rows[row].step_check = outcome.step_check;
       return;
     }
 }
@@ -204,7 +205,7 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
     for (std::size_t i = 0; i < path.targets.size(); ++i) {
       if (progress.stopped()) return out;
       const PathTarget& target = path.targets[i];
-      const Outcome outcome =
+      const StepOutcome outcome =
           reach(following, moving, touch.tip + target.deflection, target.must_rise);
       if (outcome.status != RowStatus::good) {
         note_failure(path, i, outcome, out);

@@ -36,11 +36,11 @@ StepCheck check_step(const BodyState& before, const BodyState& after, bool must_
 /// What is recorded at a target. Force [N] and torque about the tip [N m] are of the probe on the
 /// body after an Uzawa update (method, 10), zero unless the status is good or no_contact.
 /// penalty_shift_N: what the update has changed; penalty_error_N: what may be left of it.
-/// solver_error_N: what the residual may hide. doubt: why the row is `rejected` or `inverted`, or
-/// that a good one `falls`.
+/// solver_error_N: what the residual may hide. step_check: why the row is `rejected` or `inverted`,
+/// or that a good one `falls`.
 struct PathRow {
   RowStatus status = RowStatus::not_reached;
-  StepCheck doubt = StepCheck::none;
+  StepCheck step_check = StepCheck::none;
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
   Vec3 penalty_shift_N = Vec3::Zero();

@@ -26,7 +26,7 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   row.torque = samples.torque.row(i);
   row.force_error = samples.force_error[i];
   row.status = samples.status[i];
-  if (!samples.doubt.empty()) row.doubt = samples.doubt[i];
+  if (!samples.step_check.empty()) row.step_check = samples.step_check[i];
   return {samples.point[i], samples.experiment[i], row};
 }
 
@@ -57,7 +57,7 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
       out.kind.push_back(sample.row.kind);
       out.step.push_back(sample.row.step);
       out.status.push_back(sample.row.status);
-      out.doubt.push_back(sample.row.doubt);
+      out.step_check.push_back(sample.row.step_check);
       out.deflection.row(i) = sample.row.deflection.transpose();
       out.force.row(i) = sample.row.force.transpose();
       out.torque.row(i) = sample.row.torque.transpose();

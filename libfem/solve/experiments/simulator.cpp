@@ -57,7 +57,7 @@ void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathR
     const PathRow& row = fine[rows[k]];
     PointRow& recorded = out[rows[k]];
     recorded.status = row.status;
-    recorded.doubt = row.doubt;
+    recorded.step_check = row.step_check;
     if (row.status != RowStatus::good) continue;
     recorded.force = (1 - limit.excess) * row.force_N;
     recorded.torque = (1 - limit.excess) * row.torque_Nm;

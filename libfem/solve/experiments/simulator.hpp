@@ -47,8 +47,8 @@ struct SimulationSetup {
 };
 
 /// One row as experiments record it; see Samples. Force and torque are extrapolated to size
-/// zero and to a rigid probe (method, 10). force_error is NaN unless the row is good. doubt: of
-/// the step that failed, where the status is rejected or inverted.
+/// zero and to a rigid probe (method, 10). force_error is NaN unless the row is good. step_check:
+/// of the step that failed, where the status is rejected or inverted.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags
@@ -58,7 +58,7 @@ struct PointRow {
   Vec3 torque = Vec3::Zero();
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
-  StepCheck doubt = StepCheck::none;
+  StepCheck step_check = StepCheck::none;
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the

@@ -26,8 +26,8 @@ CurveBasis even_basis(int degree, int pieces, double range) {
 }
 
 // Mean sqrt of |f''| over points on the grid: what a piecewise curve must follow there.
-std::vector<double> bend_density(const std::vector<PointEvidence>& points,
-                                 const CurveBasis& reference, FitLoss loss) {
+std::vector<double> curvature_density(const std::vector<PointEvidence>& points,
+                                      const CurveBasis& reference, FitLoss loss) {
   const SplineTables tables = tabulate(reference);
   const auto spline = view(tables);
   const double range = reference.knots_m.back(), h = range / kGrid;
@@ -35,11 +35,12 @@ std::vector<double> bend_density(const std::vector<PointEvidence>& points,
   std::vector<double> density(kGrid, 0.0);
   for (const PointEvidence& point : points) {
     const Eigen::VectorXd b =
-        controls_of(fit_increments(spline, point.rows, lower, faint_smoothness(reference), loss));
+        controls_of(fit_increments(spline, point.rows, lower, smoothness_prior(reference), loss));
     for (int i = 0; i < kGrid; ++i) {
-      const double bend = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
-                          runtime::curve_slope(spline, b.data(), i * h);
-      density[static_cast<std::size_t>(i)] += std::sqrt(std::abs(bend) * range / point.largest);
+      const double curvature = runtime::curve_slope(spline, b.data(), (i + 1) * h) -
+                               runtime::curve_slope(spline, b.data(), i * h);
+      density[static_cast<std::size_t>(i)] +=
+          std::sqrt(std::abs(curvature) * range / point.largest);
     }
   }
   return density;
@@ -52,9 +53,10 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
   for (const double d : density) total += d;
   std::vector<double> share(kGrid + 1, 0.0);
   for (int i = 0; i < kGrid; ++i) {
-    const double bend = total > 0 ? density[static_cast<std::size_t>(i)] / total : 1.0 / kGrid;
-    share[static_cast<std::size_t>(i) + 1] =
-        share[static_cast<std::size_t>(i)] + kCurvatureShare * bend + (1 - kCurvatureShare) / kGrid;
+    const double curvature = total > 0 ? density[static_cast<std::size_t>(i)] / total : 1.0 / kGrid;
+    share[static_cast<std::size_t>(i) + 1] = share[static_cast<std::size_t>(i)] +
+                                             kCurvatureShare * curvature +
+                                             (1 - kCurvatureShare) / kGrid;
   }
   CurveBasis basis{degree, {0.0}};
   int cell = 0;
@@ -70,31 +72,31 @@ CurveBasis curvature_basis(int degree, int pieces, double range,
 }
 
 // Bases of one kind for any number of pieces.
-class Placement {
+class KnotPlacer {
  public:
-  Placement(const std::vector<PointEvidence>& points, const CurveBasis& normal, double range,
-            int most, const FitOptions& options)
+  KnotPlacer(const std::vector<PointEvidence>& points, const CurveBasis& normal, double range,
+             int most, const FitOptions& options)
       : points_(points),
         normal_(normal),
         range_(range),
         options_(options),
         reference_(even_basis(options.degree, std::min(most, 8), range)),
-        density_(bend_density(points, reference_, options.loss)) {}
+        density_(curvature_density(points, reference_, options.loss)) {}
 
   /// The better of two placements by rule or, where neither meets the tolerance and they pay,
   /// knots identified from the rows.
-  Candidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
+  BasisCandidate best(int pieces, std::vector<BasisEvidence>& evidence) const {
     const CurveBasis even = even_basis(options_.degree, pieces, range_);
-    Candidate best = judge(points_, normal_, even, KnotPlacement::even, options_.loss);
+    BasisCandidate best = judge(points_, normal_, even, KnotPlacement::even, options_.loss);
     evidence.push_back(best.evidence);
     if (pieces == 1) return best;
-    const CurveBasis bent = curvature_basis(options_.degree, pieces, range_, density_);
-    Candidate other = judge(points_, normal_, bent, KnotPlacement::curvature, options_.loss);
+    const CurveBasis curved = curvature_basis(options_.degree, pieces, range_, density_);
+    BasisCandidate other = judge(points_, normal_, curved, KnotPlacement::curvature, options_.loss);
     evidence.push_back(other.evidence);
     if (other.mean_square < best.mean_square) best = std::move(other);
     if (meets(best, options_.tolerance)) return best;
     auto identified =
-        identified_candidate(points_, normal_, {even, bent}, reference_, options_.loss);
+        identified_candidate(points_, normal_, {even, curved}, reference_, options_.loss);
     if (!identified) return best;
     evidence.push_back(identified->evidence);
     return is_clearly_better(*identified, best) ? std::move(*identified) : best;
@@ -111,7 +113,8 @@ class Placement {
 
 // The first candidate within the tolerance, or else as good as the best, where more pieces do not
 // lower what neighbouring rows are off together.
-std::size_t fewest(const std::vector<Candidate>& candidates, std::size_t best, double tolerance) {
+std::size_t fewest(const std::vector<BasisCandidate>& candidates, std::size_t best,
+                   double tolerance) {
   if (meets(candidates.back(), tolerance)) best = candidates.size() - 1;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (candidates[i].evidence.heldout_error <= tolerance &&
@@ -122,7 +125,7 @@ std::size_t fewest(const std::vector<Candidate>& candidates, std::size_t best, d
   return best;
 }
 
-std::string reason_for(const Candidate& chosen, bool is_wanted, double tolerance) {
+std::string reason_for(const BasisCandidate& chosen, bool is_wanted, double tolerance) {
   const BasisEvidence& evidence = chosen.evidence;
   const std::string held_out = "held-out error of " + percent(evidence.heldout_error);
   std::string reason;
@@ -150,9 +153,9 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
   const int most = std::clamp(parameters - options.degree + 1, 1, options.max_pieces);
-  const Placement placement(points, normal, range, most, options);
+  const KnotPlacer placement(points, normal, range, most, options);
 
-  std::vector<Candidate> candidates;  // the best placement for each number of pieces
+  std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
   for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
        pieces += pieces < 6 ? 1 : 2) {
@@ -169,7 +172,7 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   return report;
 }
 
-std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, double range,
+std::vector<PointEvidence> evidence_for(int kind, std::vector<CurveRows>& rows, double range,
                                         const CurveBasis& normal, FitLoss loss) {
   std::vector<std::size_t> able;
   for (std::size_t p = 0; p < rows.size(); ++p)
@@ -185,7 +188,7 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, 
       const SplineTables tables = tabulate(normal);
       point.normal =
           fit_increments(view(tables), unit_weights(rows[p].curve[0]),
-                         Eigen::VectorXd::Zero(normal.size() - 1), faint_smoothness(normal), loss);
+                         Eigen::VectorXd::Zero(normal.size() - 1), smoothness_prior(normal), loss);
       std::vector<double> ratios;
       for (const CurveRow& row : point.rows) {
         const double f = increment_weights(view(tables), row.x).dot(point.normal);
@@ -201,10 +204,10 @@ std::vector<PointEvidence> evidence_for(int kind, std::vector<PointRows>& rows, 
 }  // namespace
 
 std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
-                                                  std::vector<PointRows>& rows,
+                                                  std::vector<CurveRows>& rows,
                                                   const FitOptions& options) {
   double reach = 0;
-  for (const PointRows& point : rows) reach = std::max(reach, point.lateral_reach);
+  for (const CurveRows& point : rows) reach = std::max(reach, point.lateral_reach);
   const std::array<double, kCurveKinds> range{1.0, reach > 0 ? reach : 1.0, 1.0};
 
   std::array<BasisReport, kCurveKinds> reports;
@@ -216,7 +219,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
       report.basis = {options.degree, options.knots_m[k]};
       for (double& knot : report.basis.knots_m) knot /= body.length_m;
       report.reason = "knots as given";
-      for (PointRows& point : rows) group_by_abscissa(point.curve[k], range[k], kSameAbscissa);
+      for (CurveRows& point : rows) group_by_abscissa(point.curve[k], range[k], kSameAbscissa);
       continue;
     }
     const CurveBasis& normal = reports[0].basis;
@@ -235,10 +238,10 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
   return reports;
 }
 
-std::optional<BasisReport> choose_bed_basis(const std::vector<PointRows>& rows,
+std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
                                             const FitOptions& options) {
   if (options.pieces[0] > 0 || !options.knots_m[0].empty()) return std::nullopt;
-  std::vector<PointRows> pressed(rows.size());
+  std::vector<CurveRows> pressed(rows.size());
   for (std::size_t p = 0; p < rows.size(); ++p)
     for (const CurveRow& row : rows[p].curve[0])
       if (row.is_pressed) pressed[p].curve[0].push_back(row);
@@ -262,7 +265,7 @@ struct Tried {
   double worst_error = 0, excess = 0;  // of kinds that were judged; sum of what is above tolerance
 };
 
-Tried attempt(int degree, const BodyData& body, std::vector<PointRows>& rows, FitOptions options) {
+Tried attempt(int degree, const BodyData& body, std::vector<CurveRows>& rows, FitOptions options) {
   options.degree = degree;
   Tried out{degree, 0, 0, 0};
   int pieces = 0;
@@ -278,7 +281,7 @@ Tried attempt(int degree, const BodyData& body, std::vector<PointRows>& rows, Fi
 
 }  // namespace
 
-ChosenDegree choose_degree(const BodyData& body, std::vector<PointRows>& rows,
+ChosenDegree choose_degree(const BodyData& body, std::vector<CurveRows>& rows,
                            const FitOptions& options) {
   std::vector<Tried> tried;
   double least = std::numeric_limits<double>::infinity();

@@ -12,7 +12,7 @@ namespace palpate::fit {
 /// predict held-out rows within the tolerance or, where noise forbids that, as well as the best.
 /// Work: at most 64 points, evenly taken.
 std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
-                                                  std::vector<PointRows>& rows,
+                                                  std::vector<CurveRows>& rows,
                                                   const FitOptions& options);
 
 /// The basis of f^z for a law that reads its curvature, in units of the body's `length_m`: the
@@ -20,7 +20,7 @@ std::array<BasisReport, kCurveKinds> choose_bases(const BodyData& body,
 /// error or the floor of the rows' weights, whatever the tolerance. Rows of drags do not count:
 /// beside the point the force is not f^z alone. None where the user decides the normal basis or no
 /// point presses enough to hold rows out.
-std::optional<BasisReport> choose_bed_basis(const std::vector<PointRows>& rows,
+std::optional<BasisReport> choose_bed_basis(const std::vector<CurveRows>& rows,
                                             const FitOptions& options);
 
 /// Degree of the body's curves, 1 to 4, and why.
@@ -33,7 +33,7 @@ struct ChosenDegree {
 /// values: of those whose held-out errors exceed the tolerance by little more than the least do.
 /// Degree 1 only where every curve is one straight piece, so curves stay smooth. rows: as for
 /// choose_bases. options.degree is not read.
-ChosenDegree choose_degree(const BodyData& body, std::vector<PointRows>& rows,
+ChosenDegree choose_degree(const BodyData& body, std::vector<CurveRows>& rows,
                            const FitOptions& options);
 
 }  // namespace palpate::fit

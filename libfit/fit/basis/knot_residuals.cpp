@@ -68,9 +68,9 @@ KnotResiduals::KnotResiduals(const std::vector<PointEvidence>& points, const Cur
   const SplineTables tables = tabulate(reference);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(reference.size() - 1);
   for (const PointEvidence& evidence : points) {
-    Faint faint = faint_smoothness(reference);
+    WeakPrior weak_prior = smoothness_prior(reference);
     const Eigen::VectorXd increments =
-        fit_increments(view(tables), evidence.rows, lower, faint, loss);
+        fit_increments(view(tables), evidence.rows, lower, weak_prior, loss);
     std::vector<double> size;
     double force_square = 0;
     for (const CurveRow& row : evidence.rows) {
@@ -82,7 +82,8 @@ KnotResiduals::KnotResiduals(const std::vector<PointEvidence>& points, const Cur
     const double scatter = robust_deviation(size);
     const double rms = std::sqrt(force_square / static_cast<double>(rows));
     if (!(rms > 0)) continue;
-    Point point{{}, Eigen::VectorXd(rows), Eigen::VectorXd(rows), faint.strength / rms};
+    PointResiduals point{
+        {}, Eigen::VectorXd(rows), Eigen::VectorXd(rows), weak_prior.strength / rms};
     for (Eigen::Index i = 0; i < rows; ++i) {
       const CurveRow& row = evidence.rows[static_cast<std::size_t>(i)];
       point.x.push_back(row.x);
@@ -99,15 +100,15 @@ CurveBasis KnotResiduals::basis(const Eigen::VectorXd& parameters) const {
   return {degree_, knots_from(parameters, range_, min_)};
 }
 
-Eigen::MatrixXd KnotResiduals::system(const Point& point, const CurveBasis& basis,
+Eigen::MatrixXd KnotResiduals::system(const PointResiduals& point, const CurveBasis& basis,
                                       const SplineTables& tables) const {
-  const Faint faint = faint_smoothness(basis);
+  const WeakPrior weak_prior = smoothness_prior(basis);
   const auto rows = static_cast<Eigen::Index>(point.x.size());
-  Eigen::MatrixXd out(rows + faint.matrix.rows(), basis.size() - 1);
+  Eigen::MatrixXd out(rows + weak_prior.matrix.rows(), basis.size() - 1);
   const auto spline = view(tables);
   for (Eigen::Index i = 0; i < rows; ++i)
     out.row(i) = point.weight[i] * increment_weights(spline, point.x[static_cast<std::size_t>(i)]);
-  out.bottomRows(faint.matrix.rows()) = point.faint_strength * faint.matrix;
+  out.bottomRows(weak_prior.matrix.rows()) = point.prior_strength * weak_prior.matrix;
   return out;
 }
 
@@ -138,7 +139,7 @@ bool KnotResiduals::operator()(const double* parameters, double* residuals,
   Eigen::MatrixXd by_knot(jacobian != nullptr ? residuals_ : 0, knots);
   const Eigen::VectorXd lower = Eigen::VectorXd::Zero(here.size() - 1);
   Eigen::Index at = 0;
-  for (const Point& point : points_) {
+  for (const PointResiduals& point : points_) {
     const Eigen::MatrixXd A = system(point, here, tables);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(A.rows());
     b.head(point.right.size()) = point.right;

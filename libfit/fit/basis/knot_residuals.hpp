@@ -39,16 +39,16 @@ class KnotResiduals {
   void scale(double factor) { scale_ *= factor; }
 
  private:
-  struct Point {
+  struct PointResiduals {
     std::vector<double> x;
     Eigen::VectorXd weight, right;  // of rows
-    double faint_strength = 0;
+    double prior_strength = 0;
   };
   // Rows of a point's least squares, the weak prior's below, on a basis.
-  Eigen::MatrixXd system(const Point& point, const CurveBasis& basis,
+  Eigen::MatrixXd system(const PointResiduals& point, const CurveBasis& basis,
                          const SplineTables& tables) const;
 
-  std::vector<Point> points_;
+  std::vector<PointResiduals> points_;
   int degree_, pieces_, residuals_ = 0;
   double range_, min_, scale_ = 1;
 };

@@ -80,10 +80,10 @@ PlacedKnots place_knots(const std::vector<PointEvidence>& all, const CurveBasis&
   return placed;
 }
 
-std::optional<Candidate> identified_candidate(const std::vector<PointEvidence>& points,
-                                              const CurveBasis& normal,
-                                              const std::vector<CurveBasis>& starts,
-                                              const CurveBasis& reference, FitLoss loss) {
+std::optional<BasisCandidate> identified_candidate(const std::vector<PointEvidence>& points,
+                                                   const CurveBasis& normal,
+                                                   const std::vector<CurveBasis>& starts,
+                                                   const CurveBasis& reference, FitLoss loss) {
   PlacedKnots best;
   double by_rule = std::numeric_limits<double>::infinity();
   for (const CurveBasis& start : starts) {

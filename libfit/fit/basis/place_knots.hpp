@@ -36,9 +36,9 @@ double min_spacing(const std::vector<PointEvidence>& points, double range, int p
 /// The candidate with knots identified from the better of `starts`, its held-out rows predicted on
 /// knots found without them; none where residuals hardly shrink, so it cannot pay.
 /// normal: basis of f^z.
-std::optional<Candidate> identified_candidate(const std::vector<PointEvidence>& points,
-                                              const CurveBasis& normal,
-                                              const std::vector<CurveBasis>& starts,
-                                              const CurveBasis& reference, FitLoss loss);
+std::optional<BasisCandidate> identified_candidate(const std::vector<PointEvidence>& points,
+                                                   const CurveBasis& normal,
+                                                   const std::vector<CurveBasis>& starts,
+                                                   const CurveBasis& reference, FitLoss loss);
 
 }  // namespace palpate::fit

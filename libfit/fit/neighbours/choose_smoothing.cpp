@@ -54,11 +54,11 @@ PointFold fit_fold(const SmoothingData& data, const runtime::SplineView& spline,
     out.unseen.push_back(
         {point, unit.cwiseProduct(increment_weights(spline, row.x)), row.f, row.weight});
   }
-  Faint faint = faint_smoothness(data.basis);
+  WeakPrior weak_prior = smoothness_prior(data.basis);
   const Eigen::Index n = data.estimate.cols();
   out.increments =
-      fit_increments(spline, seen, Eigen::VectorXd::Zero(n), faint, loss).cwiseQuotient(unit);
-  const Eigen::MatrixXd prior = faint.strength * faint.matrix * unit.asDiagonal();
+      fit_increments(spline, seen, Eigen::VectorXd::Zero(n), weak_prior, loss).cwiseQuotient(unit);
+  const Eigen::MatrixXd prior = weak_prior.strength * weak_prior.matrix * unit.asDiagonal();
   out.information = prior.transpose() * prior;
   for (const CurveRow& row : seen) {
     const Eigen::VectorXd force = unit.cwiseProduct(increment_weights(spline, row.x));
@@ -127,18 +127,18 @@ class PointMeans {
   std::vector<double> count_;
 };
 
-struct Mean {
+struct MeanAndError {
   double value = 0, error = 0;  // standard
 };
-Mean mean(const std::vector<double>& values) {
-  Mean out;
+MeanAndError mean(const std::vector<double>& values) {
+  MeanAndError out;
   const auto n = static_cast<double>(values.size());
   for (const double v : values) out.value += v / n;
   for (const double v : values) out.error += std::pow(v - out.value, 2);
   out.error = std::sqrt(out.error / (n * (n - 1)));
   return out;
 }
-Mean mean_difference(std::vector<double> a, const std::vector<double>& b) {
+MeanAndError mean_difference(std::vector<double> a, const std::vector<double>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
   return mean(a);
 }
@@ -165,7 +165,7 @@ std::vector<std::vector<double>> try_strengths(const std::vector<Fold>& folds,
     evidence.push_back({strength, mean(losses.back()).value});
     const std::size_t at = losses.size() - 1;
     if (evidence[at].heldout_loss < evidence[best].heldout_loss) best = at;
-    const Mean worse = mean_difference(losses[at], losses[best]);
+    const MeanAndError worse = mean_difference(losses[at], losses[best]);
     if (worse.value > 4 * worse.error && at > best + 1) break;
   }
   return losses;
@@ -212,11 +212,11 @@ void choose_smoothing(const SmoothingData& data, FitLoss loss, SmoothingReport& 
   for (std::size_t i = 1; i < losses.size(); ++i)
     if (report.evidence[i].heldout_loss < report.evidence[best].heldout_loss) best = i;
   while (chosen < best) {
-    const Mean worse = mean_difference(losses[chosen], losses[best]);
+    const MeanAndError worse = mean_difference(losses[chosen], losses[best]);
     if (worse.value <= worse.error) break;
     ++chosen;
   }
-  const Mean gain = mean_difference(losses.front(), losses[chosen]);
+  const MeanAndError gain = mean_difference(losses.front(), losses[chosen]);
   report.gain = gain.value / own;
   report.gain_error = gain.error / own;
   if (chosen == 0) {

@@ -72,7 +72,7 @@ Eigen::MatrixXd unpack_symmetric(const Eigen::VectorXd& packed, Eigen::Index n) 
 // Without dimension, as choose_smoothing wants it, rows only where the strength is to be chosen;
 // `typical` [N] is what it was divided by.
 SmoothingData gather(const FittedCurves& fitted, const BodyData& body,
-                     const std::vector<PointRows>& rows, const BodyBases& bases,
+                     const std::vector<CurveRows>& rows, const BodyBases& bases,
                      const Members& members, std::size_t kind, bool is_chosen,
                      Eigen::VectorXd& typical) {
   const auto count = static_cast<Eigen::Index>(members.point.size());
@@ -138,7 +138,7 @@ std::optional<std::array<double, kCurveKinds>> kept_strengths(const FitOptions& 
   return earlier->smoothing;
 }
 
-SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& rows,
+SmoothingReport smooth_kind(const BodyData& body, const std::vector<CurveRows>& rows,
                             const BodyBases& bases, const FitOptions& options, std::size_t kind,
                             FittedCurves& fitted) {
   SmoothingReport report;
@@ -173,7 +173,7 @@ SmoothingReport smooth_kind(const BodyData& body, const std::vector<PointRows>& 
 
 }  // namespace
 
-Smoothing smooth_curves(const BodyData& body, const std::vector<PointRows>& rows,
+Smoothing smooth_curves(const BodyData& body, const std::vector<CurveRows>& rows,
                         const BodyBases& bases, const FitOptions& options, FittedCurves& fitted) {
   if (options.triangles.rows() > 0 &&
       (options.triangles.minCoeff() < 0 || options.triangles.maxCoeff() >= fitted.position.rows()))

@@ -17,7 +17,7 @@ struct Smoothing {
 /// and points without neighbours, stay as they are. Where the strength is 0 nothing is touched.
 /// Throws Error when options.triangles name points that are not there. The other headers of this
 /// folder are its own.
-Smoothing smooth_curves(const BodyData& body, const std::vector<PointRows>& rows,
+Smoothing smooth_curves(const BodyData& body, const std::vector<CurveRows>& rows,
                         const BodyBases& bases, const FitOptions& options, FittedCurves& fitted);
 
 }  // namespace palpate::fit

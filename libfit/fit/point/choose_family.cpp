@@ -41,8 +41,8 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
     const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
     replay<double>(bases.views, pointers_to<double>(control), quadric, e.deflection.front().data(),
-                   static_cast<int>(force.size()), as_array(curves.sensor[k]),
-                   is_any(curves.sensor[k]), force.data());
+                   static_cast<int>(force.size()), as_array(curves.nuisance[k]),
+                   is_any(curves.nuisance[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
       const Vec3 difference = Vec3(force[i].x, force[i].y, force[i].z) - e.force[i];
       errors.push_back(relative_error(difference.norm(), e.force[i].norm(), kLightForce));
@@ -52,7 +52,7 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
 
 }  // namespace
 
-FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& rows,
+FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             BodyBases bases, CurveFamily family, const FitOptions& options) {
   bases = of_family(std::move(bases), family);
   const Bases plain = plain_bases(bases);
@@ -77,7 +77,7 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& 
   return {family, median(errors), lower_quantile(errors, 0.95)};
 }
 
-FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
+FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
                            const BodyBases& bases, const FitOptions& options) {
   FamilyReport report;
   FamilyEvidence best;

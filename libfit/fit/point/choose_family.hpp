@@ -6,13 +6,13 @@ namespace palpate::fit {
 
 /// Relative error of rows that the curves did not see: every other row of each experiment is held
 /// out in turn, its path still replayed. At most 24 points, evenly taken.
-FamilyEvidence judge_family(const BodyData& body, const std::vector<PointRows>& rows,
+FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             BodyBases bases, CurveFamily family, const FitOptions& options);
 
 /// Which family describes the body, by judge_family(). From separable on, a family is taken when
 /// those before it miss the tolerance, its p95 is lower by a tenth and its median no higher ("model
 /// only what a scene needs").
-FamilyReport choose_family(const BodyData& body, const std::vector<PointRows>& rows,
+FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
                            const BodyBases& bases, const FitOptions& options);
 
 }  // namespace palpate::fit

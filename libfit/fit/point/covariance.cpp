@@ -142,7 +142,7 @@ Eigen::MatrixXd bounded_moments(const Eigen::VectorXd& x, const Eigen::MatrixXd&
 PointCovariance covariance(const PointData& point, const Bases& bases, const PointCurves& curves,
                            FitLoss loss) {
   PointCovariance out;
-  out.sensor.resize(point.experiments.size());
+  out.nuisance.resize(point.experiments.size());
   if (pack(curves, point).size() == 0) return out;
   const Linearised linear = linearise(point, bases, curves);
   const Solved solved = solve(point, curves, linear, loss);
@@ -159,7 +159,8 @@ PointCovariance covariance(const PointData& point, const Bases& bases, const Poi
   out.more = solved.covariance.block(at, at, curves.more.size(), curves.more.size());
   at += curves.more.size();
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    double* const parts[] = {&out.sensor[e].contact, &out.sensor[e].bias, &out.sensor[e].drift};
+    double* const parts[] = {&out.nuisance[e].contact, &out.nuisance[e].bias,
+                             &out.nuisance[e].drift};
     for (std::size_t k = 0; k < 3; ++k)
       if (as_array(point.experiments[e].unknown)[k] > 0)
         *parts[k] = std::sqrt(solved.covariance(at, at)), ++at;

@@ -9,9 +9,10 @@ struct PointCovariance {
   /// Second moments of the error of each curve's increments, # x #, in the point's unit of force
   /// squared; empty for a curve that no row speaks of.
   std::array<Eigen::MatrixXd, kCurveKinds> increments;
-  Eigen::MatrixXd more;        ///< of PointCurves::more; empty when unknown
-  std::vector<Sensor> sensor;  ///< standard deviations of what was unknown of each experiment's
-  double freedom = 0;          ///< scalar rows less effective parameters
+  Eigen::MatrixXd more;  ///< of PointCurves::more; empty when unknown
+  std::vector<NuisanceValues>
+      nuisance;        ///< standard deviations of what was unknown of each experiment's
+  double freedom = 0;  ///< scalar rows less effective parameters
 };
 
 /// From the problem to first order, with noise, its correlation along an experiment and its

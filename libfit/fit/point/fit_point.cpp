@@ -11,7 +11,7 @@
 namespace palpate::fit {
 namespace {
 
-Sensor in_si(const Sensor& s, double length_m, double force_N) {
+NuisanceValues in_si(const NuisanceValues& s, double length_m, double force_N) {
   return {s.contact * length_m, s.bias * force_N, s.drift * force_N};
 }
 
@@ -44,7 +44,7 @@ void add_deviations(const PointData& point, const BodyBases& bases, const Eigen:
 }
 
 // Bands and sensors of a point in SI.
-void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBases& bases,
+void add_uncertainty(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                      const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
                      PointResult& result) {
   const PointCovariance found = covariance(point, plain, curves, loss);
@@ -57,8 +57,8 @@ void add_uncertainty(const PointData& point, const PointRows& rows, const BodyBa
   }
   add_deviations(point, bases, found.more, length_m, result);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    result.sensor.push_back(in_si(curves.sensor[e], length_m, point.force_N));
-    result.sensor_deviation.push_back(in_si(found.sensor[e], length_m, point.force_N));
+    result.nuisance.push_back(in_si(curves.nuisance[e], length_m, point.force_N));
+    result.nuisance_deviation.push_back(in_si(found.nuisance[e], length_m, point.force_N));
   }
 }
 
@@ -82,7 +82,7 @@ PointResult no_curves(const BodyBases& bases, const std::string& why) {
   return result;
 }
 
-PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
+PointCurves identify(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options) {
   PointCurves curves = start_values(point, rows, bases, options);
   if (!curves.problem.empty()) return curves;
@@ -94,7 +94,7 @@ PointCurves identify(const PointData& point, const PointRows& rows, const BodyBa
   return curves;
 }
 
-PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
+PointResult fit_point(const Samples& samples, const PointData& point, const CurveRows& rows,
                       double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
                       const FitOptions& options) {
   PointResult result = no_curves(bases, point.problem);
@@ -114,7 +114,7 @@ PointResult fit_point(const Samples& samples, const PointData& point, const Poin
   }
 
   add_uncertainty(point, rows, bases, plain, curves, length_m, options.loss, result);
-  result.score = score_point(samples, point, length_m, si, result.control, result.sensor);
+  result.score = score_point(samples, point, length_m, si, result.control, result.nuisance);
   result.is_scored = true;
   if (result.score.slipped_rows == 0 &&
       (kinds < kCurveKinds ? rows.drags > 0 : curves.is_identified[2]))

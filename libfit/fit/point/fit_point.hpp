@@ -20,8 +20,8 @@ struct PointResult {
   std::string message;
   std::array<Eigen::VectorXd, kCurveKinds> covariance;  ///< packed [N^2], NaN where unknown
   std::vector<Eigen::VectorXd> deviation;               ///< of each part's numbers; FittedCurves
-  std::vector<Sensor> sensor;                           ///< of each experiment, SI
-  std::vector<Sensor> sensor_deviation;                 ///< SI; 0 where it was known
+  std::vector<NuisanceValues> nuisance;                 ///< of each experiment, SI
+  std::vector<NuisanceValues> nuisance_deviation;       ///< SI; 0 where it was known
   PointScore score;
   bool is_scored = false;
   bool is_kept = false;  ///< of an earlier fit
@@ -31,11 +31,11 @@ struct PointResult {
 PointResult no_curves(const BodyBases& bases, const std::string& why);
 
 /// Curves of one point, dimensionless, from its rows; `problem` says why there are none.
-PointCurves identify(const PointData& point, const PointRows& rows, const BodyBases& bases,
+PointCurves identify(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                      const Bases& plain, const FitOptions& options);
 
 /// Curves of one point as an asset stores them, scored by replaying its experiments.
-PointResult fit_point(const Samples& samples, const PointData& point, const PointRows& rows,
+PointResult fit_point(const Samples& samples, const PointData& point, const CurveRows& rows,
                       double length_m, const BodyBases& bases, const Bases& plain, const Bases& si,
                       const FitOptions& options);
 

@@ -58,13 +58,13 @@ bool has_nuisances(const BodyData& body) {
   return false;
 }
 
-PointData without_nuisances(PointData point, const std::vector<Sensor>& sensor) {
+PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& nuisance) {
   point.depth = 0;
-  for (std::size_t k = 0; k < sensor.size(); ++k) {
+  for (std::size_t k = 0; k < nuisance.size(); ++k) {
     Experiment& e = point.experiments[k];
     for (std::size_t i = 0; i < e.row.size(); ++i) {
-      e.deflection[i] += sensor[k].contact * point.inward;
-      e.force[i] -= sensor[k].reading(part_of_way(i, e.row.size())) * point.inward;
+      e.deflection[i] += nuisance[k].contact * point.inward;
+      e.force[i] -= nuisance[k].reading(part_of_way(i, e.row.size())) * point.inward;
       point.depth = std::max(point.depth, depth_of(point, e.deflection[i]));
     }
   }
@@ -74,9 +74,9 @@ PointData without_nuisances(PointData point, const std::vector<Sensor>& sensor) 
 FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results) {
   FittedRecordings out;
   for (std::size_t p = 0; p < results.size(); ++p)
-    for (std::size_t e = 0; e < results[p].sensor.size(); ++e) {
-      const Sensor& value = results[p].sensor[e];
-      const Sensor& deviation = results[p].sensor_deviation[e];
+    for (std::size_t e = 0; e < results[p].nuisance.size(); ++e) {
+      const NuisanceValues& value = results[p].nuisance[e];
+      const NuisanceValues& deviation = results[p].nuisance_deviation[e];
       if (!(deviation.contact > 0 || deviation.bias > 0 || deviation.drift > 0)) continue;
       out.experiment.push_back(body.points[p].experiments[e].id);
       out.point.push_back(static_cast<std::int32_t>(p));
@@ -92,13 +92,13 @@ void restore_nuisances(const FittedRecordings& earlier, Eigen::Index point, std:
   for (std::size_t i = 0; i < earlier.point.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     if (earlier.point[i] != point) continue;
-    result.sensor.push_back({earlier.contact_m[at], earlier.bias_N[at], earlier.drift_N[at]});
-    result.sensor_deviation.push_back({earlier.contact_deviation_m[at],
-                                       earlier.bias_deviation_N[at],
-                                       earlier.drift_deviation_N[at]});
+    result.nuisance.push_back({earlier.contact_m[at], earlier.bias_N[at], earlier.drift_N[at]});
+    result.nuisance_deviation.push_back({earlier.contact_deviation_m[at],
+                                         earlier.bias_deviation_N[at],
+                                         earlier.drift_deviation_N[at]});
   }
-  if (result.sensor.size() == experiments) return;  // else an earlier fit that knew them all
-  result.sensor.clear(), result.sensor_deviation.clear();
+  if (result.nuisance.size() == experiments) return;  // else an earlier fit that knew them all
+  result.nuisance.clear(), result.nuisance_deviation.clear();
 }
 
 }  // namespace palpate::fit

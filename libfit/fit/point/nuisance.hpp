@@ -15,7 +15,7 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
 bool has_nuisances(const BodyData& body);
 
 /// A point's rows as they would have been recorded without what its sensors add.
-PointData without_nuisances(PointData point, const std::vector<Sensor>& sensor);
+PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& nuisance);
 
 /// Rows for curves.h5; none where nothing was unknown.
 FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);

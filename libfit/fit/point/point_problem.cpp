@@ -7,30 +7,30 @@
 namespace palpate::fit {
 namespace {
 
-constexpr int kJetWidth = 8;         // derivatives per replay: a Jet of 8 fits one AVX-512 register
-constexpr double kWidestSensor = 4;  // deviations: what is no rounding of the prior
+constexpr int kJetWidth = 8;  // derivatives per replay: a Jet of 8 fits one AVX-512 register
+constexpr double kWidestNuisance = 4;  // deviations: what is no rounding of the prior
 
 // strength (matrix x - target) on one slice of the parameters, among rows of the given weight.
-struct FaintResidual {
-  const Faint* faint;
+struct WeakPriorResidual {
+  const WeakPrior* weak_prior;
   Eigen::Index offset;
   double weight;
 
   template <class T>
   bool operator()(const T* const* parameters, T* residual) const {
-    const double strength = weight * faint->strength;
-    for (Eigen::Index i = 0; i < faint->matrix.rows(); ++i) {
-      residual[i] = T(-strength * faint->target[i]);
-      for (Eigen::Index j = 0; j < faint->matrix.cols(); ++j)
-        if (faint->matrix(i, j) != 0)
-          residual[i] += strength * faint->matrix(i, j) * parameters[0][offset + j];
+    const double strength = weight * weak_prior->strength;
+    for (Eigen::Index i = 0; i < weak_prior->matrix.rows(); ++i) {
+      residual[i] = T(-strength * weak_prior->target[i]);
+      for (Eigen::Index j = 0; j < weak_prior->matrix.cols(); ++j)
+        if (weak_prior->matrix(i, j) != 0)
+          residual[i] += strength * weak_prior->matrix(i, j) * parameters[0][offset + j];
     }
     return true;
   }
 };
 
 // Each parameter of a slice, from what it is likely to be, times its strength.
-struct FaintPull {
+struct ExpectedValueResidual {
   Eigen::Index offset;
   std::vector<double> strength;
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(strength.size()));
@@ -69,14 +69,14 @@ Eigen::VectorXd pack(const PointCurves& curves,
   return packed;
 }
 
-std::vector<double> pack_sensor(const Sensor& values, const Sensor& unknown) {
+std::vector<double> pack_nuisances(const NuisanceValues& values, const NuisanceValues& unknown) {
   std::vector<double> packed;
   for (std::size_t k = 0; k < 3; ++k)
     if (as_array(unknown)[k] > 0) packed.push_back(as_array(values)[k]);
   return packed;
 }
 
-Sensor unpack_sensor(const std::vector<double>& packed, const Sensor& unknown) {
+NuisanceValues unpack_nuisances(const std::vector<double>& packed, const NuisanceValues& unknown) {
   std::array<double, 3> values{};
   std::size_t at = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -87,13 +87,13 @@ Sensor unpack_sensor(const std::vector<double>& packed, const Sensor& unknown) {
 // What is optimized, and the problem over it.
 struct Parameters {
   Eigen::VectorXd curves;
-  std::vector<std::vector<double>> sensor;  // of each experiment, empty where all is known
+  std::vector<std::vector<double>> nuisance;  // of each experiment, empty where all is known
 };
 
 Parameters parameters_of(const PointData& point, const PointCurves& curves) {
   Parameters out{pack(curves, curves.increments, curves.more), {}};
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
-    out.sensor.push_back(pack_sensor(curves.sensor[e], point.experiments[e].unknown));
+    out.nuisance.push_back(pack_nuisances(curves.nuisance[e], point.experiments[e].unknown));
   return out;
 }
 
@@ -107,7 +107,7 @@ void store(const Parameters& parameters, const PointData& point, PointCurves& cu
   }
   curves.more = parameters.curves.tail(curves.more.size());
   for (std::size_t e = 0; e < point.experiments.size(); ++e)
-    curves.sensor[e] = unpack_sensor(parameters.sensor[e], point.experiments[e].unknown);
+    curves.nuisance[e] = unpack_nuisances(parameters.nuisance[e], point.experiments[e].unknown);
 }
 
 ReplayResidual residual_of(const PointData& point, const Bases& bases, std::size_t experiment,
@@ -130,13 +130,13 @@ void add_experiments(const PointData& point, const Bases& bases, const PointCurv
     auto* residual = new ReplayResidual(residual_of(point, bases, e, curves));
     residual->loss = loss;
     residual->loss_scale = scale;
-    std::vector<double>& sensor = parameters.sensor[e];
+    std::vector<double>& nuisance = parameters.nuisance[e];
     std::vector<double*> used{parameters.curves.data()};
-    if (!sensor.empty()) used.push_back(sensor.data());
+    if (!nuisance.empty()) used.push_back(nuisance.data());
     blocks.push_back(problem.AddResidualBlock(
         automatic(residual, parameters.curves.size(),
                   static_cast<Eigen::Index>(3 * point.experiments[e].row.size()),
-                  static_cast<Eigen::Index>(sensor.size())),
+                  static_cast<Eigen::Index>(nuisance.size())),
         nullptr, used));
   }
 }
@@ -151,29 +151,32 @@ void add_priors(const PointData& point, const PointCurves& curves, double noise,
   Eigen::Index offset = 0;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind) {
     if (!curves.is_identified[kind]) continue;
-    const Faint& faint = curves.faint[kind];
-    blocks.push_back(problem.AddResidualBlock(
-        automatic(new FaintResidual{&faint, offset, weight}, all, faint.matrix.rows()), nullptr,
-        block));
+    const WeakPrior& weak_prior = curves.weak_prior[kind];
+    blocks.push_back(
+        problem.AddResidualBlock(automatic(new WeakPriorResidual{&weak_prior, offset, weight}, all,
+                                           weak_prior.matrix.rows()),
+                                 nullptr, block));
     offset += curves.increments[kind].size();
   }
   if (const Eigen::Index count = all - offset; count > 0) {
     std::vector<double> strength;
     for (const double deviation : curves.more_deviation)
-      strength.push_back(weight * (curves.more_noise > 0 ? curves.more_noise / deviation : kFaint));
+      strength.push_back(weight *
+                         (curves.more_noise > 0 ? curves.more_noise / deviation : kWeakPrior));
     blocks.push_back(problem.AddResidualBlock(
-        automatic(new FaintPull{offset, std::move(strength), curves.more_expected}, all, count),
+        automatic(new ExpectedValueResidual{offset, std::move(strength), curves.more_expected}, all,
+                  count),
         nullptr, block));
   }
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    const Sensor& unknown = point.experiments[e].unknown;
-    std::vector<double> strength = pack_sensor(unknown, unknown);
+    const NuisanceValues& unknown = point.experiments[e].unknown;
+    std::vector<double> strength = pack_nuisances(unknown, unknown);
     if (strength.empty()) continue;
     for (double& s : strength) s = noise / s;
     const auto count = static_cast<Eigen::Index>(strength.size());
-    blocks.push_back(
-        problem.AddResidualBlock(automatic(new FaintPull{0, std::move(strength)}, count, count),
-                                 nullptr, parameters.sensor[e].data()));
+    blocks.push_back(problem.AddResidualBlock(
+        automatic(new ExpectedValueResidual{0, std::move(strength)}, count, count), nullptr,
+        parameters.nuisance[e].data()));
   }
 }
 
@@ -189,16 +192,16 @@ void add_bounds(const PointData& point, const PointCurves& curves, Parameters& p
     problem.SetParameterUpperBound(block, static_cast<int>(j),
                                    curves.more_upper[j - (lower.size() - free)]);
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    std::vector<double>& sensor = parameters.sensor[e];
-    const Sensor& unknown = point.experiments[e].unknown;
-    const std::vector<double> deviation = pack_sensor(unknown, unknown);
-    if (sensor.empty()) continue;
-    problem.AddParameterBlock(sensor.data(), static_cast<int>(sensor.size()));
-    for (std::size_t k = 0; k < sensor.size(); ++k) {
-      problem.SetParameterLowerBound(sensor.data(), static_cast<int>(k),
-                                     -kWidestSensor * deviation[k]);
-      problem.SetParameterUpperBound(sensor.data(), static_cast<int>(k),
-                                     kWidestSensor * deviation[k]);
+    std::vector<double>& nuisance = parameters.nuisance[e];
+    const NuisanceValues& unknown = point.experiments[e].unknown;
+    const std::vector<double> deviation = pack_nuisances(unknown, unknown);
+    if (nuisance.empty()) continue;
+    problem.AddParameterBlock(nuisance.data(), static_cast<int>(nuisance.size()));
+    for (std::size_t k = 0; k < nuisance.size(); ++k) {
+      problem.SetParameterLowerBound(nuisance.data(), static_cast<int>(k),
+                                     -kWidestNuisance * deviation[k]);
+      problem.SetParameterUpperBound(nuisance.data(), static_cast<int>(k),
+                                     kWidestNuisance * deviation[k]);
     }
   }
 }
@@ -223,8 +226,8 @@ Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = std::move(blocks);
   options.parameter_blocks.push_back(parameters.curves.data());
-  for (std::vector<double>& sensor : parameters.sensor)
-    if (!sensor.empty()) options.parameter_blocks.push_back(sensor.data());
+  for (std::vector<double>& nuisance : parameters.nuisance)
+    if (!nuisance.empty()) options.parameter_blocks.push_back(nuisance.data());
   ceres::CRSMatrix sparse;
   problem.Evaluate(options, nullptr, residual, nullptr, &sparse);
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
@@ -241,7 +244,8 @@ Eigen::MatrixXd evaluate(ceres::Problem& problem, Parameters& parameters,
 Eigen::VectorXd pack(const PointCurves& curves, const PointData& point) {
   const Parameters parameters = parameters_of(point, curves);
   std::vector<double> all(parameters.curves.begin(), parameters.curves.end());
-  for (const auto& sensor : parameters.sensor) all.insert(all.end(), sensor.begin(), sensor.end());
+  for (const auto& nuisance : parameters.nuisance)
+    all.insert(all.end(), nuisance.begin(), nuisance.end());
   return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
@@ -249,7 +253,7 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
   const Parameters parameters = parameters_of(point, curves);
   std::vector<double> sizes, residual;
   for (std::size_t e = 0; e < point.experiments.size(); ++e) {
-    const double* blocks[] = {parameters.curves.data(), parameters.sensor[e].data()};
+    const double* blocks[] = {parameters.curves.data(), parameters.nuisance[e].data()};
     residual.resize(3 * point.experiments[e].row.size());
     residual_of(point, bases, e, curves)(blocks, residual.data());
     for (std::size_t i = 0; i < point.experiments[e].row.size(); ++i)

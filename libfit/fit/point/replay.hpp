@@ -93,20 +93,24 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
 template <class T>
 int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& controls,
            const runtime::Quadric& quadric, const double* deflection, int rows,
-           const std::array<T, 3>& sensor, bool has_sensor, runtime::Vec3<T>* force) {
-  if (!has_sensor)
+           const std::array<T, 3>& nuisance, bool has_nuisances, runtime::Vec3<T>* force) {
+  if (!has_nuisances)
     return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
   const int slipped =
-      runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &sensor[0], force);
+      runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &nuisance[0], force);
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
   for (int i = 0; i < rows; ++i) {
     const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));
-    force[i] = force[i] + inward * (sensor[1] + sensor[2] * t);
+    force[i] = force[i] + inward * (nuisance[1] + nuisance[2] * t);
   }
   return slipped;
 }
-inline std::array<double, 3> as_array(const Sensor& s) { return {s.contact, s.bias, s.drift}; }
-inline bool is_any(const Sensor& s) { return s.contact != 0 || s.bias != 0 || s.drift != 0; }
+inline std::array<double, 3> as_array(const NuisanceValues& s) {
+  return {s.contact, s.bias, s.drift};
+}
+inline bool is_any(const NuisanceValues& s) {
+  return s.contact != 0 || s.bias != 0 || s.drift != 0;
+}
 
 /// Weighted force differences of one experiment, 3 per row, as a function of the increments of
 /// the curves that are fitted (in the order of their kinds) and what is fitted of the family's
@@ -143,15 +147,15 @@ struct ReplayResidual {
       control.push_back(part_controls<T>(parts[i], tangents, quadric, next, count));
       next += count;
     }
-    std::array<T, 3> sensor{T(0), T(0), T(0)};
+    std::array<T, 3> nuisance{T(0), T(0), T(0)};
     const auto unknown = as_array(experiment->unknown);
     int at = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      if (unknown[k] > 0) sensor[k] = parameters[1][at++];
+      if (unknown[k] > 0) nuisance[k] = parameters[1][at++];
     const auto rows = static_cast<int>(experiment->row.size());
     std::vector<runtime::Vec3<T>> force(static_cast<std::size_t>(rows));
     replay<T>(bases->views, pointers_to<T>(control), quadric, experiment->deflection.front().data(),
-              rows, sensor, at > 0, force.data());
+              rows, nuisance, at > 0, force.data());
     const std::vector<double>& weights = weight != nullptr ? *weight : experiment->weight;
     for (std::size_t i = 0; i < force.size(); ++i) {
       const Vec3& measured = experiment->force[i];

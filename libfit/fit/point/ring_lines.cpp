@@ -87,11 +87,11 @@ NextDrag next_drag(const FittedCurves& fitted, const std::vector<char>& is_dragg
           (fitted.position.row(dragged[nearest]) - fitted.position.row(p)).norm())
         nearest = i;
     const double share = 1 / n + (at - mean) * (at - mean) / square;
-    const auto doubt = [&](std::size_t k) {
+    const auto deviation = [&](std::size_t k) {
       return std::sqrt(variance[k] * share + off[k][nearest] * off[k][nearest]);
     };
     const double mu = std::max(lines.constant[1] + lines.slope[1] * (at - lines.log_force), 0.0);
-    const double error = std::hypot(kSticking * mu * doubt(0), doubt(1));
+    const double error = std::hypot(kSticking * mu * deviation(0), deviation(1));
     if (error > best.expected_error) best = {static_cast<std::int32_t>(p), error};
   }
   return best;

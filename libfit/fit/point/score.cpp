@@ -38,14 +38,14 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
 
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
-                       const std::vector<Sensor>& sensor) {
+                       const std::vector<NuisanceValues>& nuisance) {
   const runtime::Quadric quadric = quadric_of(point.inward, point.normal_gradient / length_m);
   const auto pointers = pointers_to<double>(controls);
   PointScore score;
   double square = 0, force_square = 0, rows = 0;
   for (std::size_t at = 0; at < point.experiments.size(); ++at) {
     const Experiment& e = point.experiments[at];
-    const Sensor known = sensor.empty() ? Sensor{} : sensor[at];
+    const NuisanceValues known = nuisance.empty() ? NuisanceValues{} : nuisance[at];
     std::vector<double> deflection_m;
     for (const Eigen::Index i : e.row)
       for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));

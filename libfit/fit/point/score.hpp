@@ -27,6 +27,6 @@ struct PointScore {
 };
 PointScore score_point(const Samples& samples, const PointData& point, double length_m,
                        const Bases& bases_m, const std::vector<Eigen::VectorXd>& controls,
-                       const std::vector<Sensor>& sensor = {});
+                       const std::vector<NuisanceValues>& nuisance = {});
 
 }  // namespace palpate::fit

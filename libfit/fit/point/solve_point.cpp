@@ -26,8 +26,8 @@ PointCurves refine_noisy(const PointData& point, const Bases& bases, FitLoss los
   PointCurves again = start;
   for (std::size_t kind = 0; kind < kCurveKinds; ++kind)
     if (again.is_identified[kind])
-      again.faint[kind].strength =
-          again.faint[kind].per_noise * noise / start.increments[kind].sum();
+      again.weak_prior[kind].strength =
+          again.weak_prior[kind].per_noise * noise / start.increments[kind].sum();
   again.more_noise = noise;
   refine(point, bases, loss, scale, again);
   again.scale = scale;
@@ -69,7 +69,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   for (const Experiment& e : point.experiments) curves.weight.push_back(e.weight);
   if (pack(curves, point).size() == 0) return;
   PointCurves start = curves;
-  for (Faint& faint : curves.faint) faint.strength = kFaint;
+  for (WeakPrior& weak_prior : curves.weak_prior) weak_prior.strength = kWeakPrior;
   const int first_look = curves.more.size() > 0 ? kMaxIterations : kFirstLook;
   refine(point, bases, options.loss, scale_of(point, bases, curves), curves, first_look);
 
@@ -85,7 +85,7 @@ void solve_point(const PointData& point, const Bases& bases, const FitOptions& o
   }
   curves.scale = scale, curves.noise = noise;
   if (noise < kExactRows) return;
-  start.sensor = curves.sensor;
+  start.nuisance = curves.nuisance;
   curves = refine_noisy(point, bases, options.loss, start, scale, noise);
   if (point.has_errors || !reweight(point, bases, curves)) return;
   start.weight = curves.weight;

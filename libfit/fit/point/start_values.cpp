@@ -30,7 +30,7 @@ int count_groups(const std::vector<CurveRow>& rows) {
   return rows.empty() ? 0 : rows.back().group + 1;  // sorted by choose_bases
 }
 
-void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptions& options,
+void start_normal(const CurveRows& rows, const CurveBasis& basis, const FitOptions& options,
                   PointCurves& out) {
   const auto& data = rows.curve[0];
   out.lower[0] = Eigen::VectorXd::Zero(basis.size() - 1);
@@ -47,9 +47,9 @@ void start_normal(const PointRows& rows, const CurveBasis& basis, const FitOptio
     return;
   }
   const SplineTables tables = tabulate(basis);
-  out.faint[0] = faint_smoothness(basis);
-  out.increments[0] =
-      fit_increments(view(tables), unit_weights(data), out.lower[0], out.faint[0], options.loss);
+  out.weak_prior[0] = smoothness_prior(basis);
+  out.increments[0] = fit_increments(view(tables), unit_weights(data), out.lower[0],
+                                     out.weak_prior[0], options.loss);
   out.is_identified[0] = true;
   if (!(out.increments[0].sum() > 0)) out.problem = "no rising curve fits the rows";
 }
@@ -59,7 +59,7 @@ double value(const CurveBasis& basis, const Eigen::VectorXd& increments, double 
   return increment_weights(view(tables), x).dot(increments);
 }
 
-void start_lateral(const PointData& point, const PointRows& rows, const CurveBasis& normal,
+void start_lateral(const PointData& point, const CurveRows& rows, const CurveBasis& normal,
                    const CurveBasis& basis, const FitOptions& options, PointCurves& out) {
   const auto& data = rows.curve[1];
   double slope = line_slope(data);
@@ -86,16 +86,16 @@ void start_lateral(const PointData& point, const PointRows& rows, const CurveBas
   }
   out.lower[1] = kLateralSlopeFloor * slope * greville_steps(basis);
   const SplineTables tables = tabulate(basis);
-  out.faint[1] = faint_smoothness(basis);
-  out.increments[1] =
-      fit_increments(view(tables), unit_weights(data), out.lower[1], out.faint[1], options.loss);
+  out.weak_prior[1] = smoothness_prior(basis);
+  out.increments[1] = fit_increments(view(tables), unit_weights(data), out.lower[1],
+                                     out.weak_prior[1], options.loss);
   out.is_identified[1] = true;
   if (data.size() <= 2)
     add_sentence(out.message,
                  std::to_string(data.size()) + " row(s) stick: the lateral curve is nearly a line");
 }
 
-void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBasis& basis,
+void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBasis& basis,
                  const FitOptions& options, PointCurves& out) {
   const auto& data = rows.curve[2];
   out.lower[2] = Eigen::VectorXd::Zero(basis.size() - 1);
@@ -114,10 +114,10 @@ void start_limit(const PointRows& rows, const CurveBasis& normal, const CurveBas
                      (out.friction > options.default_friction ? ", just above what held" : ""));
     return;
   }
-  out.faint[2] = faint_pull(transfer(normal, out.increments[0], basis, out.friction));
+  out.weak_prior[2] = value_prior(transfer(normal, out.increments[0], basis, out.friction));
   const SplineTables tables = tabulate(basis);
-  out.increments[2] =
-      fit_increments(view(tables), unit_weights(data), out.lower[2], out.faint[2], options.loss);
+  out.increments[2] = fit_increments(view(tables), unit_weights(data), out.lower[2],
+                                     out.weak_prior[2], options.loss);
   out.is_identified[2] = true;
 }
 
@@ -140,7 +140,7 @@ Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
   const SplineTables lateral_tables = tabulate(lateral), tables = tabulate(basis);
   const auto tangents = tangents_of(point.inward);
   const Eigen::Index n = basis.size() - 1;
-  Eigen::MatrixXd normal = kFaint * Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd normal = kWeakPrior * Eigen::MatrixXd::Identity(n, n);
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 2);
   for (const Experiment& e : point.experiments) {
     if (e.is_replayed) continue;
@@ -167,7 +167,8 @@ Eigen::VectorXd start_lean(const PointData& point, const CurveBasis& lateral,
 // g_2 and g_3 along the tangents that give presses the lateral force they have.
 Eigen::Vector4d start_side(const PointData& point) {
   const auto tangents = tangents_of(point.inward);
-  Eigen::Matrix2d square = kFaint * Eigen::Matrix2d::Identity(), right = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d square = kWeakPrior * Eigen::Matrix2d::Identity(),
+                  right = Eigen::Matrix2d::Zero();
   for (const Experiment& e : point.experiments) {
     if (e.is_replayed) continue;
     for (std::size_t i = 0; i < e.row.size(); ++i) {
@@ -203,13 +204,13 @@ void start_rings(const PointData& point, const CurveBasis& normal, const RingPri
 
 }  // namespace
 
-PointCurves start_values(const PointData& point, const PointRows& rows, const BodyBases& body,
+PointCurves start_values(const PointData& point, const CurveRows& rows, const BodyBases& body,
                          const FitOptions& options) {
   constexpr double kUsual = 0.5;  // of a lean in deepest rows: deviation assumed beforehand
   constexpr double kWidest = 3;   // what no body does
   const std::vector<CurveBasis>& bases = body.plain;
   PointCurves out;
-  out.sensor.resize(point.experiments.size());
+  out.nuisance.resize(point.experiments.size());
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {

@@ -14,7 +14,8 @@ struct PointCurves {
   std::array<Eigen::VectorXd, kCurveKinds> increments;
   std::array<Eigen::VectorXd, kCurveKinds> lower;  ///< bounds; > 0 for the lateral curve
   std::array<bool, kCurveKinds> is_identified{false, false, false};  ///< rows speak of it
-  std::array<Faint, kCurveKinds> faint;  ///< what decides where rows are silent, of identified ones
+  std::array<WeakPrior, kCurveKinds>
+      weak_prior;  ///< what decides where rows are silent, of identified ones
   /// What is fitted of the family's parts after the curve kinds, one after the other
   /// (part_controls), on the same units.
   Eigen::VectorXd more;
@@ -22,7 +23,8 @@ struct PointCurves {
   Eigen::VectorXd more_expected, more_deviation, more_lower, more_upper;
   double log_force = 0;   ///< of a press to the end of its basis [ln N], where rings ask for it
   double more_noise = 0;  ///< of the rows' force, to which the deviations compare; 0: unknown
-  std::vector<Sensor> sensor;  ///< of each experiment, where a part of it is unknown; else 0
+  std::vector<NuisanceValues>
+      nuisance;  ///< of each experiment, where a part of it is unknown; else 0
   /// Set by solve_point: robust deviation of the weighted residuals' sizes, the rows' noise over
   /// their force, and the weights of each experiment's rows.
   double scale = 0, noise = 0;
@@ -35,7 +37,7 @@ struct PointCurves {
 /// Bounded linear fits to a point's rows told apart by eye, and the documented stand-ins for
 /// curves no row speaks of. A vector curve over depth begins as the way that a press shows the body
 /// to give, rings as bodies' are and with the side force of presses, every other part at 0.
-PointCurves start_values(const PointData& point, const PointRows& rows, const BodyBases& bases,
+PointCurves start_values(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                          const FitOptions& options);
 
 }  // namespace palpate::fit

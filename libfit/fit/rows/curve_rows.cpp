@@ -90,7 +90,7 @@ std::size_t plateau_begin(const WayOut& way) {
 }
 
 void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, double dr,
-                   double force, PointRows& out) {
+                   double force, CurveRows& out) {
   const double normal_force = e.force[i].dot(point.inward);
   const bool is_pressed = !(dr > 1e-6 * point.depth);
   out.curve[0].push_back(
@@ -104,7 +104,7 @@ void add_stick_row(const PointData& point, const Experiment& e, std::size_t i, d
 
 // The contact point has followed by `slid`: the row in the frame it has there.
 void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, double slid,
-                  PointRows& out) {
+                  CurveRows& out) {
   const Vec3 shadow = lateral_of(point, e.deflection[i]).normalized() * slid;
   const Vec3 turn = point.normal_gradient * shadow;
   const Vec3 normal = (point.inward + turn).normalized();
@@ -116,7 +116,7 @@ void add_slip_row(const PointData& point, const Experiment& e, std::size_t i, do
   out.curve[2].push_back({depth, (e.force[i] - normal_force * normal).norm(), e.weight[i], 0});
 }
 
-void add_drag(const PointData& point, const Experiment& e, PointRows& out) {
+void add_drag(const PointData& point, const Experiment& e, CurveRows& out) {
   const WayOut way = way_out(point, e);
   if (way.row.empty() || !(way.dr.back() > 1e-6 * point.depth)) {
     for (std::size_t k = 0; k < way.row.size(); ++k) add_stick_row(point, e, way.row[k], 0, 0, out);
@@ -137,8 +137,8 @@ void add_drag(const PointData& point, const Experiment& e, PointRows& out) {
 
 }  // namespace
 
-PointRows curve_rows(const PointData& point) {
-  PointRows out;
+CurveRows curve_rows(const PointData& point) {
+  CurveRows out;
   for (const Experiment& e : point.experiments) {
     if (e.is_replayed) {
       add_drag(point, e, out);

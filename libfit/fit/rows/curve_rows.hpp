@@ -9,7 +9,7 @@ namespace palpate::fit {
 
 /// What a point's rows say about each curve when stick and slip are told apart by eye: start
 /// values and evidence for a basis. The final fit does not use this division.
-struct PointRows {
+struct CurveRows {
   std::array<std::vector<CurveRow>, kCurveKinds> curve;
   double lateral_reach = 0;     ///< largest lateral deflection before gross slip
   double largest_friction = 0;  ///< lateral over normal force of rows that stick
@@ -19,7 +19,7 @@ struct PointRows {
 
 /// Normal rows come from presses and drags, lateral rows from drags before their plateau, limit
 /// rows from the plateau, each turned into the frame of the contact point it has then.
-PointRows curve_rows(const PointData& point);
+CurveRows curve_rows(const PointData& point);
 
 /// Numbers rows by distinct abscissa (`share` of `range` apart) and returns how many there are.
 int group_by_abscissa(std::vector<CurveRow>& rows, double range, double share);

@@ -13,7 +13,7 @@ namespace palpate::fit {
 /// What a recording adds that is not the body's: the tip was `contact` deeper than recorded, and
 /// the sensor reads bias + drift t along the inward normal, t from -1/2 at the first row to 1/2 at
 /// the last. Lengths and forces in the caller's units.
-struct Sensor {
+struct NuisanceValues {
   double contact = 0, bias = 0, drift = 0;
 
   double reading(double t) const { return bias + drift * t; }
@@ -37,7 +37,7 @@ struct Experiment {
   std::vector<double> weight;     ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
   std::vector<Eigen::Index> row;  ///< in the samples
   /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
-  Sensor unknown;
+  NuisanceValues unknown;
 };
 
 /// What became of a point's rows.

@@ -15,9 +15,9 @@ constexpr double kLocalShare = 1.5;
 constexpr double kClearlyBetter = 0.9;  // of the other's rms error
 
 // The knowledge that fills gaps: a limit curve is shaped like f^z, others are smooth.
-Faint faint_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
-  if (point.normal.size() == 0) return faint_smoothness(basis);
-  return faint_pull(transfer(normal, point.normal, basis, point.friction));
+WeakPrior prior_for(const PointEvidence& point, const CurveBasis& normal, const CurveBasis& basis) {
+  if (point.normal.size() == 0) return smoothness_prior(basis);
+  return value_prior(transfer(normal, point.normal, basis, point.friction));
 }
 
 // Errors of rows by group, each predicted by a fit that left its fold out; then, as one of them
@@ -44,7 +44,7 @@ HeldOutErrors hold_out(const PointEvidence& point, const CurveBasis& normal,
     const auto spline = view(tables);
     const Eigen::VectorXd increments =
         fit_increments(spline, seen, Eigen::VectorXd::Zero(basis.size() - 1),
-                       faint_for(point, normal, basis), loss);
+                       prior_for(point, normal, basis), loss);
     for (std::size_t i = 0; i < error.size(); ++i)
       if (const CurveRow& row = point.rows[i];
           is_held_out(point, row, fold) || row.group == point.rows.back().group)
@@ -104,7 +104,7 @@ std::vector<double> clipped_squares(std::vector<double> error, std::size_t rows,
 }
 
 // Standard error of the difference between the mean squares of two candidates, row by row.
-double error_of_difference(const Candidate& a, const Candidate& b) {
+double error_of_difference(const BasisCandidate& a, const BasisCandidate& b) {
   const double mean = a.mean_square - b.mean_square;
   double square = 0;
   for (std::size_t i = 0; i < a.squared.size(); ++i)
@@ -138,9 +138,9 @@ Eigen::VectorXd transfer(const CurveBasis& from, const Eigen::VectorXd& incremen
     const double x = to.knots_m.back() * i / count;
     rows.push_back({x, factor * increment_weights(view(source), x).dot(increments), 1, 0});
   }
-  Faint faint = faint_smoothness(to);
-  faint.per_noise = 0;
-  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1), faint,
+  WeakPrior weak_prior = smoothness_prior(to);
+  weak_prior.per_noise = 0;
+  return fit_increments(view(target), rows, Eigen::VectorXd::Zero(to.size() - 1), weak_prior,
                         FitLoss::squared);
 }
 
@@ -149,12 +149,12 @@ bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold) {
   return row.group % kFolds == fold && row.group != first && row.group != point.rows.back().group;
 }
 
-Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
-                const std::vector<CurveBasis>& of_fold) {
+BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
+                     const std::vector<CurveBasis>& of_fold) {
   const std::vector<CurveBasis> bases =
       of_fold.empty() ? std::vector<CurveBasis>(kFolds, basis) : of_fold;
-  Candidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
+  BasisCandidate candidate{{basis.pieces(), placement, 0, 0}, basis, {}, 0};
   std::vector<double> point_errors, local_errors;
   for (const PointEvidence& point : points) {
     const HeldOutErrors errors = hold_out(point, normal, bases, loss);
@@ -172,23 +172,24 @@ Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& norm
   return candidate;
 }
 
-bool meets(const Candidate& candidate, double tolerance) {
+bool meets(const BasisCandidate& candidate, double tolerance) {
   return candidate.evidence.heldout_error <= tolerance &&
          candidate.evidence.local_error <= kLocalShare * tolerance;
 }
 
-bool is_as_good_locally(const Candidate& candidate, const Candidate& best, double tolerance) {
+bool is_as_good_locally(const BasisCandidate& candidate, const BasisCandidate& best,
+                        double tolerance) {
   return candidate.evidence.local_error <=
          kLocalShare * std::max(tolerance, best.evidence.local_error);
 }
 
-bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance) {
+bool is_as_good(const BasisCandidate& candidate, const BasisCandidate& best, double tolerance) {
   if (!is_as_good_locally(candidate, best, tolerance)) return false;
   const double worse = candidate.mean_square - best.mean_square;
   return worse <= tolerance * tolerance || worse <= error_of_difference(candidate, best);
 }
 
-bool is_clearly_better(const Candidate& candidate, const Candidate& other) {
+bool is_clearly_better(const BasisCandidate& candidate, const BasisCandidate& other) {
   return candidate.mean_square < kClearlyBetter * kClearlyBetter * other.mean_square &&
          other.mean_square - candidate.mean_square > 2 * error_of_difference(other, candidate);
 }

@@ -27,7 +27,7 @@ inline constexpr int kFolds = 5;
 bool is_held_out(const PointEvidence& point, const CurveRow& row, int fold);
 
 /// A basis and how well its curves predict rows they did not see.
-struct Candidate {
+struct BasisCandidate {
   BasisEvidence evidence;
   CurveBasis basis;
   std::vector<double> squared;  ///< weighted, of every held-out row of every point
@@ -36,24 +36,25 @@ struct Candidate {
 
 /// Judges `basis` by each fold in turn. normal: basis of f^z. of_fold: bases found without the
 /// rows of each fold, where knots were moved by rows; else empty.
-Candidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
-                const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
-                const std::vector<CurveBasis>& of_fold = {});
+BasisCandidate judge(const std::vector<PointEvidence>& points, const CurveBasis& normal,
+                     const CurveBasis& basis, KnotPlacement placement, FitLoss loss,
+                     const std::vector<CurveBasis>& of_fold = {});
 
 /// Whether a candidate predicts held-out rows within the tolerance, and no three neighbouring
 /// abscissae are off together by more than one and a half of it.
-bool meets(const Candidate& candidate, double tolerance);
+bool meets(const BasisCandidate& candidate, double tolerance);
 
 /// Whether a candidate's local error exceeds the best one's, and the tolerance, by less than half:
 /// the rest is noise, of which more pieces leave as much.
-bool is_as_good_locally(const Candidate& candidate, const Candidate& best, double tolerance);
+bool is_as_good_locally(const BasisCandidate& candidate, const BasisCandidate& best,
+                        double tolerance);
 
 /// Whether a candidate is as good locally and its held-out errors exceed the best one's by no more
 /// than the tolerance or, row by row, their scatter: what both leave is noise.
-bool is_as_good(const Candidate& candidate, const Candidate& best, double tolerance);
+bool is_as_good(const BasisCandidate& candidate, const BasisCandidate& best, double tolerance);
 
 /// Whether a candidate's held-out error is lower than another's by a tenth and, row by row, by more
 /// than twice its scatter.
-bool is_clearly_better(const Candidate& candidate, const Candidate& other);
+bool is_clearly_better(const BasisCandidate& candidate, const BasisCandidate& other);
 
 }  // namespace palpate::fit

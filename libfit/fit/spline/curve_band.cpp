@@ -21,7 +21,7 @@ CurveBasis halved(const CurveBasis& basis) {
 Eigen::VectorXd nearest(const CurveBasis& basis, const SplineTables& tables,
                         const std::vector<CurveRow>& rows, FitLoss loss) {
   return fit_increments(view(tables), rows, Eigen::VectorXd::Zero(basis.size() - 1),
-                        faint_smoothness(basis), loss);
+                        smoothness_prior(basis), loss);
 }
 
 }  // namespace

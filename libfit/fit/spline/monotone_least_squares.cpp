@@ -101,22 +101,22 @@ Eigen::VectorXd greville_steps(const CurveBasis& basis) {
   return steps;
 }
 
-Faint faint_smoothness(const CurveBasis& basis) {
+WeakPrior smoothness_prior(const CurveBasis& basis) {
   const Eigen::VectorXd steps = greville_steps(basis);
   const double range = basis.knots_m.back();
   const Eigen::Index n = steps.size();
-  Faint faint{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), kFaint, 1};
+  WeakPrior weak_prior{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), kWeakPrior, 1};
   for (Eigen::Index j = 0; j + 1 < n; ++j) {
-    faint.matrix(j, j) = -range / steps[j];
-    faint.matrix(j, j + 1) = range / steps[j + 1];
+    weak_prior.matrix(j, j) = -range / steps[j];
+    weak_prior.matrix(j, j + 1) = range / steps[j + 1];
   }
-  faint.matrix.row(n - 1).setConstant(1e-3);  // full rank when no row says anything at all
-  return faint;
+  weak_prior.matrix.row(n - 1).setConstant(1e-3);  // full rank when no row says anything at all
+  return weak_prior;
 }
 
-Faint faint_pull(const Eigen::VectorXd& increments) {
+WeakPrior value_prior(const Eigen::VectorXd& increments) {
   const Eigen::Index n = increments.size();
-  return {Eigen::MatrixXd::Identity(n, n), increments, kFaint, static_cast<double>(n)};
+  return {Eigen::MatrixXd::Identity(n, n), increments, kWeakPrior, static_cast<double>(n)};
 }
 
 Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
@@ -138,7 +138,7 @@ double robust_weight(FitLoss loss, double size, double scale) {
 }
 
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, Faint& faint, FitLoss loss) {
+                               const Eigen::VectorXd& lower, WeakPrior& weak_prior, FitLoss loss) {
   const auto m = static_cast<Eigen::Index>(rows.size()), n = lower.size();
   Eigen::MatrixXd A(m, n);
   Eigen::VectorXd b(m), weight = Eigen::VectorXd::Ones(m);
@@ -149,13 +149,13 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
     b[i] = row.weight * row.f;
     largest = std::max(largest, std::abs(row.f));
   }
-  Eigen::MatrixXd system(m + faint.matrix.rows(), n);
-  Eigen::VectorXd right(m + faint.matrix.rows()), increments;
+  Eigen::MatrixXd system(m + weak_prior.matrix.rows(), n);
+  Eigen::VectorXd right(m + weak_prior.matrix.rows()), increments;
   // The scatter needs a few rounds to settle; reweighting reaches 1e-3 of the noise in 12.
   const int rounds = m <= n ? 1 : loss == FitLoss::squared ? 3 : 12;
   for (int round = 0; round < rounds; ++round) {
-    system << weight.asDiagonal() * A, faint.strength * faint.matrix;
-    right << weight.cwiseProduct(b), faint.strength * faint.target;
+    system << weight.asDiagonal() * A, weak_prior.strength * weak_prior.matrix;
+    right << weight.cwiseProduct(b), weak_prior.strength * weak_prior.target;
     increments = bounded_least_squares(system, right, lower);
     if (round + 1 == rounds) break;
     const Eigen::VectorXd size = (A * increments - b).cwiseAbs();
@@ -163,7 +163,8 @@ Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vec
                            std::sqrt(static_cast<double>(m) / static_cast<double>(m - n));
     for (Eigen::Index i = 0; i < m; ++i)
       weight[i] = std::sqrt(robust_weight(loss, size[i], scatter));
-    if (largest > 0) faint.strength = std::max(faint.strength, faint.per_noise * scatter / largest);
+    if (largest > 0)
+      weak_prior.strength = std::max(weak_prior.strength, weak_prior.per_noise * scatter / largest);
   }
   return increments;
 }

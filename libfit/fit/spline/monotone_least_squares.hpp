@@ -24,7 +24,7 @@ struct CurveRow {
 
 /// Least strength of a weak prior relative to a row of unit weight: recovers exact curves to
 /// 1e-7 and still decides what no row says.
-inline constexpr double kFaint = 1e-6;
+inline constexpr double kWeakPrior = 1e-6;
 
 /// Control values b (size()) from increments a (size() - 1): b_0 = 0, b_{j+1} = b_j + a_j.
 Eigen::VectorXd controls_of(const Eigen::VectorXd& increments);
@@ -40,16 +40,16 @@ Eigen::VectorXd greville_steps(const CurveBasis& basis);
 /// to a least-squares problem whose rows have a mean square weight of 1.
 /// per_noise > 0: the strength grows to per_noise times the rows' relative scatter, so that each
 /// row of the matrix weighs like one observation; exact rows leave it at `strength`.
-struct Faint {
+struct WeakPrior {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd target;
-  double strength = kFaint;
+  double strength = kWeakPrior;
   double per_noise = 0;
 };
 /// "Slopes change little": differences of neighbouring slopes over the range.
-Faint faint_smoothness(const CurveBasis& basis);
+WeakPrior smoothness_prior(const CurveBasis& basis);
 /// "Increments are these".
-Faint faint_pull(const Eigen::VectorXd& increments);
+WeakPrior value_prior(const Eigen::VectorXd& increments);
 
 /// x >= lower minimising |A x - b|, exactly (active sets on a QR factor of A).
 /// A: m x n of full column rank, m >= n. Source: Lawson and Hanson, Solving Least Squares Problems
@@ -88,13 +88,14 @@ double robust_weight(FitLoss loss, double size, double scale);
 double robust_deviation(std::vector<double> sizes);
 
 /// Increments of the monotone curve nearest to the rows, each at least `lower`.
-/// Robust losses by iterated reweighting. faint.strength becomes what was used.
+/// Robust losses by iterated reweighting. weak_prior.strength becomes what was used.
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,
-                               const Eigen::VectorXd& lower, Faint& faint, FitLoss loss);
+                               const Eigen::VectorXd& lower, WeakPrior& weak_prior, FitLoss loss);
 inline Eigen::VectorXd fit_increments(const runtime::SplineView& spline,
                                       const std::vector<CurveRow>& rows,
-                                      const Eigen::VectorXd& lower, Faint&& faint, FitLoss loss) {
-  return fit_increments(spline, rows, lower, faint, loss);
+                                      const Eigen::VectorXd& lower, WeakPrior&& weak_prior,
+                                      FitLoss loss) {
+  return fit_increments(spline, rows, lower, weak_prior, loss);
 }
 
 }  // namespace palpate::fit

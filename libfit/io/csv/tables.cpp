@@ -136,9 +136,9 @@ void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>
   csv.commit();
 }
 
-void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows) {
+void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveTableRow>& rows) {
   const bool has_deviation =
-      !rows.empty() && std::none_of(rows.begin(), rows.end(), [](const CurveRow& row) {
+      !rows.empty() && std::none_of(rows.begin(), rows.end(), [](const CurveTableRow& row) {
         return std::isnan(row.deviation_N);
       });
   CsvWriter csv(path, header(kCurveRules, has_deviation));

@@ -56,7 +56,7 @@ void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>
 /// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test
 /// point or vertex. deviation_N: standard error of the value; the column is written when every row
 /// has one.
-struct CurveRow {
+struct CurveTableRow {
   std::int64_t point = 0;
   CurveKind curve = CurveKind::normal;
   double at_m = 0;
@@ -64,6 +64,6 @@ struct CurveRow {
   double slope_N_m = 0;
   double deviation_N = std::numeric_limits<double>::quiet_NaN();
 };
-void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveRow>& rows);
+void write_curve_rows(const std::filesystem::path& path, const std::vector<CurveTableRow>& rows);
 
 }  // namespace palpate

@@ -35,7 +35,7 @@ void columns(S& s, F& f) {
   f("rows/torque", s.torque, {"N m", true});
   f("rows/force_error", s.force_error, {"N", true});
   f("rows/status", s.status, {.names = kRowStatusNames});
-  f("rows/doubt", s.doubt, {.names = kStepCheckNames, .is_optional = true});
+  f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
 
   auto& r = s.recordings;
   if (!f.first("recordings/experiment", r.experiment, {.is_optional = true})) return;

@@ -32,7 +32,7 @@ requires std::same_as<std::remove_const_t<T>, Failure>
 void fields(Archive& archive, T& failure) { archive(failure.where, failure.what, failure.remedy); }
 
 // Values one after another, native order: a journal does not travel between machines.
-struct Writer {
+struct ByteWriter {
   std::string bytes;
 
   template <class... T>
@@ -59,9 +59,9 @@ struct Writer {
   }
 };
 
-class Reader {
+class ByteReader {
  public:
-  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
   bool is_bad = false;
 
   std::string_view rest() const { return rest_; }
@@ -122,7 +122,7 @@ class Reader {
 };
 
 std::string entry_of(const std::string& key, const std::string& stamp, const ItemResult& result) {
-  Writer w, framed;
+  ByteWriter w, framed;
   w(key, stamp, result.hash, result.failure, result.recordings);
   framed(w.bytes, hash_of(w.bytes));
   return framed.bytes;
@@ -131,7 +131,7 @@ std::string entry_of(const std::string& key, const std::string& stamp, const Ite
 // Nothing of no bytes, or of bytes that are no result.
 std::optional<ItemResult> parsed(std::string_view bytes) {
   if (bytes.empty()) return std::nullopt;
-  Reader in(bytes);
+  ByteReader in(bytes);
   ItemResult result;
   in(result.hash, result.failure, result.recordings);
   if (in.is_bad) return std::nullopt;
@@ -153,13 +153,13 @@ Journal::Journal(const std::filesystem::path& path) : path_(path) {
     if (before_.starts_with(kMagic)) {
       bytes_ = kMagic.size();
       while (true) {
-        Reader in(std::string_view(before_).substr(bytes_));
+        ByteReader in(std::string_view(before_).substr(bytes_));
         const std::string_view body = in.text();
         const auto hash = in.next<std::uint64_t>();
         if (in.is_bad || body.empty() || hash_of(body) != hash) break;
         const std::size_t length = 2 * sizeof(std::uint64_t) + body.size();
         bytes_ += length;
-        Reader entry(body);
+        ByteReader entry(body);
         const auto key = entry.next<std::string>(), stamp = entry.next<std::string>();
         if (entry.is_bad) continue;
         if (!stamp.empty()) key_of_stamp_[stamp] = key;

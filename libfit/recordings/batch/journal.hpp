@@ -35,7 +35,7 @@ class Journal {
   void compact();
 
  private:
-  struct Kept {
+  struct StoredResult {
     std::size_t offset = 0, bytes = 0;  ///< in the file
     std::string_view result;            ///< in `before_`; empty where this batch added it
     bool is_used = false;
@@ -45,7 +45,7 @@ class Journal {
 
   std::filesystem::path path_;
   std::string before_;  ///< the file as it was
-  std::unordered_map<std::string, Kept> kept_;
+  std::unordered_map<std::string, StoredResult> kept_;
   std::unordered_map<std::string, std::string> key_of_stamp_;
   std::mutex mutex_;
   std::size_t bytes_ = 0;

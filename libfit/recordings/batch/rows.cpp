@@ -50,18 +50,18 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
   const Vec3 contact =
       signal.is_axial || !out.contact_m ? Vec3(contact_travel_m * signal.inward) : *out.contact_m;
 
-  struct Mean {
+  struct RowMean {
     Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
     double count = 0;
     bool is_saturated = false;
   };
-  std::vector<Mean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
+  std::vector<RowMean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
   const auto add = [&](Eigen::Index row, double where) {
     if (!(where > 0) || where > most || signal.is_spike[static_cast<std::size_t>(row)]) return;
     const auto bin =
         std::min(means.size() - 1,
                  static_cast<std::size_t>(where / most * static_cast<double>(means.size())));
-    Mean& mean = means[bin];
+    RowMean& mean = means[bin];
     mean.deflection += Vec3(signal.position_m.row(row)) - contact;
     mean.force += signal.force_N.row(row);
     if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
@@ -72,14 +72,14 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
   for (const RowRange& other : more)
     for (Eigen::Index row = other.begin; row < other.end; ++row)
       add(row, signal.position_m.row(row).dot(signal.inward) - contact_travel_m);
-  std::erase_if(means, [](const Mean& mean) { return mean.count == 0; });
+  std::erase_if(means, [](const RowMean& mean) { return mean.count == 0; });
   const auto rows = static_cast<Eigen::Index>(means.size());
   out.deflection_m.resize(rows, 3);
   out.force_N.resize(rows, 3);
   out.error_N.resize(rows);
   out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
-    const Mean& mean = means[static_cast<std::size_t>(i)];
+    const RowMean& mean = means[static_cast<std::size_t>(i)];
     out.deflection_m.row(i) = mean.deflection / mean.count;
     out.force_N.row(i) = mean.force / mean.count;
     if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;

@@ -103,7 +103,7 @@ struct Free {
   }
 };
 
-struct Trial {
+struct ContactPointTrial {
   double contact = 0, width = 0, log_weight = -kInfinity;
   Eigen::Index free = 0;
 };
@@ -120,7 +120,7 @@ class Posterior {
     }
   }
 
-  void add(double intensity, std::vector<Trial>& trials) const {
+  void add(double intensity, std::vector<ContactPointTrial>& trials) const {
     const Eigen::Index n = data_.y.size();
     State state;
     state.f = data_.y[n - 1];
@@ -181,17 +181,18 @@ double correlation_time(const Scaled& data, Eigen::Index free) {
 ContactEstimate contact_of_smooth_curve(const PressCurve& curve) {
   const Scaled data = scaled(curve);
   const Posterior posterior(data);
-  std::vector<Trial> trials;
+  std::vector<ContactPointTrial> trials;
   for (int k = 0; k < kIntensities; ++k)
     posterior.add(
         std::pow(10, kMinIntensity + (kMaxIntensity - kMinIntensity) * k / (kIntensities - 1)),
         trials);
-  const auto best =
-      std::max_element(trials.begin(), trials.end(),
-                       [](const Trial& a, const Trial& b) { return a.log_weight < b.log_weight; });
+  const auto best = std::max_element(trials.begin(), trials.end(),
+                                     [](const ContactPointTrial& a, const ContactPointTrial& b) {
+                                       return a.log_weight < b.log_weight;
+                                     });
   const double tau = correlation_time(data, best->free);
   double sum = 0, first = 0, second = 0, before = 0;
-  for (const Trial& trial : trials) {
+  for (const ContactPointTrial& trial : trials) {
     const double weight = trial.width * std::exp((trial.log_weight - best->log_weight) / tau);
     if (trial.free < kMinBias)
       before += weight;

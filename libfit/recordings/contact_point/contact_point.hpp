@@ -60,23 +60,23 @@ class PowerProfile {
   PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent)
       : curve_(curve), means_(means), exponent_(exponent) {}
 
-  struct Fit {
+  struct AmplitudeFit {
     double squares = std::numeric_limits<double>::infinity(), bias_N = 0, amplitude = 0;
   };
 
   /// Least squares at one contact point; infinite squares where a is not positive.
-  Fit at(double contact_m) const;
+  AmplitudeFit at(double contact_m) const;
   /// The best contact point, from one range before the curve to its end.
   double best_contact_m() const;
-  double rms_N(double contact_m, const Fit& fit) const;
+  double rms_N(double contact_m, const AmplitudeFit& fit) const;
   /// Standard deviation, from the curvature of the profile; residuals that go together count as
   /// fewer. At most the range.
-  double deviation_m(double contact_m, const Fit& fit) const;
+  double deviation_m(double contact_m, const AmplitudeFit& fit) const;
 
  private:
-  double residual(Eigen::Index i, double contact_m, const Fit& fit) const;
+  double residual(Eigen::Index i, double contact_m, const AmplitudeFit& fit) const;
   double basis(Eigen::Index i, double contact_m) const;
-  double correlation_time(double contact_m, const Fit& fit) const;
+  double correlation_time(double contact_m, const AmplitudeFit& fit) const;
 
   const PressCurve& curve_;
   Eigen::Index means_;

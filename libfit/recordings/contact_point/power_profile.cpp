@@ -15,7 +15,7 @@ double square(double x) { return x * x; }
 
 }  // namespace
 
-PowerProfile::Fit PowerProfile::at(double contact_m) const {
+PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
   double n = 0, g1 = 0, g2 = 0, f1 = 0, fg = 0;
   for (Eigen::Index i = 0; i < means_; ++i) {
     const double w = curve_.count[i], g = basis(i, contact_m), f = curve_.push_N[i];
@@ -27,7 +27,7 @@ PowerProfile::Fit PowerProfile::at(double contact_m) const {
   }
   const double determinant = n * g2 - g1 * g1;
   if (!(determinant > 1e-12 * n * g2)) return {};
-  Fit fit;
+  AmplitudeFit fit;
   fit.amplitude = (n * fg - g1 * f1) / determinant;
   fit.bias_N = (f1 - fit.amplitude * g1) / n;
   if (!(fit.amplitude > 0)) return {};
@@ -37,7 +37,7 @@ PowerProfile::Fit PowerProfile::at(double contact_m) const {
   return fit;
 }
 
-double PowerProfile::residual(Eigen::Index i, double contact_m, const Fit& fit) const {
+double PowerProfile::residual(Eigen::Index i, double contact_m, const AmplitudeFit& fit) const {
   return curve_.push_N[i] - fit.bias_N - fit.amplitude * basis(i, contact_m);
 }
 
@@ -73,13 +73,13 @@ double PowerProfile::best_contact_m() const {
   return (a + b) / 2;
 }
 
-double PowerProfile::rms_N(double contact_m, const Fit& fit) const {
+double PowerProfile::rms_N(double contact_m, const AmplitudeFit& fit) const {
   double sum = 0;
   for (Eigen::Index i = 0; i < means_; ++i) sum += square(residual(i, contact_m, fit));
   return std::sqrt(sum / static_cast<double>(means_));
 }
 
-double PowerProfile::deviation_m(double contact_m, const Fit& fit) const {
+double PowerProfile::deviation_m(double contact_m, const AmplitudeFit& fit) const {
   const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
   const double variance = fit.squares / static_cast<double>(std::max<Eigen::Index>(1, means_ - 3));
   double step = range / static_cast<double>(means_), rise = 0;
@@ -102,7 +102,7 @@ double PowerProfile::basis(Eigen::Index i, double contact_m) const {
 
 // Readings per independent one: 1 + 2 (r1 + r2 + ...), r the correlations of residuals until the
 // first that is not positive, since drift has a long memory; or what r1 alone would make of it.
-double PowerProfile::correlation_time(double contact_m, const Fit& fit) const {
+double PowerProfile::correlation_time(double contact_m, const AmplitudeFit& fit) const {
   Eigen::VectorXd left(means_);
   for (Eigen::Index i = 0; i < means_; ++i) left[i] = residual(i, contact_m, fit);
   const double alone = left.squaredNorm();

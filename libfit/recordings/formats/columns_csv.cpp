@@ -15,7 +15,7 @@ bool is_comment(std::string_view line, const ReadSettings& settings) {
          (!settings.comment.empty() && trimmed(line).starts_with(settings.comment));
 }
 
-struct Header {
+struct ColumnsHeader {
   std::size_t line = 0;  // index
   char separator = ',';
   std::vector<std::string> names;
@@ -38,11 +38,11 @@ std::size_t matches(const std::vector<Role>& roles, const std::vector<std::strin
 
 // The line that names most of the columns, the first of equals; without any the first that could be
 // a header, for its error.
-Header find_header(const TextFile& file, const std::vector<Role>& roles,
-                   const ReadSettings& settings) {
+ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
+                          const ReadSettings& settings) {
   const bool is_numbered = std::all_of(roles.begin(), roles.end(),
                                        [](const Role& r) { return r.name.starts_with('#'); });
-  Header best;
+  ColumnsHeader best;
   std::size_t most = 0;
   bool has_one = false;
   for (std::size_t i = 0, seen = 0; i < file.lines() && seen < kHeaderLines; ++i) {
@@ -55,7 +55,7 @@ Header find_header(const TextFile& file, const std::vector<Role>& roles,
       line = trimmed(line).substr(settings.comment.size());
     }
     const char separator = settings.separator ? settings.separator : guess_separator(line);
-    Header header{i, separator, names_in(line, separator), is_numbered};
+    ColumnsHeader header{i, separator, names_in(line, separator), is_numbered};
     if (is_numbered) {
       const bool is_row =
           std::any_of(header.names.begin(), header.names.end(), [](const std::string& name) {
@@ -79,7 +79,7 @@ Header find_header(const TextFile& file, const std::vector<Role>& roles,
 }
 
 // A comma is the decimal sign where it separates no fields and the first rows have one in a number.
-char decimal_of(const TextFile& file, const Header& header, const ReadSettings& settings) {
+char decimal_of(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
   if (settings.decimal) return settings.decimal;
   if (header.separator == ',') return '.';
   for (std::size_t i = header.line + !header.is_numbered, seen = 0; i < file.lines() && seen < 20;
@@ -98,7 +98,7 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
                                            std::string_view bytes, const ReadSettings& settings) {
   const TextFile file(path, bytes, settings.encoding);
   const auto roles = roles_of(settings.columns);
-  const Header header = find_header(file, roles, settings);
+  const ColumnsHeader header = find_header(file, roles, settings);
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
     return file.error(header.line, what, remedy);
   };

@@ -35,17 +35,17 @@ Points columns_of(const NumberTable& table, const std::vector<Role>& roles, Mean
   return points;
 }
 
-struct Header {
+struct RobotHeader {
   std::size_t line = 0;
   char separator = ',';
   std::vector<std::string> names;
 };
 
-Header header_of(const TextFile& file, const ReadSettings& settings) {
+RobotHeader header_of(const TextFile& file, const ReadSettings& settings) {
   for (std::size_t i = 0; i < file.lines(); ++i) {
     const std::string_view line = trimmed(file.line(i));
     if (line.empty() || (!settings.comment.empty() && line.starts_with(settings.comment))) continue;
-    Header header{i, settings.separator ? settings.separator : guess_separator(line), {}};
+    RobotHeader header{i, settings.separator ? settings.separator : guess_separator(line), {}};
     for (const auto field : split(line, header.separator)) header.names.emplace_back(field);
     return header;
   }
@@ -58,7 +58,7 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
                                                std::string_view bytes,
                                                const ReadSettings& settings) {
   const TextFile file(path, bytes, settings.encoding);
-  const Header header = header_of(file, settings);
+  const RobotHeader header = header_of(file, settings);
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
     return file.error(header.line, what, remedy);
   };

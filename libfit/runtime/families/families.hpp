@@ -7,15 +7,15 @@
 //                           on, are rising curves; the first is the normal one
 //   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
-//   footing       where a tool stands against its contact point: .spot, .d
+//   kinematics    where a tool stands against its contact point: .spot, .d
 //   is_slipping, pull, excess, excess_kind, excess_scale, way, excess_along, lateral_m   whether
 //                 the contact point cannot hold, where it is drawn, what its slide brings to zero
 //   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
 //                 it, where it lies after a move, and a slip without it
 //   carry         what the contact point's way of a whole tick does to the rest of the memory
 //   under         what the law reads of a spot beside its curves, made once a tick
-//   settle        lets slip what slips while the contact point holds; .lost_J that this dissipated
-//   hold          the same without a slip
+//   slip          lets slip what slips while the contact point holds; .lost_J that this dissipated
+//   stick         the same without a slip
 //   answer        of what one of these two brought: force and stored energy, the one the gradient
 //                 of the other
 //   is_frictionless
@@ -49,9 +49,9 @@ struct FamilyTable {
                                         int(sizeof(Each::kPart) / sizeof(Part)), Each::kCurves,
                                         Each::kMemory}...};
   static constexpr int max_memory() noexcept {
-    int most = 1;  // an array has a length
-    for (const FamilyRow& row : kRow) most = row.memory > most ? row.memory : most;
-    return most;
+    int out = 1;  // an array has a length
+    for (const FamilyRow& row : kRow) out = row.memory > out ? row.memory : out;
+    return out;
   }
   static constexpr bool fits_an_asset() noexcept {
     for (const FamilyRow& row : kRow)
@@ -103,9 +103,9 @@ template <class T, class Spot>
 Answer<T> answer_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
   return with_family(views, [&](auto f) noexcept {
     const auto memory = f.template load<T>(no_memory());
-    const auto foot = f.footing(views, spot, x, memory);
-    const auto& under = f.under(views, foot);
-    return f.answer(views, under, foot, f.hold(views, under, foot, memory));
+    const auto kinematics = f.kinematics(views, spot, x, memory);
+    const auto& under = f.under(views, kinematics);
+    return f.answer(views, under, kinematics, f.stick(views, under, kinematics, memory));
   });
 }
 template <class T, class Spot>

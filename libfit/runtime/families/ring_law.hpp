@@ -20,29 +20,29 @@ namespace runtime {
 /// How a tool stands against its contact point: q = P (x - c), d = (x - c).u - 1/2 q.kappa q, for
 /// it presses on the surface under it and not on the tangent plane of c.
 template <class T>
-struct RingStance {
+struct RingDeflection {
   Vec3<T> q;
   T depth_m;    ///< d, > 0 in contact
   Vec3<T> dip;  ///< P kappa q [1]: d falls by dip . dx where x moves sideways
 };
 template <class T, class Spot>
-RingStance<T> ring_stance(const Spot& spot, const Vec3<T>& x) noexcept {
+RingDeflection<T> ring_deflection(const Spot& spot, const Vec3<T>& x) noexcept {
   const Vec3<T> delta = x - spot.point;
   const T height = dot(delta, spot.normal);
   const Vec3<T> q = delta - spot.normal * height;
   const T xy = spot.control(kCurvature, 3), xz = spot.control(kCurvature, 4),
           yz = spot.control(kCurvature, 5);
-  const Vec3<T> bent{spot.control(kCurvature, 0) * q.x + xy * q.y + xz * q.z,
-                     xy * q.x + spot.control(kCurvature, 1) * q.y + yz * q.z,
-                     xz * q.x + yz * q.y + spot.control(kCurvature, 2) * q.z};
-  return {q, height - 0.5 * dot(q, bent), tangential(bent, spot.normal)};
+  const Vec3<T> curved{spot.control(kCurvature, 0) * q.x + xy * q.y + xz * q.z,
+                       xy * q.x + spot.control(kCurvature, 1) * q.y + yz * q.z,
+                       xz * q.x + yz * q.y + spot.control(kCurvature, 2) * q.z};
+  return {q, height - 0.5 * dot(q, curved), tangential(curved, spot.normal)};
 }
 
 /// lambda |q| - mu(d) d [m]: a slide of the contact point brings it to zero. Needs no curve.
 template <class T, class Spot>
 T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
-  const RingStance<T> at = ring_stance(spot, x);
+  const RingDeflection<T> at = ring_deflection(spot, x);
   const RingLimit<T> limit = ring_limit<T>(spot);
   const T squared = dot(at.q, at.q);
   const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
@@ -80,7 +80,7 @@ struct RingPull {
 };
 /// At anchors that hold.
 template <class T, int N>
-RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingStance<T>& at,
+RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingDeflection<T>& at,
                       const RingAnchors<T, N>& anchors) noexcept {
   const Vec3<T> q1 = at.q - anchors.at[0];
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
@@ -95,8 +95,8 @@ RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingStance<T>& at,
 /// After (B3) of rings 2 to N. Rings that do not touch are anchored under the tool. It shortens
 /// every |q_i|, so the stored energy falls whatever the tick.
 template <class T, int N>
-RingPull<T> settle_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
-                         const RingStance<T>& at, RingAnchors<T, N>& anchors) noexcept {
+RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
+                       const RingDeflection<T>& at, RingAnchors<T, N>& anchors) noexcept {
   using std::sqrt;
   const T lambda = bed.limit.lambda, squared_lambda = lambda * lambda,
           mu = bed.limit.friction_at(at.depth_m);
@@ -107,12 +107,12 @@ RingPull<T> settle_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
   for (int i = 1; i < N; ++i) {
     Vec3<T>& a = anchors.at[i];
     const T reach = at.depth_m - table.threshold_m[i], stiffness = bed.stiffness_N_m[i];
-    const T most = value_of(reach) > 0 ? mu * reach : T(0);
+    const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
     Vec3<T> q = at.q - a;
     T squared = dot(q, q);
     const T length = squared_lambda * squared;
-    if (value_of(length) > value_of(most) * value_of(most)) {
-      const T share = value_of(most) > 0 ? most / sqrt(length) : T(0);
+    if (value_of(length) > value_of(limit_m) * value_of(limit_m)) {
+      const T share = value_of(limit_m) > 0 ? limit_m / sqrt(length) : T(0);
       const double before = value_of(squared);
       q = q * share;
       squared = squared * (share * share);
@@ -131,9 +131,9 @@ RingPull<T> settle_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
 /// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that let go at
 /// this tick. normal_N, normal_J: f^z_c(d) and Z_c(d).
 template <class T, int N>
-Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed, const RingStance<T>& at,
-                      const RingPull<T>& pull, const Vec3<T>& normal, const T& normal_N,
-                      const T& normal_J) noexcept {
+Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
+                      const RingDeflection<T>& at, const RingPull<T>& pull, const Vec3<T>& normal,
+                      const T& normal_N, const T& normal_J) noexcept {
   const RingShare<T> share = ring_share(table, bed, at.depth_m);
   const T lateral_J = share.value * pull.stored_J;
   if (!(value_of(at.depth_m) > 0)) return {{T(0), T(0), T(0)}, lateral_J};

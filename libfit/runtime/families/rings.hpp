@@ -25,10 +25,10 @@ struct RingDepth {
   T lateral_m;  ///< |q|
 };
 template <class T, class Spot>
-struct RingFooting {
+struct RingKinematics {
   Spot spot;
   RingDepth<T> d;
-  RingStance<T> at;
+  RingDeflection<T> at;
   RingLimit<T> limit;
   Vec3<T> q1;  ///< deflection of ring 1
 };
@@ -68,10 +68,10 @@ struct Rings {
     return !(value_of(spot.control(kLambda, 0)) > 0);
   }
   template <class T, class Spot>
-  static RingFooting<T, Spot> footing(const CurveViews&, const Spot& spot, const Vec3<T>& x,
-                                      const Memory<T>& memory) noexcept {
+  static RingKinematics<T, Spot> kinematics(const CurveViews&, const Spot& spot, const Vec3<T>& x,
+                                            const Memory<T>& memory) noexcept {
     using std::sqrt;
-    const RingStance<T> at = ring_stance(spot, x);
+    const RingDeflection<T> at = ring_deflection(spot, x);
     const T squared = dot(at.q, at.q);
     const bool is_aside = value_of(squared) > kLateralZero_m * kLateralZero_m;
     return {spot,
@@ -81,20 +81,21 @@ struct Rings {
             at.q - memory.at[0]};
   }
 
-  /// The same footing at a spot of the same place.
+  /// The same kinematics at a spot of the same place.
   template <class T, class Spot, class Other>
-  static RingFooting<T, Other> at_spot(const RingFooting<T, Spot>& foot,
-                                       const Other& spot) noexcept {
-    return {spot, foot.d, foot.at, foot.limit, foot.q1};
+  static RingKinematics<T, Other> at_spot(const RingKinematics<T, Spot>& kinematics,
+                                          const Other& spot) noexcept {
+    return {spot, kinematics.d, kinematics.at, kinematics.limit, kinematics.q1};
   }
 
   /// Whether ring 1 is beyond its limit.
   template <class T, class Spot>
-  static bool is_slipping(const CurveViews&, const RingFooting<T, Spot>& foot) noexcept {
-    const double squared = value_of(dot(foot.q1, foot.q1));
+  static bool is_slipping(const CurveViews&, const RingKinematics<T, Spot>& kinematics) noexcept {
+    const double squared = value_of(dot(kinematics.q1, kinematics.q1));
     if (!(squared > kLateralZero_m * kLateralZero_m)) return false;
-    const double lambda = value_of(foot.limit.lambda), most = value_of(most_of(foot));
-    return lambda * lambda * squared * (1 - 2 * kSlipTolerance) > most * most;
+    const double lambda = value_of(kinematics.limit.lambda),
+                 limit_m = value_of(slip_limit_m(kinematics));
+    return lambda * lambda * squared * (1 - 2 * kSlipTolerance) > limit_m * limit_m;
   }
   template <class T>
   static bool is_out(const Memory<T>& memory) noexcept {
@@ -106,19 +107,20 @@ struct Rings {
     return memory.at[0];
   }
   template <class T, class Spot>
-  static Pull<T> pull(const RingFooting<T, Spot>& foot) noexcept {
-    return {foot.at.q * (1.0 / foot.d.lateral_m), foot.d.lateral_m};
+  static Pull<T> pull(const RingKinematics<T, Spot>& kinematics) noexcept {
+    return {kinematics.at.q * (1.0 / kinematics.d.lateral_m), kinematics.d.lateral_m};
   }
 
   /// What a slip brings to zero (B3): lambda |q| - mu(d) d.
   struct Excess {};
   template <class T, class Spot>
-  static Excess excess_kind(const CurveViews&, const RingFooting<T, Spot>&) noexcept {
+  static Excess excess_kind(const CurveViews&, const RingKinematics<T, Spot>&) noexcept {
     return {};
   }
   template <class T, class Spot>
-  static double excess_scale(const CurveViews&, const RingFooting<T, Spot>& foot, Excess) noexcept {
-    return value_of(foot.limit.lambda) * value_of(foot.d.lateral_m);
+  static double excess_scale(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
+                             Excess) noexcept {
+    return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m);
   }
   template <class T, class Spot>
   static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x, Excess) noexcept {
@@ -152,62 +154,69 @@ struct Rings {
   }
   /// Ring 1 slips without the contact point.
   template <class T, class Spot>
-  static void let_go(const CurveViews& views, RingFooting<T, Spot>& foot,
+  static void let_go(const CurveViews& views, RingKinematics<T, Spot>& kinematics,
                      Memory<T>& memory) noexcept {
     using std::sqrt;
-    if (!is_slipping(views, foot)) return;
-    const T most = most_of(foot), length = foot.limit.lambda * sqrt(dot(foot.q1, foot.q1));
-    foot.q1 = foot.q1 * (value_of(most) > 0 ? most / length : T(0));
-    memory.at[0] = foot.at.q - foot.q1;
+    if (!is_slipping(views, kinematics)) return;
+    const T limit_m = slip_limit_m(kinematics),
+            length = kinematics.limit.lambda * sqrt(dot(kinematics.q1, kinematics.q1));
+    kinematics.q1 = kinematics.q1 * (value_of(limit_m) > 0 ? limit_m / length : T(0));
+    memory.at[0] = kinematics.at.q - kinematics.q1;
   }
 
   /// The bed under the spot: made once a tick, read by what follows.
   template <class T, class Spot>
-  static decltype(auto) under(const CurveViews& views, const RingFooting<T, Spot>& foot) noexcept {
-    return bed_under<T>(views, foot.spot);
+  static decltype(auto) under(const CurveViews& views,
+                              const RingKinematics<T, Spot>& kinematics) noexcept {
+    return bed_under<T>(views, kinematics.spot);
   }
   template <class T, class Spot>
-  static RingPull<T> hold(const CurveViews&, const RingBed<T, kRings>& bed,
-                          const RingFooting<T, Spot>& foot, const Memory<T>& memory) noexcept {
-    return ring_pull(bed, foot.at, memory);
+  static RingPull<T> stick(const CurveViews&, const RingBed<T, kRings>& bed,
+                           const RingKinematics<T, Spot>& kinematics,
+                           const Memory<T>& memory) noexcept {
+    return ring_pull(bed, kinematics.at, memory);
   }
   template <class T, class Spot>
-  static RingPull<T> settle(const CurveViews& views, const RingBed<T, kRings>& bed,
-                            const RingFooting<T, Spot>& foot, Memory<T>& memory) noexcept {
-    RingPull<T> pull = settle_rings(views.rings, bed, foot.at, memory);
-    if (bed.is_cut) pull.lost_J *= value_of(ring_share(views.rings, bed, foot.at.depth_m).value);
+  static RingPull<T> slip(const CurveViews& views, const RingBed<T, kRings>& bed,
+                          const RingKinematics<T, Spot>& kinematics, Memory<T>& memory) noexcept {
+    RingPull<T> pull = slip_rings(views.rings, bed, kinematics.at, memory);
+    if (bed.is_cut)
+      pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
     return pull;
   }
   /// (B1) and (B2).
   template <class T, class Spot>
   static Answer<T> answer(const CurveViews& views, const RingBed<T, kRings>& bed,
-                          const RingFooting<T, Spot>& foot, const RingPull<T>& pull) noexcept {
-    const T d = foot.at.depth_m;
+                          const RingKinematics<T, Spot>& kinematics,
+                          const RingPull<T>& pull) noexcept {
+    const T d = kinematics.at.depth_m;
     T normal_N = T(0), normal_J = T(0);
     if (value_of(d) > 0) {
-      const auto& piece = piece_under(views, foot.spot, kNormal, value_of(d), true);
+      const auto& piece = piece_under(views, kinematics.spot, kNormal, value_of(d), true);
       normal_N = piece.force(d);
       normal_J = piece.energy(d);
     }
     if constexpr (IsUneven<Spot>::value) {
       RingPull<T> uneven = pull;
-      const auto added = unevenness(foot.spot, bed, d, normal_N);
+      const auto added = unevenness(kinematics.spot, bed, d, normal_N);
       uneven.force_N = pull.force_N * added.stiffening;
       uneven.stored_J = pull.stored_J * added.stiffening;
       normal_N = normal_N + added.slope_N_m;
       normal_J = normal_J + added.value_N;
-      return ring_answer(views.rings, bed, foot.at, uneven, foot.spot.normal, normal_N, normal_J);
+      return ring_answer(views.rings, bed, kinematics.at, uneven, kinematics.spot.normal, normal_N,
+                         normal_J);
     } else {
-      return ring_answer(views.rings, bed, foot.at, pull, foot.spot.normal, normal_N, normal_J);
+      return ring_answer(views.rings, bed, kinematics.at, pull, kinematics.spot.normal, normal_N,
+                         normal_J);
     }
   }
 
  private:
-  /// lambda times the limit of ring 1.
+  /// Longest lambda |q_1| before ring 1 slips: mu(d) d of (B3).
   template <class T, class Spot>
-  static T most_of(const RingFooting<T, Spot>& foot) noexcept {
-    if (!(value_of(foot.at.depth_m) > 0)) return T(0);
-    return foot.limit.friction_at(foot.at.depth_m) * foot.at.depth_m;
+  static T slip_limit_m(const RingKinematics<T, Spot>& kinematics) noexcept {
+    if (!(value_of(kinematics.at.depth_m) > 0)) return T(0);
+    return kinematics.limit.friction_at(kinematics.at.depth_m) * kinematics.at.depth_m;
   }
 };
 

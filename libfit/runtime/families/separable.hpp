@@ -19,7 +19,7 @@ struct Rest {
 
 /// A contact point with what a tool at x feels there: made once, read by slip test and force.
 template <class T, class Spot>
-struct Footing {
+struct ContactKinematics {
   Spot spot;
   Deflection<T> d;
   T lateral_N;  ///< f^r(dr)
@@ -57,25 +57,28 @@ struct OneAnchor {
     return lacks_lateral(views, spot);
   }
   template <class T, class Spot>
-  static Footing<T, Spot> footing(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
-                                  const Memory<T>& memory) noexcept {
+  static ContactKinematics<T, Spot> kinematics(const CurveViews& views, const Spot& spot,
+                                               const Vec3<T>& x, const Memory<T>& memory) noexcept {
     const Deflection<T> d = F::deflection(views, spot, x, memory.at);
     return {spot, d, lateral_force(views, spot, d)};
   }
 
-  /// The same footing at a spot of the same place.
+  /// The same kinematics at a spot of the same place.
   template <class T, class Spot, class Other>
-  static Footing<T, Other> at_spot(const Footing<T, Spot>& foot, const Other& spot) noexcept {
-    return {spot, foot.d, foot.lateral_N};
+  static ContactKinematics<T, Other> at_spot(const ContactKinematics<T, Spot>& kinematics,
+                                             const Other& spot) noexcept {
+    return {spot, kinematics.d, kinematics.lateral_N};
   }
 
   /// Whether the contact point cannot hold: the lateral force is above L(dz).
   template <class T, class Spot>
-  static bool is_slipping(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
-    if (!(value_of(foot.d.lateral_m) > 0)) return false;
-    if (is_frictionless(views, foot.spot)) return true;
-    const double limit_N = value_of(curve_at(views, foot.spot, kLimit, foot.d.normal_m));
-    return value_of(foot.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
+  static bool is_slipping(const CurveViews& views,
+                          const ContactKinematics<T, Spot>& kinematics) noexcept {
+    if (!(value_of(kinematics.d.lateral_m) > 0)) return false;
+    if (is_frictionless(views, kinematics.spot)) return true;
+    const double limit_N =
+        value_of(curve_at(views, kinematics.spot, kLimit, kinematics.d.normal_m));
+    return value_of(kinematics.lateral_N) * (1 - kSlipTolerance) > limit_N || !(limit_N > 0);
   }
   template <class T>
   static bool is_out(const Memory<T>& memory) noexcept {
@@ -86,21 +89,22 @@ struct OneAnchor {
     return memory.at;
   }
   template <class T, class Spot>
-  static Pull<T> pull(const Footing<T, Spot>& foot) noexcept {
-    return {foot.d.lateral, foot.d.lateral_m};
+  static Pull<T> pull(const ContactKinematics<T, Spot>& kinematics) noexcept {
+    return {kinematics.d.lateral, kinematics.d.lateral_m};
   }
 
   /// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr
   /// itself (as N).
   enum class Excess { over_the_limit, all };
   template <class T, class Spot>
-  static Excess excess_kind(const CurveViews& views, const Footing<T, Spot>& foot) noexcept {
-    return is_frictionless(views, foot.spot) ? Excess::all : Excess::over_the_limit;
+  static Excess excess_kind(const CurveViews& views,
+                            const ContactKinematics<T, Spot>& kinematics) noexcept {
+    return is_frictionless(views, kinematics.spot) ? Excess::all : Excess::over_the_limit;
   }
   template <class T, class Spot>
-  static double excess_scale(const CurveViews&, const Footing<T, Spot>& foot,
+  static double excess_scale(const CurveViews&, const ContactKinematics<T, Spot>& kinematics,
                              Excess kind) noexcept {
-    return value_of(kind == Excess::all ? foot.d.lateral_m : foot.lateral_N);
+    return value_of(kind == Excess::all ? kinematics.d.lateral_m : kinematics.lateral_N);
   }
   template <class T, class Spot>
   static T excess(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
@@ -133,70 +137,73 @@ struct OneAnchor {
   }
   /// The anchor slips without the contact point until f^r(dr) = L(dz).
   template <class T, class Spot>
-  static void let_go(const CurveViews& views, Footing<T, Spot>& foot, Memory<T>& memory) noexcept {
-    if (!is_slipping(views, foot)) return;
-    const T limit_N = curve_at(views, foot.spot, kLimit, foot.d.normal_m);
-    const T length_m = is_frictionless(views, foot.spot) || !(value_of(limit_N) > 0)
+  static void let_go(const CurveViews& views, ContactKinematics<T, Spot>& kinematics,
+                     Memory<T>& memory) noexcept {
+    if (!is_slipping(views, kinematics)) return;
+    const T limit_N = curve_at(views, kinematics.spot, kLimit, kinematics.d.normal_m);
+    const T length_m = is_frictionless(views, kinematics.spot) || !(value_of(limit_N) > 0)
                            ? T(0)
-                           : length_at(views, foot, limit_N);
-    memory.at = memory.at + foot.d.lateral * (foot.d.lateral_m - length_m);
-    foot.d.lateral_m = length_m;
-    if (!(value_of(length_m) > 0)) foot.d.lateral = {T(0), T(0), T(0)};
-    foot.d.lean_rate = value_of(length_m) > 0 ? foot.d.lean_rate : T(0);
-    foot.lateral_N = lateral_force(views, foot.spot, foot.d);
+                           : length_at(views, kinematics, limit_N);
+    memory.at = memory.at + kinematics.d.lateral * (kinematics.d.lateral_m - length_m);
+    kinematics.d.lateral_m = length_m;
+    if (!(value_of(length_m) > 0)) kinematics.d.lateral = {T(0), T(0), T(0)};
+    kinematics.d.lean_rate = value_of(length_m) > 0 ? kinematics.d.lean_rate : T(0);
+    kinematics.lateral_N = lateral_force(views, kinematics.spot, kinematics.d);
   }
 
   /// What the law reads of a spot beside its curves: nothing.
   struct Under {};
   template <class T, class Spot>
-  static Under under(const CurveViews&, const Footing<T, Spot>&) noexcept {
+  static Under under(const CurveViews&, const ContactKinematics<T, Spot>&) noexcept {
     return {};
   }
   /// Nothing slips while the contact point holds.
-  struct Held {
+  struct NoSlip {
     double lost_J;
   };
   template <class T, class Spot>
-  static Held hold(const CurveViews&, const Under&, const Footing<T, Spot>&,
-                   const Memory<T>&) noexcept {
+  static NoSlip stick(const CurveViews&, const Under&, const ContactKinematics<T, Spot>&,
+                      const Memory<T>&) noexcept {
     return {0};
   }
   template <class T, class Spot>
-  static Held settle(const CurveViews&, const Under&, const Footing<T, Spot>&,
+  static NoSlip slip(const CurveViews&, const Under&, const ContactKinematics<T, Spot>&,
                      Memory<T>&) noexcept {
     return {0};
   }
   /// Z(dz) + R(dr) [J], exact polynomials (M3), and its gradient (M3b), which without a lean is
   /// (M3): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
   template <class T, class Spot>
-  static Answer<T> answer(const CurveViews& views, const Under&, const Footing<T, Spot>& foot,
-                          const Held&) noexcept {
-    const T lateral_J = energy_at(views, foot.spot, kLateral, foot.d.lateral_m);
-    const double depth = value_of(foot.d.normal_m);
+  static Answer<T> answer(const CurveViews& views, const Under&,
+                          const ContactKinematics<T, Spot>& kinematics, const NoSlip&) noexcept {
+    const T lateral_J = energy_at(views, kinematics.spot, kLateral, kinematics.d.lateral_m);
+    const double depth = value_of(kinematics.d.normal_m);
     if (!(depth > 0)) return {{T(0), T(0), T(0)}, lateral_J};
-    const auto& piece = piece_under(views, foot.spot, kNormal, depth, true);
-    const T normal_N = piece.force(foot.d.normal_m) - foot.lateral_N * foot.d.lean_rate;
-    return {foot.spot.normal * normal_N + foot.d.lateral * foot.lateral_N,
-            piece.energy(foot.d.normal_m) + lateral_J};
+    const auto& piece = piece_under(views, kinematics.spot, kNormal, depth, true);
+    const T normal_N =
+        piece.force(kinematics.d.normal_m) - kinematics.lateral_N * kinematics.d.lean_rate;
+    return {kinematics.spot.normal * normal_N + kinematics.d.lateral * kinematics.lateral_N,
+            piece.energy(kinematics.d.normal_m) + lateral_J};
   }
 
  private:
-  /// dr at which f^r is limit_N > 0; f^r is above it at foot.d.lateral_m.
+  /// dr at which f^r is limit_N > 0; f^r is above it at kinematics.d.lateral_m.
   template <class T, class Spot>
-  static T length_at(const CurveViews& views, const Footing<T, Spot>& foot,
+  static T length_at(const CurveViews& views, const ContactKinematics<T, Spot>& kinematics,
                      const T& limit_N) noexcept {
-    double lo = 0, hi = value_of(foot.d.lateral_m), at = hi;
+    double lo = 0, hi = value_of(kinematics.d.lateral_m), at = hi;
     for (int i = 0; i < kMaxRootSteps; ++i) {
-      const double over = value_of(curve_at(views, foot.spot, kLateral, T(at))) - value_of(limit_N);
+      const double over =
+          value_of(curve_at(views, kinematics.spot, kLateral, T(at))) - value_of(limit_N);
       (over > 0 ? hi : lo) = at;
-      const double slope = slope_at(views, foot.spot, at), newton = at - over / slope;
+      const double slope = slope_at(views, kinematics.spot, at), newton = at - over / slope;
       if (std::fabs(over) <= kRootTolerance * value_of(limit_N)) break;
       at = newton > lo && newton < hi ? newton : 0.5 * (lo + hi);
     }
     const T out = T(at);
-    const double slope = slope_at(views, foot.spot, at);
+    const double slope = slope_at(views, kinematics.spot, at);
     if (!(slope > 0)) return out;
-    return out - (curve_at(views, foot.spot, kLateral, out) - limit_N) / slope;
+    return out - (curve_at(views, kinematics.spot, kLateral, out) - limit_N) / slope;
   }
   template <class Spot>
   static double slope_at(const CurveViews& views, const Spot& spot, double at) noexcept {

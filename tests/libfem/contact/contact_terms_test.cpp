@@ -63,7 +63,7 @@ Points random_field(Eigen::Index nodes, double size, unsigned seed) {
   return u;
 }
 
-Points assembled_force(const Sheet& sheet, const Contact& contact) {
+Points assembled_force(const Sheet& sheet, const ContactInterface& contact) {
   Points force = Points::Zero(sheet.nodes.rows(), 3);
   for (const FaceTerms& terms : contact.terms())
     for (int a = 0; a < kFaceNodes; ++a)
@@ -71,7 +71,7 @@ Points assembled_force(const Sheet& sheet, const Contact& contact) {
   return force;
 }
 
-Points stiffness_times(const Sheet& sheet, const Contact& contact, const Points& d) {
+Points stiffness_times(const Sheet& sheet, const ContactInterface& contact, const Points& d) {
   Points out = Points::Zero(sheet.nodes.rows(), 3);
   using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
   for (const FaceTerms& terms : contact.terms())
@@ -89,7 +89,7 @@ Points stiffness_times(const Sheet& sheet, const Contact& contact, const Points&
 /// there.
 struct Pressed {
   Sheet sheet;
-  Contact contact;
+  ContactInterface contact;
   ProbePose pose;
   ContactHistory history;
   Points u;
@@ -202,7 +202,7 @@ TEST_P(ContactTerms, totals_are_minus_the_nodal_forces_and_their_moment_about_th
 INSTANTIATE_TEST_SUITE_P(States, ContactTerms, testing::ValuesIn(kCases),
                          [](const auto& state) { return std::string(state.param.name); });
 
-TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_resting_one_not) {
+TEST(ContactInterface, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_resting_one_not) {
   Pressed slides(kSlippery, 3e-3, 0, kSeed);
   const Vec3 sliding = slides.contact.evaluate({slides.u, slides.pose, slides.history}).force_N;
   const Vec3 motion = Vec3(3, 1, 0).normalized();
@@ -216,12 +216,12 @@ TEST(Contact, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_r
   EXPECT_LT(resting.head<2>().norm(), 0.01 * -resting.z());
 }
 
-TEST(Contact, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
+TEST(ContactInterface, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
   Sheet sheet;
   const Points rest = Points::Zero(sheet.nodes.rows(), 3);
   const Probe probe = make_probe(sphere_spec(kRadius_m, kFriction), "test");
   const auto points_in_contact = [&](const ProbePose& pose) {
-    Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa, probe);
+    ContactInterface contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa, probe);
     return contact.evaluate({rest, pose, contact.untouched(pose_at(0, 0))}).points;
   };
   EXPECT_GT(points_in_contact(pose_at(0, kDepth_m)), 20);
@@ -235,11 +235,11 @@ TEST(Contact, faces_that_are_held_or_look_away_or_are_not_reached_exert_none) {
 }
 
 // Pressure k times penetration over a flat rigid surface: F = pi k (R - d) d^2.
-TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
+TEST(ContactInterface, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
   const Sheet sheet;
   const ContactSettings settings;
-  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
-                  make_probe(sphere_spec(kRadius_m, 0), "test"), settings);
+  ContactInterface contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                           make_probe(sphere_spec(kRadius_m, 0), "test"), settings);
   const ContactHistory history = contact.untouched(pose_at(0, 0));
   const ContactTotals totals =
       contact.evaluate({Points::Zero(sheet.nodes.rows(), 3), pose_at(0, kDepth_m), history});
@@ -254,10 +254,10 @@ TEST(Contact, a_flat_rigid_surface_takes_the_force_of_the_closed_form) {
 
 // The surface then bears the pressure of its overlap without overlapping: twice the force where it
 // is.
-TEST(Contact, an_updated_multiplier_counts_overlap_twice_where_it_still_is) {
+TEST(ContactInterface, an_updated_multiplier_counts_overlap_twice_where_it_still_is) {
   const Sheet sheet;
-  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
-                  make_probe(sphere_spec(kRadius_m), "test"));
+  ContactInterface contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                           make_probe(sphere_spec(kRadius_m), "test"));
   const Points u = Points::Zero(sheet.nodes.rows(), 3);
   const ProbePose pose = pose_at(0, kDepth_m);
   const ContactHistory accepted = contact.accepted({u, pose, contact.untouched(pose_at(0, 0))});
@@ -275,10 +275,10 @@ TEST(Contact, an_updated_multiplier_counts_overlap_twice_where_it_still_is) {
 
 // What sticks goes on bearing the traction it had: of a pose it does not move from, the lateral
 // force stays.
-TEST(Contact, a_stiffer_penalty_presses_harder_and_keeps_the_traction_of_what_sticks) {
+TEST(ContactInterface, a_stiffer_penalty_presses_harder_and_keeps_the_traction_of_what_sticks) {
   const Sheet sheet;
-  Contact contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
-                  make_probe(sphere_spec(kRadius_m, 100), "test"));
+  ContactInterface contact(sheet.nodes, sheet.faces, sheet.is_held, sheet.young_Pa,
+                           make_probe(sphere_spec(kRadius_m, 100), "test"));
   const Points u = Points::Zero(sheet.nodes.rows(), 3);
   const ProbePose pressed = pose_at(0, kDepth_m), dragged = pose_at(1e-5, kDepth_m);
   const ContactHistory first = contact.accepted({u, pressed, contact.untouched(pose_at(0, 0))});

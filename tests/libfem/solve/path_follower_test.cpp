@@ -31,7 +31,7 @@ TEST(JudgeStep, a_press_that_pushes_harder_is_believed) {
   EXPECT_EQ(checked(pressed(0.1), pressed(0.2)), StepCheck::none);
 }
 
-TEST(JudgeStep, each_doubt_has_its_own_name) {
+TEST(JudgeStep, each_check_has_its_own_name) {
   const BodyState before = pressed(0.1);
   BodyState inverted = pressed(0.2), overlaps = inverted, pulls = inverted, no_area = inverted;
   inverted.min_J = 0;

@@ -179,7 +179,7 @@ TEST(CondensedTangent, a_step_solves_newtons_equations_of_the_whole_block) {
   CondensedTangent tangent;
   tangent.cover(G, at.touching);
   tangent.set_contact(at.C);
-  const CondensedTangent::Step step = tangent.step(G, at.residual);
+  const CondensedTangent::CondensedStep step = tangent.step(G, at.residual);
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(18, 18);
   C(at.touching, at.touching) = at.C;
   EXPECT_LT((step.w + at.flexibility * step.z).norm(), kSingle * step.w.norm());
@@ -209,7 +209,7 @@ TEST(CondensedTangent, without_contact_a_step_takes_away_what_was_exerted) {
   tangent.clear();
   tangent.cover(G, {});
   tangent.set_contact(Eigen::MatrixXd(0, 0));
-  const CondensedTangent::Step step = tangent.step(G, at.residual);
+  const CondensedTangent::CondensedStep step = tangent.step(G, at.residual);
   EXPECT_EQ(step.z, -at.residual);
   EXPECT_LT((step.w - at.flexibility * at.residual).norm(), kSingle * step.w.norm());
 }

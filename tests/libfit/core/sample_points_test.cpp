@@ -67,16 +67,16 @@ TEST(SamplePoints, of_both_files_the_first_with_rows_counts) {
 
 TEST(SamplePoints, what_checks_found_goes_with_the_rows) {
   Samples checked = samples_at({1, 2}, 0);
-  checked.doubt.assign(checked.point.size(), StepCheck::none);
-  checked.doubt[5] = StepCheck::falls;  // second row of the point at 2
+  checked.step_check.assign(checked.point.size(), StepCheck::none);
+  checked.step_check[5] = StepCheck::falls;  // second row of the point at 2
   const Samples unchecked = samples_at({3}, 0);
   const Samples taken = take_points(checked, points_at({2, 1}), 2);
-  ASSERT_EQ(taken.doubt.size(), taken.point.size());
-  EXPECT_EQ(taken.doubt[1], StepCheck::falls);
-  EXPECT_EQ(std::count(taken.doubt.begin(), taken.doubt.end(), StepCheck::none), 7);
+  ASSERT_EQ(taken.step_check.size(), taken.point.size());
+  EXPECT_EQ(taken.step_check[1], StepCheck::falls);
+  EXPECT_EQ(std::count(taken.step_check.begin(), taken.step_check.end(), StepCheck::none), 7);
   for (const Samples& both : {joined(checked, unchecked, 2), joined(unchecked, checked, 2)}) {
-    ASSERT_EQ(both.doubt.size(), both.point.size());
-    EXPECT_EQ(take_points(both, points_at({2}), 2).doubt[1], StepCheck::falls);
+    ASSERT_EQ(both.step_check.size(), both.point.size());
+    EXPECT_EQ(take_points(both, points_at({2}), 2).step_check[1], StepCheck::falls);
   }
 }
 

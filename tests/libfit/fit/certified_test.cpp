@@ -32,7 +32,7 @@ TEST(certified, a_line_through_zero_has_the_certified_slope_and_error) {
   const SplineTables tables = tabulate(CurveBasis{1, {0, 70}});
   std::vector<fit::CurveRow> rows;
   for (std::size_t i = 0; i < depth.size(); ++i) rows.push_back({depth[i], push[i], 1, 0});
-  fit::Faint none{Eigen::MatrixXd::Zero(0, 1), Eigen::VectorXd::Zero(0), 0, 0};
+  fit::WeakPrior none{Eigen::MatrixXd::Zero(0, 1), Eigen::VectorXd::Zero(0), 0, 0};
   const Eigen::VectorXd a = fit::fit_increments(fit::view(tables), rows, Eigen::VectorXd::Zero(1),
                                                 none, FitLoss::squared);
   EXPECT_GT(digits(a[0] / 70, kNoInt1Slope), 13);

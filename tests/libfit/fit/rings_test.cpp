@@ -241,7 +241,7 @@ TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
   FitReport report;
   const FittedCurves fitted = fit_curves(body.rig.samples, options, {}, &report);
   EXPECT_EQ(report.rings.points, 4);
-  EXPECT_EQ(report.rings.doubt, "");
+  EXPECT_EQ(report.rings.warning, "");
   ASSERT_EQ(report.rings.uneven, std::vector<Eigen::Index>{3});
   EXPECT_NE(fitted.message[3].find("far from the body's 0.7"), std::string::npos)
       << fitted.message[3];
@@ -252,7 +252,7 @@ TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
   body.rig.samples.probe = sphere_spec(0.003, 0.9);
   fit_curves(body.rig.samples, options, {}, &report);
   for (const char* what : {"lambda 0.7", "mu0 ", "mu1 "})
-    EXPECT_NE(report.rings.doubt.find(what), std::string::npos) << report.rings.doubt;
+    EXPECT_NE(report.rings.warning.find(what), std::string::npos) << report.rings.warning;
 }
 
 TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_turns) {

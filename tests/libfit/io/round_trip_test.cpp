@@ -51,7 +51,7 @@ TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
   EXPECT_TRUE(same_bits(a.torque, b.torque));
   EXPECT_TRUE(same_bits(a.force_error, b.force_error));
   EXPECT_EQ(a.status, b.status);
-  EXPECT_TRUE(b.doubt.empty()) << "nobody checked";
+  EXPECT_TRUE(b.step_check.empty()) << "nobody checked";
   expect_same(a.probe, b.probe);
   EXPECT_EQ(a.poisson, b.poisson);
   EXPECT_EQ(read_attributes(at("s.h5")).at("inputs_hash"), "00ff00ff00ff00ff");
@@ -60,10 +60,10 @@ TEST_F(RoundTrip, samples_come_back_bit_for_bit) {
 TEST_F(RoundTrip, what_checks_of_rows_found_comes_back_and_needs_one_entry_a_row) {
   Samples a = example_samples();
   for (std::size_t row = 0; row < a.status.size(); ++row)
-    a.doubt.push_back(static_cast<StepCheck>(row % kStepCheckNames.size()));
+    a.step_check.push_back(static_cast<StepCheck>(row % kStepCheckNames.size()));
   write_samples(at("s.h5"), a, {});
-  EXPECT_EQ(read_samples(at("s.h5")).doubt, a.doubt);
-  a.doubt.pop_back();
+  EXPECT_EQ(read_samples(at("s.h5")).step_check, a.step_check);
+  a.step_check.pop_back();
   EXPECT_THROW(write_samples(at("s.h5"), a, {}), Error);
 }
 

@@ -262,8 +262,8 @@ TEST(law, after_a_slip_the_lateral_force_is_the_limit) {
     const Vec3d x{0.004 * share(random), 0.004 * share(random), 0.001 + 0.003 * share(random)};
     using runtime::Separable;
     auto memory = Separable::load<double>(runtime::no_memory());
-    auto foot = Separable::footing(curves.views, surface.standing(), x, memory);
-    const auto end = runtime::slide<Separable>(curves.views, x, surface, foot, memory);
+    auto kinematics = Separable::kinematics(curves.views, surface.standing(), x, memory);
+    const auto end = runtime::slide<Separable>(curves.views, x, surface, kinematics, memory);
     const auto d = Separable::deflection(curves.views, surface.standing(), x, memory.at);
     const double pull = lateral[1] * d.lateral_m, hold = limit[1] * d.normal_m;
     if (end == runtime::SlideEnd::slid)

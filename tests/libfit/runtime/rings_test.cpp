@@ -112,14 +112,14 @@ CurveViews views_of(const Curve& curve) {
 template <class T>
 Answer<T> tick(const CurveViews& views, FlatSurface<T>& surface, const Vec3<T>& x,
                Rings::Memory<T>& memory, SlideEnd* end = nullptr) {
-  auto foot = Rings::footing(views, surface.standing(), x, memory);
-  const Vec3<T> from = foot.spot.point;
-  const SlideEnd how = slide<Rings>(views, x, surface, foot, memory);
+  auto kinematics = Rings::kinematics(views, surface.standing(), x, memory);
+  const Vec3<T> from = kinematics.spot.point;
+  const SlideEnd how = slide<Rings>(views, x, surface, kinematics, memory);
   if (end != nullptr) *end = how;
-  Rings::carry(memory, foot.spot.point - from, foot.spot.normal);
-  foot = Rings::footing(views, surface.standing(), x, memory);
-  const auto& under = Rings::under(views, foot);
-  return Rings::answer(views, under, foot, Rings::settle(views, under, foot, memory));
+  Rings::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+  kinematics = Rings::kinematics(views, surface.standing(), x, memory);
+  const auto& under = Rings::under(views, kinematics);
+  return Rings::answer(views, under, kinematics, Rings::slip(views, under, kinematics, memory));
 }
 
 // A tool on a plane, its contact point carried from place to place.
@@ -140,9 +140,9 @@ struct Bench {
   Bench& operator=(const Bench&) = delete;
 
   Answer<double> answer(const Vec3d& x) const {
-    const auto foot = Rings::footing(views, surface.standing(), x, memory);
-    const auto& under = Rings::under(views, foot);
-    return Rings::answer(views, under, foot, Rings::hold(views, under, foot, memory));
+    const auto kinematics = Rings::kinematics(views, surface.standing(), x, memory);
+    const auto& under = Rings::under(views, kinematics);
+    return Rings::answer(views, under, kinematics, Rings::stick(views, under, kinematics, memory));
   }
   Answer<double> go(const Vec3d& x) {
     const double before_J = answer(x).stored_J;
@@ -190,12 +190,12 @@ void expect_gradient(std::uint64_t seed) {
     const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
-      const auto at = ring_stance(spot, place);
+      const auto at = ring_deflection(spot, place);
       return ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal, 0.0,
                          curve.energy(at.depth_m))
           .stored_J;
     };
-    const auto at = ring_stance(spot, x);
+    const auto at = ring_deflection(spot, x);
     if (at.depth_m < 1e-5) continue;
     const Vec3d force = ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal,
                                     curve.force(at.depth_m), 0.0)
@@ -230,8 +230,8 @@ double loading_error(double depth) {
     const Vec3d x{r, 0, -depth}, before = spot.point;
     spot.point.x = std::max(spot.point.x, r - mu * depth / 0.71);  // ring 1 slips
     carry_anchors(anchors, spot.point - before, spot.normal);
-    settle_rings(table, bed, ring_stance(spot, x), anchors);
-    const double force = ring_pull(bed, ring_stance(spot, x), anchors).force_N.x;
+    slip_rings(table, bed, ring_deflection(spot, x), anchors);
+    const double force = ring_pull(bed, ring_deflection(spot, x), anchors).force_N.x;
     const double expected = mu * (curve.force(depth) - curve.force(depth - 0.71 * r / mu));
     worst = std::max(worst, std::fabs(force - expected));
   }

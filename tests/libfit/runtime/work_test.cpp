@@ -69,11 +69,12 @@ TEST(work, of_a_slip_is_no_more_than_the_header_states) {
     CountedSurface surface{{asset, tool.contact.triangle, tool.contact.weight, tool.contact.arm}};
     using runtime::Separable;
     auto memory = Separable::load<double>(runtime::no_memory());
-    auto foot = Separable::footing(asset.curves, surface.standing(), x, memory);
-    runtime::slide<Separable>(asset.curves, x, surface, foot, memory);
-    const auto held = Separable::settle(asset.curves, {}, foot, memory);
-    Separable::answer(asset.curves, {}, foot, held);
-    // An evaluation reads f^r and L; the footing before the first segment and the force, one each.
+    auto kinematics = Separable::kinematics(asset.curves, surface.standing(), x, memory);
+    runtime::slide<Separable>(asset.curves, x, surface, kinematics, memory);
+    const auto slipped = Separable::slip(asset.curves, {}, kinematics, memory);
+    Separable::answer(asset.curves, {}, kinematics, slipped);
+    // An evaluation reads f^r and L; the kinematics before the first segment and the force, one
+    // each.
     constexpr int kMaxEvaluations = runtime::kMaxRootSteps + 4;
     ASSERT_LE(moves, runtime::kMaxSegments) << "seed 5, slip " << slip;
     ASSERT_LE(curves_read, 2 * kMaxEvaluations * std::max(moves, 1) + 3) << "seed 5, slip " << slip;

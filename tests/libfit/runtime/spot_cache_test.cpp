@@ -1,4 +1,4 @@
-// What a contact point keeps while it stands (hold.hpp) saves time and changes no bit.
+// What a contact point keeps while it stands (spot_cache.hpp) saves time and changes no bit.
 
 #include <gtest/gtest.h>
 
@@ -46,8 +46,8 @@ Loaded random_body(unsigned seed, std::mt19937& random) {
   return load(model);
 }
 
-TEST(hold, a_contact_that_forgets_it_at_every_tick_feels_the_same_bits) {
-  long held = 0, slips = 0, ticks = 0;
+TEST(spot_cache, a_contact_that_forgets_it_at_every_tick_feels_the_same_bits) {
+  long filled = 0, slips = 0, ticks = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> share(-1, 1);
@@ -61,8 +61,8 @@ TEST(hold, a_contact_that_forgets_it_at_every_tick_feels_the_same_bits) {
         goal = Vec3(0.008 * share(random), 0.008 * share(random),
                     top_m + radius_m - 0.0025 + 0.0035 * share(random));
       x += (goal - x) * 0.02;
-      held += kept.hold.of != nullptr;
-      runtime::drop(forgetful.hold);
+      filled += kept.cache.of != nullptr;
+      runtime::clear(forgetful.cache);
       touch_ball(body.asset, kept, x.data(), radius_m, a);
       touch_ball(body.asset, forgetful, x.data(), radius_m, b);
       ASSERT_TRUE(is_same(a, b)) << "seed " << seed << ", tick " << tick;
@@ -70,21 +70,21 @@ TEST(hold, a_contact_that_forgets_it_at_every_tick_feels_the_same_bits) {
       ++ticks;
     }
   }
-  EXPECT_GT(held, ticks / 5) << "nothing was held: the test shows nothing";
+  EXPECT_GT(filled, ticks / 5) << "nothing was held: the test shows nothing";
   EXPECT_GT(slips, ticks / 20);
 }
 
-TEST(hold, is_not_read_at_another_place_or_by_another_tool) {
+TEST(spot_cache, is_not_read_at_another_place_or_by_another_tool) {
   const Loaded soft = load(plate_model(0.1, 20, uniform(400, 300, 0.4)));
   Tool tool(soft.asset);
   tool.go({0, 0.001, 0.001}, {0, 0.001, -0.003}, 1e-4);
-  ASSERT_NE(tool.contact.hold.of, nullptr);
+  ASSERT_NE(tool.contact.cache.of, nullptr);
   const double tip[3] = {0, 0.001, -0.003};
   Output out;
   Contact moved = tool.contact;
   moved.weight[0] = 0.5, moved.weight[1] = 0.25, moved.weight[2] = 0.25;
   Contact bare = moved;
-  runtime::drop(bare.hold);
+  runtime::clear(bare.cache);
   Output expected;
   touch(soft.asset, moved, tip, out);
   touch(soft.asset, bare, tip, expected);
@@ -92,7 +92,7 @@ TEST(hold, is_not_read_at_another_place_or_by_another_tool) {
   moved = tool.contact;
   moved.arm.reach_m = 0.001;  // as a ball's
   bare = moved;
-  runtime::drop(bare.hold);
+  runtime::clear(bare.cache);
   touch_ball(soft.asset, moved, tip, 0.001, out);
   touch_ball(soft.asset, bare, tip, 0.001, expected);
   EXPECT_TRUE(is_same(out, expected));
