@@ -217,12 +217,14 @@ export class Curves {
       `${points.status[point]} fit`,
       `residual ${quantity(residual, "N")} (root mean square), ${quantity(floats(points.max_residual_N)[point], "N")} at most`,
       `deepest good row ${millimetres(floats(points.depth_range_m)[point])}`,
-      this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged",
     ];
+    const hasRows = this.experiments[point].length > 0;
+    if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");
     const pictures = [figure("Pressing: curve, its 90 % band, knots and rows", this.pressPlot(point))];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
-    pictures.push(figure("Residuals: what lies in the shaded area cannot be felt", this.residualPlot(point)));
+    if (hasRows)
+      pictures.push(figure("Residuals: what lies in the shaded area cannot be felt", this.residualPlot(point)));
     this.curve.forEach((c, kind) => {
       if (kind > 0)
         pictures.push(
