@@ -105,7 +105,7 @@ class Section {
         id: "show-set-up",
         change: () => this.view.showSetUp(box.checked),
       });
-      controls.append(html("label", {}, box, " set-up: held nodes, window, inclusions"));
+      controls.append(html("label", {}, box, " set-up: held nodes, base mesh, window, inclusions"));
       if (!contents.maps) {
         box.checked = true;
         this.view.showSetUp(true);
@@ -176,8 +176,7 @@ class Section {
   private mark(): void {
     const { jnd, points } = this.contents;
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
-    this.hint.textContent =
-      "Drag to turn, wheel or two fingers to come nearer; click a test point for its curves. Grey is not covered: nothing is known there.";
+    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer; ${points ? "click a test point for its curves. " : ""}Grey is not covered: nothing is known there.`;
     if (this.markerMode === "points") {
       const isDoubtful = (i: number) => points !== undefined && points.status[i] !== "good";
       places = this.positions;

@@ -154,6 +154,15 @@ export class BodyView {
     const held = new BufferGeometry();
     held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
     this.setUp.add(new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 0.03 * this.radius })));
+    const volume = new BufferGeometry();
+    volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
+    volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
+    this.setUp.add(
+      new Mesh(
+        volume,
+        new MeshBasicMaterial({ color: 0x808080, wireframe: true, transparent: true, opacity: 0.35, depthTest: false }),
+      ),
+    );
     const regions = new Map<string, string>();
     for (const key of Object.keys(set_up.settings)) {
       const found = /^(experiments\/region|inclusion\/\d+)\/(sphere|box)/.exec(key);
