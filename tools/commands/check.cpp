@@ -78,7 +78,8 @@ class Check final : public Command {
     report_["test_points"] = body.test_points.position.rows();
     if (!vtu_.empty()) write_set_up(vtu_, scene, body);
     if (!page_.empty())
-      write_page(page_, contents_of_set_up(scene_path_, body, report_["warnings"]));
+      write_page(page_, contents_of_set_up(std::filesystem::path(scene_path_).stem(), body,
+                                           report_["warnings"]));
     if (!no_trial_) report_trial(scene, body);
   }
 

@@ -195,6 +195,7 @@ class Run final : public Command {
     const fs::path output = file("statement.json");
     const Statement statement = parse_statement(read_whole_file(output), output.string());
     fmt::print("{}\n", in_words(statement));
+    std::fflush(stdout);
     report();
     if (!bad_experiments_)
       bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));

@@ -100,9 +100,7 @@ export function statementSection(contents: Contents): HTMLElement {
   );
   const s = contents.statement;
   if (!s) {
-    section.append(
-      html("p", {}, "No statement: `palpate run` or `palpate validate` makes one from fresh experiments."),
-    );
+    section.append(html("p", {}, "No statement: palpate run, or palpate validate, makes one from fresh experiments."));
     return section;
   }
   section.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
