@@ -4,7 +4,8 @@ import { type Contents, floats, integers, type Setting } from "./contents";
 import { html, table } from "./dom";
 import { digits, plain, quantity } from "./words";
 
-function shown(setting: Setting): string {
+/** A setting with its unit. */
+export function shown(setting: Setting): string {
   if ("text" in setting) return setting.text;
   const { numbers, unit } = setting;
   if (unit === "m" || unit === "Pa") return numbers.map((v) => quantity(v, unit)).join(", ");
