@@ -220,7 +220,7 @@ TEST_P(ElasticBodySuite, stiffness_is_the_derivative_of_force) {
     }
 }
 
-TEST_P(ElasticBodySuite, bend_0_is_positive_definite_where_the_exact_tangent_is_not) {
+TEST_P(ElasticBodySuite, geometric_scale_0_is_positive_definite_where_the_exact_tangent_is_not) {
   const QuadraticMesh mesh = bent_block();
   const ElasticBody body = body_of(mesh, kWatery);
   // 1 % of volume lost: pressures of 20 E push the exact tangent through zero.
