@@ -7,6 +7,7 @@ set(identity "${VERSION}")
 if(NOT RELEASE)
   file(GLOB_RECURSE sources LIST_DIRECTORIES false RELATIVE ${SOURCE_DIR}
        ${SOURCE_DIR}/libfit/*.[hc]* ${SOURCE_DIR}/libfem/*.[hc]* ${SOURCE_DIR}/tools/*.[hc]*)
+  list(FILTER sources EXCLUDE REGEX "^tools/page/")  # shows results, makes none
   list(SORT sources)
   set(all "${SETTINGS}")
   foreach(source IN LISTS sources)

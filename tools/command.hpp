@@ -69,6 +69,7 @@ std::unique_ptr<Command> declare_predict(Arguments& arguments);
 std::unique_ptr<Command> declare_validate(Arguments& arguments);
 std::unique_ptr<Command> declare_inspect(Arguments& arguments);
 std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
+std::unique_ptr<Command> declare_report(Arguments& arguments);
 std::unique_ptr<Command> declare_bench(Arguments& arguments);
 
 }  // namespace palpate::tools

@@ -23,6 +23,8 @@ constexpr CommandRow kCommands[] = {
      declare_predict},
     {"inspect", "Print what a file holds", declare_inspect},
     {"tabulate", "Write curves as a table", declare_tabulate},
+    {"report", "Write a page to look at: errors, the body, its curves, and the body to poke",
+     declare_report},
     {"bench", "Measure speed and error, and write tables and pictures", declare_bench},
 };
 

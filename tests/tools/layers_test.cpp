@@ -57,10 +57,12 @@ const std::vector<Row> kRooms{
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages", {"tools/build_identity", "tools/console", "tools/scene", "tools/manifest"}},
     {"tools/realtime", {"tools/console"}},
+    {"tools/report", {}},
+    {"tools/page", {}},
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/realtime", "tools/outputs"}},
+      "tools/realtime", "tools/report", "tools/outputs"}},
     {"tools/main", {"tools/command"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},

@@ -1,0 +1,193 @@
+// A report in headless Chromium: node browser.mjs MODULES CLAIM report.html OUTPUT
+// Ends with status 0 where the claim holds. OUTPUT: a file or a folder that the claim writes.
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import path from "node:path";
+
+const [modules, claim, report, output] = process.argv.slice(2);
+const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
+
+const profile = await mkdtemp(path.join(tmpdir(), "palpate-chromium-"));
+const context = await chromium.launchPersistentContext(profile, {
+  executablePath: "/usr/bin/chromium",
+  viewport: { width: 1200, height: 900 },
+  args: ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"].concat(
+    ["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+  ),
+});
+const page = context.pages()[0];
+const errors = [];
+const requests = [];
+page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
+page.on("pageerror", (error) => errors.push(error.stack));
+page.on("request", (request) => requests.push(request.url()));
+
+const canvas = page.locator("#body-view");
+const text = (id) => page.locator(id).textContent();
+
+async function open() {
+  await page.goto(`file://${report}`);
+  await page.locator(".panel[data-ready]").waitFor();
+}
+
+/** A point of the view, from 0 to 1 across and down. */
+async function at(x, y) {
+  const box = await canvas.boundingBox();
+  return [box.x + x * box.width, box.y + y * box.height];
+}
+
+/** Waits until a readout satisfies the test. */
+async function until(id, test) {
+  for (let i = 0; i < 200; ++i) {
+    if (test(await text(id))) return;
+    await page.waitForTimeout(50);
+  }
+  assert.fail(`${id} stays "${await text(id)}"`);
+}
+
+/** Where a tool can press: a place of the view at which the engine answers. */
+async function touchable() {
+  for (const [x, y] of [
+    [0.5, 0.5],
+    [0.5, 0.4],
+    [0.45, 0.35],
+    [0.55, 0.3],
+    [0.5, 0.6],
+  ]) {
+    await page.mouse.move(...(await at(x, y)));
+    await page.mouse.down();
+    await page.waitForTimeout(700);
+    const state = await text("#poke-state");
+    await page.mouse.up();
+    await until("#poke-state", (s) => s === "in the air" || s === "0");
+    if (state === "sticks" || state === "slides") return [x, y];
+  }
+  return assert.fail("nothing can be touched");
+}
+
+const claims = {
+  async opens_from_disk_without_error_or_request() {
+    await open();
+    await page.waitForTimeout(500);
+    assert.deepEqual(errors, []);
+    assert.deepEqual(
+      requests.filter((url) => !url.startsWith("blob:") && !url.startsWith("data:")),
+      [`file://${report}`],
+    );
+    assert.match(await text(".verdict"), /The force is off by [\d.]+ % in the median/);
+  },
+
+  async a_click_shows_the_curves_of_the_nearest_point() {
+    await open();
+    await canvas.scrollIntoViewIfNeeded();
+    const seen = new Map();
+    for (let i = 1; i < 12; ++i)
+      for (let k = 1; k < 8; ++k) {
+        await page.mouse.click(...(await at(i / 12, k / 8)));
+        seen.set(await page.locator("#point-choice").inputValue(), await text("#point-detail p"));
+      }
+    assert.ok(seen.size >= 3, `clicks chose ${seen.size} points`);
+    for (const [point, words] of seen) {
+      const name = await page.locator(`#point-choice option[value="${point}"]`).textContent();
+      assert.ok(words.startsWith(name.replace(" (dragged)", ":").split(" ")[0]), `${name}: ${words}`);
+    }
+    assert.ok((await page.locator("#point-detail svg.plot").count()) >= 3);
+    assert.ok((await page.locator("#point-detail svg.plot circle.sample").count()) >= 5);
+    assert.deepEqual(errors, []);
+  },
+
+  async a_drag_is_recorded() {
+    await open();
+    await canvas.scrollIntoViewIfNeeded();
+    await page.check("#poke-on");
+    const [x, y] = await touchable();
+    await page.mouse.move(...(await at(x, y)));
+    await page.mouse.down();
+    await page.waitForTimeout(500);
+    for (const [dx, dy] of [
+      [0.06, 0.02],
+      [0.02, -0.05],
+      [-0.04, 0.03],
+    ])
+      await page.mouse.move(...(await at(x + dx, y + dy)), { steps: 25 });
+    await page.mouse.wheel(0, 200);
+    await page.waitForTimeout(300);
+    await page.mouse.up();
+    await until("#poke-state", (s) => s === "in the air");
+    const saved = page.waitForEvent("download");
+    await page.click("#poke-save");
+    await (await saved).saveAs(output);
+    assert.deepEqual(errors, []);
+  },
+
+  async keys_alone_reach_everything() {
+    await open();
+    const wanted = await page.evaluate(() => {
+      const all = [...document.querySelectorAll("a, button, input, select, summary, canvas[tabindex], [tabindex='0']")];
+      return all.filter((e) => e.checkVisibility()).map((e, i) => (e.dataset.stop = String(i)));
+    });
+    const reached = new Set();
+    for (let i = 0; i < wanted.length + 3; ++i) {
+      await page.keyboard.press("Tab");
+      reached.add(await page.evaluate(() => document.activeElement?.dataset.stop));
+    }
+    for (const stop of wanted) assert.ok(reached.has(stop), await page.locator(`[data-stop="${stop}"]`).first().innerHTML());
+    await page.locator("#poke-on").focus();
+    await page.keyboard.press("Space");
+    await canvas.focus();
+    await page.keyboard.press("Space");
+    await until("#poke-state", (s) => s === "sticks" || s === "slides");
+    await until("#poke-depth-now", (s) => Number.parseFloat(s) > 0.3);
+    for (let i = 0; i < 6; ++i) await page.keyboard.press("ArrowRight");
+    await until("#poke-depth-now", (s) => Number.parseFloat(s.split(",")[1]) > 0.05);
+    await page.keyboard.press("Escape");
+    await until("#poke-state", (s) => s === "in the air");
+    await page.locator("#point-choice").focus();
+    const before = await text("#point-detail p");
+    await page.keyboard.press("End");
+    await page.keyboard.press("Home");
+    await page.keyboard.press("ArrowDown");
+    assert.notEqual(await text("#point-detail p"), before);
+    assert.deepEqual(errors, []);
+  },
+
+  async both_schemes_and_narrow_screens_hold_it() {
+    const grounds = [];
+    for (const [colorScheme, width] of [
+      ["light", 1200],
+      ["dark", 1200],
+      ["light", 390],
+      ["dark", 390],
+    ]) {
+      await page.setViewportSize({ width, height: 844 });
+      await page.emulateMedia({ colorScheme });
+      await open();
+      await page.waitForTimeout(300);
+      const [scroll, ground] = await page.evaluate(() => [
+        document.documentElement.scrollWidth,
+        getComputedStyle(document.body).backgroundColor,
+      ]);
+      assert.ok(scroll <= width, `${scroll} px of content on a screen of ${width} px`);
+      grounds.push(ground);
+      await page.screenshot({ path: path.join(output, `${colorScheme}-${width}.png`), fullPage: true });
+    }
+    assert.equal(grounds[0], grounds[2]);
+    assert.notEqual(grounds[0], grounds[1]);
+    await page.emulateMedia({ media: "print" });
+    assert.equal(await page.locator(".panel").isVisible(), false);
+    assert.equal(await canvas.isVisible(), true);
+  },
+};
+
+let failed = false;
+try {
+  await claims[claim]();
+} catch (error) {
+  console.error(error.stack);
+  failed = true;
+}
+await context.close();
+await rm(profile, { recursive: true, force: true });
+process.exit(failed ? 1 : 0);

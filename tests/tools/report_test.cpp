@@ -1,0 +1,226 @@
+// `palpate report` on a small run: what the page holds, and the page itself in Chromium and Node
+// where they are there.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+
+#include "tests/tools/block_scene.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+constexpr const char* kBegin = "<script type=\"application/json\" id=\"contents\">";
+
+// One run of the block for all tests. ctest starts a process for each: the run stays in the build
+// folder, where `palpate run` finds it up to date.
+class Report : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    const fs::path kept = PALPATE_RUN_DIR;
+    fs::create_directories(kept);
+    const int lock = open((kept / "lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    ASSERT_EQ(flock(lock, LOCK_EX), 0);
+    std::ofstream(kept / "scene.toml") << kScene;
+    std::ofstream(kept / "block.off") << block_off(8);
+    const Outcome run = palpate(
+        *folder_, "run " + (kept / "scene.toml").string() + " -o " + (kept / "out").string());
+    if (run.status == 0) fs::copy(kept / "out", *folder_ / "out", fs::copy_options::recursive);
+    close(lock);
+    ASSERT_EQ(run.status, 0) << run.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
+  static Outcome report(const std::string& arguments) {
+    return palpate(*folder_, "report " + arguments);
+  }
+  // Where the page was built with npm's packages; "" where it was not.
+  static std::string modules() {
+    return fs::exists(fs::path(PALPATE_PAGE_DIR) / "page.html") ? PALPATE_PAGE_DIR : "";
+  }
+  static bool has_engine() { return fs::exists(fs::path(PALPATE_PAGE_DIR) / "engine.wasm"); }
+
+  static Outcome node(const std::string& script, const std::string& arguments) {
+    const std::string out = path(".node");
+    const int raw = std::system(("node " PALPATE_SOURCE_DIR "/tests/tools/page/" + script + " " +
+                                 modules() + " " + arguments + " >" + out + " 2>&1")
+                                    .c_str());
+    return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128, content_of(out), {}};
+  }
+  // A claim of browser.mjs about the block's report.
+  static void expect_in_chromium(const std::string& claim, const std::string& output) {
+    ASSERT_EQ(report(path("out") + " -o " + path("report.html")).status, 0);
+    const Outcome seen = node("browser.mjs", claim + " " + path("report.html") + " " + output);
+    EXPECT_EQ(seen.status, 0) << seen.out;
+  }
+  // Three numbers of each row, from the named column on.
+  static std::vector<std::array<double, 3>> vectors(const fs::path& csv, const std::string& name) {
+    std::istringstream rows(content_of(csv));
+    std::string line;
+    std::getline(rows, line);
+    const auto before = line.substr(0, line.find(name));
+    const auto first = std::count(before.begin(), before.end(), ',');
+    std::vector<std::array<double, 3>> out;
+    while (std::getline(rows, line)) {
+      std::istringstream fields(line);
+      std::string field;
+      for (long k = 0; k < first; ++k) std::getline(fields, field, ',');
+      for (double& value : out.emplace_back()) {
+        std::getline(fields, field, ',');
+        value = std::stod(field);
+      }
+    }
+    return out;
+  }
+  // Forces that a native replay gives along a path, against those in another table.
+  static void expect_native_forces(const std::string& path_csv, const fs::path& forces_csv) {
+    const Outcome replay = palpate(*folder_, "replay " + path("out/asset.palp") + " " + path_csv +
+                                                 " -o " + path("native.csv"));
+    ASSERT_EQ(replay.status, 0) << replay.err;
+    const auto native = vectors(path("native.csv"), "fx_N"), other = vectors(forces_csv, "fx_N");
+    ASSERT_EQ(native.size(), other.size());
+    std::size_t touching = 0, differing = 0;
+    for (std::size_t i = 0; i < native.size(); ++i) {
+      touching += native[i] != std::array<double, 3>{};
+      differing += native[i] != other[i];
+    }
+    EXPECT_GT(touching, native.size() / 10) << "of " << native.size();
+    EXPECT_EQ(differing, 0u) << "of " << native.size();
+  }
+
+  static Folder* folder_;
+};
+Folder* Report::folder_ = nullptr;
+
+#define SKIP_WITHOUT_PAGE() \
+  if (modules().empty()) GTEST_SKIP() << "no page was built (Node.js with npm's packages)"
+#define SKIP_WITHOUT_ENGINE() \
+  SKIP_WITHOUT_PAGE();        \
+  if (!has_engine()) GTEST_SKIP() << "no engine in the page (clang++ makes no WebAssembly)"
+#define SKIP_WITHOUT_CHROMIUM() \
+  SKIP_WITHOUT_ENGINE();        \
+  if (!fs::exists("/usr/bin/chromium")) GTEST_SKIP() << "no Chromium (package chromium)"
+
+TEST_F(Report, holds_what_the_run_left_in_one_file) {
+  SKIP_WITHOUT_PAGE();
+  const Outcome outcome = report(path("out") + " -o " + path("report.html"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string page = content_of(path("report.html"));
+  const std::size_t begin = page.find(kBegin) + std::strlen(kBegin);
+  const auto contents =
+      nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  EXPECT_EQ(contents.at("schema"), "palpate-report");
+  EXPECT_EQ(contents.at("name"), "out");
+  EXPECT_EQ(contents.at("statement"),
+            nlohmann::json::parse(content_of(path("out/statement.json"))));
+  EXPECT_EQ(contents.at("points").at("name").size(), 4u);
+  const auto bytes = fs::file_size(path("out/asset.palp"));
+  EXPECT_EQ(contents.at("asset").at("bytes").get<std::string>().size(), (bytes + 2) / 3 * 4);
+  for (const char* loads : {"src=\"http", "href=\"http", "@import"})
+    EXPECT_EQ(page.find(loads), std::string::npos) << loads;
+  // The same folder gives the same page, which may take the place of the old one.
+  ASSERT_EQ(report(path("out") + " -o " + path("report.html")).status, 0);
+  EXPECT_TRUE(content_of(path("report.html")) == page);
+}
+
+TEST_F(Report, of_a_part_of_a_run_shows_that_part) {
+  SKIP_WITHOUT_PAGE();
+  fs::create_directories(path("part"));
+  for (const char* file : {"samples.h5", "curves.h5"})
+    fs::copy_file(path("out/") + file, path("part/") + file, fs::copy_options::overwrite_existing);
+  const Outcome outcome = report(path("part") + " -o " + path("part.html"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(content_of(path("part.html")).find("\"points\""), std::string::npos);
+}
+
+TEST_F(Report, of_a_folder_without_results_is_refused) {
+  fs::create_directories(path("empty"));
+  const Outcome outcome = report(path("empty") + " -o " + path("empty.html"));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("holds no file of a run"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(path("empty.html")));
+}
+
+TEST_F(Report, without_its_page_says_how_to_get_it) {
+  fs::create_directories(path("bin"));
+  fs::copy_file(PALPATE_PROGRAM, path("bin/palpate"), fs::copy_options::overwrite_existing);
+  const int raw = std::system((path("bin/palpate") + " report " + path("out") + " -o " +
+                               path("none.html") + " 2>" + path("said"))
+                                  .c_str());
+  EXPECT_EQ(WEXITSTATUS(raw), 1);
+  EXPECT_NE(content_of(path("said")).find("palpate_page"), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("none.html")));
+}
+
+// Presses, drags along and across, and a walk at random through the top of the block.
+TEST_F(Report, engine_in_webassembly_answers_the_native_bits) {
+  SKIP_WITHOUT_ENGINE();
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> step(-1, 1);
+  std::ofstream file(path("path.csv"));
+  file.precision(17);
+  file << "t_s,x_m,y_m,z_m\n";
+  double at[3] = {0.04, 0.04, 0.031};
+  const auto go = [&](double x, double y, double z, int ticks) {
+    static int row = 0;
+    const double from[3] = {at[0], at[1], at[2]}, to[3] = {x, y, z};
+    for (int i = 1; i <= ticks; ++i) {
+      for (int k = 0; k < 3; ++k) at[k] = from[k] + (to[k] - from[k]) * i / ticks;
+      file << 0.001 * row++ << ',' << at[0] << ',' << at[1] << ',' << at[2] << '\n';
+    }
+  };
+  go(0.04, 0.04, 0.0268, 200);
+  go(0.048, 0.043, 0.0268, 400);
+  go(0.033, 0.036, 0.0275, 600);
+  go(0.033, 0.036, 0.031, 100);
+  for (int leg = 0; leg < 60; ++leg)
+    go(0.04 + 0.012 * step(random), 0.04 + 0.012 * step(random), 0.0285 + 0.002 * step(random),
+       150);
+  file.close();
+  const Outcome played =
+      node("engine.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
+                             path("path.csv") + " " + path("wasm.csv"));
+  ASSERT_EQ(played.status, 0) << played.out;
+  expect_native_forces(path("path.csv"), path("wasm.csv"));
+}
+
+TEST_F(Report, opens_from_disk_without_error_or_request) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("opens_from_disk_without_error_or_request", "-");
+}
+
+TEST_F(Report, a_click_shows_the_curves_of_the_nearest_point) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("a_click_shows_the_curves_of_the_nearest_point", "-");
+}
+
+TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("a_drag_is_recorded", path("touch.csv"));
+  ASSERT_TRUE(fs::exists(path("touch.csv")));
+  expect_native_forces(path("touch.csv"), path("touch.csv"));
+}
+
+TEST_F(Report, keys_alone_reach_everything) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("keys_alone_reach_everything", "-");
+}
+
+TEST_F(Report, both_schemes_and_narrow_screens_hold_it) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("both_schemes_and_narrow_screens_hold_it", folder_->path().string());
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,269 @@
+// The section of the body: its view and controls, the tool, the curves of the point chosen.
+
+import { BodyView, type MapName, type MarkerMode } from "./body";
+import { viridis, viridisGradient } from "./colours";
+import { type Contents, floats, vector } from "./contents";
+import { Curves } from "./curves";
+import { choice, html } from "./dom";
+import { Poke } from "./poke";
+import { millimetres, percent, quantity } from "./words";
+
+const kMaps: [MapName, string, string][] = [
+  ["stiffness_N_m", "normal stiffness", "N/m"],
+  ["force_N", "normal force", "N"],
+  ["friction", "friction", ""],
+];
+
+/** Held-out contact points with the largest relative error of their rows. */
+function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[]; name: string[] } {
+  const held = contents.held_out;
+  const found = new Map<string, { place: number[]; error: number; path: string }>();
+  if (held) {
+    const [position, force, engine] = [held.position_m, held.force_N, held.engine_N].map(floats);
+    held.point.forEach((name, i) => {
+      const size = Math.hypot(...vector(force, i));
+      const off = Math.hypot(...[0, 1, 2].map((k) => engine[3 * i + k] - force[3 * i + k]));
+      const key = `${name} ${held.path[i]}`;
+      const entry = found.get(key) ?? { place: vector(position, i), error: 0, path: held.path[i] };
+      if (size > contents.jnd.floor_N) entry.error = Math.max(entry.error, off / size);
+      found.set(key, entry);
+    });
+  }
+  const all = [...found.values()];
+  return {
+    places: Float32Array.from(all.flatMap((e) => e.place)),
+    error: all.map((e) => e.error),
+    name: [...found.keys()],
+  };
+}
+
+class Section {
+  private readonly view: BodyView;
+  private readonly curves: Curves;
+  private readonly positions: Float32Array;
+  private readonly held;
+  private readonly depth: HTMLInputElement;
+  private readonly depthText = html("output", {});
+  private readonly bar = html("div", { class: "colourbar" });
+  private readonly detail = html("div", { id: "point-detail", "aria-live": "polite" });
+  private readonly pointChoice: HTMLSelectElement | undefined;
+  private readonly hint = html("p", { class: "small hint" });
+  private map: MapName = "stiffness_N_m";
+  private markerMode: MarkerMode = "points";
+  private poke: Poke | undefined;
+  readonly elements: HTMLElement[];
+
+  constructor(
+    private readonly contents: Contents,
+    engine: string,
+  ) {
+    this.curves = new Curves(contents);
+    this.positions = floats(contents.points?.position_m ?? contents.set_up?.points_m);
+    this.held = heldOutPlaces(contents);
+    const canvas = html("canvas", {
+      id: "body-view",
+      tabindex: 0,
+      role: "application",
+      "aria-label": "The body. Arrow keys turn it, plus and minus come nearer and go away, Home looks as at first.",
+    });
+    this.view = new BodyView(contents, canvas);
+    const range = contents.maps?.depths_m.at(-1) ?? 0;
+    this.depth = html("input", {
+      type: "range",
+      id: "map-depth",
+      min: 0.05 * range,
+      max: range,
+      step: range / 200,
+      value: 0.6 * range,
+      input: () => this.colour(),
+    });
+    const controls = html("div", { class: "controls" });
+    if (contents.maps)
+      controls.append(
+        choice(
+          "Colour",
+          kMaps.map(([name, text]) => [name, text]),
+          (value) => {
+            this.map = value as MapName;
+            this.colour();
+          },
+        ).element,
+        html("label", {}, "at depth ", this.depth, " ", this.depthText),
+      );
+    const modes: [MarkerMode, string][] = [["points", "test points"]];
+    if (this.held.error.length) modes.push(["held_out", "held-out errors"]);
+    modes.push(["none", "none"]);
+    controls.append(
+      choice("Marks", modes, (value) => {
+        this.markerMode = value as MarkerMode;
+        this.mark();
+      }).element,
+    );
+    if (contents.set_up) {
+      const box = html("input", {
+        type: "checkbox",
+        id: "show-set-up",
+        change: () => this.view.showSetUp(box.checked),
+      });
+      controls.append(html("label", {}, box, " set-up: held nodes, window, inclusions"));
+      if (!contents.maps) {
+        box.checked = true;
+        this.view.showSetUp(true);
+      }
+    }
+    controls.append(html("button", { type: "button", click: () => this.view.home() }, "Look as at first"));
+    const stage = html("div", { class: "stage" }, canvas, html("div", { class: "overlay" }, this.bar));
+    const section = html(
+      "section",
+      { id: "body", "aria-labelledby": "body-title" },
+      html("h2", { id: "body-title" }, "The body"),
+      controls,
+      html("div", { class: "bench" }, stage),
+      this.hint,
+    );
+    this.elements = [section];
+    if (contents.points) {
+      const { element, select } = choice(
+        "Test point",
+        contents.points.name.map((name, i) => [String(i), this.curves.hasDrags(i) ? `${name} (dragged)` : name]),
+        (value) => this.select(Number(value)),
+      );
+      this.pointChoice = select;
+      select.id = "point-choice";
+      this.elements.push(
+        html(
+          "section",
+          { id: "curves", "aria-labelledby": "curves-title" },
+          html("h2", { id: "curves-title" }, "Curves of a point"),
+          html("p", {}, element),
+          this.detail,
+        ),
+      );
+    }
+    this.listen(canvas);
+    if (contents.asset) {
+      this.poke = new Poke(contents, engine, this.view);
+      section.querySelector(".bench")?.append(this.poke.panel);
+    }
+    this.colour();
+    this.mark();
+    if (contents.points) this.select(this.firstPoint());
+  }
+
+  /** The stiffest point that was dragged, or simply the first. */
+  private firstPoint(): number {
+    const names = this.contents.points?.name ?? [];
+    const dragged = names.findIndex((_, i) => this.curves.hasDrags(i));
+    return Math.max(dragged, 0);
+  }
+
+  private colour(): void {
+    const depth = Number(this.depth.value);
+    this.depthText.textContent = millimetres(depth);
+    const ends = this.view.colour(this.map, depth);
+    const [, name, unit] = kMaps.find(([key]) => key === this.map) ?? kMaps[0];
+    const text = (v: number) => (unit ? quantity(v, unit) : v.toPrecision(2));
+    this.bar.replaceChildren();
+    if (ends)
+      this.bar.append(
+        html("div", {}, `${name} at ${millimetres(depth)}`),
+        html("div", { class: "gradient", style: `background: ${viridisGradient}` }),
+        html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
+      );
+    this.bar.append(html("div", {}, html("i", { class: "swatch uncovered" }), "not covered"));
+  }
+
+  private mark(): void {
+    const { jnd, points } = this.contents;
+    let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
+    this.hint.textContent =
+      "Drag to turn, wheel or two fingers to come nearer; click a test point for its curves. Grey is not covered: nothing is known there.";
+    if (this.markerMode === "points") {
+      const isDoubtful = (i: number) => points !== undefined && points.status[i] !== "good";
+      places = this.positions;
+      colours = Array.from({ length: places.length / 3 }, (_, i) => (isDoubtful(i) ? [0.8, 0.1, 0.1] : [1, 1, 1]));
+    } else if (this.markerMode === "held_out") {
+      const most = Math.max(...this.held.error, jnd.share);
+      places = this.held.places;
+      colours = this.held.error.map((e) => viridis(e / most));
+      this.hint.textContent = `Held-out points from dark (0 %) to bright (${percent(most)}), by the largest error of their rows.`;
+    }
+    this.view.mark(places, colours);
+  }
+
+  select(point: number): void {
+    if (!this.contents.points) return;
+    this.view.select(vector(this.positions, point));
+    if (this.pointChoice) this.pointChoice.value = String(point);
+    this.detail.replaceChildren(...this.curves.show(point));
+    const outward = vector(floats(this.contents.points.inward_normal), point).map((v) => -v) as [
+      number,
+      number,
+      number,
+    ];
+    this.poke?.aim(vector(this.positions, point), outward);
+  }
+
+  private nearestPoint(at: { x: number; y: number; z: number }): number {
+    let [best, least] = [0, Number.POSITIVE_INFINITY];
+    for (let i = 0; i < this.positions.length / 3; ++i) {
+      const [x, y, z] = vector(this.positions, i);
+      const d = (x - at.x) ** 2 + (y - at.y) ** 2 + (z - at.z) ** 2;
+      if (d < least) [best, least] = [i, d];
+    }
+    return best;
+  }
+
+  private listen(canvas: HTMLCanvasElement): void {
+    let pressed: [number, number] | undefined;
+    canvas.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      const isClick = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      pressed = undefined;
+      if (!isClick || this.poke?.isPoking) return;
+      const place = this.view.under(event.clientX, event.clientY);
+      if (place) this.select(this.nearestPoint(place.position));
+    });
+    canvas.addEventListener("keydown", (event) => {
+      if (this.poke?.isPoking) return;
+      const step = 0.12;
+      const turns: Record<string, () => void> = {
+        ArrowLeft: () => this.view.turn(-step, 0),
+        ArrowRight: () => this.view.turn(step, 0),
+        ArrowUp: () => this.view.turn(0, step),
+        ArrowDown: () => this.view.turn(0, -step),
+        "+": () => this.view.turn(0, 0, 0.9),
+        "-": () => this.view.turn(0, 0, 1.1),
+        Home: () => this.view.home(),
+      };
+      const turn = turns[event.key];
+      if (!turn) return;
+      event.preventDefault();
+      turn();
+    });
+  }
+}
+
+/** Sections of the body and of the point chosen on it. */
+export function bodySection(contents: Contents, engine: string): HTMLElement[] {
+  try {
+    return new Section(contents, engine).elements;
+  } catch (failure) {
+    // Without WebGL the rest of the page still tells what it can.
+    const curves = new Curves(contents);
+    const section = html(
+      "section",
+      { id: "body", "aria-labelledby": "body-title" },
+      html("h2", { id: "body-title" }, "The body"),
+      html(
+        "p",
+        { class: "warning" },
+        `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`,
+      ),
+    );
+    if (contents.points) section.append(...curves.show(0));
+    return [section];
+  }
+}

@@ -1,0 +1,366 @@
+// The body in three dimensions: its map of colours, markers, the tool that touches it.
+
+import {
+  AmbientLight,
+  Box3,
+  Box3Helper,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  ConeGeometry,
+  CylinderGeometry,
+  DirectionalLight,
+  DoubleSide,
+  Group,
+  InstancedMesh,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  Object3D,
+  PerspectiveCamera,
+  Points,
+  PointsMaterial,
+  Raycaster,
+  Scene,
+  SphereGeometry,
+  SRGBColorSpace,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { kUncovered, viridis } from "./colours";
+import { type Contents, floats, integers, type Setting, vector } from "./contents";
+
+export type MapName = "stiffness_N_m" | "force_N" | "friction";
+export type MarkerMode = "points" | "held_out" | "none";
+
+/** Where a ray from the eye meets the resting surface. */
+export interface Place {
+  position: Vector3;
+  /** Outward, unit, blended over the triangle. */
+  outward: Vector3;
+}
+
+const kMarkerShare = 0.01; // of the view's radius
+
+function linear(rgb: [number, number, number]): Color {
+  return new Color().setRGB(...rgb, SRGBColorSpace);
+}
+
+export class BodyView {
+  readonly radius: number;
+  /** A window's middle, its mean outward normal. */
+  private readonly focus = new Vector3();
+  private readonly facing = new Vector3();
+  private distance = 0;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera: PerspectiveCamera;
+  private readonly controls: OrbitControls;
+  private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
+  private readonly covered: Int32Array;
+  private readonly normals: Float32Array;
+  private markers: InstancedMesh | undefined;
+  private readonly selection: Mesh;
+  private readonly setUp = new Group();
+  private readonly tool = new Group();
+  private readonly ball: Mesh;
+  private readonly arrow = new Group();
+  private isDue = false;
+
+  constructor(
+    private readonly contents: Contents,
+    readonly canvas: HTMLCanvasElement,
+  ) {
+    const surface = contents.surface;
+    if (!surface) throw new Error("There is no surface.");
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    const geometry = new BufferGeometry();
+    const vertices = floats(surface.vertices_m);
+    geometry.setAttribute("position", new BufferAttribute(vertices, 3));
+    geometry.setIndex(new BufferAttribute(new Uint32Array(integers(surface.triangles).buffer), 1));
+    geometry.computeVertexNormals();
+    geometry.computeBoundingSphere();
+    this.normals = surface.inward_normal
+      ? floats(surface.inward_normal).map((v) => -v)
+      : (geometry.getAttribute("normal").array as Float32Array);
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(vertices.length), 3));
+    this.mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide }));
+    this.covered = integers(contents.maps?.vertices);
+    this.radius = this.frame(vertices);
+    this.camera = new PerspectiveCamera(35, 1, this.radius / 50, this.radius * 50);
+    this.camera.up.set(0, 0, 1);
+    const light = new DirectionalLight(0xffffff, 2.4);
+    light.position.set(-0.5, 0.8, 1);
+    this.camera.add(light);
+    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.mesh, this.setUp, this.tool);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    const size = kMarkerShare * this.radius;
+    this.selection = new Mesh(new SphereGeometry(1.9 * size, 24, 16), new MeshBasicMaterial({ color: 0xd55e00 }));
+    this.selection.visible = false;
+    this.ball = new Mesh(
+      new SphereGeometry(1, 40, 28),
+      new MeshLambertMaterial({ color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false }),
+    );
+    this.addArrow();
+    this.tool.add(this.ball, this.arrow);
+    this.tool.visible = false;
+    this.scene.add(this.selection);
+    this.addSetUp();
+    this.home();
+    new ResizeObserver(() => this.resize()).observe(canvas);
+  }
+
+  /** What the first look is turned to: the covered window, or the whole body. Returns its radius. */
+  private frame(vertices: Float32Array): number {
+    const sphere = this.mesh.geometry.boundingSphere;
+    const whole = sphere?.radius ?? 1;
+    this.focus.copy(sphere?.center ?? new Vector3());
+    this.facing.set(-0.3, -1, 0.9);
+    this.distance = 2.5 * whole;
+    if (this.covered.length) {
+      const box = new Box3();
+      const mean = new Vector3();
+      for (const v of this.covered) {
+        box.expandByPoint(new Vector3(...vector(vertices, v)));
+        mean.add(new Vector3(...vector(this.normals, v)));
+      }
+      const window_m = box.getSize(new Vector3()).length() / 2;
+      if (mean.length() > 0.3 * this.covered.length && window_m < 0.6 * whole) {
+        // Seen a little from the front, so that what is up stays up.
+        this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
+        this.focus.lerp(box.getCenter(new Vector3()), 0.6);
+        this.distance = Math.max(2 * whole, 3.2 * window_m);
+      }
+    }
+    return whole;
+  }
+
+  /** Along +y, of length 1 until it is stretched: a shaft and a head, seen through the body. */
+  private addArrow(): void {
+    const material = new MeshLambertMaterial({ color: 0xf0701a, depthTest: false, transparent: true });
+    const thick = 0.009 * this.radius;
+    const shaft = new Mesh(new CylinderGeometry(thick, thick, 1, 20).translate(0, 0.5, 0), material);
+    const head = new Mesh(new ConeGeometry(3 * thick, 6 * thick, 24).translate(0, 3 * thick, 0), material);
+    for (const part of [shaft, head]) part.renderOrder = 2;
+    this.arrow.add(shaft, head);
+  }
+
+  private addSetUp(): void {
+    const set_up = this.contents.set_up;
+    if (!set_up) return;
+    const held = new BufferGeometry();
+    held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
+    this.setUp.add(new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 0.03 * this.radius })));
+    const regions = new Map<string, string>();
+    for (const key of Object.keys(set_up.settings)) {
+      const found = /^(experiments\/region|inclusion\/\d+)\/(sphere|box)/.exec(key);
+      if (found) regions.set(found[0], found[1]);
+    }
+    const numbers = (key: string): number[] => {
+      const setting: Setting | undefined = set_up.settings[key];
+      return setting && "numbers" in setting ? setting.numbers : [];
+    };
+    for (const [key, owner] of regions) {
+      const colour = owner.startsWith("inclusion") ? 0xd55e00 : 0x0072b2;
+      if (key.endsWith("sphere")) {
+        const ball = new Mesh(
+          new SphereGeometry(numbers(`${key}/radius`)[0] ?? 0, 24, 16),
+          new MeshBasicMaterial({ color: colour, wireframe: true, transparent: true, opacity: 0.35 }),
+        );
+        ball.position.set(...(numbers(`${key}/center`) as [number, number, number]));
+        this.setUp.add(ball);
+      } else {
+        const at = numbers(key);
+        if (at.length === 6) {
+          const box = new Box3(new Vector3(at[0], at[1], at[2]), new Vector3(at[3], at[4], at[5]));
+          this.setUp.add(new Box3Helper(box, new Color(colour)));
+        }
+      }
+    }
+    this.setUp.visible = false;
+  }
+
+  showSetUp(isShown: boolean): void {
+    this.setUp.visible = isShown;
+    this.mesh.material.transparent = isShown;
+    this.mesh.material.opacity = isShown ? 0.75 : 1;
+    this.mesh.material.needsUpdate = true;
+    this.draw();
+  }
+
+  /** Back to the first look. */
+  home(): void {
+    this.controls.target.copy(this.focus);
+    this.camera.position.copy(this.focus).addScaledVector(this.facing.clone().normalize(), this.distance);
+    this.controls.update();
+    this.draw();
+  }
+
+  /** Turns the look by angles [rad] and comes nearer by a factor. */
+  turn(sideways: number, up: number, nearer = 1): void {
+    const from = this.camera.position.clone().sub(this.controls.target);
+    const flat = Math.hypot(from.x, from.y);
+    const length = from.length() * nearer;
+    const azimuth = Math.atan2(from.y, from.x) + sideways;
+    const elevation = Math.min(Math.max(Math.atan2(from.z, flat) + up, -1.5), 1.5);
+    from.set(Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation));
+    this.camera.position.copy(this.controls.target).addScaledVector(from, length);
+    this.controls.update();
+  }
+
+  /** Whether a drag of the pointer turns the look. */
+  setOrbit(isOn: boolean): void {
+    this.controls.enabled = isOn;
+  }
+
+  /** Values of a map at each covered vertex, between the depths that are stored. */
+  private values(name: MapName, depth_m: number): Float32Array | undefined {
+    const maps = this.contents.maps;
+    if (!maps) return undefined;
+    const all = floats(maps[name]);
+    const count = this.covered.length;
+    const last = maps.depths_m.length - 1;
+    const at = Math.min(Math.max((depth_m / maps.depths_m[last]) * (last + 1) - 1, 0), last);
+    const k = Math.min(Math.floor(at), last - 1);
+    const t = last > 0 ? at - k : 0;
+    const upper = last > 0 ? k + 1 : k;
+    return Float32Array.from(
+      { length: count },
+      (_, i) => (1 - t) * all[Math.max(k, 0) * count + i] + t * all[upper * count + i],
+    );
+  }
+
+  /** Colours the surface; returns the values at the two ends of the colour bar. */
+  colour(name: MapName, depth_m: number): [number, number] | undefined {
+    const attribute = this.mesh.geometry.getAttribute("color") as BufferAttribute;
+    const grey = linear(kUncovered);
+    for (let v = 0; v < attribute.count; ++v) attribute.setXYZ(v, grey.r, grey.g, grey.b);
+    const values = this.values(name, depth_m);
+    let ends: [number, number] | undefined;
+    if (values?.some(Number.isFinite)) {
+      const finite = Array.from(values.filter((v) => Number.isFinite(v) && v !== 0)).sort((a, b) => a - b);
+      ends = [finite[0] ?? 0, finite[finite.length - 1] ?? 1];
+      const [low, high] = ends;
+      this.covered.forEach((v, i) => {
+        if (!Number.isFinite(values[i])) return;
+        const c = linear(viridis(high > low ? (values[i] - low) / (high - low) : 0.5));
+        attribute.setXYZ(v, c.r, c.g, c.b);
+      });
+    }
+    attribute.needsUpdate = true;
+    this.draw();
+    return ends;
+  }
+
+  /** Balls at places [m], coloured each. */
+  mark(places: Float32Array, colours: [number, number, number][]): void {
+    if (this.markers) this.scene.remove(this.markers);
+    this.markers?.dispose();
+    const size = kMarkerShare * this.radius;
+    const count = places.length / 3;
+    this.markers = new InstancedMesh(new SphereGeometry(size, 16, 12), new MeshBasicMaterial(), count);
+    const at = new Object3D();
+    for (let i = 0; i < count; ++i) {
+      at.position.set(...vector(places, i));
+      at.updateMatrix();
+      this.markers.setMatrixAt(i, at.matrix);
+      this.markers.setColorAt(i, linear(colours[i]));
+    }
+    this.scene.add(this.markers);
+    this.draw();
+  }
+
+  select(place: [number, number, number] | undefined): void {
+    this.selection.visible = place !== undefined;
+    if (place) this.selection.position.set(...place);
+    this.draw();
+  }
+
+  /** What the pointer at a place of the window looks at; nothing beside the body. */
+  under(clientX: number, clientY: number): Place | undefined {
+    const box = this.canvas.getBoundingClientRect();
+    const caster = new Raycaster();
+    caster.setFromCamera(
+      new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height),
+      this.camera,
+    );
+    const hit = caster.intersectObject(this.mesh)[0];
+    if (!hit?.face || !hit.barycoord) return undefined;
+    const outward = new Vector3();
+    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
+      outward.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
+    });
+    if (outward.lengthSq() < 1e-12) outward.copy(hit.face.normal);
+    return { position: hit.point, outward: outward.normalize() };
+  }
+
+  /** Nearest place of the surface to a point [m], by its vertices' triangles seen from outside. */
+  beside(point: Vector3, outward: Vector3): Place | undefined {
+    const caster = new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate());
+    const hit = caster.intersectObject(this.mesh)[0];
+    if (!hit?.face || !hit.barycoord) return undefined;
+    const normal = new Vector3();
+    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
+      normal.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
+    });
+    if (normal.lengthSq() < 1e-12) normal.copy(hit.face.normal);
+    return { position: hit.point, outward: normal.normalize() };
+  }
+
+  /** The screen's right and up as directions in space. */
+  screenAxes(): [Vector3, Vector3] {
+    const right = new Vector3();
+    const up = new Vector3();
+    this.camera.matrixWorld.extractBasis(right, up, new Vector3());
+    return [right, up];
+  }
+
+  /** Draws the tool with its tip at a place and the force on it as an arrow; none hides it. */
+  showTool(tip: Vector3 | undefined, outward: Vector3, ball_m: number, force: Vector3, fullForce_N: number): void {
+    this.tool.visible = tip !== undefined;
+    if (tip) {
+      const size = ball_m > 0 ? ball_m : 2 * kMarkerShare * this.radius;
+      this.ball.scale.setScalar(size);
+      this.ball.position.copy(tip).addScaledVector(outward, ball_m > 0 ? size : 0);
+      const strength = force.length();
+      this.arrow.visible = strength > 0;
+      if (strength > 0) {
+        const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
+        const [shaft, head] = this.arrow.children;
+        shaft.scale.set(1, Math.max(length, 1e-9), 1);
+        head.position.set(0, length, 0);
+        this.arrow.position.copy(tip);
+        this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), force.clone().normalize());
+      }
+    }
+    this.draw();
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (!clientWidth || !clientHeight) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    // Narrow windows see as much across as wide ones see upward.
+    this.camera.fov =
+      this.camera.aspect < 1
+        ? (2 * 180 * Math.atan(Math.tan((35 * Math.PI) / 360) / this.camera.aspect)) / Math.PI
+        : 35;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Once in the next frame. */
+  draw(): void {
+    if (this.isDue) return;
+    this.isDue = true;
+    requestAnimationFrame(() => {
+      this.isDue = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}

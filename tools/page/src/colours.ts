@@ -1,0 +1,27 @@
+// Values to colours. Viridis by its anchors (van der Walt and Smith 2015), readable without hue.
+
+const anchors = [
+  [68, 1, 84],
+  [72, 40, 120],
+  [62, 73, 137],
+  [49, 104, 142],
+  [38, 130, 142],
+  [31, 158, 137],
+  [53, 183, 121],
+  [110, 206, 88],
+  [181, 222, 43],
+  [253, 231, 37],
+];
+
+/** Red, green, blue from 0 to 1 of a share from 0 to 1. */
+export function viridis(share: number): [number, number, number] {
+  const at = Math.min(Math.max(share, 0), 1) * (anchors.length - 1);
+  const k = Math.min(Math.floor(at), anchors.length - 2);
+  const [a, b, t] = [anchors[k], anchors[k + 1], at - k];
+  return [0, 1, 2].map((i) => (a[i] + t * (b[i] - a[i])) / 255) as [number, number, number];
+}
+
+/** What no test point answers for: never a colour of the bar. */
+export const kUncovered: [number, number, number] = [0.62, 0.62, 0.62];
+
+export const viridisGradient = `linear-gradient(to right, ${anchors.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;

@@ -1,0 +1,128 @@
+// What `palpate report` wrote into the page: docs/formats.md describes it.
+
+export interface Packed {
+  type: "f32" | "i32" | "u8";
+  bytes: string;
+}
+
+export interface ErrorFigures {
+  median_N: number;
+  p95_N: number;
+  median_rel: number;
+  p95_rel: number;
+}
+
+export interface Statement {
+  force_error: ErrorFigures & { max_N: number; max_rel: number; within_jnd: number };
+  probes: number;
+  rows: number;
+  rows_above_floor: number;
+  reference_failures: number;
+  reference_p95_rel: number;
+  within_reference: number;
+  tick_ns: number;
+  asset_bytes: number;
+  by_path: Record<string, ErrorFigures>;
+  causes: Record<string, ErrorFigures>;
+  baselines: Record<string, ErrorFigures>;
+}
+
+export type Setting = { text: string } | { numbers: number[]; unit: string };
+
+export interface Curve {
+  name: string;
+  knots_m: number[];
+  value_N: Packed;
+  deviation_N: Packed;
+}
+
+export interface Contents {
+  schema: string;
+  version: number;
+  program: string;
+  name: string;
+  jnd: { floor_N: number; share: number };
+  band_deviations: number;
+  warnings: string[];
+  files?: { name: string; bytes: number; made_from?: string }[];
+  statement?: Statement;
+  surface?: {
+    vertices_m: Packed;
+    triangles: Packed;
+    reachable?: Packed;
+    inward_normal?: Packed;
+  };
+  set_up?: { held_m: Packed; tets: number; points_m: Packed; settings: Record<string, Setting> };
+  probe?: { shape: string; friction: number; values: Record<string, number[]> };
+  maps?: {
+    depths_m: number[];
+    vertices: Packed;
+    force_N: Packed;
+    stiffness_N_m: Packed;
+    friction: Packed;
+  };
+  family?: string;
+  points?: {
+    position_m: Packed;
+    inward_normal: Packed;
+    name: string[];
+    status: string[];
+    message: string[];
+    rms_residual_N: Packed;
+    max_residual_N: Packed;
+    depth_range_m: Packed;
+    curves: Curve[];
+  };
+  rows?: {
+    point: Packed;
+    experiment: Packed;
+    kind: Packed;
+    deflection_m: Packed;
+    force_N: Packed;
+    force_error_N: Packed;
+    fitted_N: Packed;
+    status: Packed;
+    status_names: string[];
+  };
+  recordings?: {
+    file: string[];
+    grade: number[];
+    reasons: string[];
+    estimator: string[];
+    noise_N: Packed;
+    young_Pa: Packed;
+  };
+  held_out?: {
+    point: string[];
+    path: string[];
+    position_m: Packed;
+    deflection_m: Packed;
+    force_N: Packed;
+    engine_N: Packed;
+  };
+  asset?: { bytes: string; range_m: number; max_step_m: number; program?: string };
+}
+
+export function bytes(base64: string): Uint8Array<ArrayBuffer> {
+  const text = atob(base64);
+  const out = new Uint8Array(text.length);
+  for (let i = 0; i < out.length; ++i) out[i] = text.charCodeAt(i);
+  return out;
+}
+
+export function floats(packed: Packed | undefined): Float32Array<ArrayBuffer> {
+  return new Float32Array(bytes(packed?.bytes ?? "").buffer);
+}
+
+export function integers(packed: Packed | undefined): Int32Array<ArrayBuffer> {
+  return new Int32Array(bytes(packed?.bytes ?? "").buffer);
+}
+
+export function codes(packed: Packed | undefined): Uint8Array<ArrayBuffer> {
+  return packed ? bytes(packed.bytes) : new Uint8Array(0);
+}
+
+/** Row `i` of a packed array of vectors. */
+export function vector(values: ArrayLike<number>, i: number): [number, number, number] {
+  return [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+}

@@ -1,0 +1,242 @@
+// The curves of one test point with its samples, bands and residuals.
+
+import { type Contents, codes, floats, integers, vector } from "./contents";
+import { html } from "./dom";
+import { plot, type Series } from "./plot";
+import { millimetres, plain, quantity } from "./words";
+
+interface Row {
+  deflection: number[];
+  force: number[];
+  fitted: number[];
+  error_N: number;
+  status: string;
+}
+
+interface Experiment {
+  kind: number;
+  rows: Row[];
+}
+
+const kPress = 0;
+const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const across = (a: number[], u: number[]) => a.map((v, k) => v - dot(a, u) * u[k]);
+
+/** Samples of the test points, read once. */
+export class Curves {
+  private readonly experiments: Experiment[][];
+  private readonly normal: Float32Array;
+  private readonly curve: { name: string; knots: number[]; value: Float32Array; deviation: Float32Array }[];
+
+  constructor(private readonly contents: Contents) {
+    const points = contents.points;
+    this.normal = floats(points?.inward_normal);
+    this.curve = (points?.curves ?? []).map((c) => ({
+      name: c.name,
+      knots: c.knots_m,
+      value: floats(c.value_N),
+      deviation: floats(c.deviation_N),
+    }));
+    this.experiments = (points?.name ?? []).map(() => []);
+    const rows = contents.rows;
+    if (!rows) return;
+    const [point, experiment, kind, status] = [
+      integers(rows.point),
+      integers(rows.experiment),
+      codes(rows.kind),
+      codes(rows.status),
+    ];
+    const [deflection, force, fitted, error] = [rows.deflection_m, rows.force_N, rows.fitted_N, rows.force_error_N].map(
+      floats,
+    );
+    point.forEach((p, i) => {
+      if (p < 0) return;
+      const own = this.experiments[p];
+      if (i === 0 || experiment[i] !== experiment[i - 1] || own.length === 0) own.push({ kind: kind[i], rows: [] });
+      own[own.length - 1].rows.push({
+        deflection: vector(deflection, i),
+        force: vector(force, i),
+        fitted: vector(fitted, i),
+        error_N: error[i],
+        status: rows.status_names[status[i]],
+      });
+    });
+  }
+
+  hasDrags(point: number): boolean {
+    return this.experiments[point].some((e) => e.kind !== kPress);
+  }
+
+  /** Samples of a drawn curve, from 0 to its last knot. */
+  private sampled(kind: number, point: number): { x: number[]; y: number[]; deviation: number[] } {
+    const { knots, value, deviation } = this.curve[kind];
+    const count = value.length / this.experiments.length;
+    const take = (all: Float32Array) =>
+      all.length ? Array.from(all.subarray(point * count, (point + 1) * count)) : [];
+    return {
+      x: Array.from({ length: count }, (_, i) => (knots[knots.length - 1] * i) / (count - 1)),
+      y: take(value),
+      deviation: take(deviation),
+    };
+  }
+
+  /** Force over depth: band, curve, knots, the presses' rows. */
+  private pressPlot(point: number): SVGSVGElement {
+    const u = vector(this.normal, point);
+    const { x, y, deviation } = this.sampled(0, point);
+    const series: Series[] = [];
+    if (deviation.every(Number.isFinite) && deviation.length) {
+      const half = deviation.map((d) => d * this.contents.band_deviations);
+      series.push({ kind: "band", look: "c0", x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) });
+    }
+    series.push({ kind: "line", look: "c0", x, y });
+    const good: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
+    const bad: Series = { kind: "dots", look: "bad", x: [], y: [], titles: [] };
+    for (const e of this.experiments[point].filter((e) => e.kind === kPress))
+      for (const row of e.rows) {
+        const into = row.status === "good" ? good : bad;
+        into.x.push(dot(row.deflection, u));
+        into.y.push(dot(row.force, u));
+        into.titles?.push(
+          `${millimetres(dot(row.deflection, u), 2)}: ${quantity(dot(row.force, u), "N")} ± ${quantity(row.error_N, "N")}, ${plain(row.status)}`,
+        );
+      }
+    const knots = this.curve[0].knots;
+    series.push({
+      kind: "dots",
+      look: "knot",
+      x: knots,
+      y: knots.map(() => 0),
+      titles: knots.map((k) => `knot at ${millimetres(k, 2)}`),
+    });
+    series.push(good, bad);
+    return plot(
+      "Normal force over depth",
+      { label: "depth [mm]", scale: 1e3, min: 0 },
+      { label: "normal force [N]" },
+      series,
+    );
+  }
+
+  /** Lateral force over lateral way of the drags: rows, and what the fitted law answers to them. */
+  private dragPlot(point: number): SVGSVGElement {
+    const u = vector(this.normal, point);
+    const series: Series[] = [];
+    this.experiments[point]
+      .filter((e) => e.kind !== kPress)
+      .forEach((e, k) => {
+        const first = e.rows[0].deflection;
+        const way = (row: Row) => across(row.deflection, u).map((v, i) => v - across(first, u)[i]);
+        const last = way(e.rows[e.rows.length - 1]);
+        const length = Math.hypot(...last) || 1;
+        const along = last.map((v) => v / length);
+        const depth = millimetres(dot(first, u));
+        const x = e.rows.map((row) => dot(way(row), along));
+        series.push(
+          { kind: "line", look: `c${k % 8}`, x, y: e.rows.map((row) => dot(row.fitted, along)) },
+          {
+            kind: "dots",
+            look: `c${k % 8}`,
+            x,
+            y: e.rows.map((row) => (row.status === "good" ? dot(row.force, along) : Number.NaN)),
+            titles: e.rows.map(
+              (row, i) => `${depth} deep, ${millimetres(x[i], 2)} along: ${quantity(dot(row.force, along), "N")}`,
+            ),
+          },
+        );
+      });
+    return plot(
+      "Force along a drag over the way",
+      { label: "way along the drag [mm]", scale: 1e3 },
+      { label: "force along it [N]" },
+      series,
+    );
+  }
+
+  /** How far the fitted law is off at each good row, against what can be felt. */
+  private residualPlot(point: number): SVGSVGElement {
+    const { floor_N, share } = this.contents.jnd;
+    const u = vector(this.normal, point);
+    const press: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
+    const drag: Series = { kind: "dots", look: "c1", x: [], y: [], titles: [] };
+    for (const e of this.experiments[point])
+      for (const row of e.rows) {
+        if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
+        const size = Math.hypot(...row.force);
+        const off = Math.hypot(...row.force.map((v, k) => v - row.fitted[k]));
+        const into = e.kind === kPress ? press : drag;
+        into.x.push(size);
+        into.y.push(off);
+        into.titles?.push(
+          `${millimetres(dot(row.deflection, u), 2)} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
+        );
+      }
+    const all = [...press.x, ...drag.x];
+    const most = (all.length ? Math.max(...all) : 1) * 1.04;
+    const at = [0, Math.min(floor_N / share, most), most];
+    const limit = at.map((x) => Math.max(floor_N, share * x));
+    return plot(
+      "Residual of each row over its force",
+      { label: "force [N]", min: 0, max: most },
+      { label: "residual [N]", min: 0, max: Math.max(...limit, ...press.y, ...drag.y) * 1.05 },
+      [
+        { kind: "band", look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
+        { kind: "line", look: "jnd", x: at, y: limit },
+        press,
+        drag,
+      ],
+    );
+  }
+
+  /** Curves beside the normal one: lateral force, limit. */
+  private otherPlot(kind: number, point: number): SVGSVGElement {
+    const { x, y, deviation } = this.sampled(kind, point);
+    const name = this.curve[kind].name;
+    const half = deviation.map((d) => d * this.contents.band_deviations);
+    const series: Series[] =
+      half.length && half.every(Number.isFinite)
+        ? [{ kind: "band", look: "c2", x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) }]
+        : [];
+    series.push({ kind: "line", look: "c2", x, y });
+    const label = name === "lateral" ? "lateral deflection [mm]" : "depth [mm]";
+    return plot(
+      `${name} force`,
+      { label, scale: 1e3, min: 0 },
+      { label: name === "limit" ? "force at which it slides [N]" : `${name} force [N]`, min: 0 },
+      series,
+    );
+  }
+
+  /** All that is known of a test point. */
+  show(point: number): Node[] {
+    const points = this.contents.points;
+    if (!points) return [];
+    const figure = (caption: string, picture: Node) => html("figure", {}, html("figcaption", {}, caption), picture);
+    const residual = floats(points.rms_residual_N)[point];
+    const facts = [
+      `${points.status[point]} fit`,
+      `residual ${quantity(residual, "N")} (root mean square), ${quantity(floats(points.max_residual_N)[point], "N")} at most`,
+      `deepest good row ${millimetres(floats(points.depth_range_m)[point])}`,
+    ];
+    const hasRows = this.experiments[point].length > 0;
+    if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");
+    const pictures = [figure("Pressing: curve, its 90 % band, knots and rows", this.pressPlot(point))];
+    if (this.hasDrags(point))
+      pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
+    if (hasRows)
+      pictures.push(figure("Residuals: what lies in the shaded area cannot be felt", this.residualPlot(point)));
+    this.curve.forEach((c, kind) => {
+      if (kind > 0)
+        pictures.push(
+          figure(
+            c.name === "limit" ? "Friction limit" : `${c.name[0].toUpperCase()}${c.name.slice(1)} curve`,
+            this.otherPlot(kind, point),
+          ),
+        );
+    });
+    const out: Node[] = [html("p", {}, `${points.name[point]}: ${facts.join("; ")}.`)];
+    if (points.message[point]) out.push(html("p", { class: "warning" }, points.message[point]));
+    out.push(html("div", { class: "figures" }, ...pictures));
+    return out;
+  }
+}

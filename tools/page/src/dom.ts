@@ -1,0 +1,62 @@
+// Elements by one call.
+
+type Child = Node | string;
+type Attributes = Record<string, string | number | boolean | ((event: never) => void)>;
+
+function fill(element: Element, attributes: Attributes, children: Child[]): void {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(name, value as EventListener);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false) element.setAttribute(name, String(value));
+  }
+  element.append(...children);
+}
+
+/** An HTML element; attributes that are functions listen to the event of that name. */
+export function html<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Attributes = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  fill(element, attributes, children);
+  return element;
+}
+
+/** An SVG element. */
+export function svg<K extends keyof SVGElementTagNameMap>(
+  tag: K,
+  attributes: Attributes = {},
+  ...children: Child[]
+): SVGElementTagNameMap[K] {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  fill(element, attributes, children);
+  return element;
+}
+
+export function table(head: string[], rows: Child[][]): HTMLElement {
+  return html(
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": head.join(", ") },
+    html(
+      "table",
+      {},
+      html("thead", {}, html("tr", {}, ...head.map((text) => html("th", { scope: "col" }, text)))),
+      html("tbody", {}, ...rows.map((row) => html("tr", {}, ...row.map((cell) => html("td", {}, cell))))),
+    ),
+  );
+}
+
+/** A labelled <select>. */
+export function choice(
+  label: string,
+  options: [string, string][],
+  changed: (value: string) => void,
+): { element: HTMLElement; select: HTMLSelectElement } {
+  const select = html(
+    "select",
+    { change: () => changed(select.value) },
+    ...options.map(([value, text]) => html("option", { value }, text)),
+  );
+  return { element: html("label", {}, `${label} `, select), select };
+}

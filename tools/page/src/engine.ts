@@ -1,0 +1,79 @@
+// The engine's WebAssembly behind plain calls: engine.cpp has the other side.
+
+interface Exports {
+  memory: WebAssembly.Memory;
+  reserve(bytes: number): number;
+  open(address: number, size: number): number;
+  sentence(status: number): number;
+  start(): number;
+  tick(x: number, y: number, z: number): number;
+  answer(): number;
+}
+
+export const ContactState = { air: 0, stick: 1, slip: 2 } as const;
+
+/** Where each number of a tick's answer stands; forces act on the tool. */
+export const Answer = {
+  force_N: 0,
+  contact_m: 3,
+  normal: 6,
+  normal_m: 9,
+  lateral_m: 10,
+  stored_J: 11,
+  dissipated_J: 12,
+  state: 13,
+  triangle: 14,
+  flags: 15,
+  size: 16,
+} as const;
+
+export class Engine {
+  private constructor(private readonly wasm: Exports) {}
+
+  /** Throws an Error with the engine's sentence where it refuses the asset. */
+  static async open(module: BufferSource, asset: Uint8Array): Promise<Engine> {
+    const { instance } = await WebAssembly.instantiate(module, {});
+    const wasm = instance.exports as unknown as Exports;
+    const address = wasm.reserve(asset.length);
+    if (address === 0) throw new Error("There is not enough memory for the asset.");
+    new Uint8Array(wasm.memory.buffer, address, asset.length).set(asset);
+    const engine = new Engine(wasm);
+    const status = wasm.open(address, asset.length);
+    if (status !== 0) throw new Error(engine.sentence(status));
+    engine.start();
+    return engine;
+  }
+
+  /** One sentence on a status. */
+  sentence(status: number): string {
+    const bytes = new Uint8Array(this.wasm.memory.buffer, this.wasm.sentence(status));
+    return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
+  }
+
+  /** Ends contact and sets all sums to zero. */
+  start(): void {
+    this.wasm.start();
+  }
+
+  /** One tick with the tip at a place [m]; returns the status, 0 for good. */
+  tick(x: number, y: number, z: number): number {
+    return this.wasm.tick(x, y, z);
+  }
+
+  /** The latest tick's numbers; a view that the next tick writes anew. */
+  answer(): Float64Array {
+    return new Float64Array(this.wasm.memory.buffer, this.wasm.answer(), Answer.size);
+  }
+
+  /** Forces on the tool [N], three a tick, along places [m], three a tick, from a fresh start. */
+  replay(path: Float64Array): Float64Array {
+    this.start();
+    const forces = new Float64Array(path.length);
+    const answer = this.answer();
+    for (let i = 0; i + 2 < path.length; i += 3) {
+      this.tick(path[i], path[i + 1], path[i + 2]);
+      forces.set(answer.subarray(0, 3), i);
+    }
+    return forces;
+  }
+}

@@ -1,0 +1,34 @@
+// The page: reads what `palpate report` wrote into it and builds its sections.
+
+import { bodySection } from "./body-section";
+import type { Contents } from "./contents";
+import { html } from "./dom";
+import { provenanceSection, warningsSection } from "./provenance";
+import { statementSection, verdict } from "./statement";
+
+function read(id: string): string {
+  return document.getElementById(id)?.textContent ?? "";
+}
+
+function build(contents: Contents): void {
+  document.title = `${contents.name} - Palpate`;
+  const main = html("main", {});
+  const header = html("header", {}, html("h1", {}, contents.name), html("p", { class: "verdict" }, verdict(contents)));
+  const sections = [
+    contents.statement || contents.points ? statementSection(contents) : undefined,
+    warningsSection(contents),
+    ...(contents.surface ? bodySection(contents, read("engine")) : []),
+    provenanceSection(contents),
+  ].filter((s) => s !== undefined);
+  const links = sections.map((s) => html("a", { href: `#${s.id}` }, s.querySelector("h2")?.textContent ?? ""));
+  header.append(html("nav", { "aria-label": "Sections" }, ...links));
+  main.append(header, ...sections);
+  document.body.append(main);
+}
+
+const contents = JSON.parse(read("contents")) as Contents;
+if (contents.schema === "palpate-report") build(contents);
+else
+  document.body.append(
+    html("main", {}, html("p", {}, "This page is empty: `palpate report DIR -o report.html` fills it.")),
+  );

@@ -1,0 +1,146 @@
+// Small plots as SVG, so that they print, scale and follow the colour scheme.
+
+import { svg } from "./dom";
+import { tickLabel, ticks } from "./words";
+
+export interface Axis {
+  label: string;
+  /** What a value is multiplied by to be shown. */
+  scale?: number;
+  min?: number;
+  max?: number;
+}
+
+/** Points of a series in data units. Class names say how it looks (style.css). */
+export interface Series {
+  kind: "line" | "dots" | "band";
+  name?: string;
+  look: string;
+  x: number[];
+  y: number[];
+  /** The other edge of a band. */
+  y2?: number[];
+  /** What is said of each dot. */
+  titles?: string[];
+}
+
+const kWidth = 420;
+const kHeight = 270;
+const kLeft = 52;
+const kRight = 12;
+const kTop = 12;
+const kBottom = 42;
+
+function range(axis: Axis, values: number[]): [number, number] {
+  const finite = values.filter(Number.isFinite);
+  let low = axis.min ?? Math.min(...finite);
+  let high = axis.max ?? Math.max(...finite);
+  if (!finite.length && axis.min === undefined) low = 0;
+  if (!finite.length && axis.max === undefined) high = low + 1;
+  if (!(high > low)) [low, high] = [low - 0.5, low + 0.5];
+  const margin = 0.04 * (high - low);
+  return [axis.min ?? low - margin, axis.max ?? high + margin];
+}
+
+/** A plot that says `title` to those who do not see it. */
+export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGElement {
+  const sx = x.scale ?? 1;
+  const sy = y.scale ?? 1;
+  const [x0, x1] = range(
+    x,
+    series.flatMap((s) => s.x),
+  ).map((v) => v * sx);
+  const [y0, y1] = range(
+    y,
+    series.flatMap((s) => [...s.y, ...(s.y2 ?? [])]),
+  ).map((v) => v * sy);
+  const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
+  const py = (v: number) => kHeight - kBottom - ((v * sy - y0) / (y1 - y0)) * (kHeight - kTop - kBottom);
+  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, role: "img", class: "plot", "aria-label": title });
+  const xs = ticks(x0, x1);
+  const ys = ticks(y0, y1);
+  for (const v of xs) {
+    root.append(
+      svg("line", { class: "grid", x1: px(v / sx), x2: px(v / sx), y1: kTop, y2: kHeight - kBottom }),
+      svg("text", { x: px(v / sx), y: kHeight - kBottom + 15, "text-anchor": "middle" }, tickLabel(v, xs[1] - xs[0])),
+    );
+  }
+  for (const v of ys) {
+    root.append(
+      svg("line", { class: "grid", x1: kLeft, x2: kWidth - kRight, y1: py(v / sy), y2: py(v / sy) }),
+      svg("text", { x: kLeft - 6, y: py(v / sy) + 4, "text-anchor": "end" }, tickLabel(v, ys[1] - ys[0])),
+    );
+  }
+  root.append(
+    svg("text", { x: (kLeft + kWidth - kRight) / 2, y: kHeight - 8, "text-anchor": "middle" }, x.label),
+    svg(
+      "text",
+      { x: 12, y: kHeight / 2 - 10, "text-anchor": "middle", transform: `rotate(-90 12 ${kHeight / 2 - 10})` },
+      y.label,
+    ),
+  );
+  for (const s of series) {
+    const place = (i: number, values: number[]) => `${px(s.x[i]).toFixed(2)},${py(values[i]).toFixed(2)}`;
+    const good = s.x.map((_, i) => i).filter((i) => Number.isFinite(s.x[i]) && Number.isFinite(s.y[i]));
+    if (s.kind === "line") {
+      root.append(svg("polyline", { class: `line ${s.look}`, points: good.map((i) => place(i, s.y)).join(" ") }));
+    } else if (s.kind === "band") {
+      const back = s.y2 ?? s.y;
+      const edge = [...good.map((i) => place(i, s.y)), ...good.reverse().map((i) => place(i, back))];
+      root.append(svg("polygon", { class: `band ${s.look}`, points: edge.join(" ") }));
+    } else {
+      for (const i of good) {
+        const dot = svg("circle", {
+          class: `dot ${s.look}`,
+          cx: px(s.x[i]).toFixed(2),
+          cy: py(s.y[i]).toFixed(2),
+          r: 3,
+        });
+        if (s.titles) dot.append(svg("title", {}, s.titles[i]));
+        root.append(dot);
+      }
+    }
+  }
+  return root;
+}
+
+export interface Bar {
+  name: string;
+  median: number;
+  p95: number;
+}
+
+/** Shares of force as bars, the median in front of the 95th percentile, with a line at `jnd`. */
+export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
+  const left = 118;
+  const right = 56;
+  const step = 26;
+  const height = rows.length * step + 34;
+  const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95));
+  const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
+  const said = rows.map((r) => `${r.name} ${(100 * r.p95).toFixed(1)} %`).join(", ");
+  const root = svg("svg", {
+    viewBox: `0 0 ${kWidth} ${height}`,
+    role: "img",
+    class: "plot",
+    "aria-label": `${title}, 95th percentiles: ${said}`,
+  });
+  const at = ticks(0, 100 * highest, 4);
+  for (const v of at) {
+    root.append(
+      svg("line", { class: "grid", x1: px(v / 100), x2: px(v / 100), y1: 4, y2: height - 28 }),
+      svg("text", { x: px(v / 100), y: height - 14, "text-anchor": "middle" }, `${tickLabel(v, at[1] - at[0])} %`),
+    );
+  }
+  rows.forEach((row, i) => {
+    const y = 8 + i * step;
+    root.append(
+      svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
+      svg("rect", { class: "bar p95", x: left, y, width: Math.max(px(row.p95) - left, 0.5), height: 16 }),
+      svg("rect", { class: "bar median", x: left, y: y + 4, width: Math.max(px(row.median) - left, 0.5), height: 8 }),
+      svg("text", { x: px(row.p95) + 5, y: y + 13 }, `${(100 * row.p95).toFixed(row.p95 < 0.0995 ? 1 : 0)} %`),
+    );
+  });
+  root.append(svg("line", { class: "jnd", x1: px(jnd), x2: px(jnd), y1: 2, y2: height - 28 }));
+  return root;
+}

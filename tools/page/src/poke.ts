@@ -1,0 +1,375 @@
+// Poking: mouse, pen, fingers and keys are the tool; what the engine answers is shown live.
+
+import { Vector3 } from "three";
+import workerSource from "worker-source";
+import type { BodyView, Place } from "./body";
+import { bytes, type Contents, floats } from "./contents";
+import { html } from "./dom";
+import { Answer } from "./engine";
+import type { Batch, News, Order, Vector } from "./worker";
+import { millimetres, quantity } from "./words";
+
+const kShown = 4000; // ticks in the graph: four seconds
+const kStates = ["in the air", "sticks", "slides"];
+const kKeyStep = 0.05; // of the range, a key
+
+export class Poke {
+  readonly panel: HTMLElement;
+  isPoking = false;
+  private worker: Worker | undefined;
+  private readonly range_m: number;
+  private readonly ball_m: number;
+  private readonly fullForce_N: number;
+  private place: Place | undefined;
+  private isPressed = false;
+  private readonly depth: HTMLInputElement;
+  private readonly depthText = html("output", {});
+  private readonly values = new Map<string, HTMLElement>();
+  private readonly graph = html("canvas", {
+    class: "graph",
+    role: "img",
+    "aria-label": "Force over the last four seconds",
+  });
+  private readonly pressing = new Float32Array(kShown);
+  private readonly sliding = new Float32Array(kShown);
+  private ticks = 0;
+  private readonly message = html("p", { class: "small", "aria-live": "polite" });
+  private readonly pressButton: HTMLButtonElement;
+  private readonly pokeBox: HTMLInputElement;
+  private second: { id: number; y: number; depth: number } | undefined;
+
+  constructor(
+    private readonly contents: Contents,
+    engine: string,
+    private readonly view: BodyView,
+  ) {
+    this.range_m = contents.asset?.range_m ?? 0.01;
+    const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
+    this.ball_m = radius ?? 0;
+    this.fullForce_N = Math.max(...floats(contents.maps?.force_N), 1e-9);
+    this.depth = html("input", {
+      type: "range",
+      id: "poke-depth",
+      min: 0,
+      max: this.range_m,
+      step: this.range_m / 200,
+      value: 0.6 * this.range_m,
+      input: () => this.follow(),
+    });
+    this.pokeBox = html("input", { type: "checkbox", id: "poke-on", change: () => this.set(this.pokeBox.checked) });
+    this.pressButton = html(
+      "button",
+      { type: "button", id: "poke-press", click: () => (this.isPressed ? this.lift() : this.pressHere()) },
+      "Press",
+    );
+    const row = (key: string, label: string) => {
+      const value = html("dd", { id: `poke-${key}` }, "0");
+      this.values.set(key, value);
+      return [html("dt", {}, label), value];
+    };
+    this.panel = html(
+      "div",
+      { class: "panel", role: "group", "aria-label": "The tool" },
+      html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
+      html("label", {}, "Depth ", this.depth, " ", this.depthText),
+      this.graph,
+      html(
+        "p",
+        { class: "legend" },
+        html("span", {}, html("i", { class: "swatch c0" }), "normal"),
+        html("span", {}, html("i", { class: "swatch c1" }), "lateral force [N]"),
+      ),
+      html(
+        "dl",
+        {},
+        ...row("state", "contact"),
+        ...row("force", "force"),
+        ...row("normal", "normal, lateral"),
+        ...row("depth-now", "deflection"),
+        ...row("stored", "stored"),
+        ...row("dissipated", "dissipated"),
+        ...row("rate", "ticks per second"),
+      ),
+      html(
+        "p",
+        { class: "buttons" },
+        this.pressButton,
+        html(
+          "button",
+          { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
+          "Save path and forces",
+        ),
+        html("button", { type: "button", id: "poke-measure", click: () => this.measure() }, "Measure speed"),
+      ),
+      this.message,
+      html(
+        "p",
+        { class: "small" },
+        "Hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
+          "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. " +
+          "The engine moves no surface: the body is drawn at rest.",
+      ),
+    );
+    this.showDepth();
+    this.open(engine);
+    this.listen(view.canvas);
+  }
+
+  private order(order: Order, transfer: Transferable[] = []): void {
+    this.worker?.postMessage(order, transfer);
+  }
+
+  private open(engine: string): void {
+    const asset = this.contents.asset;
+    if (!engine || !asset) {
+      this.disable(
+        "The engine is not in this page: it was built without a compiler for WebAssembly (Debian's clang, lld, wasi-libc, libclang-rt-14-dev-wasm32 and libc++-14-dev-wasm32).",
+      );
+      return;
+    }
+    this.worker = new Worker(URL.createObjectURL(new Blob([workerSource], { type: "text/javascript" })));
+    this.worker.onmessage = ({ data }: MessageEvent<News>) => this.hear(data);
+    const module = bytes(engine).buffer;
+    const content = bytes(asset.bytes).buffer;
+    this.order({ order: "open", module, asset: content, speed_m_s: 12 * this.range_m }, [module, content]);
+  }
+
+  private disable(sentence: string): void {
+    this.message.textContent = sentence;
+    this.message.className = "warning";
+    for (const control of this.panel.querySelectorAll("input, button")) control.setAttribute("disabled", "");
+  }
+
+  private hear(news: News): void {
+    if (news.news === "refused") this.disable(`The engine refuses the asset: ${news.sentence}`);
+    else if (news.news === "ready") this.panel.dataset.ready = "yes";
+    else if (news.news === "batch") this.show(news.batch);
+    else if (news.news === "measured")
+      this.message.textContent = news.ticks_per_s
+        ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
+        : "Touch the body first: the last touch is what is measured.";
+    else this.save(news.tip_m, news.force_N);
+  }
+
+  private measure(): void {
+    if (this.isPressed) this.lift();
+    this.order({ order: "measure" });
+  }
+
+  /** The last touch as a table that `palpate replay` takes for a path. */
+  private save(tip_m: Float64Array, force_N: Float64Array): void {
+    const lines = ["t_s,x_m,y_m,z_m,fx_N,fy_N,fz_N"];
+    for (let i = 0; i < tip_m.length; i += 3)
+      lines.push([i / 3000, ...tip_m.subarray(i, i + 3), ...force_N.subarray(i, i + 3)].join(","));
+    const url = URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
+    html("a", { href: url, download: "touch.csv" }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 10000);
+    this.message.textContent = `Saved ${tip_m.length / 3} ticks: \`palpate replay asset.palp touch.csv -o FORCES.csv\` gives the same forces.`;
+  }
+
+  private set(isOn: boolean): void {
+    this.isPoking = isOn;
+    this.view.canvas.classList.toggle("poking", isOn);
+    if (!isOn) this.lift();
+  }
+
+  /** Where Press and the keys press: a test point, with its outward normal. */
+  aim(position: Vector, outward: Vector): void {
+    if (this.isPressed) return;
+    this.place = { position: new Vector3(...position), outward: new Vector3(...outward) };
+  }
+
+  private at(depth_m: number): Vector {
+    const place = this.place as Place;
+    return place.position.clone().addScaledVector(place.outward, -depth_m).toArray();
+  }
+
+  private showDepth(): void {
+    this.depthText.textContent = millimetres(Number(this.depth.value));
+  }
+
+  private follow(): void {
+    this.showDepth();
+    if (this.isPressed && this.place) this.order({ order: "move", to: this.at(Number(this.depth.value)) });
+  }
+
+  private press(place: Place): void {
+    this.place = place;
+    this.isPressed = true;
+    this.pressButton.textContent = "Lift";
+    this.order({ order: "touch", from: this.at(-0.3 * this.range_m), to: this.at(Number(this.depth.value)) });
+  }
+
+  private pressHere(): void {
+    if (!this.place) {
+      this.message.textContent = "Choose a test point first.";
+      return;
+    }
+    this.pokeBox.checked = true;
+    this.set(true);
+    this.press(this.place);
+  }
+
+  private lift(): void {
+    if (!this.isPressed) return;
+    this.isPressed = false;
+    this.pressButton.textContent = "Press";
+    if (this.place) this.order({ order: "move", to: this.at(-0.3 * this.range_m) });
+  }
+
+  private drag(place: Place | undefined): void {
+    if (!place || !this.isPressed) return;
+    this.place = place;
+    this.follow();
+  }
+
+  private setDepth(depth_m: number): void {
+    this.depth.value = String(Math.min(Math.max(depth_m, 0), this.range_m));
+    this.follow();
+  }
+
+  private listen(canvas: HTMLCanvasElement): void {
+    let held: number | undefined;
+    // Before the view's own listeners: a pointer that presses does not turn the body.
+    canvas.addEventListener(
+      "pointerdown",
+      (event) => {
+        if (!this.isPoking || event.button !== 0) return;
+        if (held !== undefined) {
+          this.second = { id: event.pointerId, y: event.clientY, depth: Number(this.depth.value) };
+          return;
+        }
+        const place = this.view.under(event.clientX, event.clientY);
+        if (!place) return;
+        this.view.setOrbit(false);
+        canvas.setPointerCapture(event.pointerId);
+        held = event.pointerId;
+        this.press(place);
+      },
+      { capture: true },
+    );
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.second?.id === event.pointerId) {
+        this.setDepth(this.second.depth + ((event.clientY - this.second.y) / 150) * this.range_m);
+        return;
+      }
+      if (event.pointerId !== held) return;
+      if (event.pointerType === "pen" && event.pressure > 0) this.setDepth(event.pressure * this.range_m);
+      this.drag(this.view.under(event.clientX, event.clientY));
+    });
+    const end = (event: PointerEvent) => {
+      if (this.second?.id === event.pointerId) this.second = undefined;
+      if (event.pointerId !== held) return;
+      held = undefined;
+      this.lift();
+      this.view.setOrbit(true);
+    };
+    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointercancel", end);
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (!this.isPressed) return;
+        event.preventDefault();
+        event.stopImmediatePropagation();
+        this.setDepth(Number(this.depth.value) - Math.sign(event.deltaY) * 0.03 * this.range_m);
+      },
+      { capture: true, passive: false },
+    );
+    canvas.addEventListener("keydown", (event) => {
+      if (!this.isPoking || event.ctrlKey || event.metaKey || event.altKey) return;
+      const move = (right: number, up: number) => this.moveBy(right * kKeyStep, up * kKeyStep);
+      const keys: Record<string, () => void> = {
+        " ": () => (this.isPressed ? this.lift() : this.pressHere()),
+        Escape: () => this.lift(),
+        ArrowLeft: () => move(-1, 0),
+        ArrowRight: () => move(1, 0),
+        ArrowUp: () => move(0, 1),
+        ArrowDown: () => move(0, -1),
+        PageDown: () => this.setDepth(Number(this.depth.value) + kKeyStep * this.range_m),
+        PageUp: () => this.setDepth(Number(this.depth.value) - kKeyStep * this.range_m),
+      };
+      const act = keys[event.key];
+      if (!act) return;
+      event.preventDefault();
+      act();
+    });
+  }
+
+  /** Moves the tool along the surface by shares of the range, as the screen has right and up. */
+  private moveBy(right: number, up: number): void {
+    if (!this.place) return;
+    const [x, y] = this.view.screenAxes();
+    const way = x.multiplyScalar(right).addScaledVector(y, up);
+    way.addScaledVector(this.place.outward, -way.dot(this.place.outward));
+    const to = this.place.position.clone().addScaledVector(way.normalize(), kKeyStep * this.range_m);
+    const next = this.view.beside(to, this.place.outward);
+    if (!next) return;
+    this.place = next;
+    this.follow();
+  }
+
+  private show(batch: Batch): void {
+    const a = batch.answer;
+    batch.pressing_N.forEach((f, i) => {
+      this.pressing[this.ticks % kShown] = f;
+      this.sliding[this.ticks % kShown] = batch.sliding_N[i];
+      ++this.ticks;
+    });
+    const force = new Vector3(a[0], a[1], a[2]);
+    const last = batch.pressing_N.length - 1;
+    const state = a[Answer.state];
+    const text: Record<string, string> = {
+      state: kStates[state] ?? "",
+      force: quantity(force.length(), "N"),
+      normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
+      "depth-now": `${millimetres(a[Answer.normal_m], 2)} in, ${millimetres(a[Answer.lateral_m], 2)} across`,
+      stored: quantity(a[Answer.stored_J], "J"),
+      dissipated: quantity(a[Answer.dissipated_J], "J"),
+      rate: batch.ticks_per_s.toFixed(0),
+    };
+    for (const [key, value] of Object.entries(text)) {
+      const element = this.values.get(key);
+      if (element) element.textContent = value;
+    }
+    const tip = new Vector3(...batch.tip);
+    const outward = state === 0 ? (this.place as Place).outward : new Vector3(-a[6], -a[7], -a[8]);
+    const isAway =
+      !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.at(-0.3 * this.range_m))) < 1e-5;
+    this.view.showTool(isAway ? undefined : tip, outward, this.ball_m, force, this.fullForce_N);
+    this.drawGraph();
+    if (isAway) this.order({ order: "rest" });
+  }
+
+  private drawGraph(): void {
+    const ratio = Math.min(devicePixelRatio, 2);
+    const { clientWidth, clientHeight } = this.graph;
+    if (this.graph.width !== Math.round(clientWidth * ratio)) {
+      this.graph.width = Math.round(clientWidth * ratio);
+      this.graph.height = Math.round(clientHeight * ratio);
+    }
+    const context = this.graph.getContext("2d");
+    if (!context) return;
+    const { width, height } = this.graph;
+    const style = getComputedStyle(this.graph);
+    const most = Math.max(...this.pressing, ...this.sliding, 0.1 * this.fullForce_N) * 1.2;
+    context.clearRect(0, 0, width, height);
+    context.fillStyle = style.color;
+    context.font = `${11 * ratio}px sans-serif`;
+    for (const [values, colour] of [
+      [this.pressing, "--c0"],
+      [this.sliding, "--c1"],
+    ] as [Float32Array, string][]) {
+      context.strokeStyle = style.getPropertyValue(colour);
+      context.lineWidth = 1.5 * ratio;
+      context.beginPath();
+      const first = Math.max(0, this.ticks - kShown);
+      for (let t = first; t < this.ticks; ++t) {
+        const x = ((t - this.ticks + kShown) / kShown) * width;
+        context.lineTo(x, height - 2 - (values[t % kShown] / most) * (height - 4));
+      }
+      context.stroke();
+    }
+    context.fillText(`${quantity(most, "N", 2)}`, 3 * ratio, 11 * ratio);
+  }
+}

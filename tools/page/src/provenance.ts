@@ -1,0 +1,140 @@
+// Where the numbers come from: warnings, scene, files, versions, timings.
+
+import { type Contents, floats, integers, type Setting } from "./contents";
+import { html, table } from "./dom";
+import { digits, plain, quantity } from "./words";
+
+function shown(setting: Setting): string {
+  if ("text" in setting) return setting.text;
+  const { numbers, unit } = setting;
+  if (unit === "m" || unit === "Pa") return numbers.map((v) => quantity(v, unit)).join(", ");
+  return `${numbers.map((v) => digits(v, 4).replace(/\.?0+$/, (tail) => (tail.startsWith(".") ? "" : tail))).join(", ")}${unit === "1" ? "" : ` ${unit}`}`;
+}
+
+/** Statuses of rows and points that are not good, counted. */
+function counts(contents: Contents): string[] {
+  const out: string[] = [];
+  const tally = (names: string[]) => {
+    const found = new Map<string, number>();
+    for (const name of names) if (name !== "good") found.set(name, (found.get(name) ?? 0) + 1);
+    return [...found].map(([name, count]) => `${count} ${plain(name)}`).join(", ");
+  };
+  const rows = contents.rows;
+  if (rows) {
+    const codes = Array.from(atob(rows.status.bytes), (c) => rows.status_names[c.charCodeAt(0)]);
+    const bad = tally(codes);
+    if (bad) out.push(`Of ${codes.length} rows, these were not used: ${bad}.`);
+  }
+  const points = contents.points;
+  if (points) {
+    const bad = tally(points.status);
+    if (bad) out.push(`Of ${points.name.length} test points: ${bad}.`);
+  }
+  const recordings = contents.recordings;
+  if (recordings) {
+    const poor = recordings.grade.filter((grade) => grade > 0).length;
+    if (poor) out.push(`Of ${recordings.file.length} recordings, ${poor} are graded fair or poor.`);
+  }
+  return out;
+}
+
+export function warningsSection(contents: Contents): HTMLElement | undefined {
+  const all = [...counts(contents), ...contents.warnings];
+  if (!all.length) return undefined;
+  return html(
+    "section",
+    { id: "warnings", "aria-labelledby": "warnings-title" },
+    html("h2", { id: "warnings-title" }, "To be known"),
+    html("ul", {}, ...all.map((text) => html("li", {}, text))),
+  );
+}
+
+export function provenanceSection(contents: Contents): HTMLElement {
+  const section = html(
+    "section",
+    { id: "provenance", "aria-labelledby": "provenance-title" },
+    html("h2", { id: "provenance-title" }, "Where it comes from"),
+  );
+  const facts: string[][] = [["page written by", contents.program]];
+  if (contents.asset?.program) facts.push(["asset written by", contents.asset.program]);
+  if (contents.family) facts.push(["law of the curves", contents.family]);
+  const probe = contents.probe;
+  if (probe) {
+    const sizes = Object.entries(probe.values).map(
+      ([key, v]) =>
+        `${plain(key)} ${key.endsWith("angle") ? `${digits(v[0])} rad` : v.map((x) => quantity(x, "m")).join(", ")}`,
+    );
+    facts.push(["probe", [probe.shape, ...sizes, `friction ${digits(probe.friction, 2)}`].join(", ")]);
+  }
+  const points = contents.points;
+  if (points) facts.push(["test points", String(points.name.length)]);
+  if (contents.rows) facts.push(["rows", String(integers(contents.rows.point).length)]);
+  if (contents.set_up) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
+  if (contents.statement) {
+    facts.push(["a tick of the engine", quantity(contents.statement.tick_ns * 1e-9, "s")]);
+    facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);
+  }
+  section.append(table(["", ""], facts));
+  const folded = (title: string, content: Node) => html("details", {}, html("summary", {}, title), content);
+  if (contents.files?.length)
+    section.append(
+      folded(
+        "Files",
+        table(
+          ["file", "bytes", "made from"],
+          contents.files.map((f) => [f.name, f.bytes.toLocaleString("en"), html("code", {}, f.made_from ?? "")]),
+        ),
+      ),
+    );
+  const settings = Object.entries(contents.set_up?.settings ?? {});
+  if (settings.length)
+    section.append(
+      folded(
+        "Scene",
+        table(
+          ["key", "value"],
+          settings.map(([key, s]) => [html("code", {}, key.replaceAll("/", ".")), shown(s)]),
+        ),
+      ),
+    );
+  if (points) {
+    const [rms, max] = [floats(points.rms_residual_N), floats(points.max_residual_N)];
+    section.append(
+      folded(
+        "Test points",
+        table(
+          ["point", "status", "residual", "at most", "remark"],
+          points.name.map((name, i) => [
+            name,
+            points.status[i],
+            quantity(rms[i], "N"),
+            quantity(max[i], "N"),
+            points.message[i],
+          ]),
+        ),
+      ),
+    );
+  }
+  const recordings = contents.recordings;
+  if (recordings) {
+    const noise = floats(recordings.noise_N);
+    const young = floats(recordings.young_Pa);
+    section.append(
+      folded(
+        "Recordings",
+        table(
+          ["file", "grade", "contact by", "noise", "apparent modulus", "why"],
+          recordings.file.map((file, i) => [
+            file,
+            ["good", "fair", "poor"][recordings.grade[i]],
+            recordings.estimator[i],
+            quantity(noise[i], "N"),
+            quantity(young[i], "Pa"),
+            recordings.reasons[i],
+          ]),
+        ),
+      ),
+    );
+  }
+  return section;
+}

@@ -1,0 +1,146 @@
+// The error statement, first in words, then as pictures.
+
+import { type Contents, type ErrorFigures, floats, type Statement, vector } from "./contents";
+import { html, table } from "./dom";
+import { type Bar, bars, plot, type Series } from "./plot";
+import { counted, percent, plain, quantity } from "./words";
+
+export function verdict(contents: Contents): string {
+  const s = contents.statement;
+  if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
+  return (
+    `The force is off by ${percent(s.force_error.median_rel)} in the median and ` +
+    `${percent(s.force_error.p95_rel)} at the 95th percentile, at places and on paths that no fit saw.`
+  );
+}
+
+function sentences(s: Statement, contents: Contents): string[] {
+  const e = s.force_error;
+  const jnd = `max(${quantity(contents.jnd.floor_N, "N", 2)}, ${percent(contents.jnd.share, 0)})`;
+  const out = [
+    `Compared at ${counted(s.probes, "held-out contact point", "held-out contact points")} in ` +
+      `${counted(s.rows, "row", "rows")}, ${s.rows_above_floor} of them above ${quantity(contents.jnd.floor_N, "N", 2)}.`,
+    `Median ${quantity(e.median_N, "N")}, 95th percentile ${quantity(e.p95_N, "N")}, largest ${quantity(e.max_N, "N")} (${percent(e.max_rel)}).`,
+    `${percent(e.within_jnd, e.within_jnd < 1 ? 1 : 0)} of the rows are within the force just noticeable to a person, ${jnd}.`,
+    `The reference's own estimated error is ${percent(s.reference_p95_rel)} at the 95th percentile.`,
+  ];
+  if (s.reference_p95_rel > 0.5 * e.p95_rel)
+    out.push(
+      `This compares noise in part: at ${percent(s.within_reference, 0)} of the rows the error is within the reference's own.`,
+    );
+  if (s.reference_failures > 0)
+    out.push(
+      `${counted(s.reference_failures, "reference row", "reference rows")} could not be solved and ${s.reference_failures === 1 ? "is" : "are"} left out.`,
+    );
+  return out;
+}
+
+function rows_of(errors: Record<string, ErrorFigures>): Bar[] {
+  return Object.entries(errors).map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
+}
+
+function figure(caption: string, picture: Node): HTMLElement {
+  return html("figure", {}, html("figcaption", {}, caption), picture);
+}
+
+/** Every compared row: its error over its force, and what a person cannot feel. */
+function scatter(contents: Contents): HTMLElement | undefined {
+  const held = contents.held_out;
+  if (!held) return undefined;
+  const force = floats(held.force_N);
+  const engine = floats(held.engine_N);
+  const kinds = [...new Set(held.path)];
+  const norm = (v: number[]) => Math.hypot(...v);
+  const series: Series[] = kinds.map((kind, k) => ({
+    kind: "dots",
+    look: `c${k}`,
+    name: plain(kind),
+    x: [],
+    y: [],
+    titles: [],
+  }));
+  held.path.forEach((kind, i) => {
+    const [f, e] = [vector(force, i), vector(engine, i)];
+    const s = series[kinds.indexOf(kind)];
+    const error = norm([0, 1, 2].map((k) => e[k] - f[k]));
+    s.x.push(norm(f));
+    s.y.push(error);
+    s.titles?.push(`${held.point[i]}, ${plain(kind)}: ${quantity(norm(f), "N")}, off by ${quantity(error, "N")}`);
+  });
+  const most = Math.max(...series.flatMap((s) => s.x)) * 1.04;
+  const { floor_N, share } = contents.jnd;
+  const knee = Math.min(floor_N / share, most);
+  const limit = (x: number) => Math.max(floor_N, share * x);
+  const line: Series = { kind: "line", look: "jnd", x: [0, knee, most], y: [0, knee, most].map(limit) };
+  const area: Series = { kind: "band", look: "unfelt", x: line.x, y: line.y, y2: [0, 0, 0] };
+  const highest = Math.max(limit(most), ...series.flatMap((s) => s.y)) * 1.05;
+  const picture = plot(
+    "Error of each held-out row over its force, with the just noticeable difference",
+    { label: "force of the reference [N]", min: 0, max: most },
+    { label: "error [N]", min: 0, max: highest },
+    [area, line, ...series],
+  );
+  const legend = html(
+    "p",
+    { class: "legend" },
+    ...kinds.map((kind, k) => html("span", {}, html("i", { class: `swatch c${k}` }), plain(kind))),
+    html("span", {}, html("i", { class: "swatch jnd" }), "just noticeable"),
+  );
+  const out = figure("Every row: what lies in the shaded area cannot be felt", picture);
+  out.append(legend);
+  return out;
+}
+
+export function statementSection(contents: Contents): HTMLElement {
+  const section = html(
+    "section",
+    { id: "error", "aria-labelledby": "error-title" },
+    html("h2", { id: "error-title" }, "How wrong it is"),
+  );
+  const s = contents.statement;
+  if (!s) {
+    section.append(
+      html("p", {}, "No statement: `palpate run` or `palpate validate` makes one from fresh experiments."),
+    );
+    return section;
+  }
+  section.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
+  const pictures = html("div", { class: "figures" });
+  const rows = scatter(contents);
+  if (rows) pictures.append(rows);
+  for (const [caption, errors] of [
+    ["By path of the tool", s.by_path],
+    ["By cause", s.causes],
+    ["What is simpler would have", s.baselines],
+  ] as [string, Record<string, ErrorFigures>][])
+    if (Object.keys(errors).length)
+      pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
+  section.append(
+    pictures,
+    html(
+      "p",
+      { class: "legend" },
+      html("span", {}, html("i", { class: "swatch median" }), "median"),
+      html("span", {}, html("i", { class: "swatch p95" }), "95th percentile of the error as a share of the force"),
+      html("span", {}, html("i", { class: "swatch jnd" }), `just noticeable, ${percent(contents.jnd.share, 0)}`),
+    ),
+    html(
+      "details",
+      {},
+      html("summary", {}, "The same in numbers"),
+      table(
+        ["", "median", "95th percentile", "median", "95th percentile"],
+        [s.by_path, s.causes, s.baselines].flatMap((errors) =>
+          Object.entries(errors).map(([name, e]) => [
+            plain(name),
+            percent(e.median_rel),
+            percent(e.p95_rel),
+            quantity(e.median_N, "N"),
+            quantity(e.p95_N, "N"),
+          ]),
+        ),
+      ),
+    ),
+  );
+  return section;
+}

@@ -1,0 +1,62 @@
+// Numbers and names for people.
+
+const prefixes: [number, string][] = [
+  [1e6, "M"],
+  [1e3, "k"],
+  [1, ""],
+  [1e-3, "m"],
+  [1e-6, "µ"],
+  [1e-9, "n"],
+];
+
+/** Three significant digits, never in powers of ten. */
+export function digits(value: number, count = 3): string {
+  if (!Number.isFinite(value)) return "unknown";
+  if (value === 0) return "0";
+  const decimals = Math.max(0, count - 1 - Math.floor(Math.log10(Math.abs(value))));
+  return value.toFixed(Math.min(decimals, 12));
+}
+
+/** "2.13 mm", "41 mN"; a value of 0 has no prefix. */
+export function quantity(value: number, unit: string, count = 3): string {
+  if (!Number.isFinite(value)) return "unknown";
+  const size = Math.abs(value);
+  const found = prefixes.find(([factor]) => size >= factor * 0.9995) ?? prefixes[prefixes.length - 1];
+  const [factor, prefix] = size === 0 ? prefixes[2] : found;
+  return `${digits(value / factor, count)} ${prefix}${unit}`;
+}
+
+/** 0.0213 is "2.1 %". */
+export function percent(share: number, decimals = 1): string {
+  return Number.isFinite(share) ? `${(100 * share).toFixed(decimals)} %` : "unknown";
+}
+
+export function millimetres(length_m: number, decimals = 1): string {
+  return `${(1e3 * length_m).toFixed(decimals)} mm`;
+}
+
+/** "back_and_forth" is "back and forth". */
+export function plain(name: string): string {
+  return name.replaceAll("_", " ");
+}
+
+export function counted(count: number, one: string, several: string): string {
+  return `${count} ${count === 1 ? one : several}`;
+}
+
+/** Round numbers that divide a range into at most `count` steps. */
+export function ticks(low: number, high: number, count = 5): number[] {
+  const rough = (high - low) / count;
+  if (!(rough > 0)) return [low];
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * ([1, 2, 5, 10].find((s) => s * power >= rough) ?? 10);
+  const out: number[] = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) out.push(k * step);
+  return out;
+}
+
+/** A tick's label with the digits that its step needs. */
+export function tickLabel(value: number, step: number): string {
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return value.toFixed(Math.min(decimals, 8));
+}

@@ -1,0 +1,5 @@
+// The bundled worker as text (build.mjs).
+declare module "worker-source" {
+  const text: string;
+  export default text;
+}

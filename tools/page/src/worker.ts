@@ -1,0 +1,159 @@
+// The force thread: ticks the engine at 1 kHz beside the page, whatever the frames do. A browser
+// wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
+
+import { Answer, Engine } from "./engine";
+
+export type Vector = [number, number, number];
+
+export type Order =
+  | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number }
+  | { order: "touch"; from: Vector; to: Vector }
+  | { order: "move"; to: Vector }
+  | { order: "rest" }
+  | { order: "record" }
+  | { order: "measure" };
+
+/** A batch of ticks. pressing_N, sliding_N: normal and lateral force of each. */
+export interface Batch {
+  tip: Vector;
+  answer: Float64Array;
+  status: number;
+  pressing_N: Float32Array;
+  sliding_N: Float32Array;
+  ticks_per_s: number;
+}
+
+export type News =
+  | { news: "ready" }
+  | { news: "refused"; sentence: string }
+  | { news: "batch"; batch: Batch }
+  | { news: "record"; tip_m: Float64Array; force_N: Float64Array }
+  | { news: "measured"; ticks_per_s: number };
+
+const kRate_Hz = 1000;
+const kMaxDue = 100; // after a pause the tool goes on where it stood
+const kNews_ms = 15;
+const kNearing = 0.04; // of the way that is left, a tick: 25 ms until the tool has followed
+const kRecorded = 600 * kRate_Hz; // ticks; ten minutes
+
+let engine: Engine;
+let step_m = 0;
+let tip: Vector = [0, 0, 0];
+let target: Vector = [0, 0, 0];
+let started_ms = 0;
+let done = 0;
+let recorded = 0;
+let status = 0;
+let tips = new Float64Array(0);
+let forces = new Float64Array(0);
+let pressing: number[] = [];
+let sliding: number[] = [];
+let told_ms = 0;
+let rate: { at_ms: number; ticks: number }[] = [];
+let ticks = 0;
+let timer: ReturnType<typeof setTimeout> | undefined;
+
+const say = (news: News, transfer: Transferable[] = []) => postMessage(news, { transfer });
+
+function tick(): void {
+  const way = target.map((t, k) => t - tip[k]);
+  const length = Math.hypot(...way);
+  const share = length > 0 ? Math.min(Math.max(kNearing, 1e-6 / length), step_m / length, 1) : 0;
+  tip = tip.map((v, k) => v + share * way[k]) as Vector;
+  status = engine.tick(...tip);
+  const a = engine.answer();
+  if (recorded < kRecorded) {
+    tips.set(tip, 3 * recorded);
+    forces.set(a.subarray(Answer.force_N, 3), 3 * recorded);
+    ++recorded;
+  }
+  const normal = -(a[0] * a[6] + a[1] * a[7] + a[2] * a[8]);
+  pressing.push(normal);
+  sliding.push(Math.hypot(a[0] + normal * a[6], a[1] + normal * a[7], a[2] + normal * a[8]));
+  ++ticks;
+}
+
+function tell(now: number): void {
+  if (now - told_ms < kNews_ms || pressing.length === 0) return;
+  told_ms = now;
+  rate.push({ at_ms: now, ticks });
+  rate = rate.filter((r) => now - r.at_ms < 1500);
+  const [first, last] = [rate[0], rate[rate.length - 1]];
+  say({
+    news: "batch",
+    batch: {
+      tip,
+      answer: engine.answer().slice(),
+      status,
+      pressing_N: Float32Array.from(pressing),
+      sliding_N: Float32Array.from(sliding),
+      ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
+    },
+  });
+  pressing = [];
+  sliding = [];
+}
+
+function run(): void {
+  const now = performance.now();
+  let due = Math.floor(((now - started_ms) * kRate_Hz) / 1e3) - done;
+  if (due > kMaxDue) {
+    done += due - kMaxDue;
+    due = kMaxDue;
+  }
+  for (let k = 0; k < due; ++k) tick();
+  done += due;
+  tell(now);
+  timer = setTimeout(run, 1);
+}
+
+function begin(from: Vector, to: Vector): void {
+  if (tips.length === 0) {
+    tips = new Float64Array(3 * kRecorded);
+    forces = new Float64Array(3 * kRecorded);
+  }
+  engine.start();
+  recorded = 0;
+  [tip, target] = [from, to];
+  if (timer !== undefined) return;
+  [started_ms, done, rate] = [performance.now(), 0, []];
+  run();
+}
+
+/** Ticks per second along the record, as fast as they go. */
+function measure(): number {
+  if (recorded === 0) return 0;
+  const path = tips.subarray(0, 3 * recorded);
+  const from = performance.now();
+  let count = 0;
+  let spent = 0;
+  while (spent < 200) {
+    engine.replay(path);
+    count += recorded;
+    spent = performance.now() - from;
+  }
+  return (1e3 * count) / spent;
+}
+
+addEventListener("message", async ({ data }: MessageEvent<Order>) => {
+  if (data.order === "open") {
+    try {
+      engine = await Engine.open(data.module, new Uint8Array(data.asset));
+      step_m = data.speed_m_s / kRate_Hz;
+      say({ news: "ready" });
+    } catch (failure) {
+      say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
+    }
+  } else if (data.order === "touch") begin(data.from, data.to);
+  else if (data.order === "move") target = data.to;
+  else if (data.order === "record")
+    say({ news: "record", tip_m: tips.slice(0, 3 * recorded), force_N: forces.slice(0, 3 * recorded) });
+  else if (data.order === "rest") {
+    clearTimeout(timer);
+    timer = undefined;
+  } else {
+    clearTimeout(timer);
+    timer = undefined;
+    say({ news: "measured", ticks_per_s: measure() });
+  }
+});
