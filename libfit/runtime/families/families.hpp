@@ -22,6 +22,7 @@
 // To add one: the header, its number and its row below.
 
 #include "leaning.hpp"
+#include "pushing.hpp"
 #include "rings.hpp"
 #include "separable.hpp"
 
@@ -29,11 +30,11 @@ namespace palpate {
 namespace runtime {
 
 /// Numbers of the rows of the table; assets store them.
-enum class Family : int { separable = 0, leaning = 1, rings = 2 };
+enum class Family : int { separable = 0, leaning = 1, rings = 2, pushing = 3 };
 
 template <class... Each>
 struct FamilyList {};
-using Families = FamilyList<Separable, Leaning, Rings>;
+using Families = FamilyList<Separable, Leaning, Rings, Pushing>;
 
 struct FamilyRow {
   const char* name;
