@@ -22,7 +22,6 @@
 // To add one: the header, its number and its row below.
 
 #include "leaning.hpp"
-#include "pushing.hpp"
 #include "rings.hpp"
 #include "separable.hpp"
 
@@ -30,11 +29,11 @@ namespace palpate {
 namespace runtime {
 
 /// Numbers of the rows of the table; assets store them.
-enum class Family : int { separable = 0, leaning = 1, rings = 2, pushing = 3 };
+enum class Family : int { separable = 0, leaning = 1, rings = 2 };
 
 template <class... Each>
 struct FamilyList {};
-using Families = FamilyList<Separable, Leaning, Rings, Pushing>;
+using Families = FamilyList<Separable, Leaning, Rings>;
 
 struct FamilyRow {
   const char* name;
