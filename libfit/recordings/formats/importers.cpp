@@ -6,15 +6,13 @@
 namespace palpate::importers {
 namespace {
 
-constexpr std::array<Importer, 8> kImporters{{
+constexpr std::array<Importer, 7> kImporters{{
     {"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5, read_columns_hdf5},
     {"chiaro", "Optics11 Chiaro nanoindenter, text export", begins_chiaro, read_chiaro},
     {"afm-workshop", "AFMWorkshop force-distance curve, extend and retract side by side",
      begins_afm_workshop, read_afm_workshop},
     {"instron", "compression test as the Instron-like export of the silicone phantoms",
      begins_instron, read_instron},
-    {"mecmesin", "Mecmesin test stand, text export with decimal commas", begins_mecmesin,
-     read_mecmesin},
     {"nt-mdt", "NT-MDT curve: three columns, decimal comma, no header", begins_nt_mdt, read_nt_mdt},
     {"robot-palpation",
      "a row per depth: contact point, surface normal, contact force, desired and current position",

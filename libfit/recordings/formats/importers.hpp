@@ -56,9 +56,6 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path&, std::s
                                             const ReadSettings&);
 std::vector<RawRecording> read_nt_mdt(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
-std::vector<RawRecording> read_mecmesin(const std::filesystem::path&, std::string_view,
-                                        const ReadSettings&);
-bool begins_mecmesin(std::string_view head);
 bool begins_hdf5(std::string_view head);
 bool begins_instron(std::string_view head);
 bool begins_chiaro(std::string_view head);

@@ -218,9 +218,6 @@ const std::string kInstron =
     "EF10\nCylinder Diameter: 50mm;\nTime (s),Compression (mm),Load (N),Engineering Strain "
     "[-]\n0,0,0.1,0\n1,2,3,0\n";
 
-const std::string kMecmesin =
-    "Mecmesin VectorPro\nTime (s);Load (N);Displacement (mm)\n0;0,1;0\n0,5;3,25;2\n";
-
 TEST_F(ImportersTest, instruments_are_known_by_their_beginning) {
   ReadSettings s;
   s.cantilever = Cantilever{0.5, 1e-7};
@@ -238,9 +235,6 @@ TEST_F(ImportersTest, instruments_are_known_by_their_beginning) {
   EXPECT_NEAR(nt_mdt.push_N[2], 0.5 * 1e-7 * 0.5, 1e-18);
   EXPECT_EQ(instron.facts.at("Cylinder Diameter"), "50mm");
   EXPECT_DOUBLE_EQ(instron.travel_m[1], 2e-3);
-  const auto mecmesin = read(kMecmesin, s)[0];
-  EXPECT_DOUBLE_EQ(mecmesin.travel_m[1], 2e-3);
-  EXPECT_DOUBLE_EQ(mecmesin.push_N[1], 3.25);
   EXPECT_EQ(refusal(kAfm, {}), "a.csv:5: the force is a raw cantilever signal");
 }
 
@@ -254,7 +248,6 @@ TEST_F(ImportersTest, damaged_files_are_refused_or_read_never_worse) {
                                      {"afm-workshop", kAfm},
                                      {"nt-mdt", kNtMdt},
                                      {"instron", kInstron},
-                                     {"mecmesin", kMecmesin},
                                      {"auto", kPlain}}) {
     for (int trial = 0; trial < 3000; ++trial) {
       std::string damaged = text;
