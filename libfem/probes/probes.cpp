@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libfem/probes/box.hpp"
 #include "libfem/probes/capsule.hpp"
 #include "libfem/probes/cone.hpp"
 #include "libfem/probes/ellipsoid.hpp"
@@ -50,14 +49,13 @@ constexpr ShapeRow shape_row(std::string_view name, std::string_view summary, bo
 }
 
 // One row per shape; add a shape by its file and a row.
-constexpr std::array<ShapeRow, 7> kShapes{{
+constexpr std::array<ShapeRow, 6> kShapes{{
     shape_row<SphereShape>("sphere", "a ball of the given radius", true),
     shape_row<FlatShape>("flat", "a flat-ended rod with a rounded edge", true),
     shape_row<CapsuleShape>("capsule", "a rod with two round ends, pressed with one or lying",
                             false),
     shape_row<ConeShape>("cone", "a cone with a rounded tip", true),
     shape_row<EllipsoidShape>("ellipsoid", "an ellipsoid with three semi-axes", false),
-    shape_row<BoxShape>("box", "a cuboid with rounded edges", false),
     shape_row<MeshShape>("mesh", "a closed triangle mesh from a file", false, true),
 }};
 

@@ -151,26 +151,6 @@ inline std::vector<ProbeCase> probe_cases() {
              e.cwiseAbs2().cwiseProduct(p) / e.cwiseProduct(p).norm(), turn);
   cases.push_back(tilted);
 
-  const Vec3 core(0.002, 0.003, 0.004);
-  cases.push_back({"box", spec_of("box", {{"size", {0.006, 0.008, 0.010}}, {"rounding", {0.001}}}),
-                   0.001, 0.002,
-                   placed(
-                       [=](std::mt19937& random) {
-                         std::uniform_real_distribution<double> share(-1, 1);
-                         const Vec3 inside =
-                             core.cwiseProduct(Vec3(share(random), share(random), share(random)));
-                         // A point of the core's border and a direction out of it from there.
-                         const int axis = static_cast<int>(random() % 3);
-                         Vec3 at = inside, out = Vec3::Zero();
-                         for (int i = 0; i < 3; ++i)
-                           if (i == axis || random() % 2) {
-                             out[i] = share(random);
-                             at[i] = std::copysign(core[i], out[i]);
-                           }
-                         return Vec3(at + 0.001 * out.normalized());
-                       },
-                       Vec3(0, 0, 0.005))});
-
   ProbeSpec mesh;
   mesh.shape = "mesh";
   mesh.mesh = ball_mesh(0.008, 4);
