@@ -1,5 +1,4 @@
 #include "libfem/materials/fung.hpp"
-#include "libfem/materials/gent.hpp"
 #include "libfem/materials/holzapfel_gasser_ogden.hpp"
 #include "libfem/materials/law_row.hpp"
 #include "libfem/materials/mooney_rivlin.hpp"
@@ -27,7 +26,6 @@ constexpr LawRow kLaws[] = {
     law_row<Yeoh>(),
     law_row<Ogden>(),
     law_row<Fung>(),
-    law_row<Gent>(),
     law_row<VerondaWestmann>(),
     law_row<HolzapfelGasserOgden>(),
     law_row<StVenantKirchhoff>(),
