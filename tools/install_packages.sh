@@ -1,21 +1,40 @@
 #!/usr/bin/env bash
-# Installs every Debian package that Palpate needs and that is not there yet (tools/packages.txt).
+# Installs every Debian package that Palpate needs and that is not there yet (tools/packages.txt), then
+# those that the page of `palpate report` is built with (tools/packages_page.txt) and those named as
+# arguments. Where these cannot be had, it says so and goes on.
 set -euo pipefail
-list="$(dirname "${BASH_SOURCE[0]}")/packages.txt"
-missing=()
-while read -r package; do
-  [ -n "$package" ] || continue
-  dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
-done < "$list"
-if [ ${#missing[@]} -eq 0 ]; then
-  echo "packages: all of $(grep -c . "$list") are installed"
-  exit 0
-fi
-echo "packages: installing ${missing[*]}"
+here=$(dirname "${BASH_SOURCE[0]}")
+
+# Of the packages read from stdin, those that are not installed; Node.js may come from elsewhere.
+missing() {
+  while read -r package; do
+    [ -n "$package" ] || continue
+    case "$package" in
+      nodejs) command -v node >/dev/null && continue ;;
+      npm | chromium) command -v "$package" >/dev/null && continue ;;
+    esac
+    dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || echo "$package"
+  done
+}
+
 as_root=()
-if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "packages: not root and no sudo; run as root: apt-get install ${missing[*]}" >&2; exit 1; }
-  as_root=(sudo)
+install() {
+  echo "packages: installing $*"
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "packages: not root and no sudo; run as root: apt-get install $*" >&2; return 1; }
+    as_root=(sudo)
+  fi
+  "${as_root[@]}" apt-get update -q &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@"
+}
+
+mapfile -t needed < <(missing < "$here/packages.txt")
+mapfile -t optional < <({ cat "$here/packages_page.txt"; printf '%s\n' "$@"; } | missing)
+if [ ${#needed[@]} -eq 0 ]; then
+  echo "packages: all of $(grep -c . "$here/packages.txt") are installed"
+else
+  install "${needed[@]}"
 fi
-"${as_root[@]}" apt-get update -q
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
+if [ ${#optional[@]} -gt 0 ] && ! install "${optional[@]}"; then
+  echo "packages: going on without ${optional[*]}, which the page of palpate report and its tests are made with"
+fi

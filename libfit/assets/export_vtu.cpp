@@ -1,4 +1,5 @@
 #include <array>
+#include <limits>
 #include <string>
 
 #include "libfit/assets/exporters.hpp"
@@ -12,12 +13,15 @@ namespace {
 
 constexpr std::array<double, 4> kDepthShares{0.25, 0.5, 0.75, 1.0};  // of the normal curve's range
 
+// Nothing is known there: a viewer must not take it for soft.
+constexpr float kUncovered = std::numeric_limits<float>::quiet_NaN();
+
 template <class F>
 std::vector<float> per_vertex(const Model& model, F value) {
   std::vector<float> out;
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
     out.push_back(model.is_covered[static_cast<std::size_t>(v)] ? static_cast<float>(value(v))
-                                                                : 0.0F);
+                                                                : kUncovered);
   return out;
 }
 

@@ -94,11 +94,20 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   return json;
 }
 
-// "interpolation 9.1 %, curve_fit 0.3 %"
-std::string list_in_words(const std::vector<NamedError>& errors) {
-  std::vector<std::string> words;
-  for (const NamedError& error : errors) words.push_back(error.name + " " + percent(error.p95_rel));
-  return listed(words);
+// A line of the table: what it is of, then its share of the force and newtons, twice or thrice.
+std::string line(std::string_view name, std::initializer_list<std::pair<double, double>> figures) {
+  std::string text = fmt::format("  {:<21}", name);
+  for (const auto& [share, newtons] : figures)
+    text += fmt::format("{:>8} {:>7.4f} N", percent(share), newtons);
+  return text + "\n";
+}
+
+std::string lines(std::string_view title, const std::vector<NamedError>& errors) {
+  std::string text;
+  if (!errors.empty()) text = fmt::format("{}\n", title);
+  for (const NamedError& e : errors)
+    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}});
+  return text;
 }
 
 }  // namespace
@@ -172,23 +181,21 @@ Statement parse_statement(const std::string& text, const std::string& where) {
 }
 
 std::string in_words(const Statement& s) {
-  std::string words = fmt::format(
-      "force error at {} held-out contact points, {} rows: median {:.3f} N ({}), p95 {:.3f} N "
-      "({}), "
-      "max {:.3f} N ({})\n"
+  std::string words =
+      fmt::format("force error at {} held-out contact points, {} rows\n{:<23}{:>18}{:>18}{:>18}\n",
+                  s.probes, s.rows, "", "median", "p95", "max");
+  words += line("all", {{s.median_rel, s.median_N}, {s.p95_rel, s.p95_N}, {s.max_rel, s.max_N}});
+  words += lines("by path", s.by_path) + lines("by cause", s.causes) +
+           lines("of what is simpler", s.baselines);
+  words += fmt::format(
       "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
       "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",
-      s.probes, s.rows, s.median_N, percent(s.median_rel), s.p95_N, percent(s.p95_rel), s.max_N,
-      percent(s.max_rel), percent(s.within_jnd, 0), percent(s.reference_p95_rel),
-      s.reference_failures);
+      percent(s.within_jnd, 0), percent(s.reference_p95_rel), s.reference_failures);
   if (s.reference_p95_rel > kTold * s.p95_rel)
     words += fmt::format(
-        "this compares noise in part: at {} of rows the error is within the reference's own; "
-        "force_tolerance of [validate] asks for a finer reference\n",
+        "this compares noise in part: at {} of rows the error is within the\n"
+        "reference's own; force_tolerance of [validate] asks for a finer reference\n",
         percent(s.within_reference, 0));
-  if (!s.by_path.empty()) words += "p95 by path: " + list_in_words(s.by_path) + "\n";
-  if (!s.causes.empty()) words += "p95 by cause: " + list_in_words(s.causes) + "\n";
-  if (!s.baselines.empty()) words += "p95 of what is simpler: " + list_in_words(s.baselines) + "\n";
   return words + fmt::format("{:.0f} ns per tick, {} bytes", s.tick_ns, s.asset_bytes);
 }
 

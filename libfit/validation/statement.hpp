@@ -59,7 +59,7 @@ std::string to_json(const Statement& statement, const std::string& inputs);
 /// Reads what to_json wrote. Throws Error at `where` when a name is missing or no number.
 Statement parse_statement(const std::string& json, const std::string& where);
 
-/// A few lines for people.
+/// A table for people, 80 columns wide at most.
 std::string in_words(const Statement& statement);
 
 }  // namespace palpate::validation

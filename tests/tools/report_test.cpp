@@ -121,6 +121,7 @@ TEST_F(Report, holds_what_the_run_left_in_one_file) {
   const auto contents =
       nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
   EXPECT_EQ(contents.at("schema"), "palpate-report");
+  EXPECT_TRUE(fs::exists(path("out/report.html")));  // of the run itself
   EXPECT_EQ(contents.at("name"), "out");
   EXPECT_EQ(contents.at("statement"),
             nlohmann::json::parse(content_of(path("out/statement.json"))));
@@ -193,6 +194,38 @@ TEST_F(Report, engine_in_webassembly_answers_the_native_bits) {
                              path("path.csv") + " " + path("wasm.csv"));
   ASSERT_EQ(played.status, 0) << played.out;
   expect_native_forces(path("path.csv"), path("wasm.csv"));
+}
+
+TEST_F(Report, page_sources_are_formatted_linted_and_typed) {
+  SKIP_WITHOUT_PAGE();
+  const std::string page = modules(), sources = PALPATE_SOURCE_DIR "/tools/page";
+  const auto says = [&](const std::string& command) {
+    const int raw = std::system((command + " >" + path("said") + " 2>&1").c_str());
+    return raw == 0 ? "" : content_of(path("said"));
+  };
+  EXPECT_EQ(
+      says("cd " + sources + " && node " + page + "/node_modules/@biomejs/biome/bin/biome ci ."),
+      "");
+  const nlohmann::json project{
+      {"extends", sources + "/tsconfig.json"},
+      {"compilerOptions",
+       {{"baseUrl", page},
+        {"paths", {{"*", {"./node_modules/@types/*", "./node_modules/*"}}}},
+        {"types", nlohmann::json::array()}}},
+      {"include", {sources + "/src"}}};
+  folder_->write("tsconfig.json", project.dump());
+  EXPECT_EQ(says("node " + page + "/node_modules/typescript/bin/tsc -p " + path("tsconfig.json")),
+            "");
+}
+
+TEST_F(Report, of_a_set_up_shows_what_nobody_has_paid_for_yet) {
+  SKIP_WITHOUT_PAGE();
+  folder_->write("scene.toml", kScene);
+  folder_->write("block.off", block_off(8));
+  const Outcome outcome = palpate(
+      *folder_, "check " + path("scene.toml") + " --no-trial --page " + path("set-up.html"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(content_of(path("set-up.html")).find("\"held_m\""), std::string::npos);
 }
 
 TEST_F(Report, opens_from_disk_without_error_or_request) {

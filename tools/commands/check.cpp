@@ -6,6 +6,8 @@
 #include "libfit/io/vtu.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/report/contents.hpp"
+#include "tools/report/page.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/trial.hpp"
@@ -41,6 +43,8 @@ class Check final : public Command {
     arguments.positional("scene", scene_path_, "Scene to check, scene.toml");
     arguments.output("--vtu", vtu_, "Picture of the set-up to write: what is held, window, points",
                      {"vtu"}, false);
+    arguments.output("--page", page_, "Page of the set-up to write: the same, to turn and look at",
+                     {kPageKind}, false);
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
     arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
@@ -73,6 +77,9 @@ class Check final : public Command {
     report_["tets"] = body.volume.tets.rows();
     report_["test_points"] = body.test_points.position.rows();
     if (!vtu_.empty()) write_set_up(vtu_, scene, body);
+    if (!page_.empty())
+      write_page(page_, contents_of_set_up(std::filesystem::path(scene_path_).stem(), body,
+                                           report_["warnings"]));
     if (!no_trial_) report_trial(scene, body);
   }
 
@@ -102,7 +109,7 @@ class Check final : public Command {
     if (advices.empty()) fmt::print("nothing to change\n");
   }
 
-  std::string scene_path_, vtu_;
+  std::string scene_path_, vtu_, page_;
   bool no_trial_ = false, json_ = false;
   std::vector<Error> errors_;
   nlohmann::ordered_json report_;

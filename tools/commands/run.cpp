@@ -7,6 +7,8 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
+#include "tools/report/contents.hpp"
+#include "tools/report/page.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -177,11 +179,24 @@ class Run final : public Command {
     write_file_atomically(output, to_json(statement, wanted));
   }
 
+  // The page to look at, where it is installed.
+  void report() {
+    const fs::path output = file("report.html");
+    if (find_page()) {
+      write_page(output, contents_of_folder(folder_));
+      say("open {} in a browser: errors, curves, and the body to poke", output.string());
+    } else {
+      say("`palpate report {} -o report.html` makes a page of it, once the page is built", folder_);
+    }
+  }
+
   int done() {
     if (stages_done_ == 0) say("nothing to do: everything in {} is up to date", folder_);
     const fs::path output = file("statement.json");
     const Statement statement = parse_statement(read_whole_file(output), output.string());
     fmt::print("{}\n", in_words(statement));
+    std::fflush(stdout);
+    report();
     if (!bad_experiments_)
       bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
     const std::size_t failed = *bad_experiments_ + list_bad_points(read_curves(file("curves.h5")));

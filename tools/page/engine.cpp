@@ -1,8 +1,10 @@
-// The engine as WebAssembly, for the page: palpate.h with numbers in place of structures. It has no
-// imports and allocates only the asset's room.
-//   clang++ --target=wasm32-wasi -std=c++17 -O2 -ffp-contract=off -fno-exceptions -fno-rtti
-//           -nostartfiles -Wl,--no-entry engine.cpp -o engine.wasm
+// The engine as WebAssembly, for the page: palpate.h with numbers in place of structures, and
+// beside it the engine's law with its interpolations off. It has no imports and allocates only the
+// asset's room. CMakeLists.txt has the compiler's flags.
+#include <new>
+
 #include "libfit/runtime/palpate.cpp"
+#include "tools/bench/ablated_surface.hpp"
 
 #define PAGE_EXPORT(name) __attribute__((export_name(#name)))
 
@@ -11,6 +13,30 @@ namespace {
 palpate_asset asset;
 palpate_contact contact;
 double answer[16];  // of the latest tick; tools/page/src/engine.ts names them
+
+// The tip without interpolation, where that is asked for.
+bool interpolates = true;
+alignas(
+    palpate::tools::AblatedTip) unsigned char faceted_storage[sizeof(palpate::tools::AblatedTip)];
+palpate::tools::AblatedTip* faceted = nullptr;
+
+constexpr int kTouches = 3;  // a state of its own: the faceted tip does not say whether it slides
+
+void tick_faceted(double x, double y, double z) {
+  const double tip[3] = {x, y, z};
+  const rt::Vec3d on_body = faceted->tick(tip);
+  rt::put(on_body * -1.0, answer);
+  for (int k = 3; k < 13; ++k) answer[k] = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 6; k < 9; ++k) answer[k] = 0;
+  const int triangle = faceted->triangle();
+  if (triangle >= 0) {
+    const rt::Asset& opened = held<OpenAsset>(&asset, kAssetMark)->asset;
+    rt::put(rt::normalized(opened.area_vector(triangle)) * -1.0, answer + 6);
+  }
+  answer[13] = triangle < 0 ? PALPATE_AIR : kTouches;
+  answer[14] = triangle;
+  answer[15] = 0;
+}
 
 }  // namespace
 
@@ -31,14 +57,24 @@ PAGE_EXPORT(sentence) const char* page_sentence(std::int32_t status) {
   return palpate_sentence(status);
 }
 
-// A tip in the air; sums are zero.
-PAGE_EXPORT(start) std::int32_t page_start() {
+// A tip in the air; sums are zero. interpolates_now: 0 for the mean curve and the flat normal of
+// each facet in place of what the engine blends.
+PAGE_EXPORT(start) std::int32_t page_start(std::int32_t interpolates_now) {
+  interpolates = interpolates_now != 0;
+  const auto* opened = held<OpenAsset>(&asset, kAssetMark);
+  if (!interpolates && opened != nullptr)
+    faceted =
+        new (faceted_storage) palpate::tools::AblatedTip(opened->asset, {false, false, false});
   const palpate_tool tip = palpate_tip();
   return palpate_start(&contact, &tip);
 }
 
 // One tick with the tip at a place [m]; returns the status.
 PAGE_EXPORT(tick) std::int32_t page_tick(double x, double y, double z) {
+  if (!interpolates && faceted != nullptr) {
+    tick_faceted(x, y, z);
+    return PALPATE_OK;
+  }
   const palpate_input in = palpate_input_at(x, y, z);
   palpate_output out;
   const palpate_status status = palpate_tick(&asset, &contact, &in, &out);

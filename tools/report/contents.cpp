@@ -1,7 +1,10 @@
 #include "tools/report/contents.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -88,6 +91,24 @@ Json probe_json(const ProbeSpec& probe) {
   return json;
 }
 
+// Triangles of one tetrahedron alone.
+Triangles boundary_of(const Tets& tets) {
+  static constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> open;
+  for (Eigen::Index t = 0; t < tets.rows(); ++t)
+    for (const auto& face : kFaces) {
+      const std::array<std::int32_t, 3> corners{tets(t, face[0]), tets(t, face[1]),
+                                                tets(t, face[2])};
+      auto key = corners;
+      std::sort(key.begin(), key.end());
+      if (!open.erase(key)) open[key] = corners;
+    }
+  Triangles boundary(static_cast<Eigen::Index>(open.size()), 3);
+  Eigen::Index row = 0;
+  for (const auto& [key, corners] : open) boundary.row(row++) << corners[0], corners[1], corners[2];
+  return boundary;
+}
+
 void add_body(Json& json, const Body& body) {
   json["surface"] = surface_json(body.surface);
   json["surface"]["reachable"] = packed_each<std::uint8_t>(body.is_reachable);
@@ -99,6 +120,8 @@ void add_body(Json& json, const Body& body) {
   }
   json["set_up"] = {{"held_m", packed_as<float>(held)},
                     {"tets", body.volume.tets.rows()},
+                    {"nodes_m", packed_as<float>(body.volume.nodes)},
+                    {"boundary", packed_as<std::int32_t>(boundary_of(body.volume.tets))},
                     {"points_m", packed_as<float>(body.test_points.position)},
                     {"settings", settings_json(body.settings)}};
   if (body.probe) json["probe"] = probe_json(*body.probe);

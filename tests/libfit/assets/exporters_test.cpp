@@ -216,5 +216,20 @@ TEST_F(Exporting, vtu_blocks_lie_where_the_header_says) {
   EXPECT_NE(text.find("Name=\"friction_at_10mm\""), std::string::npos);
 }
 
+// Uncovered vertices had 0 there, and viewers coloured them as the softest of all.
+TEST_F(Exporting, vtu_says_nothing_where_nothing_is_covered) {
+  model.is_covered.assign(model.is_covered.size(), 1);
+  model.is_covered[0] = 0;
+  export_vtu(model, folder / "m.vtu", {});
+  const std::string text = content(folder / "m.vtu");
+  const std::size_t data = text.find('_', text.find("<AppendedData encoding=\"raw\">")) + 1;
+  const std::size_t name = text.find("Name=\"normal_stiffness_N_m_at_2.5mm\"");
+  const std::size_t offset = std::stoul(text.substr(text.find("offset=\"", name) + 8));
+  float first[2];
+  std::memcpy(first, text.data() + data + offset + sizeof(std::uint64_t), sizeof first);
+  EXPECT_TRUE(std::isnan(first[0]));
+  EXPECT_FALSE(std::isnan(first[1]));
+}
+
 }  // namespace
 }  // namespace palpate::test

@@ -139,7 +139,7 @@ const claims = {
     await canvas.focus();
     await page.keyboard.press("Space");
     await until("#poke-state", (s) => s === "sticks" || s === "slides");
-    await until("#poke-depth-now", (s) => Number.parseFloat(s) > 0.3);
+    await until("#poke-depth-now", (s) => Number.parseFloat(s) >= 0.3);
     for (let i = 0; i < 6; ++i) await page.keyboard.press("ArrowRight");
     await until("#poke-depth-now", (s) => Number.parseFloat(s.split(",")[1]) > 0.05);
     await page.keyboard.press("Escape");

@@ -51,6 +51,7 @@ class Section {
   private map: MapName = "stiffness_N_m";
   private markerMode: MarkerMode = "points";
   private poke: Poke | undefined;
+  private setUpBox: HTMLInputElement | undefined;
   readonly elements: HTMLElement[];
 
   constructor(
@@ -103,9 +104,13 @@ class Section {
       const box = html("input", {
         type: "checkbox",
         id: "show-set-up",
-        change: () => this.view.showSetUp(box.checked),
+        change: () => {
+          this.view.showSetUp(box.checked);
+          this.colour();
+        },
       });
-      controls.append(html("label", {}, box, " set-up: held nodes, window, inclusions"));
+      this.setUpBox = box;
+      controls.append(html("label", {}, box, " set-up: held nodes, base mesh, window, inclusions"));
       if (!contents.maps) {
         box.checked = true;
         this.view.showSetUp(true);
@@ -144,6 +149,7 @@ class Section {
     if (contents.asset) {
       this.poke = new Poke(contents, engine, this.view);
       section.querySelector(".bench")?.append(this.poke.panel);
+      section.append(this.poke.help);
     }
     this.colour();
     this.mark();
@@ -170,14 +176,15 @@ class Section {
         html("div", { class: "gradient", style: `background: ${viridisGradient}` }),
         html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
       );
-    this.bar.append(html("div", {}, html("i", { class: "swatch uncovered" }), "not covered"));
+    const kinds = [["uncovered", "not covered"]];
+    if (this.setUpBox?.checked) kinds.push(["held", "held nodes"], ["window", "window"], ["inclusion", "inclusions"]);
+    this.bar.append(...kinds.map(([look, name]) => html("div", {}, html("i", { class: `swatch ${look}` }), name)));
   }
 
   private mark(): void {
     const { jnd, points } = this.contents;
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
-    this.hint.textContent =
-      "Drag to turn, wheel or two fingers to come nearer; click a test point for its curves. Grey is not covered: nothing is known there.";
+    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}. Grey is not covered: nothing is known there.`;
     if (this.markerMode === "points") {
       const isDoubtful = (i: number) => points !== undefined && points.status[i] !== "good";
       places = this.positions;

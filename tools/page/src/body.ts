@@ -113,29 +113,40 @@ export class BodyView {
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
-  /** What the first look is turned to: the covered window, or the whole body. Returns its radius. */
+  /** What the first look is turned to: the window, or the whole body. Returns the body's radius. */
   private frame(vertices: Float32Array): number {
     const sphere = this.mesh.geometry.boundingSphere;
     const whole = sphere?.radius ?? 1;
     this.focus.copy(sphere?.center ?? new Vector3());
     this.facing.set(-0.3, -1, 0.9);
     this.distance = 2.5 * whole;
-    if (this.covered.length) {
-      const box = new Box3();
-      const mean = new Vector3();
-      for (const v of this.covered) {
-        box.expandByPoint(new Vector3(...vector(vertices, v)));
-        mean.add(new Vector3(...vector(this.normals, v)));
-      }
-      const window_m = box.getSize(new Vector3()).length() / 2;
-      if (mean.length() > 0.3 * this.covered.length && window_m < 0.6 * whole) {
-        // Seen a little from the front, so that what is up stays up.
-        this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
-        this.focus.lerp(box.getCenter(new Vector3()), 0.6);
-        this.distance = Math.max(2 * whole, 3.2 * window_m);
-      }
+    const seen = this.covered.length ? this.covered : this.besideTestPoints(vertices);
+    const box = new Box3();
+    const mean = new Vector3();
+    for (const v of seen) {
+      box.expandByPoint(new Vector3(...vector(vertices, v)));
+      mean.add(new Vector3(...vector(this.normals, v)));
     }
+    const window_m = seen.length ? box.getSize(new Vector3()).length() / 2 : whole;
+    if (mean.length() < 0.3 * seen.length || window_m > 0.6 * whole) return whole;
+    // A little from the front, so that what is up stays up.
+    this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
+    this.focus.lerp(box.getCenter(new Vector3()), 0.6);
+    if (this.covered.length) this.distance = Math.max(2 * whole, 3.2 * window_m);
     return whole;
+  }
+
+  /** Of a set-up without curves, the vertices nearest to its test points. */
+  private besideTestPoints(vertices: Float32Array): Int32Array {
+    const points = floats(this.contents.set_up?.points_m);
+    return Int32Array.from({ length: points.length / 3 }, (_, p) => {
+      let [nearest, least] = [0, Number.POSITIVE_INFINITY];
+      for (let v = 0; v < vertices.length / 3; ++v) {
+        const d = [0, 1, 2].reduce((sum, k) => sum + (vertices[3 * v + k] - points[3 * p + k]) ** 2, 0);
+        if (d < least) [nearest, least] = [v, d];
+      }
+      return nearest;
+    });
   }
 
   /** Along +y, of length 1 until it is stretched: a shaft and a head, seen through the body. */
@@ -153,7 +164,16 @@ export class BodyView {
     if (!set_up) return;
     const held = new BufferGeometry();
     held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
-    this.setUp.add(new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 0.03 * this.radius })));
+    this.setUp.add(new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 6, sizeAttenuation: false })));
+    const volume = new BufferGeometry();
+    volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
+    volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
+    this.setUp.add(
+      new Mesh(
+        volume,
+        new MeshBasicMaterial({ color: 0x808080, wireframe: true, transparent: true, opacity: 0.35, depthTest: false }),
+      ),
+    );
     const regions = new Map<string, string>();
     for (const key of Object.keys(set_up.settings)) {
       const found = /^(experiments\/region|inclusion\/\d+)\/(sphere|box)/.exec(key);
@@ -167,8 +187,8 @@ export class BodyView {
       const colour = owner.startsWith("inclusion") ? 0xd55e00 : 0x0072b2;
       if (key.endsWith("sphere")) {
         const ball = new Mesh(
-          new SphereGeometry(numbers(`${key}/radius`)[0] ?? 0, 24, 16),
-          new MeshBasicMaterial({ color: colour, wireframe: true, transparent: true, opacity: 0.35 }),
+          new SphereGeometry(numbers(`${key}/radius`)[0] ?? 0, 20, 12),
+          new MeshBasicMaterial({ color: colour, wireframe: true, transparent: true, opacity: 0.22 }),
         );
         ball.position.set(...(numbers(`${key}/center`) as [number, number, number]));
         this.setUp.add(ball);
@@ -186,7 +206,8 @@ export class BodyView {
   showSetUp(isShown: boolean): void {
     this.setUp.visible = isShown;
     this.mesh.material.transparent = isShown;
-    this.mesh.material.opacity = isShown ? 0.75 : 1;
+    this.mesh.material.opacity = isShown ? 0.45 : 1;
+    this.mesh.material.depthWrite = !isShown;
     this.mesh.material.needsUpdate = true;
     this.draw();
   }

@@ -52,7 +52,14 @@ export interface Contents {
     reachable?: Packed;
     inward_normal?: Packed;
   };
-  set_up?: { held_m: Packed; tets: number; points_m: Packed; settings: Record<string, Setting> };
+  set_up?: {
+    held_m: Packed;
+    tets: number;
+    nodes_m: Packed;
+    boundary: Packed;
+    points_m: Packed;
+    settings: Record<string, Setting>;
+  };
   probe?: { shape: string; friction: number; values: Record<string, number[]> };
   maps?: {
     depths_m: number[];

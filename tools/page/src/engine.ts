@@ -5,12 +5,10 @@ interface Exports {
   reserve(bytes: number): number;
   open(address: number, size: number): number;
   sentence(status: number): number;
-  start(): number;
+  start(interpolates: number): number;
   tick(x: number, y: number, z: number): number;
   answer(): number;
 }
-
-export const ContactState = { air: 0, stick: 1, slip: 2 } as const;
 
 /** Where each number of a tick's answer stands; forces act on the tool. */
 export const Answer = {
@@ -50,9 +48,9 @@ export class Engine {
     return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
   }
 
-  /** Ends contact and sets all sums to zero. */
-  start(): void {
-    this.wasm.start();
+  /** Ends contact and sets all sums to zero. Without interpolation each facet has one curve and its own normal. */
+  start(interpolates = true): void {
+    this.wasm.start(interpolates ? 1 : 0);
   }
 
   /** One tick with the tip at a place [m]; returns the status, 0 for good. */

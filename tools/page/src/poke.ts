@@ -10,11 +10,16 @@ import type { Batch, News, Order, Vector } from "./worker";
 import { millimetres, quantity } from "./words";
 
 const kShown = 4000; // ticks in the graph: four seconds
-const kStates = ["in the air", "sticks", "slides"];
+const kStates = ["in the air", "sticks", "slides", "touches"];
 const kKeyStep = 0.05; // of the range, a key
+const kHelp =
+  "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
+  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. " +
+  "The engine moves no surface: the body is drawn at rest.";
 
 export class Poke {
   readonly panel: HTMLElement;
+  readonly help = html("p", { class: "small hint" }, kHelp);
   isPoking = false;
   private worker: Worker | undefined;
   private readonly range_m: number;
@@ -22,6 +27,8 @@ export class Poke {
   private readonly fullForce_N: number;
   private place: Place | undefined;
   private isPressed = false;
+  /** Of the last touch. */
+  private isBlended = true;
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
   private readonly values = new Map<string, HTMLElement>();
@@ -36,6 +43,7 @@ export class Poke {
   private readonly message = html("p", { class: "small", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly pokeBox: HTMLInputElement;
+  private readonly blendBox: HTMLInputElement;
   private second: { id: number; y: number; depth: number } | undefined;
 
   constructor(
@@ -57,6 +65,7 @@ export class Poke {
       input: () => this.follow(),
     });
     this.pokeBox = html("input", { type: "checkbox", id: "poke-on", change: () => this.set(this.pokeBox.checked) });
+    this.blendBox = html("input", { type: "checkbox", id: "poke-blend", checked: true, change: () => this.lift() });
     this.pressButton = html(
       "button",
       { type: "button", id: "poke-press", click: () => (this.isPressed ? this.lift() : this.pressHere()) },
@@ -72,6 +81,7 @@ export class Poke {
       { class: "panel", role: "group", "aria-label": "The tool" },
       html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
       html("label", {}, "Depth ", this.depth, " ", this.depthText),
+      html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
       this.graph,
       html(
         "p",
@@ -102,13 +112,6 @@ export class Poke {
         html("button", { type: "button", id: "poke-measure", click: () => this.measure() }, "Measure speed"),
       ),
       this.message,
-      html(
-        "p",
-        { class: "small" },
-        "Hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
-          "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. " +
-          "The engine moves no surface: the body is drawn at rest.",
-      ),
     );
     this.showDepth();
     this.open(engine);
@@ -164,7 +167,9 @@ export class Poke {
     const url = URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
     html("a", { href: url, download: "touch.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
-    this.message.textContent = `Saved ${tip_m.length / 3} ticks: \`palpate replay asset.palp touch.csv -o FORCES.csv\` gives the same forces.`;
+    this.message.textContent = this.isBlended
+      ? `Saved ${tip_m.length / 3} ticks: palpate replay asset.palp touch.csv -o FORCES.csv gives the same forces.`
+      : `Saved ${tip_m.length / 3} ticks without interpolation.`;
   }
 
   private set(isOn: boolean): void {
@@ -197,7 +202,13 @@ export class Poke {
     this.place = place;
     this.isPressed = true;
     this.pressButton.textContent = "Lift";
-    this.order({ order: "touch", from: this.at(-0.3 * this.range_m), to: this.at(Number(this.depth.value)) });
+    this.isBlended = this.blendBox.checked;
+    this.order({
+      order: "touch",
+      from: this.at(-0.3 * this.range_m),
+      to: this.at(Number(this.depth.value)),
+      interpolates: this.isBlended,
+    });
   }
 
   private pressHere(): void {
@@ -323,7 +334,9 @@ export class Poke {
       state: kStates[state] ?? "",
       force: quantity(force.length(), "N"),
       normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
-      "depth-now": `${millimetres(a[Answer.normal_m], 2)} in, ${millimetres(a[Answer.lateral_m], 2)} across`,
+      "depth-now": Number.isFinite(a[Answer.normal_m])
+        ? `${millimetres(a[Answer.normal_m])} in, ${millimetres(a[Answer.lateral_m])} across`
+        : "unknown",
       stored: quantity(a[Answer.stored_J], "J"),
       dissipated: quantity(a[Answer.dissipated_J], "J"),
       rate: batch.ticks_per_s.toFixed(0),

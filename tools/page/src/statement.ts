@@ -7,6 +7,7 @@ import { counted, percent, plain, quantity } from "./words";
 
 export function verdict(contents: Contents): string {
   const s = contents.statement;
+  if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
   if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
   return (
     `The force is off by ${percent(s.force_error.median_rel)} in the median and ` +
@@ -99,9 +100,7 @@ export function statementSection(contents: Contents): HTMLElement {
   );
   const s = contents.statement;
   if (!s) {
-    section.append(
-      html("p", {}, "No statement: `palpate run` or `palpate validate` makes one from fresh experiments."),
-    );
+    section.append(html("p", {}, "No statement: palpate run, or palpate validate, makes one from fresh experiments."));
     return section;
   }
   section.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));

@@ -32,7 +32,7 @@ export function percent(share: number, decimals = 1): string {
 }
 
 export function millimetres(length_m: number, decimals = 1): string {
-  return `${(1e3 * length_m).toFixed(decimals)} mm`;
+  return Number.isFinite(length_m) ? `${(1e3 * length_m).toFixed(decimals)} mm` : "unknown";
 }
 
 /** "back_and_forth" is "back and forth". */

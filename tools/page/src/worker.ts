@@ -7,7 +7,7 @@ export type Vector = [number, number, number];
 
 export type Order =
   | { order: "open"; module: ArrayBuffer; asset: ArrayBuffer; speed_m_s: number }
-  | { order: "touch"; from: Vector; to: Vector }
+  | { order: "touch"; from: Vector; to: Vector; interpolates: boolean }
   | { order: "move"; to: Vector }
   | { order: "rest" }
   | { order: "record" }
@@ -107,12 +107,12 @@ function run(): void {
   timer = setTimeout(run, 1);
 }
 
-function begin(from: Vector, to: Vector): void {
+function begin(from: Vector, to: Vector, interpolates: boolean): void {
   if (tips.length === 0) {
     tips = new Float64Array(3 * kRecorded);
     forces = new Float64Array(3 * kRecorded);
   }
-  engine.start();
+  engine.start(interpolates);
   recorded = 0;
   [tip, target] = [from, to];
   if (timer !== undefined) return;
@@ -144,7 +144,7 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     } catch (failure) {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }
-  } else if (data.order === "touch") begin(data.from, data.to);
+  } else if (data.order === "touch") begin(data.from, data.to, data.interpolates);
   else if (data.order === "move") target = data.to;
   else if (data.order === "record")
     say({ news: "record", tip_m: tips.slice(0, 3 * recorded), force_N: forces.slice(0, 3 * recorded) });
