@@ -6,7 +6,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
@@ -194,6 +196,31 @@ TEST_F(Report, engine_in_webassembly_answers_the_native_bits) {
                              path("path.csv") + " " + path("wasm.csv"));
   ASSERT_EQ(played.status, 0) << played.out;
   expect_native_forces(path("path.csv"), path("wasm.csv"));
+}
+
+// Across the middle of the block the curves differ from facet to facet.
+TEST_F(Report, without_interpolation_forces_jump_between_facets) {
+  SKIP_WITHOUT_ENGINE();
+  std::ofstream file(path("slide.csv"));
+  file.precision(17);
+  file << "t_s,x_m,y_m,z_m\n";
+  for (int i = 0; i < 1200; ++i)
+    file << 0.001 * i << ',' << 0.03 + 0.02 * std::max(i - 200, 0) / 1000 << ',' << 0.043 << ','
+         << 0.0305 - 0.0035 * std::min(i, 200) / 200 << '\n';
+  file.close();
+  std::map<std::string, double> largest_change_N;
+  for (const std::string mode : {"blended", "faceted"}) {
+    const Outcome played =
+        node("engine.mjs", PALPATE_SOURCE_DIR "/tools/page/src " + path("out/asset.palp") + " " +
+                               path("slide.csv") + " " + path("wasm.csv") + " " + mode);
+    ASSERT_EQ(played.status, 0) << played.out;
+    const auto force = vectors(path("wasm.csv"), "fx_N");
+    double& largest = largest_change_N[mode];
+    for (std::size_t i = 400; i < force.size(); ++i)
+      largest = std::max(largest, std::abs(force[i][2] - force[i - 1][2]));
+  }
+  EXPECT_GT(largest_change_N["faceted"], 5 * largest_change_N["blended"])
+      << largest_change_N["blended"] << " N at most with interpolation";
 }
 
 TEST_F(Report, page_sources_are_formatted_linted_and_typed) {

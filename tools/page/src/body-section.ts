@@ -3,7 +3,7 @@
 import { BodyView, type MapName, type MarkerMode } from "./body";
 import { viridis, viridisGradient } from "./colours";
 import { type Contents, floats, vector } from "./contents";
-import { Curves } from "./curves";
+import type { PointSection } from "./curves";
 import { choice, html } from "./dom";
 import { Poke } from "./poke";
 import { millimetres, percent, quantity } from "./words";
@@ -39,26 +39,23 @@ function heldOutPlaces(contents: Contents): { places: Float32Array; error: numbe
 
 class Section {
   private readonly view: BodyView;
-  private readonly curves: Curves;
   private readonly positions: Float32Array;
   private readonly held;
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
   private readonly bar = html("div", { class: "colourbar" });
-  private readonly detail = html("div", { id: "point-detail", "aria-live": "polite" });
-  private readonly pointChoice: HTMLSelectElement | undefined;
   private readonly hint = html("p", { class: "small hint" });
   private map: MapName = "stiffness_N_m";
   private markerMode: MarkerMode = "points";
   private poke: Poke | undefined;
   private setUpBox: HTMLInputElement | undefined;
-  readonly elements: HTMLElement[];
+  readonly element: HTMLElement;
 
   constructor(
     private readonly contents: Contents,
     engine: string,
+    private readonly points: PointSection | undefined,
   ) {
-    this.curves = new Curves(contents);
     this.positions = floats(contents.points?.position_m ?? contents.set_up?.points_m);
     this.held = heldOutPlaces(contents);
     const canvas = html("canvas", {
@@ -118,7 +115,7 @@ class Section {
     }
     controls.append(html("button", { type: "button", click: () => this.view.home() }, "Look as at first"));
     const stage = html("div", { class: "stage" }, canvas, html("div", { class: "overlay" }, this.bar));
-    const section = html(
+    this.element = html(
       "section",
       { id: "body", "aria-labelledby": "body-title" },
       html("h2", { id: "body-title" }, "The body"),
@@ -126,41 +123,15 @@ class Section {
       html("div", { class: "bench" }, stage),
       this.hint,
     );
-    this.elements = [section];
-    if (contents.points) {
-      const { element, select } = choice(
-        "Test point",
-        contents.points.name.map((name, i) => [String(i), this.curves.hasDrags(i) ? `${name} (dragged)` : name]),
-        (value) => this.select(Number(value)),
-      );
-      this.pointChoice = select;
-      select.id = "point-choice";
-      this.elements.push(
-        html(
-          "section",
-          { id: "curves", "aria-labelledby": "curves-title" },
-          html("h2", { id: "curves-title" }, "Curves of a point"),
-          html("p", {}, element),
-          this.detail,
-        ),
-      );
-    }
     this.listen(canvas);
     if (contents.asset) {
       this.poke = new Poke(contents, engine, this.view);
-      section.querySelector(".bench")?.append(this.poke.panel);
-      section.append(this.poke.help);
+      this.element.querySelector(".bench")?.append(this.poke.panel);
+      this.element.append(this.poke.help);
     }
     this.colour();
     this.mark();
-    if (contents.points) this.select(this.firstPoint());
-  }
-
-  /** The stiffest point that was dragged, or simply the first. */
-  private firstPoint(): number {
-    const names = this.contents.points?.name ?? [];
-    const dragged = names.findIndex((_, i) => this.curves.hasDrags(i));
-    return Math.max(dragged, 0);
+    if (points) points.chosen = (point) => this.select(point);
   }
 
   private colour(): void {
@@ -198,17 +169,11 @@ class Section {
     this.view.mark(places, colours);
   }
 
-  select(point: number): void {
-    if (!this.contents.points) return;
-    this.view.select(vector(this.positions, point));
-    if (this.pointChoice) this.pointChoice.value = String(point);
-    this.detail.replaceChildren(...this.curves.show(point));
-    const outward = vector(floats(this.contents.points.inward_normal), point).map((v) => -v) as [
-      number,
-      number,
-      number,
-    ];
-    this.poke?.aim(vector(this.positions, point), outward);
+  private select(point: number): void {
+    const place = vector(this.positions, point);
+    this.view.select(place);
+    const [x, y, z] = vector(floats(this.contents.points?.inward_normal), point);
+    this.poke?.aim(place, [-x, -y, -z]);
   }
 
   private nearestPoint(at: { x: number; y: number; z: number }): number {
@@ -231,7 +196,7 @@ class Section {
       pressed = undefined;
       if (!isClick || this.poke?.isPoking) return;
       const place = this.view.under(event.clientX, event.clientY);
-      if (place) this.select(this.nearestPoint(place.position));
+      if (place) this.points?.choose(this.nearestPoint(place.position), this.view.curveAt(place.position));
     });
     canvas.addEventListener("keydown", (event) => {
       if (this.poke?.isPoking) return;
@@ -253,14 +218,13 @@ class Section {
   }
 }
 
-/** Sections of the body and of the point chosen on it. */
-export function bodySection(contents: Contents, engine: string): HTMLElement[] {
+/** The section of the body, where the points of `points` can be chosen, too. */
+export function bodySection(contents: Contents, engine: string, points: PointSection | undefined): HTMLElement {
   try {
-    return new Section(contents, engine).elements;
+    return new Section(contents, engine, points).element;
   } catch (failure) {
     // Without WebGL the rest of the page still tells what it can.
-    const curves = new Curves(contents);
-    const section = html(
+    return html(
       "section",
       { id: "body", "aria-labelledby": "body-title" },
       html("h2", { id: "body-title" }, "The body"),
@@ -270,7 +234,5 @@ export function bodySection(contents: Contents, engine: string): HTMLElement[] {
         `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`,
       ),
     );
-    if (contents.points) section.append(...curves.show(0));
-    return [section];
   }
 }

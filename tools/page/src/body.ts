@@ -30,6 +30,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { kUncovered, viridis } from "./colours";
+import type { PlaceCurve } from "./curves";
 import { type Contents, floats, integers, type Setting, vector } from "./contents";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
@@ -131,7 +132,7 @@ export class BodyView {
     if (mean.length() < 0.3 * seen.length || window_m > 0.6 * whole) return whole;
     // A little from the front, so that what is up stays up.
     this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
-    this.focus.lerp(box.getCenter(new Vector3()), 0.6);
+    this.focus.lerp(box.getCenter(new Vector3()), 0.8);
     if (this.covered.length) this.distance = Math.max(2 * whole, 3.2 * window_m);
     return whole;
   }
@@ -252,6 +253,25 @@ export class BodyView {
       { length: count },
       (_, i) => (1 - t) * all[Math.max(k, 0) * count + i] + t * all[upper * count + i],
     );
+  }
+
+  /** Normal force over depth at the covered vertex nearest to a place; none where the place is not covered. */
+  curveAt(place: Vector3): PlaceCurve | undefined {
+    const maps = this.contents.maps;
+    if (!maps) return undefined;
+    const vertices = this.mesh.geometry.getAttribute("position").array;
+    let [nearest, least] = [-1, Number.POSITIVE_INFINITY];
+    for (let v = 0; v < vertices.length / 3; ++v) {
+      const d = place.distanceToSquared(new Vector3(...vector(vertices, v)));
+      if (d < least) [nearest, least] = [v, d];
+    }
+    const i = this.covered.indexOf(nearest);
+    if (i < 0) return undefined;
+    const force = floats(maps.force_N);
+    return {
+      depth_m: [0, ...maps.depths_m],
+      force_N: [0, ...maps.depths_m.map((_, k) => force[k * this.covered.length + i])],
+    };
   }
 
   /** Colours the surface; returns the values at the two ends of the colour bar. */

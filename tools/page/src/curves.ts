@@ -1,7 +1,7 @@
 // The curves of one test point with its samples, bands and residuals.
 
 import { type Contents, codes, floats, integers, vector } from "./contents";
-import { html } from "./dom";
+import { choice, html } from "./dom";
 import { plot, type Series } from "./plot";
 import { millimetres, plain, quantity } from "./words";
 
@@ -22,8 +22,14 @@ const kPress = 0;
 const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const across = (a: number[], u: number[]) => a.map((v, k) => v - dot(a, u) * u[k]);
 
+/** Normal force over depth at a place between test points. */
+export interface PlaceCurve {
+  depth_m: number[];
+  force_N: number[];
+}
+
 /** Samples of the test points, read once. */
-export class Curves {
+class Curves {
   private readonly experiments: Experiment[][];
   private readonly normal: Float32Array;
   private readonly curve: { name: string; knots: number[]; value: Float32Array; deviation: Float32Array }[];
@@ -81,7 +87,7 @@ export class Curves {
   }
 
   /** Force over depth: band, curve, knots, the presses' rows. */
-  private pressPlot(point: number): SVGSVGElement {
+  private pressPlot(point: number, between?: PlaceCurve): SVGSVGElement {
     const u = vector(this.normal, point);
     const { x, y, deviation } = this.sampled(0, point);
     const series: Series[] = [];
@@ -90,6 +96,7 @@ export class Curves {
       series.push({ kind: "band", look: "c0", x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) });
     }
     series.push({ kind: "line", look: "c0", x, y });
+    if (between) series.push({ kind: "line", look: "c1 dashed", x: between.depth_m, y: between.force_N });
     const good: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
     const bad: Series = { kind: "dots", look: "bad", x: [], y: [], titles: [] };
     for (const e of this.experiments[point].filter((e) => e.kind === kPress))
@@ -207,8 +214,8 @@ export class Curves {
     );
   }
 
-  /** All that is known of a test point. */
-  show(point: number): Node[] {
+  /** All that is known of a test point. between: the curve of a place beside it, for comparison. */
+  show(point: number, between?: PlaceCurve): Node[] {
     const points = this.contents.points;
     if (!points) return [];
     const figure = (caption: string, picture: Node) => html("figure", {}, html("figcaption", {}, caption), picture);
@@ -220,7 +227,12 @@ export class Curves {
     ];
     const hasRows = this.experiments[point].length > 0;
     if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");
-    const pictures = [figure("Pressing: curve, its 90 % band, knots and rows", this.pressPlot(point))];
+    const pictures = [
+      figure(
+        `Pressing: curve, its 90 % band, knots and rows${between ? "; dashed: where you clicked" : ""}`,
+        this.pressPlot(point, between),
+      ),
+    ];
     if (this.hasDrags(point))
       pictures.push(figure("Dragging: rows, and lines of the fitted law", this.dragPlot(point)));
     if (hasRows)
@@ -238,5 +250,46 @@ export class Curves {
     if (points.message[point]) out.push(html("p", { class: "warning" }, points.message[point]));
     out.push(html("div", { class: "figures" }, ...pictures));
     return out;
+  }
+}
+
+/** The section of the curves of one point, chosen from a list or on the body. */
+export class PointSection {
+  readonly element: HTMLElement;
+  /** Called with every point that is chosen. */
+  chosen: (point: number) => void = () => {};
+  private readonly curves: Curves;
+  private readonly detail = html("div", { id: "point-detail", "aria-live": "polite" });
+  private readonly list: HTMLSelectElement;
+
+  constructor(contents: Contents) {
+    this.curves = new Curves(contents);
+    const names = contents.points?.name ?? [];
+    const { element, select } = choice(
+      "Test point",
+      names.map((name, i) => [String(i), this.curves.hasDrags(i) ? `${name} (dragged)` : name]),
+      (value) => this.choose(Number(value)),
+    );
+    select.id = "point-choice";
+    this.list = select;
+    this.element = html(
+      "section",
+      { id: "curves", "aria-labelledby": "curves-title" },
+      html("h2", { id: "curves-title" }, "Curves of a point"),
+      html("p", {}, element),
+      this.detail,
+    );
+  }
+
+  choose(point: number, between?: PlaceCurve): void {
+    this.list.value = String(point);
+    this.detail.replaceChildren(...this.curves.show(point, between));
+    this.chosen(point);
+  }
+
+  /** A point that was dragged, or simply the first. */
+  chooseFirst(): void {
+    const dragged = Array.from(this.list.options).findIndex((_, i) => this.curves.hasDrags(i));
+    this.choose(Math.max(dragged, 0));
   }
 }

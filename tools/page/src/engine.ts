@@ -64,8 +64,8 @@ export class Engine {
   }
 
   /** Forces on the tool [N], three a tick, along places [m], three a tick, from a fresh start. */
-  replay(path: Float64Array): Float64Array {
-    this.start();
+  replay(path: Float64Array, interpolates = true): Float64Array {
+    this.start(interpolates);
     const forces = new Float64Array(path.length);
     const answer = this.answer();
     for (let i = 0; i + 2 < path.length; i += 3) {

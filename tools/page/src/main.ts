@@ -2,6 +2,7 @@
 
 import { bodySection } from "./body-section";
 import type { Contents } from "./contents";
+import { PointSection } from "./curves";
 import { html } from "./dom";
 import { provenanceSection, warningsSection } from "./provenance";
 import { statementSection, verdict } from "./statement";
@@ -14,16 +15,19 @@ function build(contents: Contents): void {
   document.title = `${contents.name} - Palpate`;
   const main = html("main", {});
   const header = html("header", {}, html("h1", {}, contents.name), html("p", { class: "verdict" }, verdict(contents)));
+  const points = contents.points ? new PointSection(contents) : undefined;
   const sections = [
     contents.statement || contents.points ? statementSection(contents) : undefined,
     warningsSection(contents),
-    ...(contents.surface ? bodySection(contents, read("engine")) : []),
+    contents.surface ? bodySection(contents, read("engine"), points) : undefined,
+    points?.element,
     provenanceSection(contents),
   ].filter((s) => s !== undefined);
   const links = sections.map((s) => html("a", { href: `#${s.id}` }, s.querySelector("h2")?.textContent ?? ""));
   header.append(html("nav", { "aria-label": "Sections" }, ...links));
   main.append(header, ...sections);
   document.body.append(main);
+  points?.chooseFirst();
 }
 
 const contents = JSON.parse(read("contents")) as Contents;

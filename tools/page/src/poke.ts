@@ -95,7 +95,7 @@ export class Poke {
         ...row("state", "contact"),
         ...row("force", "force"),
         ...row("normal", "normal, lateral"),
-        ...row("depth-now", "deflection"),
+        ...row("depth-now", "deflections"),
         ...row("stored", "stored"),
         ...row("dissipated", "dissipated"),
         ...row("rate", "ticks per second"),
@@ -331,11 +331,11 @@ export class Poke {
     const last = batch.pressing_N.length - 1;
     const state = a[Answer.state];
     const text: Record<string, string> = {
-      state: kStates[state] ?? "",
+      state: kStates[state === 1 && batch.slid ? 2 : state] ?? "",
       force: quantity(force.length(), "N"),
       normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
       "depth-now": Number.isFinite(a[Answer.normal_m])
-        ? `${millimetres(a[Answer.normal_m])} in, ${millimetres(a[Answer.lateral_m])} across`
+        ? `${millimetres(a[Answer.normal_m])}, ${millimetres(a[Answer.lateral_m])}`
         : "unknown",
       stored: quantity(a[Answer.stored_J], "J"),
       dissipated: quantity(a[Answer.dissipated_J], "J"),

@@ -17,7 +17,8 @@ export type Order =
 export interface Batch {
   tip: Vector;
   answer: Float64Array;
-  status: number;
+  /** A tick of the batch slid. */
+  slid: boolean;
   pressing_N: Float32Array;
   sliding_N: Float32Array;
   ticks_per_s: number;
@@ -31,6 +32,7 @@ export type News =
   | { news: "measured"; ticks_per_s: number };
 
 const kRate_Hz = 1000;
+const kSlip = 2; // PALPATE_SLIP
 const kMaxDue = 100; // after a pause the tool goes on where it stood
 const kNews_ms = 15;
 const kNearing = 0.04; // of the way that is left, a tick: 25 ms until the tool has followed
@@ -43,7 +45,7 @@ let target: Vector = [0, 0, 0];
 let started_ms = 0;
 let done = 0;
 let recorded = 0;
-let status = 0;
+let slid = false;
 let tips = new Float64Array(0);
 let forces = new Float64Array(0);
 let pressing: number[] = [];
@@ -60,13 +62,14 @@ function tick(): void {
   const length = Math.hypot(...way);
   const share = length > 0 ? Math.min(Math.max(kNearing, 1e-6 / length), step_m / length, 1) : 0;
   tip = tip.map((v, k) => v + share * way[k]) as Vector;
-  status = engine.tick(...tip);
+  engine.tick(...tip);
   const a = engine.answer();
   if (recorded < kRecorded) {
     tips.set(tip, 3 * recorded);
     forces.set(a.subarray(Answer.force_N, 3), 3 * recorded);
     ++recorded;
   }
+  slid ||= a[Answer.state] === kSlip;
   const normal = -(a[0] * a[6] + a[1] * a[7] + a[2] * a[8]);
   pressing.push(normal);
   sliding.push(Math.hypot(a[0] + normal * a[6], a[1] + normal * a[7], a[2] + normal * a[8]));
@@ -84,7 +87,7 @@ function tell(now: number): void {
     batch: {
       tip,
       answer: engine.answer().slice(),
-      status,
+      slid,
       pressing_N: Float32Array.from(pressing),
       sliding_N: Float32Array.from(sliding),
       ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
@@ -92,6 +95,7 @@ function tell(now: number): void {
   });
   pressing = [];
   sliding = [];
+  slid = false;
 }
 
 function run(): void {

@@ -1,0 +1,43 @@
+// The README's picture: a report's body, poked, in headless Chromium.
+//   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/liver.png
+// The first folder is where the page was built, with npm's packages.
+import { createRequire } from "node:module";
+import path from "node:path";
+
+const [modules, report, output] = process.argv.slice(2).map((name) => path.resolve(name));
+const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
+const browser = await chromium.launch({
+  executablePath: "/usr/bin/chromium",
+  args: ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking"],
+});
+const page = await browser.newPage({ viewport: { width: 1200, height: 1000 }, colorScheme: "light" });
+await page.goto(`file://${report}`);
+await page.locator(".panel[data-ready]").waitFor();
+await page.focus("#body-view");
+for (let i = 0; i < 2; ++i) await page.keyboard.press("ArrowDown");
+await page.check("#poke-on");
+await page.evaluate(() => {
+  document.activeElement.blur();
+  document.querySelector("#body").scrollIntoView();
+});
+await page.waitForTimeout(500);
+const clip = await page.locator(".bench").boundingBox();
+// Presses, then slides to and fro beside the tumour, moving still when the picture is taken.
+await page.evaluate(() => {
+  const canvas = document.querySelector("#body-view");
+  const box = canvas.getBoundingClientRect();
+  canvas.setPointerCapture = () => {}; // a made-up pointer cannot be captured
+  const started = performance.now();
+  let type = "pointerdown";
+  setInterval(() => {
+    const s = Math.max(0, performance.now() - started - 700) * 0.55e-3;
+    const x = 0.34 + 0.13 * (1 - Math.cos(2.2 * s));
+    const y = 0.42 - 0.07 * Math.sin(2 * s);
+    const at = { clientX: box.left + x * box.width, clientY: box.top + y * box.height };
+    canvas.dispatchEvent(new PointerEvent(type, { ...at, pointerId: 1, button: 0, bubbles: true }));
+    type = "pointermove";
+  }, 8);
+});
+await page.waitForTimeout(2800);
+await page.screenshot({ path: output, clip });
+await browser.close();
