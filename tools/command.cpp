@@ -28,6 +28,10 @@ class CliArguments final : public Arguments {
     app_.add_option(name, target, help)->required();
     texts_.push_back(&target);
   }
+  void positionals(const std::string& name, std::vector<std::string>& targets,
+                   const std::string& help) override {
+    app_.add_option(name, targets, help)->required();
+  }
   void option(const std::string& flags, std::string& target, const std::string& help,
               bool is_required) override {
     auto* option = app_.add_option(flags, target, help);

@@ -25,6 +25,9 @@ class Arguments {
   virtual ~Arguments() = default;
   virtual void positional(const std::string& name, std::string& target,
                           const std::string& help) = 0;
+  /// One word or more.
+  virtual void positionals(const std::string& name, std::vector<std::string>& targets,
+                           const std::string& help) = 0;
   virtual void option(const std::string& flags, std::string& target, const std::string& help,
                       bool is_required = false) = 0;
   virtual void option(const std::string& flags, int& target, const std::string& help) = 0;

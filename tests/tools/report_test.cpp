@@ -47,6 +47,11 @@ class Report : public testing::Test {
   static Outcome report(const std::string& arguments) {
     return palpate(*folder_, "report " + arguments);
   }
+  static nlohmann::json contents_of(const std::string& report) {
+    const std::string page = content_of(report);
+    const std::size_t begin = page.find(kBegin) + std::strlen(kBegin);
+    return nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  }
   // Where the page was built with npm's packages; "" where it was not.
   static std::string modules() {
     return fs::exists(fs::path(PALPATE_PAGE_DIR) / "page.html") ? PALPATE_PAGE_DIR : "";
@@ -119,9 +124,7 @@ TEST_F(Report, holds_what_the_run_left_in_one_file) {
   const Outcome outcome = report(path("out") + " -o " + path("report.html"));
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const std::string page = content_of(path("report.html"));
-  const std::size_t begin = page.find(kBegin) + std::strlen(kBegin);
-  const auto contents =
-      nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  const auto contents = contents_of(path("report.html"));
   EXPECT_EQ(contents.at("schema"), "palpate-report");
   EXPECT_TRUE(fs::exists(path("out/report.html")));  // of the run itself
   EXPECT_EQ(contents.at("name"), "out");
@@ -147,6 +150,22 @@ TEST_F(Report, of_a_part_of_a_run_shows_that_part) {
   EXPECT_NE(content_of(path("part.html")).find("\"points\""), std::string::npos);
 }
 
+TEST_F(Report, of_two_folders_compares_them) {
+  SKIP_WITHOUT_PAGE();
+  fs::create_directories(path("part"));
+  fs::copy_file(path("out/samples.h5"), path("part/samples.h5"),
+                fs::copy_options::overwrite_existing);
+  const Outcome outcome = report(path("out") + " " + path("part") + " -o " + path("compared.html"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto compared = contents_of(path("compared.html")).at("compared");
+  ASSERT_EQ(compared.size(), 2u);
+  EXPECT_EQ(compared[0].at("name"), "out");
+  EXPECT_EQ(compared[0].at("points"), 4);
+  EXPECT_TRUE(compared[0].contains("statement"));
+  EXPECT_EQ(compared[1].at("rows"), compared[0].at("rows"));
+  EXPECT_FALSE(compared[1].contains("statement"));
+}
+
 TEST_F(Report, of_a_folder_without_results_is_refused) {
   fs::create_directories(path("empty"));
   const Outcome outcome = report(path("empty") + " -o " + path("empty.html"));
@@ -155,7 +174,7 @@ TEST_F(Report, of_a_folder_without_results_is_refused) {
   EXPECT_FALSE(fs::exists(path("empty.html")));
 }
 
-TEST_F(Report, without_its_page_says_how_to_get_it) {
+TEST_F(Report, finds_its_page_where_it_is_installed_and_says_how_to_get_it) {
   fs::create_directories(path("bin"));
   fs::copy_file(PALPATE_PROGRAM, path("bin/palpate"), fs::copy_options::overwrite_existing);
   const int raw = std::system((path("bin/palpate") + " report " + path("out") + " -o " +
@@ -164,6 +183,15 @@ TEST_F(Report, without_its_page_says_how_to_get_it) {
   EXPECT_EQ(WEXITSTATUS(raw), 1);
   EXPECT_NE(content_of(path("said")).find("palpate_page"), std::string::npos);
   EXPECT_FALSE(fs::exists(path("none.html")));
+
+  SKIP_WITHOUT_PAGE();
+  fs::create_directories(path("share/palpate"));
+  fs::copy_file(modules() + "/page.html", path("share/palpate/page.html"),
+                fs::copy_options::overwrite_existing);
+  EXPECT_EQ(std::system((path("bin/palpate") + " report " + path("out") + " -o " +
+                         path("some.html") + " 2>" + path("said"))
+                            .c_str()),
+            0);
 }
 
 // Presses, drags along and across, and a walk at random through the top of the block.

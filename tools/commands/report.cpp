@@ -9,18 +9,20 @@ namespace {
 class Report final : public Command {
  public:
   explicit Report(Arguments& arguments) {
-    arguments.positional("folder", folder_, "Folder of a run, whole or in part");
+    arguments.positionals("folder", folders_,
+                          "Folder of a run, whole or in part; further ones are compared with it");
     arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind});
   }
 
   int run() override {
-    write_page(output_, contents_of_folder(folder_));
+    write_page(output_, contents_of_folders(folders_));
     say("wrote {}: open it in a browser", output_);
     return kDone;
   }
 
  private:
-  std::string folder_, output_;
+  std::vector<std::string> folders_;
+  std::string output_;
 };
 
 }  // namespace

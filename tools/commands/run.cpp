@@ -183,7 +183,7 @@ class Run final : public Command {
   void report() {
     const fs::path output = file("report.html");
     if (find_page()) {
-      write_page(output, contents_of_folder(folder_));
+      write_page(output, contents_of_folders({folder_}));
       say("open {} in a browser: errors, curves, and the body to poke", output.string());
     } else {
       say("`palpate report {} -o report.html` makes a page of it, once the page is built", folder_);

@@ -351,25 +351,36 @@ Json begin(const std::string& name) {
           {"warnings", Json::array()}};
 }
 
-}  // namespace
+std::string folder_name(const fs::path& folder) {
+  return fs::absolute(folder / ".").parent_path().filename().string();
+}
 
-std::string contents_of_folder(const fs::path& folder) {
+// The body as experiments were made on it; none where the folder has none.
+std::optional<Body> body_of(const fs::path& folder) {
+  for (const char* name : {"placed.h5", "body.h5"})
+    if (fs::exists(folder / name)) return read_body(folder / name);
+  return std::nullopt;
+}
+
+Json statement_of(const fs::path& folder) {
+  const fs::path path = folder / "statement.json";
+  if (!fs::exists(path)) return {};
+  const std::string text = read_whole_file(path);
+  validation::parse_statement(text, path.string());  // throws where it is none
+  return Json::parse(text);
+}
+
+Json contents_of(const fs::path& folder) {
   if (!fs::is_directory(folder))
     throw Error(folder.string(), "is no folder", "Give the folder of a `palpate run`.");
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
-  Json json = begin(fs::absolute(folder / ".").parent_path().filename().string());
+  Json json = begin(folder_name(folder));
   json["files"] = files_json(folder);
   if (json["files"].empty())
     throw Error(folder.string(), "holds no file of a run",
                 "Give the folder of a `palpate run`, or one with samples.h5 and curves.h5.");
-  if (has("statement.json")) {
-    const fs::path path = folder / "statement.json";
-    const std::string text = read_whole_file(path);
-    validation::parse_statement(text, path.string());  // throws where it is none
-    json["statement"] = Json::parse(text);
-  }
-  if (has("placed.h5") || has("body.h5"))
-    add_body(json, read_body(folder / (has("placed.h5") ? "placed.h5" : "body.h5")));
+  if (has("statement.json")) json["statement"] = statement_of(folder);
+  if (const auto body = body_of(folder)) add_body(json, *body);
   if (has("model.h5")) add_model(json, read_model(folder / "model.h5"));
   std::optional<FittedCurves> fitted;
   if (has("curves.h5")) {
@@ -381,6 +392,30 @@ std::string contents_of_folder(const fs::path& folder) {
     add_samples(json, read_samples(folder / "samples.h5"), fitted ? &*fitted : nullptr);
   if (has("validation.csv")) add_held_out(json, folder / "validation.csv");
   if (has("asset.palp")) add_asset(json, folder / "asset.palp");
+  return json;
+}
+
+// What runs are compared by.
+Json figures_of(const fs::path& folder) {
+  Json json{{"name", folder_name(folder)}};
+  if (Json statement = statement_of(folder); !statement.is_null())
+    json["statement"] = std::move(statement);
+  if (const auto body = body_of(folder)) json["settings"] = settings_json(body->settings);
+  if (fs::exists(folder / "curves.h5")) {
+    const FittedCurves fitted = read_curves(folder / "curves.h5");
+    json["family"] = name_of(fitted.curves.family);
+    json["points"] = fitted.curves.points();
+  }
+  if (fs::exists(folder / "samples.h5")) json["rows"] = read_samples(folder / "samples.h5").rows();
+  return json;
+}
+
+}  // namespace
+
+std::string contents_of_folders(const std::vector<std::string>& folders) {
+  Json json = contents_of(folders.front());
+  if (folders.size() > 1)
+    for (const std::string& folder : folders) json["compared"].push_back(figures_of(folder));
   return json.dump();
 }
 

@@ -14,6 +14,13 @@ const kMaps: [MapName, string, string][] = [
   ["friction", "friction", ""],
 ];
 
+const kStatusColours: Record<string, [number, number, number]> = {
+  good: [1, 1, 1],
+  underdetermined: [0.55, 0.8, 1],
+  poor: [0.8, 0.1, 0.1],
+  failed: [0.05, 0.05, 0.05],
+};
+
 /** Held-out contact points with the largest relative error of their rows. */
 function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[]; name: string[] } {
   const held = contents.held_out;
@@ -95,6 +102,7 @@ class Section {
       choice("Marks", modes, (value) => {
         this.markerMode = value as MarkerMode;
         this.mark();
+        this.colour();
       }).element,
     );
     if (contents.set_up) {
@@ -149,6 +157,10 @@ class Section {
       );
     const kinds = [["uncovered", "not covered"]];
     if (this.setUpBox?.checked) kinds.push(["held", "held nodes"], ["window", "window"], ["inclusion", "inclusions"]);
+    const status = this.contents.points?.status ?? (this.contents.set_up ? ["good"] : []);
+    if (this.markerMode === "points")
+      for (const name of Object.keys(kStatusColours))
+        if (status.includes(name)) kinds.push([`point ${name}`, name === "good" ? "test points" : `${name} point`]);
     this.bar.append(...kinds.map(([look, name]) => html("div", {}, html("i", { class: `swatch ${look}` }), name)));
   }
 
@@ -157,9 +169,8 @@ class Section {
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
     this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}. Grey is not covered: nothing is known there.`;
     if (this.markerMode === "points") {
-      const isDoubtful = (i: number) => points !== undefined && points.status[i] !== "good";
       places = this.positions;
-      colours = Array.from({ length: places.length / 3 }, (_, i) => (isDoubtful(i) ? [0.8, 0.1, 0.1] : [1, 1, 1]));
+      colours = Array.from({ length: places.length / 3 }, (_, i) => kStatusColours[points?.status[i] ?? "good"]);
     } else if (this.markerMode === "held_out") {
       const most = Math.max(...this.held.error, jnd.share);
       places = this.held.places;

@@ -107,6 +107,14 @@ export interface Contents {
     force_N: Packed;
     engine_N: Packed;
   };
+  compared?: {
+    name: string;
+    statement?: Statement;
+    settings?: Record<string, Setting>;
+    family?: string;
+    points?: number;
+    rows?: number;
+  }[];
   asset?: { bytes: string; range_m: number; max_step_m: number; program?: string };
 }
 

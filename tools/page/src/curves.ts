@@ -99,7 +99,7 @@ class Curves {
     if (between) series.push({ kind: "line", look: "c1 dashed", x: between.depth_m, y: between.force_N });
     const good: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
     const bad: Series = { kind: "dots", look: "bad", x: [], y: [], titles: [] };
-    for (const e of this.experiments[point].filter((e) => e.kind === kPress))
+    for (const e of this.experiments[point].filter((e) => e.kind === kPress)) {
       for (const row of e.rows) {
         const into = row.status === "good" ? good : bad;
         into.x.push(dot(row.deflection, u));
@@ -108,6 +108,14 @@ class Curves {
           `${millimetres(dot(row.deflection, u), 2)}: ${quantity(dot(row.force, u), "N")} ± ${quantity(row.error_N, "N")}, ${plain(row.status)}`,
         );
       }
+      // A law that leans answers otherwise than its curve.
+      series.push({
+        kind: "line",
+        look: "thin",
+        x: [0, ...e.rows.map((row) => dot(row.deflection, u))],
+        y: [0, ...e.rows.map((row) => dot(row.fitted, u))],
+      });
+    }
     const knots = this.curve[0].knots;
     series.push({
       kind: "dots",
@@ -229,7 +237,7 @@ class Curves {
     if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");
     const pictures = [
       figure(
-        `Pressing: curve, its 90 % band, knots and rows${between ? "; dashed: where you clicked" : ""}`,
+        `Pressing: curve, its 90 % band, knots, rows, and the law through them${between ? "; dashed: where you clicked" : ""}`,
         this.pressPlot(point, between),
       ),
     ];

@@ -1,6 +1,7 @@
 // The page: reads what `palpate report` wrote into it and builds its sections.
 
 import { bodySection } from "./body-section";
+import { compareSection } from "./compare";
 import type { Contents } from "./contents";
 import { PointSection } from "./curves";
 import { html } from "./dom";
@@ -18,6 +19,7 @@ function build(contents: Contents): void {
   const points = contents.points ? new PointSection(contents) : undefined;
   const sections = [
     contents.statement || contents.points ? statementSection(contents) : undefined,
+    compareSection(contents),
     warningsSection(contents),
     contents.surface ? bodySection(contents, read("engine"), points) : undefined,
     points?.element,

@@ -4,11 +4,13 @@ import { type Contents, floats, integers, type Setting } from "./contents";
 import { html, table } from "./dom";
 import { digits, plain, quantity } from "./words";
 
-function shown(setting: Setting): string {
+/** A setting with its unit. */
+export function shown(setting: Setting): string {
   if ("text" in setting) return setting.text;
   const { numbers, unit } = setting;
   if (unit === "m" || unit === "Pa") return numbers.map((v) => quantity(v, unit)).join(", ");
-  return `${numbers.map((v) => digits(v, 4).replace(/\.?0+$/, (tail) => (tail.startsWith(".") ? "" : tail))).join(", ")}${unit === "1" ? "" : ` ${unit}`}`;
+  const text = numbers.map((v) => String(Number(v.toPrecision(4)))).join(", ");
+  return unit === "1" ? text : `${text} ${unit}`;
 }
 
 /** Statuses of rows and points that are not good, counted. */

@@ -1,0 +1,103 @@
+// Several runs beside each other: their errors, what they cost, and what was set otherwise.
+
+import type { Contents } from "./contents";
+import { html, table } from "./dom";
+import { bars, plot } from "./plot";
+import { shown } from "./provenance";
+import { percent, plain, quantity } from "./words";
+
+type Compared = NonNullable<Contents["compared"]>;
+
+/** Rows of a table: a name, then a text for each run. */
+function figures(runs: Compared): string[][] {
+  const row = (name: string, value: (run: Compared[number]) => string | number | undefined) => [
+    name,
+    ...runs.map((run) => String(value(run) ?? "")),
+  ];
+  const paths = [...new Set(runs.flatMap((run) => Object.keys(run.statement?.by_path ?? {})))];
+  return [
+    row("median error", (run) => run.statement && percent(run.statement.force_error.median_rel)),
+    row("95th percentile", (run) => run.statement && percent(run.statement.force_error.p95_rel)),
+    row("largest", (run) => run.statement && percent(run.statement.force_error.max_rel)),
+    row("rows within the just noticeable", (run) => run.statement && percent(run.statement.force_error.within_jnd)),
+    ...paths.map((path) =>
+      row(
+        `95th percentile, ${plain(path)}`,
+        (run) => run.statement?.by_path[path] && percent(run.statement.by_path[path].p95_rel),
+      ),
+    ),
+    row("reference's own error", (run) => run.statement && percent(run.statement.reference_p95_rel)),
+    row("held-out rows", (run) => run.statement?.rows),
+    row("law of the curves", (run) => run.family),
+    row("test points", (run) => run.points),
+    row("rows fitted", (run) => run.rows),
+    row("a tick", (run) => run.statement && quantity(run.statement.tick_ns * 1e-9, "s")),
+    row("size of the asset", (run) => run.statement && `${(run.statement.asset_bytes / 1e3).toFixed(0)} kB`),
+  ].filter((cells) => cells.slice(1).some((cell) => cell !== ""));
+}
+
+/** Settings that are not the same in all runs. */
+function differences(runs: Compared): string[][] {
+  const keys = [...new Set(runs.flatMap((run) => Object.keys(run.settings ?? {})))].sort();
+  return keys
+    .map((key) => [
+      key.replaceAll("/", "."),
+      ...runs.map((run) => {
+        const setting = run.settings?.[key];
+        return setting ? shown(setting) : "not set";
+      }),
+    ])
+    .filter((cells) => cells.slice(2).some((cell) => cell !== cells[1]));
+}
+
+export function compareSection(contents: Contents): HTMLElement | undefined {
+  const runs = contents.compared;
+  if (!runs) return undefined;
+  const section = html(
+    "section",
+    { id: "compare", "aria-labelledby": "compare-title" },
+    html("h2", { id: "compare-title" }, "Beside the others"),
+  );
+  const stated = runs.flatMap((run) => (run.statement ? [{ ...run, statement: run.statement }] : []));
+  const figure = (caption: string, picture: Node) => html("figure", {}, html("figcaption", {}, caption), picture);
+  if (stated.length) {
+    const errors = stated.map(({ name, statement: s }) => ({
+      name: name.length > 16 ? `${name.slice(0, 15)}…` : name,
+      median: s.force_error.median_rel,
+      p95: s.force_error.p95_rel,
+    }));
+    const costs = stated.filter((run) => run.rows !== undefined);
+    section.append(
+      html(
+        "div",
+        { class: "figures" },
+        figure("Error by run: median and 95th percentile", bars("Error by run", errors, contents.jnd.share)),
+        figure(
+          "Error against cost",
+          plot(
+            "95th percentile of the error over the rows fitted",
+            { label: "rows simulated or measured", min: 0 },
+            { label: "95th percentile of the error [%]", scale: 100, min: 0 },
+            costs.map((run, k) => ({
+              kind: "dots",
+              look: `c${k % 8}`,
+              x: [run.rows ?? 0],
+              y: [run.statement.force_error.p95_rel],
+              titles: [run.name],
+            })),
+          ),
+        ),
+      ),
+      html(
+        "p",
+        { class: "legend" },
+        ...costs.map((run, k) => html("span", {}, html("i", { class: `swatch c${k % 8}` }), run.name)),
+      ),
+    );
+  }
+  section.append(table(["", ...runs.map((run) => run.name)], figures(runs)));
+  const other = differences(runs);
+  if (other.length)
+    section.append(html("h3", {}, "Set otherwise"), table(["key", ...runs.map((run) => run.name)], other));
+  return section;
+}
