@@ -178,6 +178,8 @@ const claims = {
     await page.emulateMedia({ media: "print" });
     assert.equal(await page.locator(".panel").isVisible(), false);
     assert.equal(await canvas.isVisible(), true);
+    const printed = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    assert.equal(printed, grounds[0]); // also where the screen is dark
   },
 };
 
