@@ -7,44 +7,23 @@
 #include <limits>
 
 namespace palpate::fem {
-namespace {
-
-template <class Cells>
-void divide_in_eight(const QuadraticMesh& mesh, Cells& cells) {
-  cells.resize(8 * mesh.tets.rows(), 4);
-  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
-    Eigen::Matrix<double, 10, 3> nodes;
-    for (int a = 0; a < 10; ++a) nodes.row(a) = mesh.nodes.row(mesh.tets(t, a));
-    const auto pieces = eight_tets(nodes);
-    for (int piece = 0; piece < 8; ++piece)
-      for (int a = 0; a < 4; ++a) cells(8 * t + piece, a) = mesh.tets(t, pieces[piece][a]);
-  }
-}
-
-}  // namespace
-
 ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, ElementKind element)
     : mesh_(mesh),
       displacement_rows_(mesh.nodes.rows() / 2 + 1),
       force_rows_(mesh.nodes.rows() / 2 + 1) {
   for (const char is_held : mesh.is_held) free_index_.push_back(is_held ? -1 : free_nodes_++);
-  if (element == ElementKind::tet4)
-    divide_in_eight(mesh, cells_);
-  else
-    cells_ = mesh.tets;
-
   for (const Material& material : materials) {
     const ElementKind kind = element_for(element, material);
-    const std::vector<CellPoint> points = cell_points(shape_of(kind));
+    const std::vector<ElementPoint> points = element_points();
     std::vector<const Material*> material_at(points.size() * kLanes);
     std::vector<std::int32_t> cells;
-    for (Eigen::Index c = 0; c < cells_.rows(); ++c) {
+    for (Eigen::Index c = 0; c < mesh_.tets.rows(); ++c) {
       bool is_here = false;
       for (std::size_t q = 0; q < points.size(); ++q) {
         Vec3 place = Vec3::Zero();
-        for (Eigen::Index a = 0; a < cells_.cols(); ++a)
-          place += points[q].shape[a] * mesh.nodes.row(cells_(c, a)).transpose();
+        for (Eigen::Index a = 0; a < kElementNodes; ++a)
+          place += points[q].shape[a] * mesh.nodes.row(mesh_.tets(c, a)).transpose();
         const Material* there =
             &materials.at(region_at ? static_cast<std::size_t>(region_at(place)) : 0);
         material_at[points.size() * cells.size() + q] = there;
@@ -59,7 +38,7 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
 }
 
 void ElasticBody::add_batch(const Material& material, ElementKind element,
-                            const std::vector<CellPoint>& points,
+                            const std::vector<ElementPoint>& points,
                             const std::vector<std::int32_t>& cells,
                             const std::vector<const Material*>& material_at) {
   Batch batch;
@@ -68,39 +47,38 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batch.averaged = averaged_share(element, material);
   batch.shear_modulus_Pa = material.law->small_strain(material.constants).mu_Pa;
   batch.kernels = cell_kernels(element, set_);
-  batch.points.assign(cells_.cols() * kLanes, static_cast<std::int32_t>(mesh_.nodes.rows()));
-  const ElementShape shape = shape_of(element);
+  batch.points.assign(kElementNodes * kLanes, static_cast<std::int32_t>(mesh_.nodes.rows()));
   const int constants = material.law->constants_used;
-  batch.gradient = PackArray(shape.points * shape.nodes * 3);
-  batch.weight = PackArray(shape.points);
-  batch.constants = PackArray(shape.points * constants);
-  batch.mode = PackArray(shape.modes * shape.points);
+  batch.gradient = PackArray(kElementPoints * kElementNodes * 3);
+  batch.weight = PackArray(kElementPoints);
+  batch.constants = PackArray(kElementPoints * constants);
+  batch.mode = PackArray(averages(element) ? kElementPoints : 0);
   for (int lane = 0; lane < kLanes; ++lane) {
     batch.cell[lane] = lane < static_cast<int>(cells.size()) ? cells[lane] : -1;
     if (batch.cell[lane] < 0) continue;
-    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
-      batch.points[kLanes * a + lane] = cells_(cells[lane], a);
-    Eigen::VectorXd weight = Eigen::VectorXd::Zero(shape.points);
-    for (int q = 0; q < shape.points; ++q) {
-      const CellPoint& point = points[q];
+    for (Eigen::Index a = 0; a < kElementNodes; ++a)
+      batch.points[kLanes * a + lane] = mesh_.tets(cells[lane], a);
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(kElementPoints);
+    for (int q = 0; q < kElementPoints; ++q) {
+      const ElementPoint& point = points[q];
       Mat3 jacobian = Mat3::Zero();  // dX_i/dxi_j
-      for (int a = 0; a < shape.nodes; ++a)
-        jacobian += mesh_.nodes.row(cells_(cells[lane], a)).transpose() * point.by_xi.row(a);
+      for (int a = 0; a < kElementNodes; ++a)
+        jacobian += mesh_.nodes.row(mesh_.tets(cells[lane], a)).transpose() * point.by_xi.row(a);
       const double det = jacobian.determinant();
       const Eigen::MatrixXd gradient = point.by_xi * jacobian.inverse();
-      for (int a = 0; a < shape.nodes; ++a)
+      for (int a = 0; a < kElementNodes; ++a)
         for (int j = 0; j < 3; ++j)
-          batch.gradient.at(3 * (shape.nodes * q + a) + j, lane) = gradient(a, j);
+          batch.gradient.at(3 * (kElementNodes * q + a) + j, lane) = gradient(a, j);
       for (int c = 0; c < constants; ++c)
         batch.constants.at(constants * q + c, lane) = material.constants[c];
-      if (material_at[shape.points * lane + q] != &material) continue;  // weight stays 0
+      if (material_at[kElementPoints * lane + q] != &material) continue;  // weight stays 0
       weight[q] = std::abs(det) * point.weight / 6;
       batch.weight.at(q, lane) = weight[q];
       rest_volume_m3_ += det * point.weight / 6;
     }
-    const Eigen::MatrixXd mode = orthonormal_modes(shape.modes, points, weight);
-    for (int m = 0; m < shape.modes; ++m)
-      for (int q = 0; q < shape.points; ++q) batch.mode.at(shape.points * m + q, lane) = mode(m, q);
+    if (!averages(element)) continue;
+    const Eigen::VectorXd mode = unit_constant(weight);
+    for (int q = 0; q < kElementPoints; ++q) batch.mode.at(q, lane) = mode[q];
   }
   batches_.push_back(std::move(batch));
 }
@@ -112,24 +90,18 @@ void ElasticBody::use(InstructionSet set) {
 
 SymmetricBlockMatrix ElasticBody::pattern() const {
   std::vector<std::vector<std::int32_t>> neighbours(free_nodes_);
-  for (Eigen::Index c = 0; c < cells_.rows(); ++c)
-    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
-      for (Eigen::Index b = 0; b < cells_.cols(); ++b) {
-        const std::int32_t i = free_index_[cells_(c, a)], j = free_index_[cells_(c, b)];
+  for (Eigen::Index c = 0; c < mesh_.tets.rows(); ++c)
+    for (Eigen::Index a = 0; a < kElementNodes; ++a)
+      for (Eigen::Index b = 0; b < kElementNodes; ++b) {
+        const std::int32_t i = free_index_[mesh_.tets(c, a)], j = free_index_[mesh_.tets(c, b)];
         if (i > j && j >= 0) neighbours[j].push_back(i);
       }
-  // Contact couples the six nodes of a face, linear pieces do not.
-  for (Eigen::Index f = 0; cells_.cols() < 10 && f < mesh_.faces.rows(); ++f)
-    for (const std::int32_t a : mesh_.faces.row(f))
-      for (const std::int32_t b : mesh_.faces.row(f))
-        if (free_index_[a] > free_index_[b] && free_index_[b] >= 0)
-          neighbours[free_index_[b]].push_back(free_index_[a]);
   SymmetricBlockMatrix K(neighbours);
   places_.clear();
-  for (Eigen::Index c = 0; c < cells_.rows(); ++c)
-    for (Eigen::Index a = 0; a < cells_.cols(); ++a)
+  for (Eigen::Index c = 0; c < mesh_.tets.rows(); ++c)
+    for (Eigen::Index a = 0; a < kElementNodes; ++a)
       for (Eigen::Index b = 0; b <= a; ++b)
-        places_.push_back(K.place(free_index_[cells_(c, a)], free_index_[cells_(c, b)]));
+        places_.push_back(K.place(free_index_[mesh_.tets(c, a)], free_index_[mesh_.tets(c, b)]));
   return K;
 }
 
@@ -144,7 +116,7 @@ template <class Visit>
 double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
   double energy = 0;
   min_J_ = std::numeric_limits<double>::infinity();
-  Pack displacement[3 * kMaxNodes];
+  Pack displacement[3 * kElementNodes];
   CellResult result;
   double* rows = reinterpret_cast<double*>(displacement_rows_.data());
   for (Eigen::Index n = 0; n < u.rows(); ++n)
@@ -186,7 +158,6 @@ double ElasticBody::add_force(const Points& u, Points& force) const {
 
 double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Points& force,
                                   SymmetricBlockMatrix& K, double max_pressure) const {
-  const int blocks = blocks_of(static_cast<int>(cells_.cols()));
   double* rows = reinterpret_cast<double*>(force_rows_.data());
   const double energy =
       visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
@@ -196,8 +167,8 @@ double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Point
         batch.kernels.scatter(result.force, batch.points.data(), rows);
         for (int lane = 0; lane < kLanes; ++lane) {
           if (batch.cell[lane] < 0) continue;
-          const BlockPlace* place = places_.data() + blocks * batch.cell[lane];
-          for (int block = 0; block < blocks; ++block)
+          const BlockPlace* place = places_.data() + kElementBlocks * batch.cell[lane];
+          for (int block = 0; block < kElementBlocks; ++block)
             K.add(place[block],
                   reinterpret_cast<const double*>(result.stiffness + 9 * block) + lane, kLanes);
         }

@@ -17,8 +17,8 @@ using RegionAt = std::function<int(const Vec3& rest_position)>;
 /// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
 /// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh,
 /// its material is looked up at each quadrature point. Where the volume change is averaged
-/// (tet10-p0, tet10-p1), it is over the points of one material in an element: a border of materials
-/// through an element costs neither of them its own volume change.
+/// (tet10-blend, tet10-p0), it is over the points of one material in an element: a border of
+/// materials through an element costs neither of them its own volume change.
 class ElasticBody {
  public:
   /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
@@ -64,20 +64,18 @@ class ElasticBody {
     std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
   };
-  using Cells = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   void add_batch(const Material& material, ElementKind element,
-                 const std::vector<CellPoint>& points, const std::vector<std::int32_t>& cells,
+                 const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
   void add_force_rows(Points& force) const;
   template <class Visit>
   double visit_batches(const Points& u, const Visit& visit) const;
 
   const QuadraticMesh& mesh_;
-  Cells cells_;  // node numbers of what is integrated: the tets, or eight pieces of each
   int free_nodes_ = 0;
   std::vector<std::int32_t> free_index_;
   std::vector<Batch> batches_;
-  mutable std::vector<BlockPlace> places_;  // #cells x node pairs, made by pattern()
+  mutable std::vector<BlockPlace> places_;  // #tets x node pairs, made by pattern()
   // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
   mutable PackArray displacement_rows_, force_rows_;
   mutable double min_J_ = 1;

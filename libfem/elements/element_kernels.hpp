@@ -5,13 +5,13 @@
 
 namespace palpate::fem {
 
-inline constexpr int kMaxNodes = 10;
-constexpr int blocks_of(int nodes) { return nodes * (nodes + 1) / 2; }  ///< node pairs a >= b
+inline constexpr int kElementBlocks =
+    kElementNodes * (kElementNodes + 1) / 2;  ///< node pairs a >= b
 
-/// Eight cells of one material. Index order is slowest first; the last one is the lane.
+/// Eight elements of one material. Index order is slowest first; the last one is the lane.
 /// gradient: dN_a/dX_j, [point][node][j] [1/m]. weight: rest volume of the point [m^3], 0 on an
 /// idle lane and on a point of another material. constants: [point][constant], `constant_count`
-/// each. mode: see orthonormal_modes, [mode][point] [m^-1.5]. averaged: see averaged_share.
+/// each. mode: see unit_constant, [point] [m^-1.5]. averaged: see averaged_share.
 /// max_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
 /// derivative of J; infinite for the exact stiffness.
 struct CellBatch {
@@ -24,20 +24,20 @@ struct CellBatch {
   double max_pressure_Pa;
 };
 
-/// What eight cells give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
+/// What eight elements give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
 /// stiffness: d2E/du_a du_b for a >= b, block a(a+1)/2 + b, 3 x 3 row major [N/m].
 struct CellResult {
   Pack energy;
   Pack min_J;
-  Pack force[3 * kMaxNodes];
-  Pack stiffness[9 * blocks_of(kMaxNodes)];
+  Pack force[3 * kElementNodes];
+  Pack stiffness[9 * kElementBlocks];
 };
 
-/// Energy of a cell: the sum over its points of w W(F), where modes are none; otherwise
-///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta - 1 = projection of J - 1 on the modes,
+/// Energy of an element: the sum over its points of w W(F), or with averages (M14)
+///   sum w (W(F) - a U(J)) + a sum w U(theta),   theta the mean of J,
 /// U the law's part of W that carries the bulk modulus, a the averaged share. With a = 1 it is the
-/// Hu-Washizu form with dilatation and pressure in the span of the modes, eliminated within the
-/// cell (Simo, Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
+/// Hu-Washizu form with constant dilatation and pressure, eliminated within the element (Simo,
+/// Taylor and Pister 1985, doi:10.1016/0045-7825(85)90033-7). Force and stiffness are
 /// exact derivatives. displacement: [node][i] [m]. geometric_scale scales what carries the second
 /// derivative of J, see the law's evaluate(): at 0 the stiffness is positive definite where theta <
 /// e and the rest of the law is. gather and scatter go between the kernels' [node][i] and rows of

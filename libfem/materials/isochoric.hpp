@@ -128,13 +128,13 @@ struct IsochoricLaw {
     const S* g = state.g;
     const S* F = state.F;
     const S zero = state.J * 0.0;
-    // A = c11 m1 m1 + c1g (m1 g + g m1) + cgg g g + ... + diagonal - bent g_iL g_kJ
+    // A = c11 m1 m1 + c1g (m1 g + g m1) + cgg g g + ... + diagonal - geometric g_iL g_kJ
     const S first = 2.0 * terms.w1;
     const S I1 = at.x1 + 3.0;
     const S c11 = 4.0 * terms.w11, c1g = first * (-2.0 / 3);
     S c12 = zero, c22 = zero, c2g = zero;
     S cgg = stiff_part + first * I1 * (1.0 / 9);
-    S bent = pressure_part - first * I1 * (1.0 / 3);  // J dW/dJ at fixed F
+    S geometric = pressure_part - first * I1 * (1.0 / 3);  // J dW/dJ at fixed F
     S diagonal = first * at.j1, second = zero;
     S C[9], B[9];
     if constexpr (kUses != Uses::first) {
@@ -145,7 +145,7 @@ struct IsochoricLaw {
       const S I2 = at.x2 + 3.0;
       c2g = terms.w2 * (-8.0 / 3);
       cgg += terms.w2 * I2 * (-4.0 / 9);
-      bent += terms.w2 * I2 * (-4.0 / 3);
+      geometric += terms.w2 * I2 * (-4.0 / 3);
       second = 2.0 * terms.w2 * (at.j1 * at.j1);
       diagonal += second * shape.scale * 3.0;
       for (int i = 0; i < 9; ++i) C[i] = shape.e[i];
@@ -155,8 +155,8 @@ struct IsochoricLaw {
           B[3 * i + k] = B[3 * k + i] =
               F[3 * i] * F[3 * k] + F[3 * i + 1] * F[3 * k + 1] + F[3 * i + 2] * F[3 * k + 2];
     }
-    bent *= geometric_scale;
-    cgg += bent;
+    geometric *= geometric_scale;
+    cgg += geometric;
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;
       S r1 = c11 * m1[a] + c1g * g[a], rg = c1g * m1[a] + cgg * g[a], r2 = zero;
@@ -167,7 +167,7 @@ struct IsochoricLaw {
       }
       for (int b = a; b < 9; ++b) {
         const int k = b / 3, L = b % 3;
-        S entry = r1 * m1[b] + rg * g[b] - bent * (g[3 * i + L] * g[3 * k + K]);
+        S entry = r1 * m1[b] + rg * g[b] - geometric * (g[3 * i + L] * g[3 * k + K]);
         if constexpr (kUses != Uses::first) entry += r2 * m2[b];
         if constexpr (kUses == Uses::first_and_second) {
           entry += second * (2.0 * (F[a] * F[b]) - F[3 * i + L] * F[3 * k + K]);

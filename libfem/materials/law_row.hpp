@@ -45,12 +45,6 @@ void volumetric(const LawConstants& constants, double dilation, double& U, doubl
 
 }  // namespace at_point
 
-/// Defined in law_kernels.hpp, compiled in the files kernels_*.cpp.
-template <class Law>
-struct CompiledKernels {
-  static const ElementKernels value;
-};
-
 template <class Law>
 constexpr LawRow law_row() {
   static_assert(Law::kConstants <= kMaxConstants);
@@ -67,7 +61,7 @@ constexpr LawRow law_row() {
           .stress = at_point::stress<Law>,
           .tangent = at_point::tangent<Law>,
           .volumetric = at_point::volumetric<Law>,
-          .kernels = &CompiledKernels<Law>::value};
+          .kernels = &kElementKernels<Law>};
 }
 
 }  // namespace palpate::fem

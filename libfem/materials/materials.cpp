@@ -2,42 +2,15 @@
 
 #include <cmath>
 
-#include "libfem/materials/fung.hpp"
-#include "libfem/materials/holzapfel_gasser_ogden.hpp"
-#include "libfem/materials/law_row.hpp"
-#include "libfem/materials/mooney_rivlin.hpp"
-#include "libfem/materials/neo_hookean.hpp"
-#include "libfem/materials/neo_hookean_isochoric.hpp"
-#include "libfem/materials/ogden.hpp"
-#include "libfem/materials/st_venant_kirchhoff.hpp"
-#include "libfem/materials/stable_neo_hookean.hpp"
-#include "libfem/materials/veronda_westmann.hpp"
-#include "libfem/materials/yeoh.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
 
-// One row per law; add a law by its file, its kernels and a row.
-constexpr LawRow kLaws[] = {
-    law_row<NeoHookean>(),
-    law_row<NeoHookeanSimo>(),
-    law_row<NeoHookeanIsochoric>(),
-    law_row<NeoHookeanIsochoricLog>(),
-    law_row<NeoHookeanIsochoricSimo>(),
-    law_row<StableNeoHookean>(),
-    law_row<MooneyRivlin>(),
-    law_row<Yeoh>(),
-    law_row<Ogden>(),
-    law_row<Fung>(),
-    law_row<VerondaWestmann>(),
-    law_row<HolzapfelGasserOgden>(),
-    law_row<StVenantKirchhoff>(),
-};
-
 std::string known_laws() {
   std::string names;
-  for (const LawRow& row : kLaws) names += (names.empty() ? "" : ", ") + std::string(row.name);
+  for (const LawRow& row : material_laws())
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
   return names;
 }
 
@@ -78,10 +51,8 @@ std::vector<double> complete_values(const LawRow& law, std::vector<double> value
 
 }  // namespace
 
-std::span<const LawRow> material_laws() { return kLaws; }
-
 const LawRow& find_law(std::string_view name, const std::string& where) {
-  for (const LawRow& row : kLaws)
+  for (const LawRow& row : material_laws())
     if (row.name == name) return row;
   throw Error(where, "unknown material law \"" + std::string(name) + "\"",
               "Use one of: " + known_laws() + ".");

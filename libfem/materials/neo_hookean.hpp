@@ -54,13 +54,14 @@ struct CompressibleNeoHookean : YoungPoissonLaw {
             state.J_sound * U1 * g[3 * i + j];
     if (!A) return;
 
-    const S bent = (state.J_sound * U1 - mu) * geometric_scale;
+    const S geometric = (state.J_sound * U1 - mu) * geometric_scale;
     const S stiff_part = mu + state.J_sound * state.J_sound * U2;
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;
       for (int b = a; b < 9; ++b) {
         const int k = b / 3, L = b % 3;
-        A[9 * a + b] = (stiff_part + bent) * (g[a] * g[b]) - bent * (g[3 * i + L] * g[3 * k + K]);
+        A[9 * a + b] =
+            (stiff_part + geometric) * (g[a] * g[b]) - geometric * (g[3 * i + L] * g[3 * k + K]);
       }
       A[10 * a] += mu;
     }

@@ -69,7 +69,7 @@ struct StableNeoHookean : YoungPoissonLaw {
       P[i] = m * 0.75 * (H[i] - cofactor_change[i]) + softened * F[i] + l * dilation * cofactor[i];
     if (!A) return;
 
-    const S bent = (l * dilation - m * 0.75) * geometric_scale,
+    const S geometric = (l * dilation - m * 0.75) * geometric_scale,
             along = 2.0 * m * (inverse * inverse);
     for (int a = 0; a < 9; ++a) {
       const int i = a / 3, K = a % 3;
@@ -78,7 +78,7 @@ struct StableNeoHookean : YoungPoissonLaw {
         S entry = along * (F[a] * F[b]) + l * (cofactor[a] * cofactor[b]);
         if (i != k && K != L) {  // second derivative of J: e_ikm e_KLn F_mn
           const bool is_even = ((k - i + 3) % 3 == 1) == ((L - K + 3) % 3 == 1);
-          const S part = bent * F[3 * (3 - i - k) + 3 - K - L];
+          const S part = geometric * F[3 * (3 - i - k) + 3 - K - L];
           entry += is_even ? part : -part;
         }
         A[9 * a + b] = entry;

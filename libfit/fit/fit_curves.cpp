@@ -10,12 +10,11 @@
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
-#include "libfit/fit/judge_rings.hpp"
 #include "libfit/fit/neighbours/smooth_curves.hpp"
 #include "libfit/fit/point/choose_family.hpp"
 #include "libfit/fit/point/fit_point.hpp"
 #include "libfit/fit/point/nuisance.hpp"
-#include "libfit/fit/point/ring_lines.hpp"
+#include "libfit/fit/ring_constants.hpp"
 #include "libfit/fit/warm_start.hpp"
 
 namespace palpate {

@@ -71,8 +71,8 @@ class SideForceReader {
 NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal)
     : across(Mat3::Identity() - normal * normal.transpose()) {
   const auto k = curves.control[runtime::kCurvature].row(row);
-  bent << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
-  bent = (across * bent * across).eval();
+  curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
+  curvature = (across * curvature * across).eval();
 }
 
 SideMismatch side_mismatch(const Model& model) {
@@ -88,7 +88,7 @@ SideMismatch side_mismatch(const Model& model) {
       for (int k = 0; k < 3; ++k) {
         const NodeShape shape(model.curves, t[k], model.inward_normal.row(t[k]));
         const Vec3 g = shape.across * reader.side_N(t[k], d);
-        side_N += (g - d * (shape.bent * g)) / 3;
+        side_N += (g - d * (shape.curvature * g)) / 3;
         force_N += reader.force_N(t[k], d) / 3;
       }
       const auto [slope_N, normal] = reader.slope(t, d);
@@ -129,7 +129,7 @@ void meet_slope(Model& model) {
     for (int step = 0; step < kDepths; ++step) {
       const double d = reader.depth_m(step);
       const Vec3 along = shape.across * slope.row(v).segment<3>(3 * step).transpose() / area[v];
-      const Vec3 g = (Mat3::Identity() - d * shape.bent).partialPivLu().solve(along);
+      const Vec3 g = (Mat3::Identity() - d * shape.curvature).partialPivLu().solve(along);
       const Eigen::Vector2d w(1, d);
       square += w * w.transpose();
       right += w * (g / (d * d)).transpose();

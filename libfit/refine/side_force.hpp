@@ -21,7 +21,7 @@ void meet_slope(Model& model);
 /// Projects vectors to the tangent plane of a node, and minus the gradient of its inward normal
 /// there [1/m].
 struct NodeShape {
-  Mat3 across, bent;
+  Mat3 across, curvature;
   NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal);
 };
 

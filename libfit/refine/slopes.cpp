@@ -103,7 +103,7 @@ Controls slopes_of(const FittedCurves& fitted) {
     const NodeShape shape(curves, p, fitted.normal.row(p));
     const Vec3 g2 = shape.across * curves.control[runtime::kSide2].row(p).transpose();
     const Vec3 g3 = shape.across * curves.control[runtime::kSide3].row(p).transpose();
-    const Vec3 by_power[] = {2 * g2, 3 * (g3 - shape.bent * g2), -4 * shape.bent * g3};
+    const Vec3 by_power[] = {2 * g2, 3 * (g3 - shape.curvature * g2), -4 * shape.curvature * g3};
     for (Eigen::Index j = 0; j < power.rows(); ++j) {
       Vec3 slope = Vec3::Zero();
       for (int k = 0; k < 3; ++k) slope += power(j, k) * by_power[k];

@@ -16,8 +16,8 @@ namespace {
 using validation::record_case;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr ElementKind kAll[] = {ElementKind::tet10, ElementKind::tet10_blend, ElementKind::tet10_p0,
-                                ElementKind::tet10_p1, ElementKind::tet4};
+constexpr ElementKind kAll[] = {ElementKind::tet10, ElementKind::tet10_blend,
+                                ElementKind::tet10_p0};
 bool is_meant_for_use(ElementKind kind) {
   return kind == ElementKind::tet10 || kind == ElementKind::tet10_blend;
 }
@@ -193,7 +193,7 @@ TEST(Elasticity, errors_of_a_manufactured_solution_fall_with_the_order_of_the_el
                   order);
       before = error;
     }
-    const double expected = kind == ElementKind::tet4 ? 2 : 3;
+    constexpr double expected = 3;
     record_case("FE/mms/order_L2 " + name_of(kind), expected, order, "", order / expected - 1, 0);
     // An average over the element takes pressure as constant there, which is of order 2.
     const bool averages = kind == ElementKind::tet10_p0 || kind == ElementKind::tet10_blend;
@@ -278,10 +278,8 @@ TEST(Elasticity, thick_sphere_swells_under_the_pressure_of_the_closed_form) {
       char id[64];
       std::snprintf(id, sizeof id, "FE/thick_sphere nu%g a%g p", s.poisson, s.a);
       const double error = report(id, kind, "4x4x4", s.p, pressure, "mu", out.cpu_s);
-      if (kind != ElementKind::tet4) {
-        EXPECT_LE(std::abs(error), 0.01) << id << name_of(kind);
-        EXPECT_NEAR(b / s.b, 1, 1e-3) << id << name_of(kind);
-      }
+      EXPECT_LE(std::abs(error), 0.01) << id << name_of(kind);
+      EXPECT_NEAR(b / s.b, 1, 1e-3) << id << name_of(kind);
     }
 }
 
@@ -320,8 +318,7 @@ TEST(Elasticity, cooks_membrane_rises_as_the_reference) {
         const double uy = out.u(node_at(problem.mesh, Vec3(48, 60, 0)), 1);
         const double error =
             report(s.id, kind, std::to_string(n) + "^2", s.reference_mm, uy, "mm", out.cpu_s);
-        const bool is_bound = n == 16 && kind != ElementKind::tet4;
-        EXPECT_LE(std::abs(error), is_bound ? s.allowed : 1) << s.id;
+        EXPECT_LE(std::abs(error), n == 16 ? s.allowed : 1) << s.id;
       }
 }
 

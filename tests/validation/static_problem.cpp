@@ -153,19 +153,39 @@ class Newton {
   bool is_analysed_ = false;
 };
 
+/// Fourteen points, exact to degree 5. Source: Walkington 2000, quadrature on simplices of
+/// arbitrary dimension.
+std::vector<ElementPoint> fine_rule() {
+  std::vector<ElementPoint> out;
+  for (const auto& [far, weight] : {std::pair(0.310885919263300610, 0.112687925718015850),
+                                    std::pair(0.0927352503108912264, 0.0734930431163619495)})
+    for (int c = 0; c < 4; ++c) {
+      Eigen::Vector4d L = Eigen::Vector4d::Constant(far);
+      L[c] = 1 - 3 * far;
+      out.push_back(element_point(L, weight));
+    }
+  constexpr double kNear = 0.0455037041256496495;
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < a; ++b) {
+      Eigen::Vector4d L = Eigen::Vector4d::Constant(0.5 - kNear);
+      L[a] = L[b] = kNear;
+      out.push_back(element_point(L, 0.0425460207770814664));
+    }
+  return out;
+}
+
 template <class Visit>
 void visit_points(const StaticProblem& problem, const Visit& visit) {
-  const bool is_linear = problem.element == ElementKind::tet4;
-  for (const auto& cell : problem.cells())
-    for (const CellPoint& point : cell_points({is_linear ? 4 : 10, 14, 0})) {
+  for (Eigen::Index t = 0; t < problem.mesh.tets.rows(); ++t)
+    for (const ElementPoint& point : fine_rule()) {
       Vec3 X = Vec3::Zero();
       Mat3 jacobian = Mat3::Zero();
-      for (std::size_t a = 0; a < cell.size(); ++a) {
-        const Vec3 node = problem.mesh.nodes.row(cell[a]);
-        X += point.shape[static_cast<Eigen::Index>(a)] * node;
-        jacobian += node * point.by_xi.row(static_cast<Eigen::Index>(a));
+      for (int a = 0; a < kElementNodes; ++a) {
+        const Vec3 node = problem.mesh.nodes.row(problem.mesh.tets(t, a));
+        X += point.shape[a] * node;
+        jacobian += node * point.by_xi.row(a);
       }
-      visit(cell, point.shape, X, point.weight * jacobian.determinant() / 6);
+      visit(t, point.shape, X, point.weight * jacobian.determinant() / 6);
     }
 }
 
@@ -211,10 +231,7 @@ void StaticProblem::prescribe(const std::function<bool(const Vec3&)>& here, int 
 
 void StaticProblem::add_traction(const std::function<bool(const Vec3&)>& here,
                                  const Vec3& traction_Pa) {
-  // Shares of the area at corners and middles of a flat face: six-node triangle, or four linear
-  // ones.
-  const bool is_linear = element == ElementKind::tet4;
-  const double corner = is_linear ? 1.0 / 12 : 0, middle = is_linear ? 0.25 : 1.0 / 3;
+  // A flat face of six nodes: a third of the area at each middle, nothing at the corners.
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
     for (const auto& face : kFaces) {
       const auto node = [&](int k) {
@@ -224,36 +241,18 @@ void StaticProblem::add_traction(const std::function<bool(const Vec3&)>& here,
       for (int k = 0; k < 6; ++k) is_here = is_here && here(node(k));
       if (!is_here) continue;
       const double area = (node(1) - node(0)).cross(node(2) - node(0)).norm() / 2;
-      for (int k = 0; k < 6; ++k)
-        load.row(mesh.tets(t, face[k])) +=
-            (k < 3 ? corner : middle) * area * traction_Pa.transpose();
+      for (int k = 3; k < 6; ++k)
+        load.row(mesh.tets(t, face[k])) += area / 3 * traction_Pa.transpose();
     }
 }
 
 void StaticProblem::add_body_force(const std::function<Vec3(const Vec3&)>& force_N_m3) {
   visit_points(*this,
-               [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+               [&](Eigen::Index t, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
                  const Vec3 force = volume * force_N_m3(X);
-                 for (std::size_t a = 0; a < cell.size(); ++a)
-                   load.row(cell[a]) += shape[static_cast<Eigen::Index>(a)] * force.transpose();
+                 for (int a = 0; a < kElementNodes; ++a)
+                   load.row(mesh.tets(t, a)) += shape[a] * force.transpose();
                });
-}
-
-std::vector<std::vector<std::int32_t>> StaticProblem::cells() const {
-  std::vector<std::vector<std::int32_t>> out;
-  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
-    if (element != ElementKind::tet4) {
-      out.emplace_back(mesh.tets.row(t).begin(), mesh.tets.row(t).end());
-      continue;
-    }
-    Eigen::Matrix<double, 10, 3> nodes;
-    for (int a = 0; a < 10; ++a) nodes.row(a) = mesh.nodes.row(mesh.tets(t, a));
-    for (const auto& piece : eight_tets(nodes)) {
-      out.emplace_back();
-      for (const int a : piece) out.back().push_back(mesh.tets(t, a));
-    }
-  }
-  return out;
 }
 
 StaticOutcome solve(const StaticProblem& problem, int steps) {
@@ -279,10 +278,10 @@ double l2_error(const StaticProblem& problem, const Points& u,
                 const std::function<Vec3(const Vec3&)>& exact) {
   double sum = 0;
   visit_points(problem,
-               [&](const auto& cell, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
+               [&](Eigen::Index t, const Eigen::VectorXd& shape, const Vec3& X, double volume) {
                  Vec3 error = -exact(X);
-                 for (std::size_t a = 0; a < cell.size(); ++a)
-                   error += shape[static_cast<Eigen::Index>(a)] * u.row(cell[a]).transpose();
+                 for (int a = 0; a < kElementNodes; ++a)
+                   error += shape[a] * u.row(problem.mesh.tets(t, a)).transpose();
                  sum += volume * error.squaredNorm();
                });
   return std::sqrt(sum);

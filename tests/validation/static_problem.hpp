@@ -29,8 +29,6 @@ struct StaticProblem {
   void add_traction(const std::function<bool(const Vec3&)>& here, const Vec3& traction_Pa);
   /// A force per rest volume [N/m^3].
   void add_body_force(const std::function<Vec3(const Vec3&)>& force_N_m3);
-  /// Cells as the element integrates them: ten-node tets, or linear pieces.
-  std::vector<std::vector<std::int32_t>> cells() const;
 };
 
 /// u, reaction: N x 3; reaction: gradient of the energy minus load [N]. cpu_s: of the solution.

@@ -99,9 +99,9 @@ Model with_family(Model model, CurveFamily family) {
     curves.control[runtime::kFrictionSlope](v, 0) = 16;
     curves.control[runtime::kSide2].row(v) = 900 * around.transpose();
     curves.control[runtime::kSide3].row(v) = 5e4 * around.transpose();
-    const Eigen::Matrix3d bent = around * around.transpose() / kCylinderRadius_m;
-    curves.control[runtime::kCurvature].row(v) << bent(0, 0), bent(1, 1), bent(2, 2), bent(0, 1),
-        bent(0, 2), bent(1, 2);
+    const Eigen::Matrix3d curvature = around * around.transpose() / kCylinderRadius_m;
+    curves.control[runtime::kCurvature].row(v) << curvature(0, 0), curvature(1, 1), curvature(2, 2),
+        curvature(0, 1), curvature(0, 2), curvature(1, 2);
   }
   model.curves = std::move(curves);
   return model;

@@ -23,7 +23,6 @@ constexpr FemBench kParts[] = {
     {"bodies", "press and whole test point on block, cylinder and liver", fem_bodies},
     {"ripple", "force over 0.1 mm steps against a smooth curve", fem_ripple},
     {"threads", "cost by number of test points, one and two threads", fem_threads},
-    {"assembly", "assembly by instruction set against one double at a time", fem_assembly},
     {"rates", "factor and solve rates by number of nodes, beside dgemm and streaming read",
      fem_rates},
 };

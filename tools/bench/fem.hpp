@@ -25,7 +25,6 @@ BenchTable fem_accuracy(const BenchRequest& request);
 BenchTable fem_bodies(const BenchRequest& request);
 BenchTable fem_ripple(const BenchRequest& request);
 BenchTable fem_threads(const BenchRequest& request);
-BenchTable fem_assembly(const BenchRequest& request);
 BenchTable fem_rates(const BenchRequest& request);
 
 /// A body, where it is pressed, and what with.

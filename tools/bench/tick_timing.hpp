@@ -1,6 +1,6 @@
 #pragma once
 
-// Times of single ticks, for `palpate bench tick` and bench_tick_google.
+// Times of single ticks, for `palpate bench tick`.
 
 #include <sys/resource.h>
 

@@ -6,7 +6,6 @@
 
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/fit_curves.hpp"
-#include "libfit/fit/point/ring_lines.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/insert_point.hpp"
 #include "libfit/refine/next_points.hpp"
@@ -24,9 +23,6 @@ using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
-// CPU time of a press with two drags over that of a press alone (docs/validation.md): what drags at
-// a point must be worth, in presses elsewhere.
-constexpr double kDragCost = 4;
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
@@ -153,11 +149,6 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
       placement.ended = "every vertex that can be reached is a test point";
       break;
     }
-    NextDrag drag;
-    if (are_few && are_rings) drag = next_drag(curves, is_dragged);
-    const double worst = *std::max_element(expected.begin(), expected.end());
-    if (drag.expected_error > kDragCost * worst)
-      is_dragged[static_cast<std::size_t>(drag.point)] = 1;
     is_dragged.resize(static_cast<std::size_t>(grown.points.position.rows()),
                       has_drags && !(are_few && are_rings));
     simulate(grown.points);

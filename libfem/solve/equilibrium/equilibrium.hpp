@@ -121,6 +121,8 @@ class Equilibrium {
     Eigen::VectorXd displacement, load;
   };
 
+  class CondensedContact;
+
   void assemble_elastic(double geometric_scale, double max_pressure, Local& at);
   void evaluate(Step& step);
   void add_contact(Step& step);
@@ -129,8 +131,6 @@ class Equilibrium {
   void index_contact_nodes();
   std::vector<std::int32_t> nodes_near_probe(const Points& u, const ProbePose& pose,
                                              double within_m) const;
-  Eigen::VectorXd condensed_force() const;
-  std::vector<Eigen::Index> touching_unknowns() const;
   Eigen::MatrixXd condensed_stiffness(const std::vector<Eigen::Index>& unknowns) const;
   Correction correction(const Step& now);
   bool take(const Correction& correction, AndersonMixing& mixing, Step& step);

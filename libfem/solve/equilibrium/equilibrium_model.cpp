@@ -19,33 +19,6 @@ constexpr double kInVain = 0.98;
 
 }  // namespace
 
-// Force of the latest contact terms over the dense block.
-Eigen::VectorXd Equilibrium::condensed_force() const {
-  Eigen::VectorXd force =
-      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * factor_.contact_nodes().size()));
-  for (const FaceTerms& face : contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      if (i >= 0 && contact_index_[i] >= 0)
-        force.segment<3>(3 * contact_index_[i]) += Eigen::Map<const Vec3>(face.force + 3 * a);
-    }
-  return force;
-}
-
-// Unknowns of the dense block on faces of the latest contact terms, increasing.
-std::vector<Eigen::Index> Equilibrium::touching_unknowns() const {
-  std::vector<Eigen::Index> out;
-  for (const FaceTerms& face : contact_.terms())
-    for (int a = 0; a < kFaceNodes; ++a) {
-      const std::int32_t i = body_.free_index()[mesh_.faces(face.face, a)];
-      if (i < 0 || contact_index_[i] < 0) continue;
-      for (int c = 0; c < 3; ++c) out.push_back(3 * contact_index_[i] + c);
-    }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
 // Stiffness of the latest contact terms on some unknowns of the dense block, all entries.
 Eigen::MatrixXd Equilibrium::condensed_stiffness(const std::vector<Eigen::Index>& unknowns) const {
   std::vector<std::int32_t> place(3 * factor_.contact_nodes().size(), -1);
@@ -71,115 +44,192 @@ Eigen::MatrixXd Equilibrium::condensed_stiffness(const std::vector<Eigen::Index>
   return C;
 }
 
-// The correction after which a body with the factor's tangent would rest: contact solved on the
-// dense block by Newton's method with friction coupled, all else follows linearly. Where that
-// stalls, friction is lagged until a descent in energy has come close.
-Equilibrium::Correction Equilibrium::correction(const Step& now) {
-  const Local& at = now.at;
-  const auto& nodes = factor_.contact_nodes();
-  const Eigen::MatrixXf& flexibility = factor_.flexibility();
-  Correction out;
-  std::vector<Eigen::Index> node_of(nodes.size());
-  for (Eigen::Index n = 0; n < at.u.rows(); ++n)
-    if (const std::int32_t i = body_.free_index()[n]; i >= 0 && contact_index_[i] >= 0)
-      node_of[contact_index_[i]] = n;
+// What the body's tangent is to contact: the factor's dense block. Contact is solved on it by
+// Newton's method with friction coupled, all else follows linearly. Where that stalls, friction is
+// lagged until a descent in energy has come close.
+class Equilibrium::CondensedContact {
+ public:
+  CondensedContact(Equilibrium& of, const Step& now);
+
+  Correction solve();
+
+ private:
+  using Step = CondensedTangent::CondensedStep;
+
+  Eigen::VectorXd force() const;
+  std::vector<Eigen::Index> touching_unknowns() const;
+  void go(const Step& step, double length);
+  double evaluate(bool with_curvature = true);
+  void refactor();
+  Step newton_step() const { return of_.tangent_.step(of_.factor_.flexibility(), residual_); }
+  double energy() const { return -0.5 * sum_.w.dot(load_ + sum_.z) + of_.contact_.energy(trial_); }
+  bool falls(const Step& step);
+  double descend();
+  void iterate_lagged();
+  void iterate_coupled();
+
+  Equilibrium& of_;
+  const Local& at_;
+  std::vector<Eigen::Index> node_of_;  // of each contact node
+  Eigen::VectorXd load_, force_before_, residual_;
+  Step sum_;  // of all steps, from at_
+  Points u_;
+  const ContactTrial trial_;
+  double relative_ = 0;  // size of the residual z - f(w) over that of f
+  bool is_coupled_ = true, is_kept_ = false;
+};
+
+Equilibrium::CondensedContact::CondensedContact(Equilibrium& of, const Equilibrium::Step& now)
+    : of_(of),
+      at_(now.at),
+      node_of_(of.factor_.contact_nodes().size()),
+      u_(now.at.u),
+      trial_{u_, now.pose, now.from.history} {
+  for (Eigen::Index n = 0; n < at_.u.rows(); ++n)
+    if (const std::int32_t i = of_.body_.free_index()[n]; i >= 0 && of_.contact_index_[i] >= 0)
+      node_of_[of_.contact_index_[i]] = n;
   // Contact forces are added behind the reduction, whose single precision small residuals survive.
-  Eigen::VectorXd load, residual;
-  factor_.reduce(at.residual, load);
-  const Eigen::VectorXd force_before = condensed_force();
-  load += force_before;
-  CondensedTangent::CondensedStep sum{Eigen::VectorXd::Zero(load.size()), load};
-  Points u = at.u;
-  const ContactTrial trial{u, now.pose, now.from.history};
-  bool is_coupled = true;
-  const auto go = [&](const CondensedTangent::CondensedStep& step, double length) {
-    sum.w += length * step.w;
-    sum.z += length * step.z;
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      u.row(node_of[i]) = at.u.row(node_of[i]) + sum.w.segment<3>(3 * i).transpose();
-  };
-  // Relative size of the residual z - f(w); 0 where nothing touches and nothing is exerted.
-  const auto evaluate = [&](bool with_curvature = true) {
-    if (is_coupled)
-      contact_.evaluate_coupled(trial);
-    else
-      contact_.evaluate(trial, with_curvature);
-    const Eigen::VectorXd force = condensed_force();
-    residual = sum.z - force;
-    return residual.norm() > 0 ? residual.norm() / force.norm() : 0;
-  };
-  const auto refactor = [&] {
-    tangent_.cover(flexibility, touching_unknowns());
-    tangent_.set_contact(condensed_stiffness(tangent_.unknowns()));
-    ++counts_.model_factors;
-  };
-  const auto energy = [&] { return -0.5 * sum.w.dot(load + sum.z) + contact_.energy(trial); };
-  // Halves a step until the energy for the lagged limit falls.
-  const auto falls = [&](const CondensedTangent::CondensedStep& step) {
-    const double start = energy(), slope = -residual.dot(step.w);
-    if (!(slope < 0)) return false;
-    double length = 1;
-    go(step, 1);
-    for (int cut = 0; cut < 8; ++cut, length /= 2) {
-      if (energy() <= start + 1e-4 * length * slope) return true;
-      go(step, -length / 2);
+  of_.factor_.reduce(at_.residual, load_);
+  force_before_ = force();
+  load_ += force_before_;
+  sum_ = {Eigen::VectorXd::Zero(load_.size()), load_};
+}
+
+// Force of the latest contact terms over the dense block.
+Eigen::VectorXd Equilibrium::CondensedContact::force() const {
+  Eigen::VectorXd force =
+      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * of_.factor_.contact_nodes().size()));
+  for (const FaceTerms& face : of_.contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = of_.body_.free_index()[of_.mesh_.faces(face.face, a)];
+      if (i >= 0 && of_.contact_index_[i] >= 0)
+        force.segment<3>(3 * of_.contact_index_[i]) += Eigen::Map<const Vec3>(face.force + 3 * a);
     }
-    go(step, -length);
-    return false;
-  };
-  const auto descend = [&] {
-    refactor();
-    if (falls(tangent_.step(flexibility, residual))) return evaluate();
-    evaluate(false);
-    refactor();
-    const CondensedTangent::CondensedStep step = tangent_.step(flexibility, residual);
-    if (!falls(step)) go(step, 1.0 / 256);
-    return evaluate();
-  };
-  const double goal =
-      options_.model * std::max(options_.residual, at.residual.norm() / at.contact_scale_N);
-  double relative = evaluate();
-  bool is_kept = !tangent_.is_empty();
-  for (int iteration = 0; iteration < options_.max_model; ++iteration) {
-    if (is_coupled && relative <= goal) break;
-    ++counts_.model;
-    if (!is_coupled) {
-      relative = descend();
-      if (relative > options_.model_lagged) continue;
-      contact_.lag_friction_limit(trial);
-      is_coupled = true;
-      is_kept = false;
-      relative = evaluate();
-      continue;
+  return force;
+}
+
+// Unknowns of the dense block on faces of the latest contact terms, increasing.
+std::vector<Eigen::Index> Equilibrium::CondensedContact::touching_unknowns() const {
+  std::vector<Eigen::Index> out;
+  for (const FaceTerms& face : of_.contact_.terms())
+    for (int a = 0; a < kFaceNodes; ++a) {
+      const std::int32_t i = of_.body_.free_index()[of_.mesh_.faces(face.face, a)];
+      if (i < 0 || of_.contact_index_[i] < 0) continue;
+      for (int c = 0; c < 3; ++c) out.push_back(3 * of_.contact_index_[i] + c);
     }
-    if (!is_kept) refactor();
-    const CondensedTangent::CondensedStep step = tangent_.step(flexibility, residual);
-    const double before = relative;
-    double length = 1;
-    go(step, 1);
-    relative = evaluate();
-    if (is_kept && relative > kKeptTangent * before) {
-      go(step, -1);
-      relative = evaluate();
-      is_kept = false;
-      continue;
-    }
-    for (int cut = 0; cut < 4 && relative > (1 - 0.1 * length) * before; ++cut, length /= 2) {
-      go(step, -length / 2);
-      relative = evaluate();
-    }
-    is_kept = relative <= kKeptTangent * before;
-    if (relative <= kInVain * before) continue;
-    contact_.lag_friction_limit(trial);
-    is_coupled = false;
-    relative = evaluate();
-  }
-  contact_.lag_friction_limit(trial);
-  out.load = at.residual;
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    out.load.segment<3>(3 * nodes[i]) += (force_before - sum.z).segment<3>(3 * i);
-  factor_.expand(sum.w, out.displacement);
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
+}
+
+void Equilibrium::CondensedContact::go(const Step& step, double length) {
+  sum_.w += length * step.w;
+  sum_.z += length * step.z;
+  for (std::size_t i = 0; i < node_of_.size(); ++i)
+    u_.row(node_of_[i]) = at_.u.row(node_of_[i]) + sum_.w.segment<3>(3 * i).transpose();
+}
+
+// Sets the residual and returns its relative size; 0 where nothing touches and nothing is exerted.
+double Equilibrium::CondensedContact::evaluate(bool with_curvature) {
+  if (is_coupled_)
+    of_.contact_.evaluate_coupled(trial_);
+  else
+    of_.contact_.evaluate(trial_, with_curvature);
+  const Eigen::VectorXd exerted = force();
+  residual_ = sum_.z - exerted;
+  return residual_.norm() > 0 ? residual_.norm() / exerted.norm() : 0;
+}
+
+void Equilibrium::CondensedContact::refactor() {
+  of_.tangent_.cover(of_.factor_.flexibility(), touching_unknowns());
+  of_.tangent_.set_contact(of_.condensed_stiffness(of_.tangent_.unknowns()));
+  ++of_.counts_.model_factors;
+}
+
+// Halves a step until the energy for the lagged limit falls.
+bool Equilibrium::CondensedContact::falls(const Step& step) {
+  const double start = energy(), slope = -residual_.dot(step.w);
+  if (!(slope < 0)) return false;
+  double length = 1;
+  go(step, 1);
+  for (int cut = 0; cut < 8; ++cut, length /= 2) {
+    if (energy() <= start + 1e-4 * length * slope) return true;
+    go(step, -length / 2);
+  }
+  go(step, -length);
+  return false;
+}
+
+double Equilibrium::CondensedContact::descend() {
+  refactor();
+  if (falls(newton_step())) return evaluate();
+  evaluate(false);
+  refactor();
+  const Step step = newton_step();
+  if (!falls(step)) go(step, 1.0 / 256);
+  return evaluate();
+}
+
+void Equilibrium::CondensedContact::iterate_lagged() {
+  relative_ = descend();
+  if (relative_ > of_.options_.model_lagged) return;
+  of_.contact_.lag_friction_limit(trial_);
+  is_coupled_ = true;
+  is_kept_ = false;
+  relative_ = evaluate();
+}
+
+void Equilibrium::CondensedContact::iterate_coupled() {
+  if (!is_kept_) refactor();
+  const Step step = newton_step();
+  const double before = relative_;
+  double length = 1;
+  go(step, 1);
+  relative_ = evaluate();
+  if (is_kept_ && relative_ > kKeptTangent * before) {
+    go(step, -1);
+    relative_ = evaluate();
+    is_kept_ = false;
+    return;
+  }
+  for (int cut = 0; cut < 4 && relative_ > (1 - 0.1 * length) * before; ++cut, length /= 2) {
+    go(step, -length / 2);
+    relative_ = evaluate();
+  }
+  is_kept_ = relative_ <= kKeptTangent * before;
+  if (relative_ <= kInVain * before) return;
+  of_.contact_.lag_friction_limit(trial_);
+  is_coupled_ = false;
+  relative_ = evaluate();
+}
+
+Equilibrium::Correction Equilibrium::CondensedContact::solve() {
+  const EquilibriumOptions& options = of_.options_;
+  const double goal =
+      options.model * std::max(options.residual, at_.residual.norm() / at_.contact_scale_N);
+  relative_ = evaluate();
+  is_kept_ = !of_.tangent_.is_empty();
+  for (int iteration = 0; iteration < options.max_model; ++iteration) {
+    if (is_coupled_ && relative_ <= goal) break;
+    ++of_.counts_.model;
+    if (is_coupled_)
+      iterate_coupled();
+    else
+      iterate_lagged();
+  }
+  of_.contact_.lag_friction_limit(trial_);
+  Correction out;
+  out.load = at_.residual;
+  const auto& nodes = of_.factor_.contact_nodes();
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    out.load.segment<3>(3 * nodes[i]) += (force_before_ - sum_.z).segment<3>(3 * i);
+  of_.factor_.expand(sum_.w, out.displacement);
+  return out;
+}
+
+// The correction after which a body with the factor's tangent would rest.
+Equilibrium::Correction Equilibrium::correction(const Step& now) {
+  return CondensedContact(*this, now).solve();
 }
 
 }  // namespace palpate::fem

@@ -107,8 +107,9 @@ double scatter_N(const PointData& point) {
       const double after = (e.deflection[i + 1] - e.deflection[i]).norm();
       if (!(before + after > 0)) continue;
       const double t = before / (before + after);
-      const Vec3 bent = e.force[i] - (1 - t) * e.force[i - 1] - t * e.force[i + 1];
-      sizes.push_back(std::abs(bent.dot(point.inward)) / std::sqrt(1 + t * t + (1 - t) * (1 - t)));
+      const Vec3 second_difference = e.force[i] - (1 - t) * e.force[i - 1] - t * e.force[i + 1];
+      sizes.push_back(std::abs(second_difference.dot(point.inward)) /
+                      std::sqrt(1 + t * t + (1 - t) * (1 - t)));
     }
   }
   return robust_deviation(std::move(sizes));

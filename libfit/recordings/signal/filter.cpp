@@ -26,12 +26,12 @@ double median_of(double a, double b, double c) {
 
 // Least excess over its neighbours that makes a reading a spike, for a whole axis.
 double min_spike_N(const Eigen::VectorXd& force) {
-  std::vector<double> bent, sorted(force.begin(), force.end());
+  std::vector<double> second_difference, sorted(force.begin(), force.end());
   for (Eigen::Index i = 1; i + 1 < force.size(); ++i)
-    bent.push_back(std::abs(force[i - 1] - 2 * force[i] + force[i + 1]));
+    second_difference.push_back(std::abs(force[i - 1] - 2 * force[i] + force[i + 1]));
   std::sort(sorted.begin(), sorted.end());
   const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(sorted.size()));
-  return std::max(kSpikeInNoise * upper_median(bent) / 0.6745 / std::sqrt(6.0),
+  return std::max(kSpikeInNoise * upper_median(second_difference) / 0.6745 / std::sqrt(6.0),
                   kSpikeShare * (sorted[sorted.size() - 1 - tail] - sorted[tail]));
 }
 
@@ -138,11 +138,11 @@ constexpr std::size_t kMinTrimmed = 8;
 }  // namespace
 
 double neighbour_scatter(const Eigen::VectorXd& values) {
-  std::vector<double> bent;
+  std::vector<double> second_difference;
   for (Eigen::Index i = 1; i + 1 < values.size(); ++i)
-    bent.push_back(std::abs(values[i - 1] - 2 * values[i] + values[i + 1]));
-  if (bent.empty()) return 0;
-  return upper_median(std::move(bent)) / kMedianOfNormal / std::sqrt(6.0);
+    second_difference.push_back(std::abs(values[i - 1] - 2 * values[i] + values[i + 1]));
+  if (second_difference.empty()) return 0;
+  return upper_median(std::move(second_difference)) / kMedianOfNormal / std::sqrt(6.0);
 }
 
 double quantum_of(const Eigen::VectorXd& values) {

@@ -20,15 +20,15 @@ inline constexpr unsigned kSeed = 20240607;
 inline constexpr double kLeftOut = std::numeric_limits<double>::quiet_NaN();
 
 /// is_kinked_at_rest: the tangent jumps at E = 0. is_bounded: the energy stays finite as the volume
-/// goes. max_J_at_bend_0: up to where the law says that its tangent without the bent part is
-/// semidefinite; 0 where it does not. min_stretch, max_stretch: of uniaxial tests, within which
-/// a pull or push grows with the stretch.
+/// goes. max_J_without_geometric: up to where the law says that its tangent without the geometric
+/// part is semidefinite; 0 where it does not. min_stretch, max_stretch: of uniaxial tests, within
+/// which a pull or push grows with the stretch.
 struct Example {
   std::string name;
   MaterialParameters parameters;
   bool is_kinked_at_rest = false;
   bool is_bounded = false;
-  double max_J_at_bend_0 = 1e9;
+  double max_J_without_geometric = 1e9;
   double min_stretch = 0.3;
   double max_stretch = 3;
 };

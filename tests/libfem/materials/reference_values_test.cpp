@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "libfem/materials/materials.hpp"
@@ -48,9 +49,10 @@ Mat3 matrix(const std::string& cell) { return Eigen::Map<const Mat3Rows>(numbers
 TEST(ReferenceValues, energy_stress_and_tangent_match_those_of_independent_differences) {
   const Vec9 H = Eigen::Map<const Vec9>(kDirection);
   const auto rows = rows_of("points.csv");
-  ASSERT_EQ(rows.size(), 126u);
+  std::map<std::string, int> states;
   for (const auto& row : rows) {
     SCOPED_TRACE(row[0]);
+    ++states[row[1]];
     const Material material = material_of(row);
     const Mat3 F = matrix(row[3]), P_expected = matrix(row[5]);
     const double W = numbers(row[4])[0];
@@ -64,6 +66,7 @@ TEST(ReferenceValues, energy_stress_and_tangent_match_those_of_independent_diffe
     const Vec9 A_H = Eigen::Map<const Vec9>(numbers(row[7]).data());
     EXPECT_LE((material.law->tangent(material.constants, F) * H - A_H).norm(), 1e-12 * A_H.norm());
   }
+  for (const LawRow& law : material_laws()) EXPECT_GE(states[std::string(law.name)], 8) << law.name;
 }
 
 TEST(ReferenceValues, uniaxial_states_between_free_sides_match) {

@@ -4,7 +4,7 @@
 #include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
-#include "libfit/fit/point/ring_lines.hpp"
+#include "libfit/fit/ring_constants.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
@@ -177,17 +177,6 @@ TEST(fitted_rings, of_points_without_drags_go_with_the_force_of_the_press) {
       {std::vector<double>{0, 0.1, -0.1}, std::vector<double>(3, 0.3), std::vector<double>(3, 0.0)},
       {});
   EXPECT_EQ(even.slope[0], 0) << "forces that hardly differ tell no slope";
-}
-
-TEST(fitted_rings, next_drag_goes_where_the_constants_are_least_certain) {
-  RingBody body;
-  for (unsigned seed = 1; seed <= 5; ++seed) body.add(seed, seed <= 3);
-  FittedCurves fitted = body.fit();
-  fitted.curves.control[0].row(4) *= 4;
-  const NextDrag far = next_drag(fitted, {1, 1, 1, 0, 0});
-  EXPECT_EQ(far.point, 4) << "whose force is beyond those of the dragged points";
-  EXPECT_GT(far.expected_error, 0);
-  EXPECT_EQ(next_drag(fitted, {1, 1, 1, 1, 1}).point, -1);
 }
 
 // The rows are noisy: what is expected of the rings beforehand counts.

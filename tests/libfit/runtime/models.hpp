@@ -271,9 +271,9 @@ inline void make_rings(Model& model, double friction, double radius_m,
     rings.control[runtime::kFrictionSlope](v, 0) = friction * 16;
     if (side) rings.control[runtime::kSide2].row(v) = side(x).transpose();
     if (radius_m == 0) continue;
-    const Eigen::Matrix3d bent = (Eigen::Matrix3d::Identity() - u * u.transpose()) / radius_m;
-    rings.control[runtime::kCurvature].row(v) << bent(0, 0), bent(1, 1), bent(2, 2), bent(0, 1),
-        bent(0, 2), bent(1, 2);
+    const Eigen::Matrix3d curvature = (Eigen::Matrix3d::Identity() - u * u.transpose()) / radius_m;
+    rings.control[runtime::kCurvature].row(v) << curvature(0, 0), curvature(1, 1), curvature(2, 2),
+        curvature(0, 1), curvature(0, 2), curvature(1, 2);
   }
   model.curves = std::move(rings);
 }

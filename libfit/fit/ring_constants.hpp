@@ -1,10 +1,8 @@
 #pragma once
 
-#include <array>
-#include <vector>
-
-#include "libfit/core/curves.hpp"
 #include "libfit/fit/point/body_bases.hpp"
+#include "libfit/fit/report.hpp"
+#include "libfit/fit/rows/curve_rows.hpp"
 
 namespace palpate::fit {
 
@@ -17,17 +15,11 @@ RingPrior ring_lines(const std::vector<double>& log_force,
                      const std::array<std::vector<double>, 3>& constant,
                      const std::array<double, 3>& deviation);
 
+/// Compares the constants of a body's rings with what theory has them be (docs/method.md, section
+/// 5): lambda = 2 (1 - nu) / (2 - nu), mu0 = 0.95 mu, mu1 = mu0 / 2R. Only points that were dragged
+/// count; those whose lambda is far from the body's say so in their message. No points where the
+/// family is another.
+RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
+                        FittedCurves& fitted);
+
 }  // namespace palpate::fit
-
-namespace palpate {
-
-/// The point whose drags would tell most: where the lines through the dragged points' constants
-/// (method.md, section 17) are least certain, or the nearest dragged point is off them.
-/// expected_error: of the force while sliding there, relative (M12c). point -1: all are dragged.
-struct NextDrag {
-  std::int32_t point = -1;
-  double expected_error = 0;
-};
-NextDrag next_drag(const FittedCurves& curves, const std::vector<char>& is_dragged);
-
-}  // namespace palpate

@@ -1,4 +1,4 @@
-#include "libfit/fit/judge_rings.hpp"
+#include "libfit/fit/ring_constants.hpp"
 
 #include <fmt/core.h>
 
@@ -6,9 +6,9 @@
 #include <tuple>
 
 #include "libfit/core/node_forces.hpp"
+#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/options.hpp"
-#include "libfit/fit/point/ring_lines.hpp"
 
 namespace palpate::fit {
 namespace {
@@ -16,6 +16,9 @@ namespace {
 // Shares of what is expected beyond which a constant is far from it. Even blocks and livers stay
 // within half of these, points above a lump do not.
 constexpr double kFarLambda = 0.2, kFarFriction = 0.15, kFarFrictionSlope = 0.5;
+
+constexpr double kApart = 0.05;   // of ln force: pairs that are closer tell no slope
+constexpr double kSpread = 0.05;  // sum of squares at which a slope counts half
 
 constexpr double kClear = 2;  // standard errors: what is nearer may be the same
 
@@ -30,6 +33,29 @@ void warn_of(RingsReport& report, const char* what, double found, double expecte
 }
 
 }  // namespace
+
+RingPrior ring_lines(const std::vector<double>& log_force,
+                     const std::array<std::vector<double>, 3>& constant,
+                     const std::array<double, 3>& deviation) {
+  RingPrior out;
+  out.is_of_drags = true;
+  out.deviation = deviation;
+  out.log_force = median(log_force);
+  double square = 0;
+  for (const double x : log_force) square += (x - out.log_force) * (x - out.log_force);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::vector<double> slopes, level;
+    for (std::size_t i = 0; i < log_force.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > kApart)
+          slopes.push_back((constant[k][i] - constant[k][j]) / apart);
+    if (!slopes.empty()) out.slope[k] = median(slopes) * square / (square + kSpread);
+    for (std::size_t i = 0; i < log_force.size(); ++i)
+      level.push_back(constant[k][i] - out.slope[k] * (log_force[i] - out.log_force));
+    out.constant[k] = median(level);
+  }
+  return out;
+}
 
 RingsReport judge_rings(const Samples& samples, const std::vector<CurveRows>& rows,
                         FittedCurves& fitted) {

@@ -1,0 +1,211 @@
+#pragma once
+
+#include "libfem/elements/element_kernels.hpp"
+
+namespace palpate::fem {
+
+// Energy, force and stiffness of eight elements at once, compiled for every instruction set by
+// element_kernels.cpp.
+
+enum class Want { energy, force, stiffness };
+
+PALPATE_INLINE void displacement_gradient(const Pack* gradient, const Pack* displacement, Pack* H) {
+  Pack sum[9] = {};  // kept in registers: H may alias what is read
+  for (int a = 0; a < kElementNodes; ++a)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) sum[3 * i + j] += displacement[3 * a + i] * gradient[3 * a + j];
+  for (int i = 0; i < 9; ++i) H[i] = sum[i];
+}
+
+/// force_a[i] = sum_q sum_J P_q[iJ] G_qa[J].
+PALPATE_INLINE void sum_forces(const Pack* gradient, const Pack* P, Pack* force) {
+  for (int a = 0; a < kElementNodes; ++a) {
+    Pack sum[3] = {};
+    for (int q = 0; q < kElementPoints; ++q) {
+      const Pack* G = gradient + 3 * (kElementNodes * q + a);
+      for (int i = 0; i < 3; ++i) {
+        const Pack* row = P + 9 * q + 3 * i;
+        sum[i] += row[0] * G[0] + row[1] * G[1] + row[2] * G[2];
+      }
+    }
+    for (int i = 0; i < 3; ++i) force[3 * a + i] = sum[i];
+  }
+}
+
+/// K_ab[i][k] += sum_JL G_a[J] A[iJ][kL] G_b[L].
+PALPATE_INLINE void add_stiffness(const Pack* gradient, const Pack* A, Pack* stiffness) {
+  for (int b = 0; b < kElementNodes; ++b) {
+    Pack T[27];  // [iJ][k]
+    for (int iJ = 0; iJ < 9; ++iJ)
+      for (int k = 0; k < 3; ++k) {
+        Pack sum = Pack{};
+        for (int L = 0; L < 3; ++L) {
+          const int kL = 3 * k + L;
+          sum += (iJ <= kL ? A[9 * iJ + kL] : A[9 * kL + iJ]) * gradient[3 * b + L];
+        }
+        T[3 * iJ + k] = sum;
+      }
+    for (int a = b; a < kElementNodes; ++a) {
+      Pack* block = stiffness + 9 * (a * (a + 1) / 2 + b);
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+          block[3 * i + k] += gradient[3 * a] * T[9 * i + k] +
+                              gradient[3 * a + 1] * T[9 * i + 3 + k] +
+                              gradient[3 * a + 2] * T[9 * i + 6 + k];
+    }
+  }
+}
+
+/// J - 1, summed from the small terms, and dJ/dF.
+PALPATE_INLINE void dilation_of(const Pack* H, Pack& dilation, Pack* cofactor) {
+  const Pack f00 = H[0] + 1.0, f11 = H[4] + 1.0, f22 = H[8] + 1.0;
+  cofactor[0] = f11 * f22 - H[5] * H[7];
+  cofactor[1] = H[5] * H[6] - H[3] * f22;
+  cofactor[2] = H[3] * H[7] - f11 * H[6];
+  cofactor[3] = H[2] * H[7] - H[1] * f22;
+  cofactor[4] = f00 * f22 - H[2] * H[6];
+  cofactor[5] = H[1] * H[6] - f00 * H[7];
+  cofactor[6] = H[1] * H[5] - H[2] * f11;
+  cofactor[7] = H[2] * H[3] - f00 * H[5];
+  cofactor[8] = f00 * f11 - H[1] * H[3];
+  const Pack minors =
+      H[4] * H[8] - H[5] * H[7] + H[0] * H[8] - H[2] * H[6] + H[0] * H[4] - H[1] * H[3];
+  const Pack determinant = H[0] * (H[4] * H[8] - H[5] * H[7]) + H[1] * (H[5] * H[6] - H[3] * H[8]) +
+                           H[2] * (H[3] * H[7] - H[4] * H[6]);
+  dilation = H[0] + H[4] + H[8] + minors + determinant;
+}
+
+/// A[iJ][kL] += pressure d2J/dF_iJ dF_kL, upper triangle: e_ikm e_JLn F_mn.
+PALPATE_INLINE void add_second_derivative_of_J(const Pack* H, const Pack& pressure, Pack* A) {
+  for (int i = 0; i < 3; ++i)
+    for (int k = i + 1; k < 3; ++k)
+      for (int J = 0; J < 3; ++J)
+        for (int L = 0; L < 3; ++L) {
+          if (J == L) continue;
+          const int m = 3 - i - k, n = 3 - J - L;
+          const bool is_even = ((k - i + 3) % 3 == 1) == ((L - J + 3) % 3 == 1);
+          const Pack F = m == n ? H[3 * m + n] + 1.0 : H[3 * m + n];
+          A[9 * (3 * i + J) + 3 * k + L] += is_even ? pressure * F : -(pressure * F);
+        }
+}
+
+/// U and its derivatives; +inf, 0, 0 where the volume is gone. Nothing on lanes without weight.
+PALPATE_INLINE void volumetric(const LawKernels& law, const Pack* constants, const Pack& weight,
+                               const Pack& dilation, Pack& U, Pack& U1, Pack& U2) {
+  const Pack zero = Pack{};
+  // One comparison, with a constant: several joined, g++ 12 makes lane by lane.
+  const Pack room = weight > 0.0 ? dilation - law.min_dilation : zero;
+  const Pack gone = weight > 0.0 ? zero + __builtin_inf() : zero;
+  law.volumetric(constants, room > 0.0 ? dilation : zero, U, U1, U2);
+  U = room > 0.0 ? U : gone;
+  U1 = room > 0.0 ? U1 : zero;
+  U2 = room > 0.0 ? U2 : zero;
+}
+
+/// The volume change of eight elements, averaged.
+struct Averaged {
+  Pack H[9 * kElementPoints], dilation[kElementPoints], cofactor[9 * kElementPoints];
+  Pack U, U2;                     // at the mean of the dilation
+  Pack pressure[kElementPoints];  // the mean of U1 there; 0 at points of weight 0
+};
+
+PALPATE_INLINE void average(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
+                            Averaged& out) {
+  Pack dilation_mode = Pack{}, pressure_mode = Pack{};
+  Pack weight = Pack{}, mode = Pack{};  // of any point that is not idle
+  for (int q = 0; q < kElementPoints; ++q) {
+    weight = batch.weight[q] > weight ? batch.weight[q] : weight;
+    mode = batch.mode[q] > mode ? batch.mode[q] : mode;
+    Pack* H = out.H + 9 * q;
+    displacement_gradient(batch.gradient + 3 * kElementNodes * q, displacement, H);
+    dilation_of(H, out.dilation[q], out.cofactor + 9 * q);
+    dilation_mode += batch.weight[q] * batch.mode[q] * out.dilation[q];
+  }
+  Pack U1;
+  volumetric(law, batch.constants, weight, mode * dilation_mode, out.U, U1, out.U2);
+  for (int q = 0; q < kElementPoints; ++q) pressure_mode += batch.weight[q] * batch.mode[q] * U1;
+  for (int q = 0; q < kElementPoints; ++q) out.pressure[q] = batch.mode[q] * pressure_mode;
+}
+
+/// Replaces a share of U(J) at a point by U(theta) (M14); P and A only as wanted.
+template <Want kWant>
+PALPATE_INLINE void use_averaged(const Averaged& averaged, const CellBatch& batch,
+                                 const LawKernels& law, int q, const Pack* H,
+                                 double geometric_scale, Pack& W, Pack* P, Pack* A) {
+  Pack U, U1, U2;
+  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
+             U, U1, U2);
+  const Pack room = averaged.dilation[q] - law.min_dilation;
+  W = room > 0.0 ? W + batch.averaged * (averaged.U - U) : W;
+  const Pack* C = averaged.cofactor + 9 * q;
+  const Pack pressure = batch.averaged * (averaged.pressure[q] - U1);
+  U2 *= batch.averaged;
+  if constexpr (kWant != Want::energy)
+    for (int i = 0; i < 9; ++i) P[i] += pressure * C[i];
+  if constexpr (kWant == Want::stiffness) {
+    for (int i = 0; i < 9; ++i)
+      for (int j = i; j < 9; ++j) A[9 * i + j] -= U2 * (C[i] * C[j]);
+    const Pack most = Pack{} + batch.max_pressure_Pa;
+    Pack bounded = averaged.pressure[q] < most ? averaged.pressure[q] : most;
+    bounded = bounded > -most ? bounded : -most;
+    add_second_derivative_of_J(H, batch.averaged * geometric_scale * (bounded - U1), A);
+  }
+}
+
+/// K += D B B^T: B derivative of the dilation's mean, D that of the pressure's.
+PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, Pack* stiffness) {
+  Pack B[3 * kElementNodes], DB[3 * kElementNodes], C[9 * kElementPoints], D = Pack{};
+  for (int q = 0; q < kElementPoints; ++q) {
+    const Pack share = batch.weight[q] * batch.mode[q];
+    for (int i = 0; i < 9; ++i) C[9 * q + i] = averaged.cofactor[9 * q + i] * share;
+    D += batch.weight[q] * averaged.U2 * (batch.mode[q] * batch.mode[q] * batch.averaged);
+  }
+  sum_forces(batch.gradient, C, B);
+  for (int i = 0; i < 3 * kElementNodes; ++i) DB[i] = D * B[i];
+  for (int a = 0; a < kElementNodes; ++a)
+    for (int b = 0; b <= a; ++b)
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+          stiffness[9 * (a * (a + 1) / 2 + b) + 3 * i + k] += B[3 * a + i] * DB[3 * b + k];
+}
+
+template <bool kAverages, Want kWant>
+PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
+                        double geometric_scale, CellResult& out) {
+  const Pack zero = Pack{};
+  out.energy = zero;
+  out.min_J = zero + 1e300;
+  if constexpr (kWant == Want::stiffness)
+    for (int i = 0; i < 9 * kElementBlocks; ++i) out.stiffness[i] = zero;
+  Averaged averaged;
+  if constexpr (kAverages) average(batch, law, displacement, averaged);
+  Pack stress[9 * kElementPoints];
+  for (int q = 0; q < kElementPoints; ++q) {
+    const Pack* gradient = batch.gradient + 3 * kElementNodes * q;
+    const Pack* constants = batch.constants + batch.constant_count * q;
+    const Pack weight = batch.weight[q];
+    Pack* P = stress + 9 * q;
+    Pack own[9], A[81], J, W;
+    const Pack* H = kAverages ? averaged.H + 9 * q : own;
+    if constexpr (!kAverages) displacement_gradient(gradient, displacement, own);
+    if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
+    if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
+    if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
+    if constexpr (kAverages)
+      use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
+    out.energy += weight > 0.0 ? W * weight : zero;
+    const Pack there = weight > 0.0 ? J : out.min_J;
+    out.min_J = there < out.min_J ? there : out.min_J;
+    if constexpr (kWant != Want::energy)
+      for (int i = 0; i < 9; ++i) P[i] = weight > 0.0 ? P[i] * weight : zero;
+    if constexpr (kWant == Want::stiffness) {
+      for (int i = 0; i < 9; ++i)
+        for (int j = i; j < 9; ++j) A[9 * i + j] = weight > 0.0 ? A[9 * i + j] * weight : zero;
+      add_stiffness(gradient, A, out.stiffness);
+    }
+  }
+  if constexpr (kWant != Want::energy) sum_forces(batch.gradient, stress, out.force);
+  if constexpr (kAverages && kWant == Want::stiffness) add_mean(averaged, batch, out.stiffness);
+}
+
+}  // namespace palpate::fem
