@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -226,6 +227,25 @@ TEST(layers, the_engine_includes_nothing_but_itself_and_the_standard_library) {
     EXPECT_TRUE(is_own || kStandard.count(include.target))
         << include.file << " includes " << include.target;
   }
+}
+
+// One name for one thing. The two families' Excess is one: what a slip of theirs brings to zero.
+TEST(layers, a_type_name_is_defined_once) {
+  static const std::regex pattern(
+      R"re(^\s*(?:struct|class|enum|enum class) (\w+)(?: final)?(?: :[^:;{(][^;{(]*)? \{)re");
+  std::map<std::string, std::string> defined;
+  for (const char* top : {"libfit", "libfem", "tools"})
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(PALPATE_SOURCE_DIR) / top)) {
+      if (entry.path().extension() != ".hpp" && entry.path().extension() != ".cpp") continue;
+      std::ifstream file(entry.path());
+      std::smatch match;
+      for (std::string line; std::getline(file, line);) {
+        if (!std::regex_search(line, match, pattern) || match[1] == "Excess") continue;
+        const auto [first, is_new] = defined.emplace(match[1], entry.path().string());
+        EXPECT_TRUE(is_new) << match[1] << " in " << entry.path() << " and " << first->second;
+      }
+    }
+  EXPECT_GT(defined.size(), 300);
 }
 
 TEST(layers, includes_start_at_the_repository_root) {

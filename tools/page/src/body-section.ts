@@ -156,7 +156,12 @@ class Section {
         html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
       );
     const kinds = [["uncovered", "not covered"]];
-    if (this.setUpBox?.checked) kinds.push(["held", "held nodes"], ["window", "window"], ["inclusion", "inclusions"]);
+    if (this.setUpBox?.checked) {
+      const keys = Object.keys(this.contents.set_up?.settings ?? {});
+      kinds.push(["held", "held nodes"]);
+      if (keys.some((key) => key.startsWith("experiments/region"))) kinds.push(["window", "window"]);
+      if (keys.some((key) => key.startsWith("inclusion"))) kinds.push(["inclusion", "inclusions"]);
+    }
     const status = this.contents.points?.status ?? (this.contents.set_up ? ["good"] : []);
     if (this.markerMode === "points")
       for (const name of Object.keys(kStatusColours))

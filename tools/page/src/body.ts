@@ -3,23 +3,18 @@
 import {
   AmbientLight,
   Box3,
-  Box3Helper,
   BufferAttribute,
   BufferGeometry,
   Color,
-  ConeGeometry,
-  CylinderGeometry,
   DirectionalLight,
   DoubleSide,
-  Group,
+  type Group,
   InstancedMesh,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
   Object3D,
   PerspectiveCamera,
-  Points,
-  PointsMaterial,
   Raycaster,
   Scene,
   SphereGeometry,
@@ -31,7 +26,8 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { kUncovered, viridis } from "./colours";
 import type { PlaceCurve } from "./curves";
-import { type Contents, floats, integers, type Setting, vector } from "./contents";
+import { type Contents, floats, integers, vector } from "./contents";
+import { setUpGroup, ToolGlyph } from "./glyphs";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
 export type MarkerMode = "points" | "held_out" | "none";
@@ -64,10 +60,8 @@ export class BodyView {
   private readonly normals: Float32Array;
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
-  private readonly setUp = new Group();
-  private readonly tool = new Group();
-  private readonly ball: Mesh;
-  private readonly arrow = new Group();
+  private readonly setUp: Group;
+  private readonly tool: ToolGlyph;
   private isDue = false;
 
   constructor(
@@ -95,21 +89,16 @@ export class BodyView {
     const light = new DirectionalLight(0xffffff, 2.4);
     light.position.set(-0.5, 0.8, 1);
     this.camera.add(light);
-    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.mesh, this.setUp, this.tool);
+    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.mesh);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
     const size = kMarkerShare * this.radius;
     this.selection = new Mesh(new SphereGeometry(1.9 * size, 24, 16), new MeshBasicMaterial({ color: 0xd55e00 }));
     this.selection.visible = false;
-    this.ball = new Mesh(
-      new SphereGeometry(1, 40, 28),
-      new MeshLambertMaterial({ color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false }),
-    );
-    this.addArrow();
-    this.tool.add(this.ball, this.arrow);
-    this.tool.visible = false;
+    this.setUp = setUpGroup(contents);
+    this.tool = new ToolGlyph(this.radius, 2 * size);
+    this.scene.add(this.setUp, this.tool.group);
     this.scene.add(this.selection);
-    this.addSetUp();
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
@@ -148,60 +137,6 @@ export class BodyView {
       }
       return nearest;
     });
-  }
-
-  /** Along +y, of length 1 until it is stretched: a shaft and a head, seen through the body. */
-  private addArrow(): void {
-    const material = new MeshLambertMaterial({ color: 0xf0701a, depthTest: false, transparent: true });
-    const thick = 0.009 * this.radius;
-    const shaft = new Mesh(new CylinderGeometry(thick, thick, 1, 20).translate(0, 0.5, 0), material);
-    const head = new Mesh(new ConeGeometry(3 * thick, 6 * thick, 24).translate(0, 3 * thick, 0), material);
-    for (const part of [shaft, head]) part.renderOrder = 2;
-    this.arrow.add(shaft, head);
-  }
-
-  private addSetUp(): void {
-    const set_up = this.contents.set_up;
-    if (!set_up) return;
-    const held = new BufferGeometry();
-    held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
-    this.setUp.add(new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 6, sizeAttenuation: false })));
-    const volume = new BufferGeometry();
-    volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
-    volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
-    this.setUp.add(
-      new Mesh(
-        volume,
-        new MeshBasicMaterial({ color: 0x808080, wireframe: true, transparent: true, opacity: 0.35, depthTest: false }),
-      ),
-    );
-    const regions = new Map<string, string>();
-    for (const key of Object.keys(set_up.settings)) {
-      const found = /^(experiments\/region|inclusion\/\d+)\/(sphere|box)/.exec(key);
-      if (found) regions.set(found[0], found[1]);
-    }
-    const numbers = (key: string): number[] => {
-      const setting: Setting | undefined = set_up.settings[key];
-      return setting && "numbers" in setting ? setting.numbers : [];
-    };
-    for (const [key, owner] of regions) {
-      const colour = owner.startsWith("inclusion") ? 0xd55e00 : 0x0072b2;
-      if (key.endsWith("sphere")) {
-        const ball = new Mesh(
-          new SphereGeometry(numbers(`${key}/radius`)[0] ?? 0, 20, 12),
-          new MeshBasicMaterial({ color: colour, wireframe: true, transparent: true, opacity: 0.22 }),
-        );
-        ball.position.set(...(numbers(`${key}/center`) as [number, number, number]));
-        this.setUp.add(ball);
-      } else {
-        const at = numbers(key);
-        if (at.length === 6) {
-          const box = new Box3(new Vector3(at[0], at[1], at[2]), new Vector3(at[3], at[4], at[5]));
-          this.setUp.add(new Box3Helper(box, new Color(colour)));
-        }
-      }
-    }
-    this.setUp.visible = false;
   }
 
   showSetUp(isShown: boolean): void {
@@ -361,22 +296,7 @@ export class BodyView {
 
   /** Draws the tool with its tip at a place and the force on it as an arrow; none hides it. */
   showTool(tip: Vector3 | undefined, outward: Vector3, ball_m: number, force: Vector3, fullForce_N: number): void {
-    this.tool.visible = tip !== undefined;
-    if (tip) {
-      const size = ball_m > 0 ? ball_m : 2 * kMarkerShare * this.radius;
-      this.ball.scale.setScalar(size);
-      this.ball.position.copy(tip).addScaledVector(outward, ball_m > 0 ? size : 0);
-      const strength = force.length();
-      this.arrow.visible = strength > 0;
-      if (strength > 0) {
-        const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
-        const [shaft, head] = this.arrow.children;
-        shaft.scale.set(1, Math.max(length, 1e-9), 1);
-        head.position.set(0, length, 0);
-        this.arrow.position.copy(tip);
-        this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), force.clone().normalize());
-      }
-    }
+    this.tool.show(tip, outward, ball_m, force, fullForce_N);
     this.draw();
   }
 

@@ -6,10 +6,10 @@ import type { BodyView, Place } from "./body";
 import { bytes, type Contents, floats } from "./contents";
 import { html } from "./dom";
 import { Answer } from "./engine";
+import { ForceGraph } from "./force-graph";
 import type { Batch, News, Order, Vector } from "./worker";
 import { millimetres, quantity } from "./words";
 
-const kShown = 4000; // ticks in the graph: four seconds
 const kStates = ["in the air", "sticks", "slides", "touches"];
 const kKeyStep = 0.05; // of the range, a key
 const kHelp =
@@ -32,14 +32,7 @@ export class Poke {
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
   private readonly values = new Map<string, HTMLElement>();
-  private readonly graph = html("canvas", {
-    class: "graph",
-    role: "img",
-    "aria-label": "Force over the last four seconds",
-  });
-  private readonly pressing = new Float32Array(kShown);
-  private readonly sliding = new Float32Array(kShown);
-  private ticks = 0;
+  private readonly graph: ForceGraph;
   private readonly message = html("p", { class: "small", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly pokeBox: HTMLInputElement;
@@ -55,6 +48,7 @@ export class Poke {
     const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
     this.ball_m = radius ?? 0;
     this.fullForce_N = Math.max(...floats(contents.maps?.force_N), 1e-9);
+    this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.depth = html("input", {
       type: "range",
       id: "poke-depth",
@@ -82,7 +76,7 @@ export class Poke {
       html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
       html("label", {}, "Depth ", this.depth, " ", this.depthText),
       html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
-      this.graph,
+      this.graph.canvas,
       html(
         "p",
         { class: "legend" },
@@ -322,11 +316,7 @@ export class Poke {
 
   private show(batch: Batch): void {
     const a = batch.answer;
-    batch.pressing_N.forEach((f, i) => {
-      this.pressing[this.ticks % kShown] = f;
-      this.sliding[this.ticks % kShown] = batch.sliding_N[i];
-      ++this.ticks;
-    });
+    this.graph.add(batch.pressing_N, batch.sliding_N);
     const force = new Vector3(a[0], a[1], a[2]);
     const last = batch.pressing_N.length - 1;
     const state = a[Answer.state];
@@ -350,39 +340,6 @@ export class Poke {
     const isAway =
       !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.at(-0.3 * this.range_m))) < 1e-5;
     this.view.showTool(isAway ? undefined : tip, outward, this.ball_m, force, this.fullForce_N);
-    this.drawGraph();
     if (isAway) this.order({ order: "rest" });
-  }
-
-  private drawGraph(): void {
-    const ratio = Math.min(devicePixelRatio, 2);
-    const { clientWidth, clientHeight } = this.graph;
-    if (this.graph.width !== Math.round(clientWidth * ratio)) {
-      this.graph.width = Math.round(clientWidth * ratio);
-      this.graph.height = Math.round(clientHeight * ratio);
-    }
-    const context = this.graph.getContext("2d");
-    if (!context) return;
-    const { width, height } = this.graph;
-    const style = getComputedStyle(this.graph);
-    const most = Math.max(...this.pressing, ...this.sliding, 0.1 * this.fullForce_N) * 1.2;
-    context.clearRect(0, 0, width, height);
-    context.fillStyle = style.color;
-    context.font = `${11 * ratio}px sans-serif`;
-    for (const [values, colour] of [
-      [this.pressing, "--c0"],
-      [this.sliding, "--c1"],
-    ] as [Float32Array, string][]) {
-      context.strokeStyle = style.getPropertyValue(colour);
-      context.lineWidth = 1.5 * ratio;
-      context.beginPath();
-      const first = Math.max(0, this.ticks - kShown);
-      for (let t = first; t < this.ticks; ++t) {
-        const x = ((t - this.ticks + kShown) / kShown) * width;
-        context.lineTo(x, height - 2 - (values[t % kShown] / most) * (height - 4));
-      }
-      context.stroke();
-    }
-    context.fillText(`${quantity(most, "N", 2)}`, 3 * ratio, 11 * ratio);
   }
 }

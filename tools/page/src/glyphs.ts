@@ -1,0 +1,101 @@
+// What stands beside the body in its view: the set-up, and the tool with its force.
+
+import {
+  Box3,
+  Box3Helper,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  ConeGeometry,
+  CylinderGeometry,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  Points,
+  PointsMaterial,
+  SphereGeometry,
+  Vector3,
+} from "three";
+import { type Contents, floats, integers, type Setting } from "./contents";
+
+/** Held nodes, the base mesh, the window and the inclusions; not visible yet. */
+export function setUpGroup(contents: Contents): Group {
+  const group = new Group();
+  group.visible = false;
+  const set_up = contents.set_up;
+  if (!set_up) return group;
+  const held = new BufferGeometry();
+  held.setAttribute("position", new BufferAttribute(floats(set_up.held_m), 3));
+  const volume = new BufferGeometry();
+  volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
+  volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
+  const wire = (color: number, opacity: number, depthTest: boolean) =>
+    new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
+  group.add(
+    new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 6, sizeAttenuation: false })),
+    new Mesh(volume, wire(0x808080, 0.35, false)),
+  );
+  const numbers = (key: string): number[] => {
+    const setting: Setting | undefined = set_up.settings[key];
+    return setting && "numbers" in setting ? setting.numbers : [];
+  };
+  const place = (key: string) => new Vector3(...(numbers(key) as [number, number, number]));
+  for (const key of Object.keys(set_up.settings)) {
+    const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low)$/.exec(key);
+    if (!found) continue;
+    const [, owner, shape] = found;
+    const colour = owner.startsWith("inclusion") ? 0xd55e00 : 0x0072b2;
+    if (shape === "box/low") {
+      group.add(new Box3Helper(new Box3(place(key), place(`${owner}/box/high`)), new Color(colour)));
+    } else {
+      const ball = new Mesh(new SphereGeometry(numbers(key)[0], 20, 12), wire(colour, 0.22, true));
+      ball.position.copy(place(`${owner}/sphere/center`));
+      group.add(ball);
+    }
+  }
+  return group;
+}
+
+/** A ball, or a small one for a tip, and an arrow for the force on it. */
+export class ToolGlyph {
+  readonly group = new Group();
+  private readonly ball: Mesh;
+  private readonly arrow = new Group();
+
+  /** tip_m: size of the ball that stands for a tip. */
+  constructor(
+    private readonly radius: number,
+    private readonly tip_m: number,
+  ) {
+    this.ball = new Mesh(
+      new SphereGeometry(1, 40, 28),
+      new MeshLambertMaterial({ color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false }),
+    );
+    // Along +y, of length 1 until it is stretched, and seen through the body.
+    const material = new MeshLambertMaterial({ color: 0xf0701a, depthTest: false, transparent: true });
+    const thick = 0.009 * radius;
+    const shaft = new Mesh(new CylinderGeometry(thick, thick, 1, 20).translate(0, 0.5, 0), material);
+    const head = new Mesh(new ConeGeometry(3 * thick, 6 * thick, 24).translate(0, 3 * thick, 0), material);
+    for (const part of [shaft, head]) part.renderOrder = 2;
+    this.arrow.add(shaft, head);
+    this.group.add(this.ball, this.arrow);
+    this.group.visible = false;
+  }
+
+  show(tip: Vector3 | undefined, outward: Vector3, ball_m: number, force: Vector3, fullForce_N: number): void {
+    this.group.visible = tip !== undefined;
+    if (!tip) return;
+    this.ball.scale.setScalar(ball_m > 0 ? ball_m : this.tip_m);
+    this.ball.position.copy(tip).addScaledVector(outward, ball_m);
+    const strength = force.length();
+    this.arrow.visible = strength > 0;
+    if (strength === 0) return;
+    const length = Math.min((strength / fullForce_N) * 0.7, 1) * this.radius;
+    const [shaft, head] = this.arrow.children;
+    shaft.scale.set(1, Math.max(length, 1e-9), 1);
+    head.position.set(0, length, 0);
+    this.arrow.position.copy(tip);
+    this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), force.clone().normalize());
+  }
+}

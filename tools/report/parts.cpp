@@ -1,0 +1,275 @@
+#include "tools/report/parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/core/node_forces.hpp"
+#include "libfit/fit/spline/curve_band.hpp"
+#include "libfit/io/csv/csv.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/validation/replay.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCurveSteps = 60;  // of a curve that is drawn
+constexpr int kDepths = 14;      // at which the surface is coloured
+
+Json surface_json(const Surface& surface) {
+  return {{"vertices_m", packed_as<float>(surface.vertices)},
+          {"triangles", packed_as<std::int32_t>(surface.triangles)}};
+}
+
+Json probe_json(const ProbeSpec& probe) {
+  Json json{{"shape", probe.shape}, {"friction", probe.friction}, {"values", Json::object()}};
+  for (const auto& [key, values] : probe.values) json["values"][key] = values;
+  return json;
+}
+
+// Triangles of one tetrahedron alone.
+Triangles boundary_of(const Tets& tets) {
+  static constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> open;
+  for (Eigen::Index t = 0; t < tets.rows(); ++t)
+    for (const auto& face : kFaces) {
+      const std::array<std::int32_t, 3> corners{tets(t, face[0]), tets(t, face[1]),
+                                                tets(t, face[2])};
+      auto key = corners;
+      std::sort(key.begin(), key.end());
+      if (!open.erase(key)) open[key] = corners;
+    }
+  Triangles boundary(static_cast<Eigen::Index>(open.size()), 3);
+  Eigen::Index row = 0;
+  for (const auto& [key, corners] : open) boundary.row(row++) << corners[0], corners[1], corners[2];
+  return boundary;
+}
+
+// What the surface is coloured by: a row per depth, of covered vertices alone.
+Json maps_json(const Model& model) {
+  const NodeForces forces(model.curves);
+  const double range_m = model.curves.basis[0].knots_m.back();
+  std::vector<std::int32_t> vertices;
+  for (std::size_t v = 0; v < model.is_covered.size(); ++v)
+    if (model.is_covered[v]) vertices.push_back(static_cast<std::int32_t>(v));
+  std::vector<float> force, stiffness, friction;
+  std::vector<double> depths;
+  for (int k = 1; k <= kDepths; ++k) {
+    const double depth = range_m * k / kDepths;
+    depths.push_back(depth);
+    for (const std::int32_t v : vertices) {
+      const double normal = forces.normal_N(v, depth);
+      force.push_back(static_cast<float>(normal));
+      stiffness.push_back(static_cast<float>(forces.normal_slope_N_m(v, depth)));
+      friction.push_back(normal > 0 ? static_cast<float>(forces.limit_N(v, depth) / normal)
+                                    : std::numeric_limits<float>::quiet_NaN());
+    }
+  }
+  return {{"depths_m", depths},
+          {"vertices", packed(vertices)},
+          {"force_N", packed(force)},
+          {"stiffness_N_m", packed(stiffness)},
+          {"friction", packed(friction)}};
+}
+
+// Values at equal abscissae up to the last knot; standard errors where they are known.
+Json curve_json(const FittedCurves& fitted, std::size_t kind) {
+  const SplineTables tables = tabulate(fitted.curves.basis[kind]);
+  const runtime::SplineView spline = fit::view(tables);
+  const Controls& control = fitted.curves.control[kind];
+  std::vector<float> values, deviations;
+  for (Eigen::Index p = 0; p < control.rows(); ++p)
+    for (int step = 0; step <= kCurveSteps; ++step) {
+      const double at = tables.knots.back() * step / kCurveSteps;
+      values.push_back(static_cast<float>(runtime::curve_value(spline, control.row(p).data(), at)));
+      if (p < fitted.covariance[kind].rows())
+        deviations.push_back(
+            static_cast<float>(fit::curve_deviation(spline, fitted.covariance[kind].row(p), at)));
+    }
+  return {{"name", kCurveNames[kind]},
+          {"knots_m", tables.knots},
+          {"value_N", packed(values)},
+          {"deviation_N", packed(deviations)}};
+}
+
+// Of a family without a limit curve, the limit that its friction makes.
+Json limit_json(const FittedCurves& fitted) {
+  const NodeForces forces(fitted.curves);
+  const std::vector<double>& knots = fitted.curves.basis[0].knots_m;
+  std::vector<float> values;
+  for (Eigen::Index p = 0; p < fitted.curves.points(); ++p)
+    for (int step = 0; step <= kCurveSteps; ++step)
+      values.push_back(static_cast<float>(forces.limit_N(p, knots.back() * step / kCurveSteps)));
+  return {{"name", "limit"},
+          {"knots_m", knots},
+          {"value_N", packed(values)},
+          {"deviation_N", packed(std::vector<float>{})}};
+}
+
+std::optional<Eigen::Index> point_called(const FittedCurves& fitted, const std::string& name) {
+  for (std::size_t p = 0; p < fitted.name.size(); ++p)
+    if (fitted.name[p] == name) return static_cast<Eigen::Index>(p);
+  return std::nullopt;
+}
+
+Surface surface_of(const runtime::AssetView& asset) {
+  Surface surface;
+  const auto vertices = Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
+      asset.vertex, asset.vertices, 3);
+  surface.vertices = vertices.cast<double>();
+  surface.vertices.rowwise() += Eigen::Map<const Vec3>(asset.origin_m).transpose();
+  surface.triangles = Eigen::Map<const Triangles>(asset.triangle, asset.triangles, 3);
+  return surface;
+}
+
+}  // namespace
+
+Json settings_json(const Settings& settings) {
+  Json json = Json::object();
+  for (const auto& [path, setting] : settings)
+    json[path] = setting.unit.empty() ? Json{{"text", setting.text}}
+                                      : Json{{"numbers", setting.numbers}, {"unit", setting.unit}};
+  return json;
+}
+
+void add_body(Json& json, const Body& body) {
+  json["surface"] = surface_json(body.surface);
+  json["surface"]["reachable"] = packed_each<std::uint8_t>(body.is_reachable);
+  Points held(0, 3);
+  for (std::size_t n = 0; n < body.is_held.size(); ++n) {
+    if (!body.is_held[n]) continue;
+    held.conservativeResize(held.rows() + 1, 3);
+    held.row(held.rows() - 1) = body.volume.nodes.row(static_cast<Eigen::Index>(n));
+  }
+  json["set_up"] = {{"held_m", packed_as<float>(held)},
+                    {"tets", body.volume.tets.rows()},
+                    {"nodes_m", packed_as<float>(body.volume.nodes)},
+                    {"boundary", packed_as<std::int32_t>(boundary_of(body.volume.tets))},
+                    {"points_m", packed_as<float>(body.test_points.position)},
+                    {"settings", settings_json(body.settings)}};
+  if (body.probe) json["probe"] = probe_json(*body.probe);
+  for (const std::string& sentence : body.mended) json["warnings"].push_back(sentence);
+}
+
+void add_model(Json& json, const Model& model) {
+  if (!json.contains("surface")) json["surface"] = surface_json(model.surface);
+  json["surface"]["inward_normal"] = packed_as<float>(model.inward_normal);
+  json["maps"] = maps_json(model);
+}
+
+void add_curves(Json& json, const FittedCurves& fitted) {
+  Json points{{"position_m", packed_as<float>(fitted.position)},
+              {"inward_normal", packed_as<float>(fitted.normal)},
+              {"name", fitted.name},
+              {"message", fitted.message},
+              {"rms_residual_N", packed_as<float>(fitted.rms_residual_N)},
+              {"max_residual_N", packed_as<float>(fitted.max_residual_N)},
+              {"depth_range_m", packed_as<float>(fitted.depth_range_m)},
+              {"curves", Json::array()}};
+  for (const FitStatus status : fitted.status)
+    points["status"].push_back(kFitStatusNames[static_cast<std::size_t>(status)]);
+  const std::size_t kinds = curves_of(fitted.curves.family);
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    points["curves"].push_back(curve_json(fitted, kind));
+    if (!fitted.smoothing_reason[kind].empty())
+      json["warnings"].push_back(std::string(kCurveNames[kind]) +
+                                 " curves: " + fitted.smoothing_reason[kind]);
+  }
+  if (kinds != kCurveKinds) points["curves"].push_back(limit_json(fitted));
+  json["family"] = name_of(fitted.curves.family);
+  json["points"] = std::move(points);
+  if (!json.contains("probe") && fitted.probe) json["probe"] = probe_json(*fitted.probe);
+}
+
+// Rows as they were measured or simulated, and what the curves of their own point answer.
+void add_samples(Json& json, const Samples& samples, const FittedCurves* fitted) {
+  validation::Replayed replayed(samples);
+  std::vector<std::int32_t> point_of(samples.point_name.size(), -1);
+  for (std::size_t p = 0; fitted && p < point_of.size(); ++p) {
+    const auto row = point_called(*fitted, samples.point_name[p]);
+    if (!row) continue;
+    point_of[p] = static_cast<std::int32_t>(*row);
+    if (fitted->status[static_cast<std::size_t>(*row)] != FitStatus::failed)
+      validation::replay_point(samples, static_cast<std::int32_t>(p), fitted->curves, *row,
+                               replayed);
+  }
+  Points answer = replayed.force_N;
+  std::vector<std::int32_t> point;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    point.push_back(point_of[static_cast<std::size_t>(samples.point[row])]);
+    if (!replayed.is_answered[row]) answer.row(row).setConstant(std::nan(""));
+  }
+  json["rows"] = {{"point", packed(point)},
+                  {"experiment", packed(samples.experiment)},
+                  {"kind", packed_each<std::uint8_t>(samples.kind)},
+                  {"deflection_m", packed_as<float>(samples.deflection)},
+                  {"force_N", packed_as<float>(samples.force)},
+                  {"force_error_N", packed_as<float>(samples.force_error)},
+                  {"fitted_N", packed_as<float>(answer)},
+                  {"status", packed_each<std::uint8_t>(samples.status)},
+                  {"status_names", kRowStatusNames}};
+  const MeasuredRecordings& recordings = samples.recordings;
+  if (recordings.size() == 0) return;
+  json["recordings"] = {{"file", recordings.file},
+                        {"grade", recordings.grade},
+                        {"reasons", recordings.reasons},
+                        {"estimator", recordings.estimator},
+                        {"noise_N", packed_as<float>(recordings.noise_N)},
+                        {"young_Pa", packed_as<float>(recordings.young_Pa)}};
+}
+
+void add_held_out(Json& json, const fs::path& path) {
+  static constexpr CsvColumnRule kRules[] = {{"point", true, true},
+                                             {"path", true, true},
+                                             {"step"},
+                                             {"x_m"},
+                                             {"y_m"},
+                                             {"z_m"},
+                                             {"dx_m"},
+                                             {"dy_m"},
+                                             {"dz_m"},
+                                             {"fx_N"},
+                                             {"fy_N"},
+                                             {"fz_N"},
+                                             {"ex_N"},
+                                             {"ey_N"},
+                                             {"ez_N"},
+                                             {"error_N"}};
+  const CsvTable table = read_csv(path, kRules);
+  const auto vectors = [&](const std::array<const char*, 3>& names) {
+    std::vector<float> values;
+    for (std::size_t row = 0; row < table.rows(); ++row)
+      for (const char* name : names) values.push_back(static_cast<float>(table.number(name)[row]));
+    return packed(values);
+  };
+  json["held_out"] = {{"point", table.text("point")},
+                      {"path", table.text("path")},
+                      {"position_m", vectors({"x_m", "y_m", "z_m"})},
+                      {"deflection_m", vectors({"dx_m", "dy_m", "dz_m"})},
+                      {"force_N", vectors({"fx_N", "fy_N", "fz_N"})},
+                      {"engine_N", vectors({"ex_N", "ey_N", "ez_N"})}};
+}
+
+void add_asset(Json& json, const fs::path& path) {
+  const AssetFile file = read_asset_file(path);
+  if (!json.contains("surface")) json["surface"] = surface_json(surface_of(file.asset()));
+  json["asset"] = {{"bytes", base64(read_whole_file(path))},
+                   {"range_m", file.asset().max_fitted_m},
+                   {"max_step_m", file.asset().max_step_m}};
+  const Json meta = Json::parse(file.meta_json(), nullptr, false);
+  if (meta.is_discarded()) return;
+  if (meta.contains("program")) json["asset"]["program"] = meta["program"];
+  const bool is_same = !meta.contains("statement") || !json.contains("statement") ||
+                       meta["statement"]["force_error"] == json["statement"]["force_error"];
+  if (!is_same)
+    json["warnings"].push_back(
+        "statement.json is of another asset than asset.palp: run `palpate run` again.");
+}
+
+}  // namespace palpate::tools
