@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <limits>
 #include <vector>
 
@@ -11,14 +10,11 @@
 
 namespace palpate::fem {
 
-/// Which of the materials fills a place of the rest body [m].
-using RegionAt = std::function<int(const Vec3& rest_position)>;
-
 /// Elastic energy of a body of ten-node tetrahedra, and its derivatives.
-/// Elements of one material are evaluated eight at a time; an inclusion needs no conforming mesh,
-/// its material is looked up at each quadrature point. Where the volume change is averaged
-/// (tet10-blend, tet10-p0), it is over the points of one material in an element: a border of
-/// materials through an element costs neither of them its own volume change.
+/// Elements of one material are evaluated eight at a time. The material is looked up at each
+/// quadrature point. Where the volume change is averaged (tet10-blend, tet10-p0), it is over the
+/// points of one material in an element: a border of materials through an element costs neither of
+/// them its own volume change.
 class ElasticBody {
  public:
   /// The mesh must outlive the body. An element inside out at rest gives infinite energy always:
@@ -26,7 +22,6 @@ class ElasticBody {
   ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, ElementKind element = ElementKind::tet10);
 
-  int free_nodes() const { return free_nodes_; }
   /// #N: index among the free nodes, -1 for held ones.
   const std::vector<std::int32_t>& free_index() const { return free_index_; }
   /// Zero matrix over the free nodes with the elements' couplings.
@@ -49,7 +44,6 @@ class ElasticBody {
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }
-  double rest_volume_m3() const { return rest_volume_m3_; }
 
   /// For tests and measurements: results have the same bits on every instruction set.
   void use(InstructionSet set);
@@ -79,7 +73,6 @@ class ElasticBody {
   // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
   mutable PackArray displacement_rows_, force_rows_;
   mutable double min_J_ = 1;
-  double rest_volume_m3_ = 0;
   InstructionSet set_ = best_instruction_set();
 };
 

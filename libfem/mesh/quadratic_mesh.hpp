@@ -1,10 +1,14 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::fem {
+
+/// What fills a place [m]: the index of its material; 0 is the body's own.
+using RegionAt = std::function<int(const Vec3& rest_position)>;
 
 /// Ten-node tetrahedra at rest, what the solver works on.
 /// nodes #N x 3 [m]. tets #T x 10: corners 0-3 as in `Tets`, then mid-edge nodes of

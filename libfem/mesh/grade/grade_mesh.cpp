@@ -10,6 +10,7 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/edge_map.hpp"
 #include "libfem/mesh/grade/bisect.hpp"
+#include "libfem/mesh/grade/conform.hpp"
 #include "libfem/mesh/grade/place_nodes.hpp"
 #include "libfit/core/error.hpp"
 
@@ -162,13 +163,20 @@ double wanted_size_m(const GradeOptions& options, const Vec3& x) {
 QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
                          const SmoothSurface& surface, const GradeOptions& options) {
   check(base, is_held, options);
-  const BisectedMesh mesh = bisect(base, options);
-  const Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
-  const NodePlacement corners = place_corners(mesh, boundary, surface);
+  BisectedMesh mesh = bisect(base, options);
+  Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
+  NodePlacement corners = place_corners(mesh, boundary, surface);
+  if (options.region_at) {
+    conform_to_regions(mesh, corners, boundary, surface, options.region_at);
+    boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
+  }
   const NodePlacement middles = place_middles(mesh, boundary, corners.nodes, surface);
 
   QuadraticMesh out;
   number_nodes(mesh, boundary, corners, middles, out);
+  if (options.region_at)
+    curve_borders(out, static_cast<std::int32_t>(corners.nodes.size() + middles.nodes.size()),
+                  options.region_at);
   list_faces(mesh, boundary, out);
   hold(base, is_held, mesh, boundary, out);
   note_deviation(corners, options, out);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "libfem/mesh/grade/smooth_surface.hpp"
@@ -28,7 +27,7 @@ struct GradeOptions {
   double growth = 0.45;       ///< size gained per distance; (0, 1]
   /// What fills a place, and how large tets that two of them share may be, over size(x): the jump
   /// of stiffness inside an element is an error that does not fall with size as others do.
-  std::function<int(const Vec3&)> region_at = {};
+  RegionAt region_at = {};
   double interface_share = 1;
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
 };

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "libfem/mesh/grade/quadratic_geometry.hpp"
@@ -20,20 +19,6 @@ constexpr double kSmallestScale = 0.125;  // three halvings, then the move is dr
 
 double six_volumes(const std::vector<Vec3>& x, const std::array<std::int32_t, 4>& n) {
   return (x[n[1]] - x[n[0]]).cross(x[n[2]] - x[n[0]]).dot(x[n[3]] - x[n[0]]);
-}
-
-// Where a boundary node belongs, if that is known and not too far.
-std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
-                             const Vec3& direction, double spacing_m) {
-  const double limit = kMoveLimit * spacing_m;
-  if (kind != NodeKind::smooth) {
-    // A thin round rim looks creased in a coarse base; only the surface's own creases count.
-    if (const auto crease = surface.closest_crease(guess, limit))
-      return kind == NodeKind::corner ? guess : crease->position;
-  }
-  const auto hit = surface.closest(guess, direction, kCompatibleCosine);
-  if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
-  return hit->position;
 }
 
 // A node without a goal is as far off as the surface's nearest facet.
@@ -95,6 +80,19 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
 }
 
 }  // namespace
+
+std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
+                             const Vec3& direction, double spacing_m) {
+  const double limit = kMoveLimit * spacing_m;
+  if (kind != NodeKind::smooth) {
+    // A thin round rim looks creased in a coarse base; only the surface's own creases count.
+    if (const auto crease = surface.closest_crease(guess, limit))
+      return kind == NodeKind::corner ? guess : crease->position;
+  }
+  const auto hit = surface.closest(guess, direction, kCompatibleCosine);
+  if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
+  return hit->position;
+}
 
 Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad) {
   Boundary out;

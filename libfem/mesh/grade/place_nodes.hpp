@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libfem/mesh/boundary.hpp"
@@ -37,6 +38,11 @@ struct NodePlacement {
   std::vector<Vec3> nodes;    ///< [m]
   std::vector<double> off_m;  ///< distance of each to where it should be; 0 inside
 };
+
+/// Where a boundary node near `guess` belongs: on the surface that faces `direction`, or on its
+/// crease. Nothing if that is not known or farther than a third of `spacing_m`.
+std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
+                             const Vec3& direction, double spacing_m);
 
 /// Corner nodes, each from the middle of its placed parents onto the surface (inside ones stay in
 /// the middle); drawn back towards the straight mesh where a tet would fall below a fifth of its

@@ -12,13 +12,11 @@ namespace {
 // axisymmetric reference; order 2 gives 0.641.
 constexpr double kOrder = 2;
 constexpr double kTooCoarse = 0.1, kTooSmall = 0.01;
-// Errors of opposite sign cancel in a mean: no bound below what they were found to be then.
-constexpr double kMin = 0.003;
 
 }  // namespace
 
 Richardson richardson(const std::vector<Vec3>& fine, const std::vector<Vec3>& coarse, double ratio,
-                      double min_order) {
+                      double min_error) {
   assert(fine.size() == coarse.size());
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   double largest = 0;
@@ -41,9 +39,9 @@ Richardson richardson(const std::vector<Vec3>& fine, const std::vector<Vec3>& co
   out.excess = share * mean;
   for (std::size_t i = 0; i < fine.size(); ++i) {
     // Of the excess, and of a row's deviation from it.
-    const double left = share == 0 ? 1 : 1 / (std::pow(ratio, min_order) - 1);
+    const double left = share == 0 ? 1 : share;
     const double of_row = std::isnan(difference[i]) ? 0 : std::abs(difference[i] - mean);
-    out.error[i] = std::max({kMin, left * std::abs(mean), left * of_row});
+    out.error[i] = std::max({min_error, left * std::abs(mean), left * of_row});
   }
   return out;
 }

@@ -21,6 +21,15 @@ namespace {
 constexpr double kEdgeShare = 0.3;
 constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
 
+/// A plan followed on one mesh.
+struct MeshRun {
+  std::vector<PathRow> rows;
+  double touch_m = 0;
+  int nodes = 0;
+  SolverCounts counts;
+  bool is_complete = true;  ///< not stopped
+};
+
 }  // namespace
 
 struct Simulator::State {
@@ -33,9 +42,8 @@ struct Simulator::State {
 
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         double coarsening) const;
-  bool run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal, double coarsening,
-           const Progress& progress, std::vector<PathRow>& rows, double& touch_m, int& nodes,
-           SolverCounts& counts) const;
+  MeshRun run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
+              double coarsening, const Progress& progress) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
@@ -45,14 +53,14 @@ namespace {
 
 /// Rows of one experiment from both meshes: force and torque extrapolated, with their error.
 void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse,
-                       double ratio, double min_order, const std::vector<std::size_t>& rows,
+                       double ratio, double min_error, const std::vector<std::size_t>& rows,
                        std::vector<PointRow>& out) {
   std::vector<Vec3> force, coarse_force;
   for (const std::size_t i : rows) {
     force.push_back(fine[i].force_N);  // zero where the row failed
     coarse_force.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
   }
-  const Richardson limit = richardson(force, coarse_force, ratio, min_order);
+  const Richardson limit = richardson(force, coarse_force, ratio, min_error);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const PathRow& row = fine[rows[k]];
     PointRow& recorded = out[rows[k]];
@@ -67,13 +75,13 @@ void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathR
 }
 
 void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse, double ratio,
-                 double min_order, std::vector<PointRow>& out) {
+                 double min_error, std::vector<PointRow>& out) {
   for (std::size_t begin = 0; begin < out.size();) {
     std::vector<std::size_t> rows;
     for (const int experiment = out[begin].experiment;
          begin < out.size() && out[begin].experiment == experiment; ++begin)
       rows.push_back(begin);
-    record_experiment(fine, coarse, ratio, min_order, rows, out);
+    record_experiment(fine, coarse, ratio, min_error, rows, out);
   }
 }
 
@@ -179,38 +187,38 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   return mesh;
 }
 
-/// Follows the plan on one mesh; false when stopped.
-bool Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                           double coarsening, const Progress& progress, std::vector<PathRow>& rows,
-                           double& touch_m, int& nodes, SolverCounts& counts) const {
+MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
+                              double coarsening, const Progress& progress) const {
+  MeshRun out;
   const QuadraticMesh mesh = mesh_at(position, normal, plan, coarsening);
-  nodes = static_cast<int>(mesh.nodes.rows());
-  rows.assign(plan.rows.size(), {});
+  out.nodes = static_cast<int>(mesh.nodes.rows());
+  out.rows.assign(plan.rows.size(), {});
   const Probe here = pressed_to(probe, plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
   if (!touch) {
-    for (PathRow& row : rows) row.status = RowStatus::no_contact;
-    return true;
+    for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
+    return out;
   }
-  touch_m = *touch;
+  out.touch_m = *touch;
   const RegionAt local_region =
       setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
                       : RegionAt();
   Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
                           setup.options.equilibrium);
-  rows = follow_paths(equilibrium, here, {touch_m * normal, normal}, plan.paths,
-                      static_cast<int>(plan.rows.size()), setup.options.path, progress);
-  counts = equilibrium.counts();
-  return !progress.stopped();
+  out.rows = follow_paths(equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
+                          static_cast<int>(plan.rows.size()), setup.options.path, progress);
+  out.counts = equilibrium.counts();
+  out.is_complete = !progress.stopped();
+  return out;
 }
 
 /// Whether another material than that at the test point is so close that its border matters: on a
-/// grid of half contact radii, four of them about the point.
+/// grid of half contact radii, two of them about the point.
 bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
                                       double depth_m) const {
   if (!setup.region_at) return false;
-  constexpr int kReach = 8;  // of half radii
+  constexpr int kReach = 4;  // of half radii
   const double step = here.contact_reach_m(depth_m) / 2;
   const int own = setup.region_at(position);
   for (int i = -kReach; i <= kReach; ++i)
@@ -222,19 +230,22 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
 
 PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& position,
                                        const Vec3& normal, const Progress& progress) const {
-  PointRows out;
-  std::vector<PathRow> fine, coarse;
-  out.is_complete = run(plan, position, normal, 1.0, progress, fine, out.touch_offset_m,
-                        out.cost.nodes, out.cost.solver);
   const double ratio = setup.options.coarse_ratio;
-  double coarse_touch_m = 0;
-  if (out.is_complete && ratio > 0)
-    out.is_complete = run(plan, position, normal, ratio, progress, coarse, coarse_touch_m,
-                          out.cost.coarse_nodes, out.cost.coarse_solver);
-  const int min_order =
-      sees_interface(position, pressed_to(probe, plan.depth_m), plan.depth_m) ? 1 : 2;
-  out.rows = plan.rows;
-  record_rows(fine, coarse, ratio, min_order, out.rows);
+  const double min_error = sees_interface(position, pressed_to(probe, plan.depth_m), plan.depth_m)
+                               ? kMinErrorAtBorder
+                               : kMinError;
+  const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
+    PointRows out;
+    out.is_complete = fine.is_complete && coarse.is_complete;
+    out.touch_offset_m = fine.touch_m;
+    out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
+    out.rows = plan.rows;
+    record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
+    return out;
+  };
+  MeshRun fine = run(plan, position, normal, 1.0, progress), coarse;
+  if (fine.is_complete && ratio > 0) coarse = run(plan, position, normal, ratio, progress);
+  PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
     if (!(setup.options.force_tolerance > 0 &&
@@ -242,13 +253,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
       break;
     coarse = std::move(fine);
     coarsening /= ratio;
-    PointRows next;
-    next.cost.coarse_nodes = out.cost.nodes;
-    next.cost.coarse_solver = out.cost.solver;
-    next.is_complete = run(plan, position, normal, coarsening, progress, fine, next.touch_offset_m,
-                           next.cost.nodes, next.cost.solver);
-    next.rows = plan.rows;
-    record_rows(fine, coarse, ratio, min_order, next.rows);
+    fine = run(plan, position, normal, coarsening, progress);
+    PointRows next = recorded(fine, coarse);
     if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
       break;  // what solved is not given up
     out = std::move(next);

@@ -31,13 +31,17 @@ std::vector<Case> cases() {
   out.push_back(
       {"press near an edge", block_setup(0.2), Vec3(0.012, 0.021, 0.03), -Vec3::UnitZ(), press});
   out.push_back({"press and drag", block_setup(0.25), block_top(), -Vec3::UnitZ(), drag});
-  // A stiff ball of 5 mm, its top 4 mm under the surface.
-  SimulationSetup lump = block_setup(0);
-  lump.materials.push_back({"neo-hookean", {10 * kYoung_Pa, kPoisson}});
-  lump.region_at = [](const Vec3& x) {
-    return (x - Vec3(0.03, 0.03, 0.021)).norm() < 0.005 ? 1 : 0;
+  // Balls of 5 and 6.5 mm, their tops 4 mm under the surface; a layer on the top.
+  const auto lump = [&](const char* name, double stiffness, const Vec3& middle, double radius_m) {
+    SimulationSetup setup = block_setup(0);
+    setup.materials.push_back({"neo-hookean", {stiffness * kYoung_Pa, kPoisson}});
+    setup.region_at = [=](const Vec3& x) { return (x - middle).norm() < radius_m; };
+    out.push_back({name, setup, Vec3(0.033, 0.029, 0.03), -Vec3::UnitZ(), press});
   };
-  out.push_back({"press over a lump", lump, Vec3(0.033, 0.029, 0.03), -Vec3::UnitZ(), press});
+  lump("over a stiff lump", 10, {0.03, 0.03, 0.021}, 0.005);
+  lump("over a soft lump", 0.1, {0.03, 0.03, 0.021}, 0.005);
+  lump("over a hard lump", 100, {0.035, 0.025, 0.0185}, 0.0065);
+  lump("under a stiff skin", 5, {0.03, 0.03, 10.0265}, 10);
   return out;
 }
 

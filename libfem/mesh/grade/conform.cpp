@@ -1,0 +1,233 @@
+#include "libfem/mesh/grade/conform.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "libfem/mesh/grade/quadratic_geometry.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kNear = 0.35;    // of an edge: a node so near the border is moved onto it
+constexpr double kTouches = 0.1;  // of an edge: a node so near counts as on it where it can't move
+constexpr double kSpoilt = 0.2;   // of the former volume or determinant
+constexpr int kHalvings = 40;     // of an edge, to find where it crosses
+constexpr int kOnBorder = -1;
+
+// Where region_at changes between a and b, as a share of the way from a; a's own region before it.
+double crossing(const RegionAt& region_at, const Vec3& a, const Vec3& b) {
+  const int own = region_at(a);
+  double low = 0, high = 1;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = (low + high) / 2;
+    (region_at(a + middle * (b - a)) == own ? low : high) = middle;
+  }
+  return high;
+}
+
+class Conforming {
+ public:
+  Conforming(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
+             const SmoothSurface& surface, const RegionAt& region_at)
+      : mesh_(mesh),
+        at_(placed.nodes),
+        off_m_(placed.off_m),
+        boundary_(boundary),
+        surface_(surface),
+        region_at_(region_at) {
+    for (const Vec3& x : at_) region_.push_back(region_at_(x));
+    tets_of_.resize(at_.size());
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
+      for (const std::int32_t n : mesh_.tets[t].node)
+        tets_of_[n].push_back(static_cast<std::int32_t>(t));
+  }
+
+  void run() {
+    const auto count = static_cast<std::int32_t>(at_.size());
+    for (std::int32_t n = 0; n < count; ++n) snap(n);
+    for (std::size_t t = 0; t < mesh_.tets.size(); ++t)
+      while (const auto edge = longest_crossing_edge(mesh_.tets[t]))
+        split(edge->first, edge->second);
+  }
+
+ private:
+  bool crosses(std::int32_t a, std::int32_t b) const {
+    return region_[a] != region_[b] && region_[a] != kOnBorder && region_[b] != kOnBorder;
+  }
+
+  // The nearest place of the border on an edge of node n, if it is near.
+  void snap(std::int32_t n) {
+    if (region_[n] == kOnBorder) return;
+    double nearest = kNear;
+    std::int32_t towards = -1;
+    for (const std::int32_t t : tets_of_[n])
+      for (const std::int32_t m : mesh_.tets[t].node) {
+        if (m == n || !crosses(n, m)) continue;
+        const double share = crossing(region_at_, at_[n], at_[m]);
+        if (share < nearest) {
+          nearest = share;
+          towards = m;
+        }
+      }
+    if (towards < 0) return;
+    if (boundary_.kind[n] == NodeKind::inside &&
+        move(n, at_[n] + nearest * (at_[towards] - at_[n])))
+      region_[n] = kOnBorder;
+    else if (nearest < kTouches)
+      region_[n] = kOnBorder;
+  }
+
+  double six_volumes(const BisectedTet& tet) const {
+    const auto& n = tet.node;
+    return (at_[n[1]] - at_[n[0]]).cross(at_[n[2]] - at_[n[0]]).dot(at_[n[3]] - at_[n[0]]);
+  }
+
+  bool move(std::int32_t n, const Vec3& to) {
+    std::vector<double> before;
+    for (const std::int32_t t : tets_of_[n]) before.push_back(six_volumes(mesh_.tets[t]));
+    const Vec3 from = std::exchange(at_[n], to);
+    for (std::size_t k = 0; k < before.size(); ++k)
+      if (six_volumes(mesh_.tets[tets_of_[n][k]]) < kSpoilt * before[k]) {
+        at_[n] = from;
+        return false;
+      }
+    return true;
+  }
+
+  std::optional<std::pair<std::int32_t, std::int32_t>> longest_crossing_edge(
+      const BisectedTet& tet) const {
+    std::optional<std::pair<std::int32_t, std::int32_t>> out;
+    double longest = 0;
+    for (const auto& edge : kTetEdge) {
+      const auto [a, b] = std::minmax(tet.node[edge[0]], tet.node[edge[1]]);
+      if (!crosses(a, b)) continue;
+      const double length = (at_[a] - at_[b]).squaredNorm();
+      if (length <= longest) continue;
+      longest = length;
+      out = {a, b};
+    }
+    return out;
+  }
+
+  // All tets around edge ab become two, with a node where the edge crosses the border.
+  void split(std::int32_t a, std::int32_t b) {
+    const double share = std::clamp(crossing(region_at_, at_[a], at_[b]), kTouches, 1 - kTouches);
+    const auto middle = static_cast<std::int32_t>(at_.size());
+    at_.push_back(at_[a] + share * (at_[b] - at_[a]));
+    off_m_.push_back(0);
+    mesh_.nodes.push_back(mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a]));
+    region_.push_back(kOnBorder);
+    tets_of_.emplace_back();
+    const std::vector<std::int32_t> around = tets_of_[a];
+    for (const std::int32_t t : around) {
+      auto& tet = mesh_.tets[t];
+      const auto end_a = std::find(tet.node.begin(), tet.node.end(), a) - tet.node.begin();
+      const auto end_b = std::find(tet.node.begin(), tet.node.end(), b) - tet.node.begin();
+      if (end_b == 4) continue;
+      BisectedTet at_b = tet;
+      tet.node[end_b] = middle;
+      tet.face[end_a] = -1;
+      at_b.node[end_a] = middle;
+      at_b.face[end_b] = -1;
+      const auto added = static_cast<std::int32_t>(mesh_.tets.size());
+      for (const std::int32_t n : at_b.node)
+        if (n != b) tets_of_[n].push_back(added);
+      std::replace(tets_of_[b].begin(), tets_of_[b].end(), t, added);
+      tets_of_[middle].push_back(t);
+      mesh_.tets.push_back(at_b);
+    }
+    const std::int32_t edge = boundary_.edge_of.find(a, b);
+    if (edge >= 0) bring_to_surface(middle, boundary_.edges[edge], (at_[a] - at_[b]).norm());
+  }
+
+  void bring_to_surface(std::int32_t n, const BoundaryEdge& edge, double length_m) {
+    const auto place =
+        place_on(surface_, at_[n], edge.is_crease ? NodeKind::crease : NodeKind::smooth,
+                 edge.direction, length_m);
+    if (!place || !move(n, *place)) off_m_[n] = surface_.closest(at_[n]).distance_m;
+  }
+
+  BisectedMesh& mesh_;
+  std::vector<Vec3>& at_;
+  std::vector<double>& off_m_;
+  const Boundary& boundary_;
+  const SmoothSurface& surface_;
+  const RegionAt& region_at_;
+  std::vector<int> region_;  // per node; kOnBorder
+  std::vector<std::vector<std::int32_t>> tets_of_;
+};
+
+TetNodes nodes_of(const QuadraticMesh& mesh, Eigen::Index t) {
+  TetNodes out;
+  for (int k = 0; k < 10; ++k) out[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
+  return out;
+}
+
+}  // namespace
+
+void conform_to_regions(BisectedMesh& mesh, NodePlacement& placed, const Boundary& boundary,
+                        const SmoothSurface& surface, const RegionAt& region_at) {
+  Conforming(mesh, placed, boundary, surface, region_at).run();
+}
+
+void curve_borders(QuadraticMesh& mesh, std::int32_t first, const RegionAt& region_at) {
+  // Normal of the border at inner mid-edge nodes: faces weighted by their tets' regions, so that
+  // faces between equal regions cancel.
+  std::vector<Vec3> normal(static_cast<std::size_t>(mesh.nodes.rows() - first), Vec3::Zero());
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    const TetNodes x = nodes_of(mesh, t);
+    const int region = region_at((x[0] + x[1] + x[2] + x[3]) / 4);
+    if (region == 0) continue;
+    for (const auto& face : kTetFace) {
+      const Vec3 area = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
+      for (int k = 0; k < 6; ++k) {
+        const auto on = [&](int c) { return std::find(face, face + 3, c) != face + 3; };
+        const std::int32_t node = mesh.tets(t, 4 + k);
+        if (node >= first && on(kTetEdge[k][0]) && on(kTetEdge[k][1]))
+          normal[node - first] += region * area;
+      }
+    }
+  }
+  std::vector<std::int32_t> curved;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    for (int k = 0; k < 6; ++k) {
+      const std::int32_t node = mesh.tets(t, 4 + k);
+      if (node < first) continue;
+      Vec3& n = normal[node - first];
+      const Vec3 a = mesh.nodes.row(mesh.tets(t, kTetEdge[k][0])),
+                 b = mesh.nodes.row(mesh.tets(t, kTetEdge[k][1]));
+      const double length = (b - a).norm();
+      const Vec3 reach = 0.25 * length * n.stableNormalized();
+      const bool is_border = n.norm() > 1e-3 * length * length;
+      n.setZero();  // every edge once
+      if (!is_border) continue;
+      const Vec3 low = (a + b) / 2 - reach, high = (a + b) / 2 + reach;
+      if (region_at(low) == region_at(high)) continue;
+      mesh.nodes.row(node) = low + crossing(region_at, low, high) * (high - low);
+      curved.push_back(node);
+    }
+  std::vector<char> is_curved(static_cast<std::size_t>(mesh.nodes.rows()), 0);
+  for (const std::int32_t n : curved) is_curved[n] = 1;
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+      bool any = false;
+      for (int k = 4; k < 10; ++k) any |= is_curved[mesh.tets(t, k)] != 0;
+      if (!any) continue;
+      const TetNodes x = nodes_of(mesh, t);
+      const double straight = (x[1] - x[0]).cross(x[2] - x[0]).dot(x[3] - x[0]);
+      if (smallest_jacobian(x) >= kSpoilt * straight) continue;
+      for (int k = 0; k < 6; ++k) {
+        const std::int32_t node = mesh.tets(t, 4 + k);
+        if (!is_curved[node]) continue;
+        mesh.nodes.row(node) = (x[kTetEdge[k][0]] + x[kTetEdge[k][1]]).transpose() / 2;
+        is_curved[node] = 0;
+        is_changed = true;
+      }
+    }
+  }
+}
+
+}  // namespace palpate::fem

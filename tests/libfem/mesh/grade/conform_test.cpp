@@ -1,0 +1,113 @@
+#include "libfem/mesh/grade/conform.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/mesh/structured_block.hpp"
+#include "tests/libfem/mesh/grade/bodies_for_tests.hpp"
+#include "tests/libfem/mesh/grade/measures.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// A block of 100 x 100 x 40 mm, pressed in the middle of its top, and what fills it.
+QuadraticMesh pressed_block(const RegionAt& region_at) {
+  const TetMesh base = structured_block({0.1, 0.1, 0.04}, {5, 5, 2});
+  GradeOptions options{.path = {{{0.05, 0.05, 0.04}, {0.05, 0.05, 0.04}}}};
+  options.region_at = region_at;
+  options.interface_share = 0.5;
+  return grade_mesh(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0),
+                    SmoothSurface(boundary_surface(base)), options);
+}
+
+/// Signed distances of a tet's corners to a border: all of one sign, but for rounding.
+template <class Distance>
+int tets_across(const QuadraticMesh& mesh, const Distance& distance_m) {
+  int across = 0;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    double least = INFINITY, most = -INFINITY;
+    for (int k = 0; k < 4; ++k) {
+      const double d = distance_m(Vec3(mesh.nodes.row(mesh.tets(t, k))));
+      least = std::min(least, d);
+      most = std::max(most, d);
+    }
+    across += least < -1e-9 && most > 1e-9;
+  }
+  return across;
+}
+
+QuadraticMesh part_of(const QuadraticMesh& mesh, const RegionAt& region_at, int region) {
+  QuadraticMesh out = mesh;
+  Eigen::Index count = 0;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    Vec3 centroid = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) centroid += mesh.nodes.row(mesh.tets(t, k)) / 4;
+    if (region_at(centroid) == region) out.tets.row(count++) = mesh.tets.row(t);
+  }
+  out.tets.conservativeResize(count, 10);
+  return out;
+}
+
+const Vec3 kBall{0.052, 0.047, 0.026};
+constexpr double kBallRadius_m = 0.008;
+int in_ball(const Vec3& x) { return (x - kBall).norm() < kBallRadius_m; }
+
+TEST(Conform, no_tet_is_on_both_sides_of_a_ball_and_the_ball_keeps_its_volume) {
+  const QuadraticMesh mesh = pressed_block(in_ball);
+  EXPECT_EQ(tets_across(mesh, [](const Vec3& x) { return (x - kBall).norm() - kBallRadius_m; }), 0);
+  const double ball = 4.0 / 3 * std::numbers::pi * std::pow(kBallRadius_m, 3);
+  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, in_ball, 1)) / ball, 1, 0.02);
+  EXPECT_NEAR(quadratic_volume_m3(mesh), 4e-4, 1e-15);
+}
+
+TEST(Conform, a_layer_that_reaches_the_sides_is_cut_exactly) {
+  const RegionAt layer = [](const Vec3& x) { return x.z() > 0.0313; };
+  const QuadraticMesh mesh = pressed_block(layer);
+  EXPECT_EQ(tets_across(mesh, [](const Vec3& x) { return x.z() - 0.0313; }), 0);
+  EXPECT_NEAR(quadratic_volume_m3(part_of(mesh, layer, 1)), 0.1 * 0.1 * 0.0087, 1e-12);
+  EXPECT_LT(mesh.deviation_m, 1e-12) << "new nodes of the sides are on them";
+}
+
+TEST(Conform, elements_stay_sound_and_neighbours_share_faces) {
+  const QuadraticMesh mesh = pressed_block(in_ball);
+  std::map<std::set<std::int32_t>, int> tets_with;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
+    TetNodes nodes;
+    for (int k = 0; k < 10; ++k)
+      nodes[static_cast<std::size_t>(k)] = mesh.nodes.row(mesh.tets(t, k));
+    EXPECT_GT(smallest_jacobian(nodes), 0) << "tet " << t;
+    for (const auto& face : kTetFace)
+      ++tets_with[{mesh.tets(t, face[0]), mesh.tets(t, face[1]), mesh.tets(t, face[2])}];
+  }
+  Eigen::Index single = 0;
+  for (const auto& [nodes, count] : tets_with) {
+    ASSERT_LE(count, 2);
+    single += count == 1;
+  }
+  EXPECT_EQ(single, mesh.faces.rows());
+  const Tets corners = mesh.tets.leftCols<4>();
+  EXPECT_GT(dihedral_range(mesh.nodes, corners).smallest_rad, 0.05);
+}
+
+TEST(Conform, mid_edge_nodes_of_a_curved_border_lie_on_it) {
+  const QuadraticMesh mesh = pressed_block(in_ball);
+  int curved = 0, straight = 0;
+  const QuadraticMesh ball = part_of(mesh, in_ball, 1);
+  for (Eigen::Index t = 0; t < ball.tets.rows(); ++t)
+    for (int k = 0; k < 6; ++k) {
+      const auto off = [&](int node) {
+        return std::abs((Vec3(mesh.nodes.row(ball.tets(t, node))) - kBall).norm() - kBallRadius_m);
+      };
+      if (off(kTetEdge[k][0]) > 1e-9 || off(kTetEdge[k][1]) > 1e-9) continue;
+      ++(off(4 + k) < 1e-9 ? curved : straight);
+    }
+  EXPECT_GT(curved, 9 * straight) << curved << " on the border, " << straight << " not";
+}
+
+}  // namespace
+}  // namespace palpate::fem
