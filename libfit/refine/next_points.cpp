@@ -141,10 +141,14 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
 }
 
 std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
-                                    const Triangles& triangles, double slope_share,
-                                    double floor_N) {
-  const FeatureTable at_points = features_of(curves.curves),
-                     at_vertices = features_of(model.curves);
+                                    const RefineReport& refined, double floor_N) {
+  const double slope_share = refined.interpolation.slope_share;
+  const Triangles& triangles = refined.triangles;
+  FeatureTable at_points = features_of(curves.curves), at_vertices = features_of(model.curves);
+  if (refined.trend.is_used()) {  // what is interpolated is the force over its trend
+    at_points.array().colwise() *= (-refined.trend.at_point).array().exp();
+    at_vertices.array().colwise() *= (-refined.trend.at_vertex).array().exp();
+  }
   const auto gradients = gradients_of(curves, at_points, triangles);
   const auto slopes = slope_share > 0 ? side_gradients_of(curves, at_points) : gradients;
   // Twice what the tangent at one end gets wrong at the other: the second difference along the

@@ -4,6 +4,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/refine/edge_paths.hpp"
+#include "libfit/refine/refine.hpp"
 
 namespace palpate {
 
@@ -29,11 +30,11 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
 
 /// What interpolation between test points is expected to get wrong at each vertex of a model,
 /// relative to the force there (M12a), (M12b). #V; 0 where not covered.
-/// curves: what the model was refined from, on the same triangles, with that share of slopes.
+/// curves: what the model was refined from. refined: what refine() reported.
 /// floor_N: forces below it count as it. Curves are compared at four depths; normal force and limit
 /// force both count. Exact up to third order for smooth fields; of features smaller than the
 /// spacing it sees that neighbours disagree, not how much is hidden between them.
 std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
-                                    const Triangles& triangles, double slope_share, double floor_N);
+                                    const RefineReport& refined, double floor_N);
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "libfit/refine/refine.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
@@ -52,12 +53,20 @@ std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
 }
 
 // Sums in the fixed order of corners: monotone in each control value, so rows stay monotone.
-Controls blend_controls(const Controls& control, const Blend& blend) {
+// Numbers that go with `force`, a power, are blended over their trend (M12d); at a test point they
+// are its own.
+Controls blend_controls(const Controls& control, const Blend& blend, const ShapeTrend& trend,
+                        int force) {
   Controls fine = Controls::Zero(blend.point.rows(), control.cols());
   for (Eigen::Index v = 0; v < fine.rows(); ++v)
-    for (int k = 0; k < 3; ++k)
-      if (blend.weight(v, k) > 0)  // a corner without weight may hold anything
-        fine.row(v) += blend.weight(v, k) * control.row(blend.point(v, k));
+    for (int k = 0; k < 3; ++k) {
+      double weight = blend.weight(v, k);
+      if (!(weight > 0)) continue;  // a corner without weight may hold anything
+      const std::int32_t l = blend.point(v, k);
+      if (trend.is_used() && force != 0 && weight < 1)
+        weight *= std::exp(force * (trend.at_vertex[v] - trend.at_point[l]));
+      fine.row(v) += weight * control.row(l);
+    }
   return rounded_to_float(fine);
 }
 
@@ -82,14 +91,15 @@ void add_slopes(const FittedCurves& curves, const Surface& fine, const Blend& bl
 }
 
 Model model_of(const FittedCurves& curves, const Surface& fine, const Points& outward_normal,
-               Blend blend, const Controls& slopes, double slope_share) {
+               Blend blend, const Controls& slopes, double slope_share, const ShapeTrend& trend) {
   Model model;
   model.surface = fine;
   model.inward_normal = -outward_normal;
   model.curves = CurveSet(curves.curves.family);
   model.curves.basis = curves.curves.basis;
   for (std::size_t part = 0; part < model.curves.control.size(); ++part)
-    model.curves.control[part] = blend_controls(curves.curves.control[part], blend);
+    model.curves.control[part] = blend_controls(curves.curves.control[part], blend, trend,
+                                                parts_of(model.curves.family)[part].force);
   if (slope_share > 0)
     add_slopes(curves, fine, blend, slopes, slope_share, model.curves.control[0]);
   for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)
@@ -97,6 +107,11 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   model.blend_point = std::move(blend.point);
   model.blend_weight = std::move(blend.weight);
   return model;
+}
+
+// What a tool feels of the surface's shape: its own size, or the depth it goes to.
+double patch_radius_m(const FittedCurves& curves) {
+  return std::max(ball_radius_m(curves.probe), curves.curves.basis[0].knots_m.back());
 }
 
 }  // namespace
@@ -127,12 +142,21 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
                                     is_usable, seeds, options);
   found.largest_projection_m = blend.largest_projection_m;
   const Controls slopes = slopes_of(curves);
-  found.slopes = options.slope_share && slopes.cols() > 0
-                     ? SlopeShare{*options.slope_share, 0, 0, 0}
-                     : choose_slope_share(curves, found.triangles, is_usable, slopes);
-  Model model =
-      model_of(curves, fine, outward_normal, std::move(blend), slopes, found.slopes.share);
-  if (found.slopes.share > 0) meet_slope(model);
+  const ShapeCovariates shape = shape_covariates(
+      fine, outward_normal, is_reachable, seeds_of(is_usable, seeds), patch_radius_m(curves));
+  InterpolationChoice& chosen = found.interpolation;
+  chosen = choose_interpolation(curves, found.triangles, is_usable, slopes, shape);
+  if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
+  if (options.slope_share || options.follows_shape)
+    chosen.follows_shape = options.follows_shape.value_or(false);
+  if (chosen.follows_shape) {
+    std::vector<char> is_used = is_usable;
+    const Eigen::VectorXd log_force = log_forces(curves, is_used);
+    found.trend = trend_over(shape, regress_on_shape(shape, log_force, is_used));
+  }
+  Model model = model_of(curves, fine, outward_normal, std::move(blend), slopes, chosen.slope_share,
+                         found.trend);
+  if (chosen.slope_share > 0 || chosen.follows_shape) meet_slope(model);
   for (std::size_t v = 0; v < is_reachable.size(); ++v)
     if (is_reachable[v] && !model.is_covered[v])
       found.uncovered.push_back(static_cast<std::int32_t>(v));

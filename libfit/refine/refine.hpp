@@ -1,10 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
-#include "libfit/refine/slopes.hpp"
+#include "libfit/refine/choose_interpolation.hpp"
 
 namespace palpate {
 
@@ -24,6 +25,9 @@ struct RefineOptions {
   double largest_stray_diagonals = 0.05;
   /// Of the slopes of test points, what they pass on (B4), 0 to 1/2; none: by leaving one out.
   std::optional<double> slope_share;
+  /// Whether forces follow the surface's shape (M12d); none: by leaving one out, or not where a
+  /// share of slopes is given.
+  std::optional<bool> follows_shape;
 };
 
 /// What refinement did, for the report.
@@ -33,7 +37,8 @@ struct RefineReport {
   std::vector<std::int32_t> left_out;   ///< test points not used: fit failed, or off the surface
   std::vector<std::int32_t> uncovered;  ///< reachable vertices that no test point answers for
   double largest_projection_m = 0;      ///< from a covered vertex to its triangle
-  SlopeShare slopes;                    ///< what test points pass on of their slopes, and why
+  InterpolationChoice interpolation;    ///< what it makes use of, and why
+  ShapeTrend trend;                     ///< of the surface's shape, where that is used
 };
 
 /// Curves on every vertex of the fine surface by area interpolation (docs/method.md, section 7;

@@ -17,6 +17,9 @@ class Refine final : public Command {
     arguments.option("--slope-share", slope_share_,
                      "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
                      "chooses it by leaving points out");
+    arguments.option("--follow-shape", follow_shape_,
+                     "Whether forces between test points follow the shape of the surface: yes, no, "
+                     "or auto, by leaving points out");
   }
 
   int run() override {
@@ -25,6 +28,8 @@ class Refine final : public Command {
     std::string made_from = model_fingerprint(curves_, body_);
     options.slope_share = slope_share_choice(slope_share_);
     if (options.slope_share) made_from += " slopes " + slope_share_;
+    options.follows_shape = follow_shape_choice(follow_shape_);
+    if (options.follows_shape) made_from += " shape " + follow_shape_;
     write_model(output_, refine_body(read_curves(curves_), read_body(body_), options),
                 {{kInputsAttribute, made_from}});
     say("wrote {}", output_);
@@ -32,7 +37,7 @@ class Refine final : public Command {
   }
 
  private:
-  std::string curves_, body_, output_, slope_share_ = "auto";
+  std::string curves_, body_, output_, slope_share_ = "auto", follow_shape_ = "auto";
 };
 
 }  // namespace

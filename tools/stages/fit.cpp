@@ -212,11 +212,13 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
       curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
       report.triangles.rows(), report.is_own_triangulation ? " made for them" : "",
       1e3 * report.largest_projection_m);
-  if (const SlopeShare& slopes = report.slopes; slopes.points > 0)
-    say("  {:.3g} of the slopes of side forces count: {} test points left out are predicted to "
-        "{:.1f} % "
-        "(mean), {:.1f} % without slopes",
-        slopes.share, slopes.points, 100 * slopes.error, 100 * slopes.plain_error);
+  if (const InterpolationChoice& chosen = report.interpolation; chosen.points > 0)
+    say("  {} test points left out are predicted to {:.1f} % (mean) by area alone, {:.1f} % with "
+        "the slopes of side forces, {:.1f} % with the shape of the surface: {}",
+        chosen.points, 100 * chosen.plain_error, 100 * chosen.slope_error, 100 * chosen.shape_error,
+        chosen.follows_shape     ? "forces follow the shape"
+        : chosen.slope_share > 0 ? fmt::format("{:.3g} of the slopes count", chosen.slope_share)
+                                 : "area alone");
   if (curves.curves.family == CurveFamily::rings) {
     const SideMismatch off = side_mismatch(model);
     say("  side force off the slope of the normal energy by {:.2g} % of the normal force (median), "
@@ -243,6 +245,13 @@ std::optional<double> slope_share_choice(const std::string& text) {
     throw Error("--slope-share", "\"" + text + "\" is no share of slopes",
                 "Use auto or a number from 0 to 0.5.");
   return share;
+}
+
+std::optional<bool> follow_shape_choice(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text != "yes" && text != "no")
+    throw Error("--follow-shape", "\"" + text + "\" is no choice", "Use auto, yes or no.");
+  return text == "yes";
 }
 
 }  // namespace palpate::tools

@@ -61,4 +61,7 @@ Model refine_body(const FittedCurves& curves, const Body& body, const RefineOpti
 /// RefineOptions::slope_share from text: auto or a number.
 std::optional<double> slope_share_choice(const std::string& text);
 
+/// RefineOptions::follows_shape from text: auto, yes or no.
+std::optional<bool> follow_shape_choice(const std::string& text);
+
 }  // namespace palpate::tools

@@ -140,8 +140,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     RefineReport refined;
     const Model model =
         refine(curves, body.surface, body.is_reachable, placement.points.triangles, {}, &refined);
-    const std::vector<double> expected = expected_errors(curves, model, placement.points.triangles,
-                                                         refined.slopes.share, kForceFloor_N);
+    const std::vector<double> expected = expected_errors(curves, model, refined, kForceFloor_N);
     const Grown grown =
         grow(placement.points, model,
              choose(body, placement.points, model, expected, batch, wanted.tolerance));

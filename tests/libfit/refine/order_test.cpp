@@ -9,6 +9,13 @@
 namespace palpate::testing_refine {
 namespace {
 
+// The order is that of area interpolation alone, whatever shapes the points would follow.
+RefineOptions by_area() {
+  RefineOptions options;
+  options.follows_shape = false;
+  return options;
+}
+
 // Observed order between successive halvings of the spacing, from root mean square errors.
 std::vector<double> orders(const std::vector<FieldError>& errors, double FieldError::*measure) {
   std::vector<double> orders;
@@ -22,7 +29,8 @@ TEST(Refine, converges_with_second_order_on_a_sphere) {
   std::vector<FieldError> errors;
   for (int level = 2; level <= 4; ++level) {
     const Surface points = icosphere(level, 0.03);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    const Model model =
+        refine(curves_at(points, kSmooth), fine, all(fine), points.triangles, by_area());
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
   }
@@ -37,7 +45,8 @@ TEST(Refine, converges_with_second_order_on_a_cylinder) {
   std::vector<FieldError> errors;
   for (const int n : {12, 24, 48}) {
     const Surface points = cylinder(n, n / 2, 0.03, 0.1);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    const Model model =
+        refine(curves_at(points, kSmooth), fine, all(fine), points.triangles, by_area());
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
   }
@@ -58,7 +67,8 @@ TEST(Refine, converges_with_second_order_on_a_saddle) {
   std::vector<FieldError> errors;
   for (const int cells : {6, 12, 24}) {
     const Surface points = saddle(cells);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), points.triangles);
+    const Model model =
+        refine(curves_at(points, kSmooth), fine, all(fine), points.triangles, by_area());
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
     expect_partition_of_unity(model);
@@ -73,7 +83,8 @@ TEST(Refine, converges_with_second_order_on_its_own_triangulation) {
   for (int level = 2; level <= 4; ++level) {
     RefineReport report;
     const Surface points = icosphere(level, 0.03);
-    const Model model = refine(curves_at(points, kSmooth), fine, all(fine), kNone, {}, &report);
+    const Model model =
+        refine(curves_at(points, kSmooth), fine, all(fine), kNone, by_area(), &report);
     EXPECT_TRUE(report.is_own_triangulation);
     EXPECT_EQ(report.triangles.rows(), points.triangles.rows()) << "2 P - 4 on a sphere";
     errors.push_back(field_error(model, kSmooth));
@@ -108,7 +119,7 @@ TEST(Refine, converges_with_second_order_on_scattered_points) {
     FittedCurves curves = curves_at(points, kSmooth);
     curves.normal = -points.vertices / 0.03;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
+    const Model model = refine(curves, fine, all(fine), kNone, by_area(), &report);
     EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "a closed triangulation, seed 7";
     errors.push_back(field_error(model, kSmooth));
     EXPECT_EQ(errors.back().covered, fine.vertices.rows());
@@ -126,7 +137,7 @@ TEST(Refine, ten_to_ten_thousand_scattered_points_close_around_a_sphere) {
     FittedCurves curves = curves_at(points, kSmooth);
     curves.normal = -points.vertices / 0.03;
     RefineReport report;
-    const Model model = refine(curves, fine, all(fine), kNone, {}, &report);
+    const Model model = refine(curves, fine, all(fine), kNone, by_area(), &report);
     EXPECT_EQ(report.triangles.rows(), 2 * count - 4) << "Euler, seed 11";
     EXPECT_TRUE(report.uncovered.empty());
     EXPECT_NEAR(model.blend_weight.rowwise().sum().minCoeff(), 1, 1e-14);

@@ -14,8 +14,9 @@ namespace {
 
 std::vector<double> expected(const Surface& coarse, const Surface& fine, const Field& field) {
   const FittedCurves curves = curves_at(coarse, field);
-  return expected_errors(curves, refine(curves, fine, all(fine), coarse.triangles),
-                         coarse.triangles, 0, 1e-9);
+  RefineReport refined;
+  const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
+  return expected_errors(curves, model, refined, 1e-9);
 }
 
 TEST(ExpectedError, of_a_linear_field_is_nothing) {
@@ -51,11 +52,12 @@ TEST(NextPoints, go_where_error_is_expected_and_spread_by_themselves) {
     return 1 + 3 * std::exp(-(p - middle).squaredNorm() / (2 * 0.015 * 0.015));
   };
   const FittedCurves curves = curves_at(coarse, bump);
-  const Model model = refine(curves, fine, all(fine), coarse.triangles);
+  RefineReport refined;
+  const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
   const auto seeds =
       place_on_surface(curves.position, curves.normal, fine, -model.inward_normal, 3, 1);
   const auto picked =
-      next_points(fine, all(fine), seeds, expected_errors(curves, model, coarse.triangles, 0, 1e-9),
+      next_points(fine, all(fine), seeds, expected_errors(curves, model, refined, 1e-9),
                   {.count = 8, .gap_share = 0.25, .gap_error = 0.01});
   ASSERT_EQ(picked.size(), 8u);
   for (std::size_t i = 0; i < 6; ++i)
@@ -101,13 +103,13 @@ TEST(Placement, reaches_with_half_the_points_what_an_even_grid_does) {
   double error = 1;
   while (points.position.rows() < 72) {
     FittedCurves curves = curves_at({points.position, points.triangles}, lump);
-    const Model model = refine(curves, fine, all(fine), points.triangles);
+    RefineReport refined;
+    const Model model = refine(curves, fine, all(fine), points.triangles, {}, &refined);
     error = p95_error(model, lump);
     const auto seeds =
         place_on_surface(points.position, points.normal, fine, -model.inward_normal, 3, 1);
-    for (const std::int32_t vertex :
-         next_points(fine, all(fine), seeds,
-                     expected_errors(curves, model, points.triangles, 0, 1e-9), {.count = 4})) {
+    for (const std::int32_t vertex : next_points(
+             fine, all(fine), seeds, expected_errors(curves, model, refined, 1e-9), {.count = 4})) {
       Eigen::Index strongest = 0;
       model.blend_weight.row(vertex).maxCoeff(&strongest);
       insert_point(points, {fine.vertices.row(vertex), model.inward_normal.row(vertex), "q",

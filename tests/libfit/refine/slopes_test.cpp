@@ -102,8 +102,8 @@ TEST(Slopes, half_of_them_reproduces_a_parabola) {
   RefineReport report;
   const FittedCurves curves = rings_at(coarse, parabola);
   const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
-  EXPECT_EQ(report.slopes.share, 0.5) << "chosen by leaving points out";
-  EXPECT_EQ(report.slopes.points, 25);
+  EXPECT_EQ(report.interpolation.slope_share, 0.5) << "chosen by leaving points out";
+  EXPECT_EQ(report.interpolation.points, 45);
   EXPECT_LT(field_error(model, parabola).most, 1e-6);
 }
 
@@ -146,8 +146,8 @@ TEST(Slopes, that_say_nothing_are_left_out) {
     for (double& g : curves.curves.control[runtime::kSide2].reshaped()) g = normal(random);
     RefineReport report;
     const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
-    EXPECT_EQ(report.slopes.share, 0) << "seed " << seed;
-    EXPECT_EQ(report.slopes.error, report.slopes.plain_error);
+    EXPECT_EQ(report.interpolation.slope_share, 0) << "seed " << seed;
+    EXPECT_EQ(report.interpolation.error, report.interpolation.plain_error);
   }
 }
 
@@ -175,9 +175,10 @@ TEST(ExpectedError, with_slopes_is_a_quarter_of_a_parabolas_and_bounds_what_a_cu
     const FittedCurves curves = rings_at(coarse, field);
     RefineOptions options;
     options.slope_share = 0.5;
-    const Model model = refine(curves, fine, all(fine), coarse.triangles, options);
+    RefineReport refined;
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, options, &refined);
     *actual = field_error(model, field).most;
-    const auto errors = expected_errors(curves, model, coarse.triangles, 0.5, 1e-9);
+    const auto errors = expected_errors(curves, model, refined, 1e-9);
     return *std::max_element(errors.begin(), errors.end());
   };
   double actual = 0;
@@ -185,8 +186,9 @@ TEST(ExpectedError, with_slopes_is_a_quarter_of_a_parabolas_and_bounds_what_a_cu
   const FittedCurves curves = rings_at(coarse, parabola);
   RefineOptions plain;
   plain.slope_share = 0;
-  const auto without = expected_errors(
-      curves, refine(curves, fine, all(fine), coarse.triangles, plain), coarse.triangles, 0, 1e-9);
+  RefineReport refined;
+  const Model model = refine(curves, fine, all(fine), coarse.triangles, plain, &refined);
+  const auto without = expected_errors(curves, model, refined, 1e-9);
   EXPECT_NEAR(expected(parabola, &actual) / *std::max_element(without.begin(), without.end()), 0.25,
               0.05);
   const double bound =

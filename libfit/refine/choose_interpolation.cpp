@@ -1,0 +1,179 @@
+#include "libfit/refine/choose_interpolation.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "libfit/core/node_forces.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr int kDepths = 4;
+constexpr int kShares = 4;  // eighths up to a half
+// Fewer points agree by chance, with the trend's four numbers more than with one.
+constexpr int kMinPoints = 4, kMinShapePoints = 6;
+constexpr int kMaxPoints = 500;                        // evenly taken: more tell nothing new
+constexpr double kFacesAlike = 0.3;                    // cosine: not the other side of a thin body
+constexpr double kSlopesPay = 0.95, kShapePays = 0.9;  // of the error without
+
+// Points that share a triangle with each point.
+std::vector<std::set<std::int32_t>> neighbours_of(const Triangles& triangles, Eigen::Index points) {
+  std::vector<std::set<std::int32_t>> out(static_cast<std::size_t>(points));
+  for (const auto& t : triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      out[static_cast<std::size_t>(t[k])].insert({t[(k + 1) % 3], t[(k + 2) % 3]});
+  return out;
+}
+
+struct BlendPoints {
+  std::array<std::int32_t, 3> point{};
+  Vec3 weight = Vec3::Zero();
+  double size = std::numeric_limits<double>::infinity();
+};
+
+// Area coordinates of the origin, and the radius of the circle through the corners.
+std::optional<BlendPoints> around_origin(const std::array<Eigen::Vector2d, 3>& at) {
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  const double area = cross(at[1] - at[0], at[2] - at[0]);
+  BlendPoints out;
+  out.weight = Vec3(cross(at[1], at[2]), cross(at[2], at[0]), cross(at[0], at[1])) / area;
+  if (!(out.weight.minCoeff() >= 0)) return std::nullopt;
+  out.size = (at[1] - at[0]).norm() * (at[2] - at[1]).norm() * (at[0] - at[2]).norm() /
+             (2 * std::abs(area));
+  return out;
+}
+
+// The smallest triangle of points around that has the point inside: it would answer without it.
+std::optional<BlendPoints> without(const FittedCurves& curves,
+                                   const std::vector<std::int32_t>& near, std::int32_t point) {
+  const Vec3 normal = curves.normal.row(point);
+  const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
+  std::vector<Eigen::Vector2d> flat;
+  for (const std::int32_t q : near) {
+    const Vec3 way = (curves.position.row(q) - curves.position.row(point)).transpose();
+    flat.emplace_back(way.dot(first), way.dot(second));
+  }
+  std::optional<BlendPoints> best;
+  for (std::size_t a = 0; a < near.size(); ++a)
+    for (std::size_t b = a + 1; b < near.size(); ++b)
+      for (std::size_t c = b + 1; c < near.size(); ++c) {
+        std::optional<BlendPoints> found = around_origin({flat[a], flat[b], flat[c]});
+        if (!found || (best && !(found->size < best->size))) continue;
+        found->point = {near[a], near[b], near[c]};
+        best = found;
+      }
+  return best;
+}
+
+// Mean relative errors of a point left out: with shares of slopes, and with the trend last.
+std::array<double, kShares + 2> errors_at(const FittedCurves& curves, std::int32_t p,
+                                          const BlendPoints& corners, const Controls& slopes,
+                                          const ShapeCovariates& shape,
+                                          const ShapeRegression& trend) {
+  const Eigen::Index n = curves.curves.control[0].cols();
+  CurveSet rows(curves.curves.family);
+  rows.basis = curves.curves.basis;
+  // What is true, what is predicted from the neighbours, what slopes add, what the trend predicts.
+  rows.control[0] = Controls::Zero(4, n);
+  Controls& control = rows.control[0];
+  control.row(0) = curves.curves.control[0].row(p);
+  for (int k = 0; k < 3; ++k) {
+    const std::int32_t l = corners.point[static_cast<std::size_t>(k)];
+    const Eigen::RowVectorXd part = corners.weight[k] * curves.curves.control[0].row(l);
+    const Vec3 way = (curves.position.row(p) - curves.position.row(l)).transpose();
+    control.row(1) += part;
+    for (Eigen::Index j = 0; j < n && slopes.cols() > 0; ++j)
+      control(2, j) += corners.weight[k] * slopes.row(l).segment<3>(3 * j).dot(way.transpose());
+    control.row(3) +=
+        std::exp(trend.at(shape.at_point.row(p)) - trend.at(shape.at_point.row(l))) * part;
+  }
+  const NodeForces forces(rows);
+  const double range_m = curves.curves.basis[0].knots_m.back();
+  std::array<double, kShares + 2> error{};
+  for (int step = 1; step <= kDepths; ++step) {
+    const double depth_m = range_m * step / kDepths, truth = forces.normal_N(0, depth_m);
+    if (!(truth > 0)) continue;
+    const double plain = forces.normal_N(1, depth_m), more = forces.normal_N(2, depth_m);
+    for (int share = 0; share <= kShares; ++share)
+      error[static_cast<std::size_t>(share)] +=
+          std::abs(plain + 0.125 * share * more - truth) / truth / kDepths;
+    error.back() += std::abs(forces.normal_N(3, depth_m) - truth) / truth / kDepths;
+  }
+  return error;
+}
+
+}  // namespace
+
+Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable) {
+  const NodeForces forces(curves.curves);
+  const double range_m = curves.curves.basis[0].knots_m.back();
+  Eigen::VectorXd log_force = Eigen::VectorXd::Zero(curves.curves.points());
+  for (Eigen::Index p = 0; p < log_force.size(); ++p)
+    for (int step = 1; step <= kDepths && is_usable[static_cast<std::size_t>(p)] != 0; ++step) {
+      const double force_N = forces.normal_N(p, range_m * step / kDepths);
+      if (force_N > 0)
+        log_force[p] += std::log(force_N) / kDepths;
+      else
+        is_usable[static_cast<std::size_t>(p)] = 0;
+    }
+  return log_force;
+}
+
+InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
+                                         const std::vector<char>& is_usable, const Controls& slopes,
+                                         const ShapeCovariates& shape) {
+  InterpolationChoice out;
+  std::vector<char> is_used = is_usable;
+  const Eigen::VectorXd log_force = log_forces(curves, is_used);
+  std::array<double, kShares + 2> error{};
+  const auto neighbours = neighbours_of(triangles, curves.curves.points());
+  const auto points = static_cast<std::int32_t>(curves.curves.points());
+  for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
+    const auto i = static_cast<std::size_t>(p);
+    if (is_used[i] == 0) continue;
+    std::set<std::int32_t> two_rings = neighbours[i];
+    for (const std::int32_t q : neighbours[i])
+      two_rings.insert(neighbours[static_cast<std::size_t>(q)].begin(),
+                       neighbours[static_cast<std::size_t>(q)].end());
+    two_rings.erase(p);
+    std::vector<std::int32_t> near(two_rings.begin(), two_rings.end());
+    std::erase_if(near, [&](auto q) {
+      return is_used[static_cast<std::size_t>(q)] == 0 ||
+             curves.normal.row(q).dot(curves.normal.row(p)) < kFacesAlike;
+    });
+    const auto corners = without(curves, near, p);
+    if (!corners) continue;
+    ++out.points;
+    is_used[i] = 0;  // its three neighbours are left
+    const ShapeRegression trend = regress_on_shape(shape, log_force, is_used);
+    is_used[i] = 1;
+    const auto at_point = errors_at(curves, p, *corners, slopes, shape, trend);
+    for (std::size_t k = 0; k < error.size(); ++k) error[k] += at_point[k];
+  }
+  if (out.points == 0) return out;
+  for (double& e : error) e /= out.points;
+  const auto best = std::min_element(error.begin(), error.end() - 1);
+  out.error = out.plain_error = error[0];
+  out.slope_error = *best;
+  out.shape_error = error.back();
+  if (out.points >= kMinPoints && out.slope_error < kSlopesPay * out.plain_error) {
+    out.slope_share = 0.125 * static_cast<double>(best - error.begin());
+    out.error = out.slope_error;
+  }
+  if (out.points >= kMinShapePoints && out.shape_error < kShapePays * out.error) {
+    out.slope_share = 0;
+    out.follows_shape = true;
+    out.error = out.shape_error;
+  }
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/refine/shape_trend.hpp"
+
+namespace palpate {
+
+/// What interpolation between test points makes use of, and the evidence: mean error of the normal
+/// force at test points left out, relative: as chosen, without anything, with the best share of
+/// slopes, with the trend of the surface's shape. Errors are 0 where no point could be left out.
+struct InterpolationChoice {
+  double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
+  bool follows_shape = false;  ///< the trend of shape (M12d); slopes then do not count
+  int points = 0;              ///< that could be left out
+  double error = 0, plain_error = 0, slope_error = 0, shape_error = 0;
+};
+
+/// Leaves out one test point at a time and predicts it from its neighbours, at four depths; the
+/// trend is that of the other points alone. Nothing is chosen where fewer than four points (six for
+/// the trend) have neighbours all around, or where it takes off less than a twentieth (a tenth).
+/// slopes: slopes_of(curves).
+InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
+                                         const std::vector<char>& is_usable, const Controls& slopes,
+                                         const ShapeCovariates& shape);
+
+/// Logarithm of the normal force of each test point, mean over four depths; 0 where there is none,
+/// and is_usable then 0.
+Eigen::VectorXd log_forces(const FittedCurves& curves, std::vector<char>& is_usable);
+
+}  // namespace palpate
