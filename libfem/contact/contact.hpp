@@ -123,8 +123,6 @@ class ContactInterface {
   /// same pose leaves only the second order of the penalty's overlap and the stick's creep.
   ContactHistory updated_multipliers(const ContactHistory& accepted) const;
 
-  bool has_friction() const { return probe_.friction > 0; }
-
   /// Multiplies penalty and tangential spring. States accepted before can be gone on from: what a
   /// history keeps does not depend on them.
   void stiffen(double factor);

@@ -74,7 +74,6 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
       if (material_at[kElementPoints * lane + q] != &material) continue;  // weight stays 0
       weight[q] = std::abs(det) * point.weight / 6;
       batch.weight.at(q, lane) = weight[q];
-      rest_volume_m3_ += det * point.weight / 6;
     }
     if (!averages(element)) continue;
     const Eigen::VectorXd mode = unit_constant(weight);

@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-/// How a row far from the curves counts. `huber` grows linearly past three robust standard
-/// deviations, `cauchy` logarithmically past two and a half.
-enum class FitLoss : std::int8_t { squared = 0, huber = 1, cauchy = 2 };
+/// How a row far from the curves counts: `huber` grows linearly past three robust standard
+/// deviations.
+enum class FitLoss : std::int8_t { squared = 0, huber = 1 };
 
 /// What may be unknown of a recording besides the body's curves.
 enum class Nuisance : std::int8_t { contact = 0, bias = 1, drift = 2 };

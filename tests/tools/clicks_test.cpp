@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/libfit/runtime/models.hpp"
+#include "tests/support/from_touch.hpp"
 #include "tools/bench/bodies.hpp"
 #include "tools/bench/clicks.hpp"
 #include "tools/bench/tick_work.hpp"
@@ -58,7 +59,7 @@ double scan_jump_N(const runtime::Asset& asset, const Ablation& ablation, int sa
     const runtime::Vec3d x{0.026 * std::cos(angle) - asset.origin_m[0],
                            0.026 * std::sin(angle) - asset.origin_m[1],
                            z + 0.001 - asset.origin_m[2]};
-    const runtime::Vec3d f = runtime::force_from_touch(asset.curves, spot, x), step = f - before;
+    const runtime::Vec3d f = test::force_from_touch(asset.curves, spot, x), step = f - before;
     if (i > 0) worst_N = std::max(worst_N, std::sqrt(dot(step, step)));
     before = f;
   }
@@ -123,7 +124,7 @@ TEST(clicks, an_edge_felt_from_either_side_is_one_force) {
         const auto whole = surface.standing(), bare = ablated(whole, {false, false, true}, facet);
         const runtime::Vec3d x = whole.point + whole.normal * 0.004 + runtime::Vec3d{0, 0, 0.001};
         const auto of = [&](const auto& spot) {
-          return runtime::force_from_touch(asset.curves, spot, x);
+          return test::force_from_touch(asset.curves, spot, x);
         };
         force[0][side] = of(whole);
         force[1][side] = of(bare);

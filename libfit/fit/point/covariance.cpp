@@ -41,10 +41,6 @@ Groups rotate(const PointData& point, const PointCurves& curves, const Linearise
 std::array<double, 2> influence(FitLoss loss, double z) {
   const double size = std::abs(z);
   if (loss == FitLoss::huber && size > kHuberKnee) return {std::copysign(kHuberKnee, z), 0};
-  if (loss == FitLoss::cauchy) {
-    const double q = z * z / (kCauchyKnee * kCauchyKnee);
-    return {z / (1 + q), (1 - q) / ((1 + q) * (1 + q))};
-  }
   return {z, 1};
 }
 

@@ -7,7 +7,7 @@
 
 namespace palpate::fit {
 
-/// What a point's rows say about each curve when stick and slip are told apart by eye: start
+/// What a point's rows say about each curve when a plateau test tells stick from slip: start
 /// values and evidence for a basis. The final fit does not use this division.
 struct CurveRows {
   std::array<std::vector<CurveRow>, kCurveKinds> curve;

@@ -133,8 +133,8 @@ double robust_deviation(std::vector<double> sizes) { return 1.4826 * median(std:
 
 double robust_weight(FitLoss loss, double size, double scale) {
   if (loss == FitLoss::squared || !(scale > 0)) return 1;
-  const double z = size / ((loss == FitLoss::huber ? kHuberKnee : kCauchyKnee) * scale);
-  return loss == FitLoss::huber ? (z > 1 ? 1 / z : 1) : 1 / (1 + z * z);
+  const double z = size / (kHuberKnee * scale);
+  return z > 1 ? 1 / z : 1;
 }
 
 Eigen::VectorXd fit_increments(const runtime::SplineView& spline, const std::vector<CurveRow>& rows,

@@ -57,27 +57,17 @@ WeakPrior value_prior(const Eigen::VectorXd& increments);
 Eigen::VectorXd bounded_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                       const Eigen::VectorXd& lower);
 
-/// Robust deviations from which on a residual counts less.
-inline constexpr double kHuberKnee = 3, kCauchyKnee = 2.5;
+/// Robust deviations from which on a residual counts less (Huber).
+inline constexpr double kHuberKnee = 3;
 
 /// sqrt of the robust loss over the size s >= 0 of a weighted residual, 1 near zero: multiply the
 /// residual by it and its square is the loss. scale > 0 is a robust standard deviation.
 template <class T>
 T loss_factor(FitLoss loss, double scale, const T& size) {
-  using std::log;
   using std::sqrt;
-  if (loss == FitLoss::huber) {
-    const double knee = kHuberKnee * scale;
-    if (!(size > knee)) return T(1);
-    return sqrt(knee * (2.0 * size - knee)) / size;
-  }
-  if (loss == FitLoss::cauchy) {
-    const double knee = kCauchyKnee * scale;
-    if (!(size > 1e-3 * knee)) return T(1);
-    const T z = size / knee;
-    return knee * sqrt(log(1.0 + z * z)) / size;
-  }
-  return T(1);
+  const double knee = kHuberKnee * scale;
+  if (loss == FitLoss::squared || !(size > knee)) return T(1);
+  return sqrt(knee * (2.0 * size - knee)) / size;
 }
 
 /// Weight of a squared residual in reweighted least squares, loss'(s) / 2s: 1 near zero. scale: as

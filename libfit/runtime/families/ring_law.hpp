@@ -54,12 +54,6 @@ struct RingAnchors {
   Vec3<T> at[N];
   double slip_slope = 0;  ///< see first_root()
 };
-template <class T, int N>
-RingAnchors<T, N> no_anchors() noexcept {
-  RingAnchors<T, N> out;
-  for (Vec3<T>& a : out.at) a = {T(0), T(0), T(0)};
-  return out;
-}
 
 /// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
 /// stay where they are in space, but for what sticks out of the tangent plane.

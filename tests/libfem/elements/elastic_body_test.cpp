@@ -74,8 +74,22 @@ Points random_field(Eigen::Index nodes, double size, unsigned seed) {
 
 const Material kTissue = make_material({"neo-hookean", {kYoung_Pa, kPoisson}}, "test");
 
+double rest_volume_m3(const QuadraticMesh& mesh) {
+  double sum = 0;
+  for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t)
+    for (const ElementPoint& point : element_points()) {
+      Mat3 jacobian = Mat3::Zero();
+      for (int a = 0; a < kElementNodes; ++a)
+        jacobian += mesh.nodes.row(mesh.tets(t, a)).transpose() * point.by_xi.row(a);
+      sum += jacobian.determinant() * point.weight / 6;
+    }
+  return sum;
+}
+
+int free_nodes(const ElasticBody& body) { return 1 + std::ranges::max(body.free_index()); }
+
 Eigen::VectorXd free_entries(const ElasticBody& body, const Points& field) {
-  Eigen::VectorXd out(3 * body.free_nodes());
+  Eigen::VectorXd out(3 * free_nodes(body));
   for (Eigen::Index n = 0; n < field.rows(); ++n)
     if (const auto i = body.free_index()[n]; i >= 0) out.segment<3>(3 * i) = field.row(n);
   return out;
@@ -107,17 +121,17 @@ TEST_P(ElasticBodySuite, affine_displacement_stores_the_energy_density_times_the
     const ElasticBody body = body_of(mesh);
     const Mat3 F = general_gradient();
     const double W = kTissue.law->energy(kTissue.constants, F);
-    EXPECT_NEAR(body.energy(affine(mesh.nodes, F)) / (W * body.rest_volume_m3()), 1, 1e-12);
+    EXPECT_NEAR(body.energy(affine(mesh.nodes, F)) / (W * rest_volume_m3(mesh)), 1, 1e-12);
     EXPECT_NEAR(body.min_J(), F.determinant(), 1e-12);
   }
   const QuadraticMesh mesh = distorted_block();
-  EXPECT_NEAR(body_of(mesh).rest_volume_m3() / kSize_m.prod(), 1, 1e-12);
+  EXPECT_NEAR(rest_volume_m3(mesh) / kSize_m.prod(), 1, 1e-12);
 }
 
 TEST_P(ElasticBodySuite, patch_test_leaves_no_force_on_inner_nodes_and_balanced_forces_outside) {
   const QuadraticMesh mesh = distorted_block();
   const ElasticBody body = body_of(mesh);
-  ASSERT_GT(body.free_nodes(), 100);
+  ASSERT_GT(free_nodes(body), 100);
   const Mat3 F = general_gradient();
   Points force = Points::Zero(mesh.nodes.rows(), 3);
   body.add_force(affine(mesh.nodes, F), force);
@@ -125,7 +139,7 @@ TEST_P(ElasticBodySuite, patch_test_leaves_no_force_on_inner_nodes_and_balanced_
   EXPECT_LE(free_entries(body, force).cwiseAbs().maxCoeff(), 1e-12 * scale);
   EXPECT_LE(force.colwise().sum().norm(), 1e-12 * scale);
   // Virial: sum f_a X_a^T = V P.
-  const Mat3 virial = force.transpose() * mesh.nodes / body.rest_volume_m3();
+  const Mat3 virial = force.transpose() * mesh.nodes / rest_volume_m3(mesh);
   const Mat3 P = kTissue.law->stress(kTissue.constants, F);
   EXPECT_LE((virial - P).norm(), 1e-12 * P.norm());
 }

@@ -9,6 +9,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/runtime/quadric.hpp"
+#include "tests/support/from_touch.hpp"
 
 namespace palpate::test {
 namespace {
@@ -75,9 +76,9 @@ TEST(families, force_is_the_gradient_of_the_stored_energy) {
       const runtime::Vec3d x{kRange_m * share(random), -kRange_m * share(random),
                              kRange_m * share(random)};
       const auto energy_J = [&](const runtime::Vec3d& at) {
-        return runtime::energy_from_touch_J(node.views, spot, at);
+        return test::energy_from_touch_J(node.views, spot, at);
       };
-      const auto force = runtime::force_from_touch(node.views, spot, x);
+      const auto force = test::force_from_touch(node.views, spot, x);
       const double size = std::sqrt(dot(force, force)), step = 1e-7;
       const double found[3] = {force.x, force.y, force.z};
       for (int k = 0; k < 3; ++k) {

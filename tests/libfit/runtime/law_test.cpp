@@ -12,6 +12,7 @@
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/runtime/quadric.hpp"
 #include "tests/libfit/runtime/models.hpp"
+#include "tests/support/from_touch.hpp"
 
 namespace palpate::test {
 namespace {
@@ -128,7 +129,7 @@ TEST(law, forces_at_fixed_contacts_are_the_reference_cylinders) {
     const auto d = runtime::Separable::deflection(views, spot, x, {0, 0, 0});
     EXPECT_NEAR(d.normal_m, c[7], 1e-15) << text;
     EXPECT_NEAR(d.lateral_m, c[8], 1e-12) << text;
-    const Vec3d f = runtime::force_from_touch(views, spot, x);
+    const Vec3d f = test::force_from_touch(views, spot, x);
     const double size = std::hypot(c[9], c[10], c[11]);
     touching += size > 0;
     EXPECT_NEAR(f.x, c[9], 1e-9 * size) << text;

@@ -18,6 +18,13 @@
 namespace palpate::runtime {
 namespace {
 
+template <class T, int N>
+RingAnchors<T, N> no_anchors() noexcept {
+  RingAnchors<T, N> out;
+  for (Vec3<T>& a : out.at) a = {T(0), T(0), T(0)};
+  return out;
+}
+
 // Curves of one piece or more with their tables.
 struct Curve {
   SplineTables tables;
