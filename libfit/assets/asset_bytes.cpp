@@ -60,6 +60,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.endian_mark = runtime::kEndianMark;
   header.flags = options.has_guard ? runtime::kFlagGuard : 0;
   header.version = runtime::kVersion;
+  header.law_revision = runtime::kLawRevision;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());

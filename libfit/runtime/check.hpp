@@ -14,6 +14,8 @@ constexpr double kMaxCoordinate_m = 1e3;  ///< of vertices about the origin: flo
 constexpr double kUnitTolerance = 1e-4;   ///< of a normal's squared length; float rounding is 2e-7
 constexpr double kMinFacing = 0.01;       ///< least cosine of a corner's normal to its triangle's
 
+constexpr double kBasisTolerance = 1e-9;  ///< of basis functions: rounding leaves 1e-14
+
 inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= bound; }
 
 /// Header, size, alignment, layout and checksum. Fills `header` when ok.
@@ -23,7 +25,8 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
   std::memcpy(&header, bytes, sizeof(Header));
   if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
   if (header.endian_mark != kEndianMark) return Status::other_endianness;
-  if (header.version != kVersion) return Status::other_version;
+  if (header.version != kVersion || header.law_revision < 0 || header.law_revision > kLawRevision)
+    return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
   if ((header.flags & ~kFlagGuard) != 0) return Status::layout_wrong;
@@ -43,30 +46,86 @@ inline Status check_numbers(const AssetView& view) noexcept {
   return Status::ok;
 }
 
-/// Increasing knots from 0, finite tables, and basis functions that sum to one on every interval.
+/// B_g + B_{g+1} + ... on interval i, as a polynomial in the distance from its first knot. A curve
+/// whose control values rise is a sum of such tails with weights that are not negative.
+inline void tail_of_basis(const SplineView& spline, int i, int g, double* c) noexcept {
+  const int order = spline.degree + 1, first = first_control(spline, i);
+  for (int m = 0; m < order; ++m) {
+    c[m] = g <= first && m == 0 ? 1 : 0;
+    for (int k = g - first; g > first && k < order; ++k)
+      c[m] += spline.weights[(i * order + k) * order + m];
+  }
+}
+
+/// Whether a polynomial is >= 0 and rises from 0 to width: so do its Bernstein coefficients.
+inline bool is_rising(const double* c, int order, double width) noexcept {
+  double before = 0;
+  for (int j = 0; j < order; ++j) {
+    double now = 0, share = 1;  // binomial(j, m) / binomial(degree, m) width^m
+    for (int m = 0; m <= j; ++m) {
+      now += c[m] * share;
+      share *= width * (j - m) / (order - 1 - m > 0 ? order - 1 - m : 1);
+    }
+    if (!(now >= before - kBasisTolerance)) return false;
+    before = now;
+  }
+  return true;
+}
+
+/// On interval i tails rise, go on from the interval before, and begin at 0 where x is 0; beyond
+/// the last knot they are straight.
+inline bool has_rising_tails(const SplineView& spline, int i) noexcept {
+  const int order = spline.degree + 1, last = i < spline.pieces ? i : i - 1;
+  const double width = spline.knots[last + 1] - spline.knots[last];
+  const int first = first_control(spline, i);
+  for (int g = first > 0 ? first : 1; g <= first + spline.degree; ++g) {
+    double c[kMaxDegree + 1], before[kMaxDegree + 1];
+    tail_of_basis(spline, i, g, c);
+    if (!is_rising(c, order, width)) return false;
+    for (int m = 2; i == spline.pieces && m < order; ++m)
+      if (c[m] != 0) return false;
+    double from = 0;
+    if (i > 0) {
+      tail_of_basis(spline, i - 1, g, before);
+      from = basis_value(before, order, spline.knots[i] - spline.knots[i - 1]);
+    }
+    if (!(std::fabs(c[0] - from) <= kBasisTolerance)) return false;
+  }
+  return true;
+}
+
+/// Increasing knots from 0, finite tables, basis functions that sum to one on every interval and of
+/// which no rising curve can be made that pulls or falls, and integrals that are theirs.
 inline Status check_spline(const SplineView& spline) noexcept {
-  const int order = spline.degree + 1;
+  const int order = spline.degree + 1, size = spline.size();
   if (spline.knots[0] != 0) return Status::curves_wrong;
   for (int i = 0; i < spline.pieces; ++i)
     if (!(spline.knots[i + 1] > spline.knots[i] && spline.knots[i + 1] <= kMaxCoordinate_m))
       return Status::curves_wrong;
-  for (int i = 0; i < (spline.pieces + 1) * spline.size(); ++i)
-    if (!is_within(spline.integrals[i], kMaxNumber)) return Status::curves_wrong;
+  double area[kMaxPieces + kMaxDegree] = {};
   for (int i = 0; i <= spline.pieces; ++i) {
+    for (int j = 0; j < size; ++j)
+      if (!(std::fabs(spline.integrals[i * size + j] - area[j]) <=
+            kBasisTolerance * spline.knots[spline.pieces]))
+        return Status::curves_wrong;
     const int width_of = i < spline.pieces ? i : i - 1;
+    const double width = spline.knots[width_of + 1] - spline.knots[width_of];
     double power = 1;
     for (int m = 0; m < order; ++m) {
-      double sum = 0, size = 0;
+      double sum = 0, largest = 0;
       for (int k = 0; k < order; ++k) {
         const double w = spline.weights[(i * order + k) * order + m];
         if (!is_finite(w)) return Status::curves_wrong;
         sum += w;
-        size += std::fabs(w);
+        largest += std::fabs(w);
       }
-      if (!(std::fabs(sum - (m == 0)) * power <= 1e-6 * (1 + size * power)))
+      if (!(std::fabs(sum - (m == 0)) * power <= 1e-6 * (1 + largest * power)))
         return Status::curves_wrong;
-      power *= spline.knots[width_of + 1] - spline.knots[width_of];
+      power *= width;
     }
+    if (!has_rising_tails(spline, i)) return Status::curves_wrong;
+    for (int k = 0; i < spline.pieces && k < order; ++k)
+      area[i + k] += basis_integral(spline.weights + (i * order + k) * order, order, width) * width;
   }
   return Status::ok;
 }
@@ -90,15 +149,31 @@ inline Status check_vertices(const AssetView& view) noexcept {
   return Status::ok;
 }
 
+/// A body's diagonal [m], the longest depth that means anything.
+inline double diagonal_of(const AssetView& view) noexcept {
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) {
+    float lo = view.vertex[k], hi = lo;
+    for (int v = 1; v < view.vertices; ++v) {
+      const float x = view.vertex[3 * v + k];
+      lo = x < lo ? x : lo;
+      hi = x > hi ? x : hi;
+    }
+    squared += (double(hi) - double(lo)) * (double(hi) - double(lo));
+  }
+  return std::sqrt(squared);
+}
+
 /// Indices in range and distinct; neighbours share the reversed edge, each way.
 inline Status check_triangles(const AssetView& view) noexcept {
+  const double diagonal_m = diagonal_of(view) * (1 + 1e-6);  // the exporter's, to rounding
   for (int t = 0; t < view.triangles; ++t) {
     const int a = view.corner(t, 0), b = view.corner(t, 1), c = view.corner(t, 2);
     for (int k = 0; k < 3; ++k)
       if (view.corner(t, k) < 0 || view.corner(t, k) >= view.vertices)
         return Status::triangles_wrong;
     if (a == b || b == c || c == a) return Status::triangles_wrong;
-    if (!(view.max_depth_m[t] >= 0 && view.max_depth_m[t] <= float(kMaxCoordinate_m)))
+    if (!(view.max_depth_m[t] >= 0 && double(view.max_depth_m[t]) <= diagonal_m))
       return Status::triangles_wrong;
   }
   for (int t = 0; t < view.triangles; ++t)
@@ -163,8 +238,27 @@ inline bool is_good_leaf(const AssetView& view, const TreeNode& node, int items,
   return true;
 }
 
+/// Scrambles an index, so that sums of such tell sets apart. Source: Steele, Lea, Flood, Fast
+/// Splittable Pseudorandom Number Generators (2014), SplitMix64.
+inline std::uint64_t scrambled(std::uint64_t z) noexcept {
+  z = (z + 1) * 0x9e3779b97f4a7c15u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/// The items are the solid triangles, each once: nothing that could be touched is missing.
+inline bool holds_all_solid(const AssetView& view, int items) noexcept {
+  std::uint64_t difference = 0;
+  for (int t = 0; t < view.triangles; ++t)
+    if (view.is_solid(t)) difference += scrambled(static_cast<std::uint64_t>(t));
+  for (int i = 0; i < items; ++i)
+    difference -= scrambled(static_cast<std::uint64_t>(view.tree_item[i]));
+  return difference == 0;
+}
+
 /// A preorder binary tree no deeper than kMaxTreeDepth, boxes within their parents' boxes, all
-/// nodes and all items used exactly once.
+/// nodes, all items and all solid triangles used exactly once.
 inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
   struct Range {
     int begin, end, parent, depth;
@@ -186,7 +280,7 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
     stack[size++] = {node.at, range.end, range.begin, range.depth + 1};
     stack[size++] = {range.begin + 1, node.at, range.begin, range.depth + 1};
   }
-  return next_item == items ? Status::ok : Status::tree_wrong;
+  return next_item == items && holds_all_solid(view, items) ? Status::ok : Status::tree_wrong;
 }
 
 /// Everything about the sections of an asset whose envelope is good.

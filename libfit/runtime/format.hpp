@@ -16,6 +16,9 @@ namespace palpate {
 namespace runtime {
 
 constexpr std::uint32_t kVersion = 1;
+/// Raised when the engine computes other bits from the same bytes. The check path of an older
+/// revision need not be met bit for bit.
+constexpr std::int32_t kLawRevision = 1;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
@@ -72,7 +75,7 @@ struct Header {
   std::uint32_t flags;
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
-  std::int32_t family, unused;                 ///< row of families/families.hpp; 0
+  std::int32_t family, law_revision;           ///< row of families/families.hpp; kLawRevision
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
@@ -148,9 +151,9 @@ inline bool has_possible_counts(const Header& h) noexcept {
   if (h.triangles < 1 || h.triangles > kMaxTriangles) return false;
   if (h.tree_nodes < 1 || h.tree_items < 1 || h.tree_items > h.triangles) return false;
   if (h.tree_nodes >= 2 * h.tree_items) return false;
-  if (h.check_ticks < 0 || h.check_ticks > kMaxCheckTicks || h.check_path_ticks < 1) return false;
+  if (h.check_ticks < 1 || h.check_ticks > kMaxCheckTicks || h.check_path_ticks < 1) return false;
   if (h.meta_bytes > kMaxMetaBytes) return false;
-  if (h.family < 0 || h.family >= kFamilies || h.unused != 0) return false;
+  if (h.family < 0 || h.family >= kFamilies) return false;
   for (int part = 0; part < kMaxParts; ++part) {
     const bool has_basis = part < family_of(h).parts && family_of(h).part[part].is_curve();
     if (h.degree[part] < (has_basis ? 1 : 0) || h.degree[part] > (has_basis ? 4 : 0)) return false;

@@ -71,7 +71,7 @@ inline const char* sentence(Status status) noexcept {
     case Status::other_endianness:
       return "The asset was written with the other byte order.";
     case Status::other_version:
-      return "The asset's version is not the one this engine reads.";
+      return "The asset's version is not the one this engine reads, or its law is newer.";
     case Status::size_wrong:
       return "The size differs from the one in the asset's header.";
     case Status::layout_wrong:
@@ -81,20 +81,21 @@ inline const char* sentence(Status status) noexcept {
     case Status::numbers_wrong:
       return "The origin, step bound or probe radius is not a finite number in range.";
     case Status::curves_wrong:
-      return "A spline table is not a clamped basis on increasing knots.";
+      return "A spline table is not a clamped basis on increasing knots, with its integrals.";
     case Status::controls_wrong:
       return "Control values are not finite, zero at zero and increasing, or an uncovered vertex "
              "has some.";
     case Status::vertices_wrong:
       return "A vertex is not finite or farther than 1 km from the origin.";
     case Status::triangles_wrong:
-      return "A triangle names a vertex that does not exist, or one twice.";
+      return "A triangle names a vertex that does not exist, or one twice, or is deeper than the "
+             "body.";
     case Status::neighbours_wrong:
       return "The triangles' neighbours do not fit each other.";
     case Status::normals_wrong:
       return "An inward normal is not a unit vector or does not point through its triangle.";
     case Status::tree_wrong:
-      return "The bounding tree is not a tree around the triangles.";
+      return "The bounding tree is not a tree around all triangles that can be touched.";
     case Status::replay_differs:
       return "The engine does not reproduce the asset's check forces bit for bit: build it with "
              "-ffp-contract=off and without -ffast-math.";

@@ -14,6 +14,7 @@ namespace runtime {
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
   std::uint32_t version = 0;  ///< of the bytes
+  int law_revision = 0;       ///< of the engine that recorded the check path
   int vertices = 0, triangles = 0;
   int controls_per_vertex = 0;
   int control_offset[kMaxParts] = {};  ///< where each part begins in a vertex's controls
@@ -66,6 +67,7 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   const auto at = [&](int section) { return base + h.offset[section]; };
   AssetView view;
   view.version = h.version;
+  view.law_revision = h.law_revision;
   view.vertices = h.vertices;
   view.triangles = h.triangles;
   view.controls_per_vertex = controls_per_vertex(h);

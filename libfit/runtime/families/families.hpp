@@ -8,8 +8,9 @@
 //   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
 //   kinematics    where a tool stands against its contact point: .spot, .d
-//   is_slipping, pull, excess, excess_kind, excess_scale, way, excess_along, lateral_m   whether
-//                 the contact point cannot hold, where it is drawn, what its slide brings to zero
+//   is_slipping, pull, excess, excess_here, excess_kind, excess_scale, kIsSmooth, way, excess_along,
+//   lateral_m     whether the contact point cannot hold, where it is drawn, what its slide brings to
+//                 zero, at a place and at the kinematics, and whether no knot is in it
 //   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
 //                 it, where it lies after a move, and a slip without it
 //   carry         what the contact point's way of a whole tick does to the rest of the memory
@@ -95,26 +96,6 @@ auto with_family(const CurveViews& views, const Act& act) noexcept {
 inline void prepare(CurveViews& views) noexcept {
   const SplineView& normal = views.view[kNormal];
   views.rings = ring_table<kRings>(normal, normal.knots[normal.pieces]);
-}
-
-/// What a tool at x [m] does to the body whose contact point is the spot, from first touch on
-/// without a slip.
-template <class T, class Spot>
-Answer<T> answer_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  return with_family(views, [&](auto f) noexcept {
-    const auto memory = f.template load<T>(no_memory());
-    const auto kinematics = f.kinematics(views, spot, x, memory);
-    const auto& under = f.under(views, kinematics);
-    return f.answer(views, under, kinematics, f.stick(views, under, kinematics, memory));
-  });
-}
-template <class T, class Spot>
-Vec3<T> force_from_touch(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  return answer_from_touch(views, spot, x).force_N;
-}
-template <class T, class Spot>
-T energy_from_touch_J(const CurveViews& views, const Spot& spot, const Vec3<T>& x) noexcept {
-  return answer_from_touch(views, spot, x).stored_J;
 }
 
 }  // namespace runtime

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/runtime/golden/golden_asset.hpp"
 
 namespace palpate::test {
 namespace {
@@ -169,6 +169,76 @@ TEST(hostile_bytes, each_fault_has_its_status) {
             Status::tree_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kCheckTicks, 15 * 6 + 5, 1.0); }),
             Status::replay_differs);
+}
+
+// A weight of basis function k on interval i, power m, of a part.
+std::size_t weight_at(const Header& h, int part, int i, int k, int m) {
+  const int order = h.degree[part] + 1;
+  return static_cast<std::size_t>(h.pieces[part] + 1 + (i * order + k) * order + m);
+}
+void add(unsigned char* data, const Header& header, int section, std::size_t at, double by) {
+  double value;
+  std::memcpy(&value, data + header.offset[section] + at * sizeof value, sizeof value);
+  poke(data, header, section, at, value + by);
+}
+
+TEST(hostile_bytes, a_basis_that_pulls_and_integrals_of_another_are_refused) {
+  using D = unsigned char*;
+  const int table = runtime::kPartTable;
+  for (const double by : {-0.5, 0.5, 1e-3})  // the sum stays one
+    EXPECT_EQ(open_changed([=](D d, Header& h) {
+                add(d, h, table, weight_at(h, 0, 0, 1, 0), by);
+                add(d, h, table, weight_at(h, 0, 0, 0, 0), -by);
+              }),
+              Status::curves_wrong)
+        << by;
+  EXPECT_EQ(open_changed([=](D d, Header& h) {  // falls beyond the last knot
+              add(d, h, table, weight_at(h, 0, h.pieces[0], h.degree[0], 1), -1e4);
+              add(d, h, table, weight_at(h, 0, h.pieces[0], 0, 1), 1e4);
+            }),
+            Status::curves_wrong);
+  EXPECT_EQ(open_changed([=](D d, Header& h) {  // of the last row: the whole area of a function
+              const int order = h.degree[0] + 1, size = h.pieces[0] + h.degree[0];
+              const int at = (h.pieces[0] + 1) * (1 + order * order) + h.pieces[0] * size + 1;
+              add(d, h, table, static_cast<std::size_t>(at), 1e-5);
+            }),
+            Status::curves_wrong);
+}
+
+TEST(hostile_bytes, a_tree_with_a_hole_no_check_ticks_and_absurd_depths_are_refused) {
+  using D = unsigned char*;
+  EXPECT_EQ(open_changed([](D d, Header& h) {  // one triangle twice, another never
+              std::int32_t first;
+              std::memcpy(&first, d + h.offset[runtime::kTreeItems], sizeof first);
+              poke(d, h, runtime::kTreeItems, 1, first);
+            }),
+            Status::tree_wrong);
+  EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kMaxDepth, 3, 900.0F); }),
+            Status::triangles_wrong);
+  const AssetBytes bare = with_fewer_check_ticks(small_asset(), 0);
+  EXPECT_EQ(open(bare, bare.size()), Status::layout_wrong);
+}
+
+TEST(hostile_bytes, an_older_law_is_met_within_a_millionth_and_a_newer_one_is_refused) {
+  using D = unsigned char*;
+  const auto open_revision = [](int revision, double share) {
+    return open_changed([=](D d, Header& h) {
+      h.law_revision = revision;
+      double peak = 0;
+      auto* check = reinterpret_cast<runtime::CheckTick*>(d + h.offset[runtime::kCheckTicks]);
+      for (int i = 0; i < h.check_ticks; ++i)
+        for (double f : check[i].force_on_tool_N) peak = std::max(peak, std::abs(f));
+      ASSERT_GT(peak, 0.1);
+      for (int i = 0; i < h.check_ticks; ++i)
+        if (check[i].force_on_tool_N[0] != 0) check[i].force_on_tool_N[0] += share * peak;
+    });
+  };
+  constexpr int kNow = runtime::kLawRevision;
+  EXPECT_EQ(open_revision(kNow, 0), Status::ok);
+  EXPECT_EQ(open_revision(kNow, 1e-15), Status::replay_differs);
+  EXPECT_EQ(open_revision(kNow - 1, 5e-7), Status::ok);
+  EXPECT_EQ(open_revision(kNow - 1, 2e-6), Status::replay_differs);
+  EXPECT_EQ(open_revision(kNow + 1, 0), Status::other_version);
 }
 
 TEST(hostile_bytes, nothing_null_and_misaligned_are_refused) {
