@@ -79,7 +79,7 @@ inline bool has_rising_tails(const SplineView& spline, int i) noexcept {
   const double width = spline.knots[last + 1] - spline.knots[last];
   const int first = first_control(spline, i);
   for (int g = first > 0 ? first : 1; g <= first + spline.degree; ++g) {
-    double c[kMaxDegree + 1], before[kMaxDegree + 1];
+    double c[kMaxDegree + 1] = {}, before[kMaxDegree + 1] = {};
     tail_of_basis(spline, i, g, c);
     if (!is_rising(c, order, width)) return false;
     for (int m = 2; i == spline.pieces && m < order; ++m)
