@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c).
 //
-//   size palpate_asset 1280, palpate_contact 2048, palpate_pose 56, palpate_tool 112,
+//   size palpate_asset 1280, palpate_contact 3072, palpate_pose 56, palpate_tool 112,
 //   size palpate_input 128, palpate_output 360, palpate_info 136
 using System;
 using System.Runtime.InteropServices;
@@ -14,7 +14,7 @@ public static unsafe class Palpate
     public const int Abi = 1;
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[256]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[384]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose

@@ -34,6 +34,13 @@ struct MeshSpot {
   }
 };
 
+/// What a corner says by itself, as far as curves go.
+struct CornerSpot {
+  const float* node;
+  const int* offset;
+  double control(int part, int j) const noexcept { return double(node[offset[part] + j]); }
+};
+
 template <int kOrder, class S>
 LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int first) noexcept {
   const int at = spot.offset[curve] + first;
@@ -52,29 +59,84 @@ inline void copy_controls(const MeshSpot<double>& spot, int part, int j, int cou
   for (int k = 0; k < count; ++k) out[k] = a * double(p[k]) + b * double(q[k]) + c * double(r[k]);
 }
 
-/// A triangle as the law computes with it: read once, used by every spot of a way.
-struct Facet {
-  Vec3d vertex[3], normal[3];
-  const float* node[3];  ///< controls of the corners
+/// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
+/// normal, and of a body of rings what a slip reads (RingNumbers), the side force and c_i (B0).
+constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSideAt = 15, kStiffnessAt = 21;
+constexpr int kRow = kStiffnessAt + kRings + 1;  // even: processors take two at once
 
-  static Facet of(const AssetView& asset, int triangle) noexcept {
-    Facet out;
+/// A node as the law computes with it.
+struct Corner {
+  int vertex = -1;
+  const float* node = nullptr;  ///< its controls
+  double row[kRow] = {};
+  CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
+
+  Vec3d place() const noexcept { return make_vec3<double>(row + kPlaceAt); }
+  Vec3d normal() const noexcept { return make_vec3<double>(row + kNormalAt); }
+};
+
+/// The corners of a triangle: read once, used by every spot there. Those that it shares with the
+/// triangle before stay.
+struct Corners {
+  const float* of = nullptr;  ///< controls of the asset
+  int triangle = -1;
+  Corner node[3];           ///< in any order
+  int slot[3] = {0, 1, 2};  ///< where corner k is among them
+
+  const Corner& operator[](int k) const noexcept { return node[slot[k]]; }
+  Corner& operator[](int k) noexcept { return node[slot[k]]; }
+
+  void take(const AssetView& asset, int t) noexcept {
+    if (of == asset.control && triangle == t) return;
+    if (of != asset.control)
+      for (Corner& corner : node) corner.vertex = -1;
+    of = asset.control;
+    triangle = t;
+    bool is_taken[3] = {false, false, false};
     for (int k = 0; k < 3; ++k) {
-      const int v = asset.corner(triangle, k);
-      out.vertex[k] = asset.vertex_at(v);
-      out.normal[k] = asset.normal_at(v);
-      out.node[k] = asset.control + static_cast<std::ptrdiff_t>(v) * asset.controls_per_vertex;
+      slot[k] = -1;
+      for (int j = 0; j < 3; ++j)
+        if (node[j].vertex == asset.corner(t, k)) is_taken[slot[k] = j] = true;
     }
-    return out;
+    for (int k = 0, j = 0; k < 3; ++k) {
+      if (slot[k] >= 0) continue;
+      while (is_taken[j]) ++j;
+      read(asset, asset.corner(t, k), node[slot[k] = j++]);
+    }
+  }
+
+ private:
+  static void read(const AssetView& asset, int v, Corner& out) noexcept {
+    out.vertex = v;
+    out.node = asset.node(v);
+    for (int i = 0; i < 3; ++i) {
+      out.row[kPlaceAt + i] = double(asset.vertex[3 * v + i]);
+      out.row[kNormalAt + i] = double(asset.normal[3 * v + i]);
+    }
+    for (CurvePiece<double>& piece : out.curve) piece.piece = -1;
+    if (asset.curves.family != int(Family::rings)) return;
+    const CornerSpot spot{out.node, asset.control_offset};
+    copy_controls(spot, kLambda, 0, 3, out.row + kNumbersAt);
+    copy_controls(spot, kCurvature, 0, 6, out.row + kNumbersAt + 3);
+    copy_controls(spot, kSide2, 0, 6, out.row + kSideAt);
+    ring_stiffness(asset.curves.rings, spot, out.row + kStiffnessAt);
   }
 };
+
+/// The weighted sum of the first `count` numbers of the corners' rows.
+template <int kCount>
+void blend_rows(const Corners& corners, const double n[3], double* __restrict out) noexcept {
+  const double *p = corners[0].row, *q = corners[1].row, *r = corners[2].row;
+  const double a = n[0], b = n[1], c = n[2];
+  for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
+}
 
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
 /// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
 /// itself.
 template <class P, bool kIsBall>
 struct MeshPath {
-  const Facet* facet;
+  const Corners* corners;
   const int* offset;  ///< of each curve in the controls
   const Arm* arm;     ///< of a ball
   P n[3], rate[3];    ///< [1], [1/m]
@@ -82,7 +144,6 @@ struct MeshPath {
   int exit;           ///< which coordinate; -1: the budget
   bool blocked;       ///< no way to go
   bool is_bent;       ///< a border leaves only the part along it
-  double length;      ///< of the blended normal at the start
 
   P end() const noexcept { return end_m; }
   bool is_blocked() const noexcept { return blocked; }
@@ -91,7 +152,7 @@ struct MeshPath {
     if constexpr (std::is_same<P, double>::value)
       return (*this);  // itself, no copy
     else
-      return MeshPath<double, kIsBall>{facet,
+      return MeshPath<double, kIsBall>{corners,
                                        offset,
                                        arm,
                                        {value_of(n[0]), value_of(n[1]), value_of(n[2])},
@@ -99,8 +160,7 @@ struct MeshPath {
                                        value_of(end_m),
                                        exit,
                                        blocked,
-                                       is_bent,
-                                       length};
+                                       is_bent};
   }
 
   template <class S>
@@ -111,9 +171,10 @@ struct MeshPath {
     spot.point = field;
     for (int k = 0; k < 3; ++k) {
       spot.n[k] = s * rate[k] + n[k];
-      spot.point = spot.point + facet->vertex[k] * spot.n[k];
-      field = field + facet->normal[k] * spot.n[k];
-      spot.node[k] = facet->node[k];
+      const Corner& corner = (*corners)[k];
+      spot.point = spot.point + corner.place() * spot.n[k];
+      field = field + corner.normal() * spot.n[k];
+      spot.node[k] = corner.node;
     }
     spot.length = sqrt(dot(field, field));
     spot.normal = field * (1.0 / spot.length);
@@ -130,83 +191,69 @@ struct MeshPath {
 /// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are
 /// a node's numbers. The corners are read once for all places of the way.
 template <bool kIsBall>
-struct MeshWay {
-  const MeshPath<double, kIsBall>* path;
-  Vec3d point, point_rate, field, field_rate, skew{0, 0, 0};
-  double reach_m = 0, start_inverse;
-  double value[9], rate[9];  ///< lambda, mu_0, mu_1, kappa
-
-  explicit MeshWay(const MeshPath<double, kIsBall>& of) noexcept
-      : path(&of), start_inverse(1 / of.length) {
-    point = point_rate = field = field_rate = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      point = point + of.facet->vertex[k] * of.n[k];
-      point_rate = point_rate + of.facet->vertex[k] * of.rate[k];
-      field = field + of.facet->normal[k] * of.n[k];
-      field_rate = field_rate + of.facet->normal[k] * of.rate[k];
-    }
+class MeshWay {
+ public:
+  MeshWay(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept {
+    blend_rows<kSlipRow>(*path.corners, path.n, value_);
+    blend_rows<kSlipRow>(*path.corners, path.rate, rate_);
+    way_ = x - make_vec3<double>(value_ + kPlaceAt);
     if constexpr (kIsBall) {
-      skew = make_vec3<double>(of.arm->skew_m);
-      reach_m = of.arm->reach_m;
+      skew_ = make_vec3<double>(path.arm->skew_m);
+      way_ = way_ + skew_;
+      reach_m_ = path.arm->reach_m;
     }
-    read<3>(of.offset[kLambda], value, rate);
-    read<6>(of.offset[kCurvature], value + 3, rate + 3);
   }
-  MeshSpot<double> at(double s) const noexcept { return path->at(s); }
 
-  /// lambda |q| - mu(d) d [m] and its slope by s, of a tool at x.
-  Dual excess(const Vec3d& x, double s) const noexcept {
-    const Vec3d blend = field + field_rate * s;
-    const double inverse = s == 0 ? start_inverse : 1 / std::sqrt(dot(blend, blend));
-    const Vec3d delta = x - point - point_rate * s, u = blend * inverse,
-                du = tangential(field_rate, u) * inverse;
-    const Vec3d w = delta + skew;  // a ball's: aside of its reach
-    const double along = dot(w, u), sinking = dot(point_rate, u);
-    const Vec3d q = w - u * along, dq = (u * (sinking - dot(w, du)) - point_rate) - du * along;
-    const double height = dot(delta, u) + reach_m, dheight = dot(delta, du) - sinking;
-    double kappa[6];
-    for (int j = 0; j < 6; ++j) kappa[j] = value[3 + j] + s * rate[3 + j];
-    const Vec3d curved = curvature_times(kappa, q);
+  /// lambda |q| - mu(d) d [m] and its slope by s. With the blended normal B and w from c + skew to
+  /// the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
+  Dual excess(double s) const noexcept {
+    double at[kSlipRow];
+    for (int i = kNormalAt; i < kSlipRow; ++i) at[i] = value_[i] + s * rate_[i];
+    const Vec3d way_rate = make_vec3<double>(rate_ + kPlaceAt) * -1.0, w = way_ + way_rate * s,
+                field = make_vec3<double>(at + kNormalAt),
+                field_rate = make_vec3<double>(rate_ + kNormalAt);
+    const double inverse = 1 / std::sqrt(dot(field, field)), inverse_squared = inverse * inverse;
+    const double across = dot(w, field), half = dot(field, field_rate) * inverse_squared;
+    const double dacross = dot(way_rate, field) + dot(w, field_rate);
+    const double t = across * inverse_squared, dt = dacross * inverse_squared - 2 * (t * half);
+    const Vec3d q = w - field * t, moved = way_rate - field_rate * t;  // dq = moved - dt B
+    double height = across, dheight = dacross;
+    if constexpr (kIsBall) {
+      height = height - dot(skew_, field);
+      dheight = dheight - dot(skew_, field_rate);
+    }
+    dheight = (dheight - height * half) * inverse;
+    height = height * inverse + reach_m_;
+    const double *limit = at + kNumbersAt, *dlimit = rate_ + kNumbersAt;
+    const Vec3d curved = curvature_times(limit + 3, q);
     const double depth = height - 0.5 * dot(q, curved);
-    const double ddepth = dheight - dot(dq, curved) - 0.5 * dot(q, curvature_times(rate + 3, q));
+    const double ddepth = dheight - (dot(curved, moved) - dt * dot(curved, field)) -
+                          0.5 * dot(q, curvature_times(dlimit + 3, q));
     const double squared = dot(q, q);
     const bool is_aside = squared > kLateralZero_m * kLateralZero_m;
     const double size = is_aside ? std::sqrt(squared) : 0;
-    const double dsize = is_aside ? dot(q, dq) / size : 0;
-    const double lambda = value[0] + s * rate[0];
-    Dual out(lambda * size, rate[0] * size + lambda * dsize);
-    if (!(depth > 0)) return out;
-    const double mu_1 = value[2] + s * rate[2], mu = value[1] + s * rate[1] + mu_1 * depth;
-    if (!(mu > 0)) return out;
+    const double dsize = is_aside ? dot(q, moved) / size : 0;
+    Dual out(limit[0] * size, dlimit[0] * size + limit[0] * dsize);
+    const double mu = limit[1] + limit[2] * depth;
+    if (!(depth > 0 && mu > 0)) return out;
     out.a -= mu * depth;
-    out.v -= (rate[1] + rate[2] * depth + mu_1 * ddepth) * depth + mu * ddepth;
+    out.v -= (dlimit[1] + dlimit[2] * depth + limit[2] * ddepth) * depth + mu * ddepth;
     return out;
   }
 
  private:
-  template <int kCount>
-  void read(int at, double* to, double* by) const noexcept {
-    const float *p = path->facet->node[0] + at, *q = path->facet->node[1] + at,
-                *r = path->facet->node[2] + at;
-    for (int j = 0; j < kCount; ++j) {
-      const double a = double(p[j]), b = double(q[j]), c = double(r[j]);
-      to[j] = path->n[0] * a + path->n[1] * b + path->n[2] * c;
-      by[j] = path->rate[0] * a + path->rate[1] * b + path->rate[2] * c;
-    }
-  }
-  static Vec3d curvature_times(const double* kappa, const Vec3d& q) noexcept {
-    return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
-            kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
-            kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
-  }
+  static constexpr int kSlipRow = kSideAt + 1;  // even
+  double value_[kSlipRow], rate_[kSlipRow];
+  Vec3d way_, skew_{0, 0, 0};
+  double reach_m_ = 0;
 };
 template <bool kIsBall>
-MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path) noexcept {
-  return MeshWay<kIsBall>(path);
+MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept {
+  return {path, x};
 }
 template <bool kIsBall>
-Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d& x, double s) noexcept {
-  return way.excess(x, s);
+Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d&, double s) noexcept {
+  return way.excess(s);
 }
 
 }  // namespace runtime

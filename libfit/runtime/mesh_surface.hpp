@@ -37,15 +37,18 @@ class MeshSurface {
   using Path = MeshPath<T, kIsBall>;
   using Spot = MeshSpot<T>;
 
-  /// budget_m: how far the contact point may go.
-  MeshSurface(const AssetView& asset, int triangle, const double n[3], const Arm& arm,
-              const T& budget_m = T(1e300)) noexcept
-      : asset_(asset),
+  /// corners: become those of the triangle that the contact point is on. budget_m: how far it may
+  /// go.
+  MeshSurface(Corners& corners, const AssetView& asset, int triangle, const double n[3],
+              const Arm& arm, const T& budget_m = T(1e300)) noexcept
+      : corners_(corners),
+        asset_(asset),
         arm_(arm),
         triangle_(triangle),
-        facet_(Facet::of(asset, triangle)),
         n_{T(n[0]), T(n[1]), T(n[2])},
-        budget_m_(budget_m) {}
+        budget_m_(budget_m) {
+    corners_.take(asset, triangle);
+  }
 
   int triangle() const noexcept { return triangle_; }
   double weight(int k) const noexcept { return value_of(n_[k]); }
@@ -63,7 +66,6 @@ class MeshSurface {
     Path path = resting();
     path.end_m = budget_m_;
     path.exit = -1;
-    path.length = value_of(spot.length);
     if (is_spent()) {
       path.blocked = true;
       return path;
@@ -74,7 +76,7 @@ class MeshSurface {
       path.blocked = true;
       return path;
     }
-    set_rates(path, lateral - spot.normal * (dot(lateral, plane.area) / facing), plane);
+    set_rates(path, cross(spot.normal, lateral) * (1.0 / facing), plane);
     for (int k = 0; k < 3; ++k)
       if (leaves(path, k) && is_wall(k)) {
         flags_ |= kFlagBorder;
@@ -109,7 +111,7 @@ class MeshSurface {
   };
 
   Path resting() const noexcept {
-    return {&facet_,
+    return {&corners_,
             asset_.control_offset,
             &arm_,
             {n_[0], n_[1], n_[2]},
@@ -117,17 +119,16 @@ class MeshSurface {
             T(0),
             0,
             false,
-            false,
-            1};
+            false};
   }
   // The unit normal's change has no lateral part but that of the blend: d(u) = (I - u u^T) d(blend)
   // / length. So a ball's rest positions move like the triangle of x_k - (reach / length) u_k.
   Plane plane_at(const Spot& spot) const noexcept {
     Plane plane;
     for (int k = 0; k < 3; ++k) {
-      plane.corner[k] = widened<G>(facet_.vertex[k]);
+      plane.corner[k] = widened<G>(corners_[k].place());
       if constexpr (kIsBall)
-        plane.corner[k] = plane.corner[k] - facet_.normal[k] * (arm_.reach_m / spot.length);
+        plane.corner[k] = plane.corner[k] - corners_[k].normal() * (arm_.reach_m / spot.length);
     }
     plane.area = cross(plane.corner[1] - plane.corner[0], plane.corner[2] - plane.corner[0]);
     return plane;
@@ -156,10 +157,11 @@ class MeshSurface {
     return !(value_of(path.n[k]) > 0) && value_of(path.rate[k]) < -smallest_rate(path);
   }
 
-  // d n_k / ds for a motion d in the plane: d . (area x e_k) / |area|^2, e_k the edge opposite k.
-  static void set_rates(Path& path, const Vec3<T>& d, const Plane& plane) noexcept {
-    const G scale = 1.0 / dot(plane.area, plane.area);
-    for (int k = 1; k < 3; ++k) path.rate[k] = dot(d, cross(plane.area, edge(plane, k))) * scale;
+  // The motion in the plane whose part across u is `lateral`, by Cramer's rule: n_1 grows by
+  // det(lateral, e_2, u) / det(e_1, e_2, u), and turned is u x lateral over the latter.
+  static void set_rates(Path& path, const Vec3<T>& turned, const Plane& plane) noexcept {
+    path.rate[1] = dot(turned, plane.corner[2] - plane.corner[0]);
+    path.rate[2] = -dot(turned, plane.corner[1] - plane.corner[0]);
     path.rate[0] = -path.rate[1] - path.rate[2];
   }
   static Vec3<G> edge(const Plane& plane, int k) noexcept {
@@ -202,13 +204,13 @@ class MeshSurface {
           n_[j] = old[(k + i) % 3];
     }
     triangle_ = next;
-    facet_ = Facet::of(asset_, next);
+    corners_.take(asset_, next);
   }
 
+  Corners& corners_;
   const AssetView& asset_;
   const Arm& arm_;
   int triangle_;
-  Facet facet_;
   T n_[3];
   T budget_m_;
   unsigned flags_ = 0;

@@ -83,7 +83,7 @@ typedef struct palpate_asset {
   uint64_t storage[160];
 } palpate_asset;
 typedef struct palpate_contact {
-  uint64_t storage[256];
+  uint64_t storage[384];
 } palpate_contact;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */

@@ -29,7 +29,7 @@ constexpr int kMaxRootSteps = 12;  ///< Newton needs 2 or 3; 12 bisections leave
 constexpr int kMaxSegments =
     16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
 constexpr double kSlipTolerance = 1e-10;  ///< of the limit: keeps a solved slip from slipping again
-constexpr double kRootTolerance = 1e-13;  ///< of the limit: where Newton stops
+constexpr double kRootTolerance = 1e-12;  ///< of the limit: where Newton stops
 constexpr double kInside =
     1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
 
@@ -57,19 +57,28 @@ struct SlipRoot {
   double slope;  ///< < 0 where it can be trusted
 };
 
-/// First root of excess(s) on [0, end] by Newton from the start with exact slopes, within a bracket
-/// that ends where the excess is known to be negative. excess(0) > 0. scale: of the excess, what
-/// the tolerance is a share of. Newton's error falls with the square, so the last step is taken
-/// without looking where it led. At most kMaxRootSteps + 1 evaluations; unfinished, it returns the
-/// side that holds.
+/// First root of excess(s) on [0, end] by Newton with exact slopes, within a bracket that ends
+/// where the excess is known to be negative. start: excess(0) > 0. guess: its mean slope to the
+/// root, as of the slip before; 0: unknown, Newton begins at 0. scale: of the excess, what the
+/// tolerance is a share of. The last step goes by the parabola of s over the excess through the
+/// last two places and the last slope, without looking where it led; its error is of third order
+/// and estimated by how far that slope is from the mean one. At most kMaxRootSteps + 1 evaluations;
+/// unfinished, it returns the side that holds.
 template <class Excess>
-SlipRoot first_root(const Excess& excess, double end, double scale) noexcept {
-  double lo = 0, hi = end, s = 0, slope = 0, before = 0, last = 0;
+SlipRoot first_root(const Excess& excess, double start, double guess, double end, double scale,
+                    bool is_smooth) noexcept {
+  const double guessed = guess < 0 ? -start / guess : 0;
+  double lo = 0, hi = end, s = guessed < end ? guessed : 0, before_s = 0;
+  double before = s > 0 ? start : 0;  // 0: there is no place before
+  Dual at(0);
   bool is_bracket = false;
+  if (guessed >= end) {
+    if (!(excess(end).a < 0)) return {-1, 0};
+    is_bracket = true;
+  }
   for (int i = 0; i < kMaxRootSteps; ++i) {
-    const Dual at = excess(s);
-    slope = at.v;
-    if (std::fabs(at.a) <= kRootTolerance * scale) return {s, slope};
+    at = excess(s);
+    if (std::fabs(at.a) <= kRootTolerance * scale) return {s, at.v};
     if (at.a > 0) {
       lo = s;
     } else {
@@ -82,22 +91,26 @@ SlipRoot first_root(const Excess& excess, double end, double scale) noexcept {
       if (!(excess(end).a < 0)) return {-1, 0};
       is_bracket = true;
     }
-    if (is_inside && last != 0) {
-      const double share = step / last;
-      if (std::fabs(at.a) * (share * share) <= kRootTolerance * scale)
-        return {newton, slope + (slope - before) * share};
+    if (is_inside && before != 0) {
+      const double fall = before - at.a, mean = fall / (before_s - s), bend = 1 - at.v / mean;
+      const double share = at.a / before;
+      if (std::fabs(at.a * share) * (is_smooth ? 4 * bend * bend : 1) <= kRootTolerance * scale) {
+        const double root = newton + step * (at.a / fall * bend);
+        if (root > lo && root < hi)
+          return {root, at.v + 2 * (at.v - mean) * (step / (s - before_s))};
+      }
     }
-    last = is_inside ? step : 0;
-    before = slope;
+    before = at.a;
+    before_s = s;
     s = is_inside ? newton : 0.5 * (lo + hi);
   }
   if (!is_bracket && !(excess(end).a < 0)) return {-1, 0};
-  return {hi, slope};
+  return {hi, at.v};
 }
 
 /// How far along a path the contact point slides until it holds (M8), (B3): the first root of the
 /// family's excess, or the whole path. One Newton step in T brings the implicit derivatives, since
-/// the value is converged.
+/// the value is converged. slope: the excess's mean slope over the last slip, 0 before the first.
 template <class T>
 struct Slip {
   T s;
@@ -106,20 +119,22 @@ struct Slip {
 };
 template <class F, class T, class Path, class Kinematics>
 Slip<T> slip_along(const CurveViews& views, const Path& path, const Kinematics& kinematics,
-                   const Pull<T>& pull, const Vec3<T>& x) noexcept {
+                   const Pull<T>& pull, const Vec3<T>& x, double& slope) noexcept {
   const double reach = value_of(pull.reach_m), path_end = value_of(path.end());
   const double end = path_end < reach ? path_end : reach;
   const auto& plain = path.plain();
   const Vec3d tip = values_of(x);
-  const auto& way = F::way(plain);
+  const auto& way = F::way(plain, tip);
   const auto kind = F::excess_kind(views, kinematics);
-  const SlipRoot root =
-      first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
-                 kInside * end, F::excess_scale(views, kinematics, kind));
+  const double start = F::excess_here(views, kinematics, kind);
+  const SlipRoot root = first_root(
+      [&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); }, start, slope,
+      kInside * end, F::excess_scale(views, kinematics, kind), F::kIsSmooth);
   if (root.s < 0) {
     const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
     return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};
   }
+  slope = root.s > 0 ? -start / root.s : 0;
   if constexpr (std::is_same<T, double>::value) {
     return {root.s, true, false};
   } else {
@@ -156,7 +171,8 @@ SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kine
       break;
     }
     const double path_end = value_of(path.end());
-    const Slip<T> slip = !is_out ? slip_along<F>(views, path, kinematics, pull, x)
+    const Slip<T> slip = !is_out
+                             ? slip_along<F>(views, path, kinematics, pull, x, memory.slip_slope)
                          : path_end < value_of(pull.reach_m) ? Slip<T>{T(path.end()), false, false}
                                                              : Slip<T>{pull.reach_m, true, false};
     if (slip.flees) {

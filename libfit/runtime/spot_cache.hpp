@@ -11,8 +11,6 @@
 namespace palpate {
 namespace runtime {
 
-constexpr int kMaxCachedNumbers = 16;
-
 /// Of one contact point on one asset. It is good as long as that is where the contact stands.
 struct SpotCache {
   const float* of = nullptr;  ///< controls of the asset; null: nothing is cached
@@ -20,14 +18,14 @@ struct SpotCache {
   bool is_ball = false, is_frictionless = false;
   double weight[3] = {0, 0, 0};
   Vec3d point{0, 0, 0}, normal{0, 0, 0};
-  double length = 1;                      ///< of the blended normal
-  CurvePiece<double> curve[kCurves];      ///< around the depth of the last tick
-  double number[kMaxCachedNumbers] = {};  ///< of the parts that are no curves, blended
-  int number_offset = 0;                  ///< of the first of them in a vertex's controls
-  RingBed<double, kRings> bed = {};       ///< of a body of rings
+  double length = 1;                  ///< of the blended normal
+  CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
+  RingNumbers<double> numbers = {};   ///< of a body of rings
+  RingBed<double, kRings> bed = {};   ///< likewise
+  Corners corners;
 };
 
-inline void clear(SpotCache& cache) noexcept { cache.of = nullptr; }
+inline void clear(SpotCache& cache) noexcept { cache.of = cache.corners.of = nullptr; }
 
 inline bool is_good(const SpotCache& cache, const AssetView& asset, int triangle,
                     const double weight[3], bool is_ball) noexcept {
@@ -43,44 +41,58 @@ struct CachedSpot {
   const AssetView* asset;
 
   MeshSpot<double> mesh_spot() const noexcept {
-    MeshSpot<double> spot;
-    spot.point = point;
-    spot.normal = normal;
-    spot.length = cache->length;
-    for (int k = 0; k < 3; ++k) {
-      const std::ptrdiff_t v = asset->corner(cache->triangle, k);
-      spot.n[k] = cache->weight[k];
-      spot.node[k] = asset->control + v * asset->controls_per_vertex;
-    }
-    spot.offset = asset->control_offset;
-    return spot;
+    const double* n = cache->weight;
+    const Corners& at = cache->corners;
+    return {point,
+            normal,
+            cache->length,
+            {n[0], n[1], n[2]},
+            {at[0].node, at[1].node, at[2].node},
+            asset->control_offset};
   }
-  double control(int part, int j) const noexcept {
-    return asset->curves.view[part].pieces > 0
-               ? mesh_spot().control(part, j)
-               : cache->number[asset->control_offset[part] - cache->number_offset + j];
-  }
+  double control(int part, int j) const noexcept { return mesh_spot().control(part, j); }
 };
 
+inline bool covers(const CurvePiece<double>& piece, const SplineView& view, double x) noexcept {
+  return piece.piece >= 0 && x >= piece.knot &&
+         (piece.piece == view.pieces || x < view.knots[piece.piece + 1]);
+}
+
+/// The corners' polynomials, blended, with the area below.
 inline const CurvePiece<double>& piece_under(const CurveViews& views, const CachedSpot& spot,
-                                             int curve, double x, bool with_area) noexcept {
-  CurvePiece<double>& cached = spot.cache->curve[curve];
+                                             int curve, double x, bool) noexcept {
   const SplineView& view = views.view[curve];
-  const bool is_right = cached.piece >= 0 && cached.has_area >= with_area && x >= cached.knot &&
-                        (cached.piece == view.pieces || x < view.knots[cached.piece + 1]);
-  if (!is_right) cached = piece_under(views, spot.mesh_spot(), curve, x, with_area);
-  return cached;
+  CurvePiece<double>& out = spot.cache->curve[curve];
+  if (covers(out, view, x)) return out;
+  const CurvePiece<double>* corner[3];
+  for (int k = 0; k < 3; ++k) {
+    Corner& at = spot.cache->corners[k];
+    CurvePiece<double>& own = at.curve[curve];
+    if (!covers(own, view, x))
+      own = piece_under(views, CornerSpot{at.node, spot.asset->control_offset}, curve, x, true);
+    corner[k] = &own;
+  }
+  out = *corner[0];
+  const double* n = spot.cache->weight;
+  for (int m = 0; m < out.order; ++m)
+    out.c[m] = n[0] * corner[0]->c[m] + n[1] * corner[1]->c[m] + n[2] * corner[2]->c[m];
+  out.area_J = n[0] * corner[0]->area_J + n[1] * corner[1]->area_J + n[2] * corner[2]->area_J;
+  return out;
 }
 
 inline bool lacks_lateral(const CurveViews&, const CachedSpot& spot) noexcept {
   return spot.cache->is_frictionless;
 }
 template <class T>
+const RingNumbers<double>& ring_numbers(const CachedSpot& spot) noexcept {
+  return spot.cache->numbers;
+}
+template <class T>
 const RingBed<double, kRings>& bed_under(const CurveViews&, const CachedSpot& spot) noexcept {
   return spot.cache->bed;
 }
 
-/// Fills the cache for a contact point.
+/// Fills the cache for a contact point whose corners it has.
 template <class F>
 void fill(SpotCache& cache, const AssetView& asset, int triangle, const double weight[3],
           bool is_ball, const MeshSpot<double>& spot) noexcept {
@@ -93,12 +105,14 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
   cache.normal = spot.normal;
   cache.length = spot.length;
   for (CurvePiece<double>& piece : cache.curve) piece.piece = -1;
-  if constexpr (F::kNumbers > 0) {
-    static_assert(F::kNumbers <= kMaxCachedNumbers, "room for them");
-    cache.number_offset = asset.control_offset[F::kCurves];
-    copy_controls(spot, F::kCurves, 0, F::kNumbers, cache.number);
+  if constexpr (std::is_same_v<F, Rings>) {
+    double row[kRow];
+    blend_rows<kRow>(cache.corners, weight, row);
+    const double* number = row + kNumbersAt;
+    cache.numbers.limit = {number[0], number[1], number[2]};
+    for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];
+    make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row + kSideAt, spot.normal, cache.bed);
   }
-  if constexpr (std::is_same_v<F, Rings>) make_ring_bed(asset.curves.rings, spot, cache.bed);
 }
 
 }  // namespace runtime

@@ -57,8 +57,8 @@ template <class F, bool kIsBall>
 CachedSpot cached_spot(const AssetView& asset, Contact& contact) noexcept {
   SpotCache& cache = contact.cache;
   if (!is_good(cache, asset, contact.triangle, contact.weight, kIsBall)) {
-    const MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight,
-                                               contact.arm);
+    const MeshSurface<double, kIsBall> surface(cache.corners, asset, contact.triangle,
+                                               contact.weight, contact.arm);
     fill<F>(cache, asset, contact.triangle, contact.weight, kIsBall, surface.standing());
   }
   return {cache.point, cache.normal, &cache, &asset};
@@ -77,8 +77,8 @@ T slip_budget_m(const Contact& contact, const Vec3<T>& step) noexcept {
 template <class F, bool kIsBall, class Kinematics, class Memory>
 SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
                 const Kinematics& kinematics, Memory& memory, Output& out) noexcept {
-  MeshSurface<double, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
-                                       slip_budget_m(contact, step));
+  MeshSurface<double, kIsBall> surface(contact.cache.corners, asset, contact.triangle,
+                                       contact.weight, contact.arm, slip_budget_m(contact, step));
   auto mesh_kinematics = F::at_spot(kinematics, kinematics.spot.mesh_spot());
   const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_kinematics, memory);
   contact.slip_left_m = end == SlideEnd::unfinished && !surface.is_spent() ? surface.budget_m() : 0;
@@ -120,7 +120,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
       release(contact, before_J);
-      out = Output();
+      out.state = ContactState::air;
       return Status::ok;
     }
   }
@@ -129,7 +129,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   const Answer<double> law = F::answer(views, under, kinematics, slipped);
   if (!is_finite(law.force_N) || !is_finite(law.stored_J)) {
     forget(contact);
-    out = Output();
+    out.state = ContactState::air;
     return Status::force_not_finite;
   }
   if (moves)
@@ -155,7 +155,8 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, con
   const CurveViews& views = asset.curves;
   const Vec3<Jet3> tip{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)};
   const Vec3<Jet3> moved = tip - widened<Jet3>(x - step);
-  MeshSurface<Jet3, kIsBall> surface(asset, contact.triangle, contact.weight, contact.arm,
+  Corners corners;
+  MeshSurface<Jet3, kIsBall> surface(corners, asset, contact.triangle, contact.weight, contact.arm,
                                      slip_budget_m(contact, moved));
   auto memory = F::template load<Jet3>(contact.memory);
   auto kinematics = F::kinematics(views, surface.standing(), tip, memory);
@@ -194,14 +195,13 @@ inline void tell_sums(const Contact& contact, Output& out) noexcept {
   out.refused_ticks = contact.ledger.refused_ticks;
 }
 
-/// What touch() and touch_ball() share: the guard of inputs, first touch, answer.
+/// The guard of inputs, first touch, answer. Fills the output in contact; in the air its state
+/// alone.
 template <bool kIsBall>
-Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
-            Output& out, TangentOut tangent_N_m) noexcept {
-  out = Output();
-  tell_sums(contact, out);
-  if (tangent_N_m != nullptr)
-    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
+Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
+                 Output& out, TangentOut tangent_N_m) noexcept {
+  out.state = ContactState::air;
+  out.flags = 0;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
                 tip_m[2] - asset.origin_m[2]};
   if (!is_finite(x)) {
@@ -230,14 +230,23 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
       seek_contact(asset, contact, before, x);
   }
   if (contact.triangle < 0) return Status::ok;
-  const Status status = with_family(asset.curves, [&](auto f) noexcept {
+  return with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
     if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, step, tangent_N_m);
     return answer<F, kIsBall>(asset, contact, x, step, out);
   });
+}
+
+/// What touch() and touch_ball() share.
+template <bool kIsBall>
+Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
+            Output& out, TangentOut tangent_N_m) noexcept {
+  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m);
+  const bool is_air = out.state == ContactState::air;
+  if (is_air) out = Output();
   tell_sums(contact, out);
   if (tangent_N_m == nullptr) return status;
-  if (out.state == ContactState::air)
+  if (is_air)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   else
     bear(contact, out, tangent_N_m);

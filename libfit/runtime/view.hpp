@@ -47,6 +47,10 @@ struct AssetView {
   }
   /// Corner k (any of 0, 1, 2) of triangle t.
   int corner(int t, int k) const noexcept { return triangle[3 * t + k]; }
+  /// The controls of a vertex.
+  const float* node(int v) const noexcept {
+    return control + std::ptrdiff_t{v} * controls_per_vertex;
+  }
   /// A triangle that can be touched and slid over: the others are air.
   bool is_solid(int t) const noexcept { return max_depth_m[t] > 0; }
   /// Twice the area times the OUTWARD normal of triangle t.

@@ -51,7 +51,8 @@ double scan_jump_N(const runtime::Asset& asset, const Ablation& ablation, int sa
                          is_upper ? up - across : up};
     const int triangle = 2 * (row * 25 + column) + (is_upper ? 1 : 0);
     const runtime::Arm none;
-    const runtime::MeshSurface<double, false> surface(asset, triangle, n, none);
+    runtime::Corners corners;
+    const runtime::MeshSurface<double, false> surface(corners, asset, triangle, n, none);
     const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
     const auto spot = ablated(surface.standing(), ablation, facet);
     const runtime::Vec3d x{0.026 * std::cos(angle) - asset.origin_m[0],
@@ -116,7 +117,8 @@ TEST(clicks, an_edge_felt_from_either_side_is_one_force) {
           if (asset.corner(triangle, j) == asset.corner(t, k)) n[j] = 0.3;
           if (asset.corner(triangle, j) == asset.corner(t, (k + 1) % 3)) n[j] = 0.7;
         }
-        const runtime::MeshSurface<double, false> surface(asset, triangle, n, none);
+        runtime::Corners corners;
+        const runtime::MeshSurface<double, false> surface(corners, asset, triangle, n, none);
         const runtime::Vec3d facet = runtime::normalized(asset.area_vector(triangle)) * -1.0;
         const auto whole = surface.standing(), bare = ablated(whole, {false, false, true}, facet);
         const runtime::Vec3d x = whole.point + whole.normal * 0.004 + runtime::Vec3d{0, 0, 0.001};

@@ -44,7 +44,7 @@ class AblatedSurface {
  public:
   AblatedSurface(const runtime::AssetView& asset, int triangle, const double n[3],
                  const Ablation& ablation) noexcept
-      : asset_(asset), whole_(asset, triangle, n, arm_), ablation_(ablation) {}
+      : asset_(asset), whole_(corners_, asset, triangle, n, arm_), ablation_(ablation) {}
 
   int triangle() const noexcept { return whole_.triangle(); }
   double weight(int k) const noexcept { return whole_.weight(k); }
@@ -66,6 +66,7 @@ class AblatedSurface {
 
   const runtime::AssetView& asset_;
   runtime::Arm arm_;
+  runtime::Corners corners_;
   runtime::MeshSurface<double, false> whole_;
   Ablation ablation_;
 };

@@ -58,7 +58,9 @@ inline runtime::CurvePiece<Counted> piece_under(const runtime::CurveViews& views
 inline long flops_of_a_tick(const runtime::AssetView& asset, const runtime::Contact& contact,
                             const double tip_m[3]) noexcept {
   using namespace runtime;
-  const MeshSurface<double, false> surface(asset, contact.triangle, contact.weight, contact.arm);
+  Corners corners;
+  const MeshSurface<double, false> surface(corners, asset, contact.triangle, contact.weight,
+                                           contact.arm);
   const MeshSpot<double> standing = surface.standing();
   const CountedSpot spot{widened<Counted>(standing.point), widened<Counted>(standing.normal),
                          &standing};

@@ -16,7 +16,8 @@ constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
 constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
 constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
 constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
-constexpr int kRingNumbers = 15;   ///< of all these parts, in turn
+
+constexpr int kRingNumbers = 15;  ///< of these, in turn
 
 /// How far a ring may be deflected at a depth.
 template <class T>
@@ -29,9 +30,26 @@ struct RingLimit {
     return value_of(mu) > 0 ? mu : T(0);
   }
 };
+
+/// What the slip of a contact point reads of a spot.
+template <class T>
+struct RingNumbers {
+  RingLimit<T> limit;
+  T curvature[6];
+};
+/// A spot that has them at hand brings an overload.
 template <class T, class Spot>
-RingLimit<T> ring_limit(const Spot& spot) noexcept {
-  return {spot.control(kLambda, 0), spot.control(kFriction, 0), spot.control(kFrictionSlope, 0)};
+RingNumbers<T> ring_numbers(const Spot& spot) noexcept {
+  RingNumbers<T> out{
+      {spot.control(kLambda, 0), spot.control(kFriction, 0), spot.control(kFrictionSlope, 0)}, {}};
+  copy_controls(spot, kCurvature, 0, 6, out.curvature);
+  return out;
+}
+template <class T>
+Vec3<T> curvature_times(const T* kappa, const Vec3<T>& q) noexcept {
+  return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
+          kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
+          kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
 }
 
 /// The rings under a spot and the side force there.
@@ -64,42 +82,49 @@ void edge_slopes(const RingTable<N>& table, const Spot& spot, T* slope) noexcept
   }
 }
 
+/// c_i [N/m] (B0) of a spot.
 template <class T, int N, class Spot>
-void make_ring_bed(const RingTable<N>& table, const Spot& spot, RingBed<T, N>& bed) noexcept {
-  T slope[N];
+void ring_stiffness(const RingTable<N>& table, const Spot& spot, T* c) noexcept {
   switch (table.order) {
     case 2:
-      edge_slopes<2>(table, spot, slope);
+      edge_slopes<2>(table, spot, c);
       break;
     case 3:
-      edge_slopes<3>(table, spot, slope);
+      edge_slopes<3>(table, spot, c);
       break;
     case 4:
-      edge_slopes<4>(table, spot, slope);
+      edge_slopes<4>(table, spot, c);
       break;
     default:
-      edge_slopes<5>(table, spot, slope);
+      edge_slopes<5>(table, spot, c);
   }
-  bed.limit = ring_limit<T>(spot);
+  for (int i = N - 1; i > 0; --i) c[i] = c[i] - c[i - 1];
+}
+
+/// Of the c_i of a spot; side: g_2, g_3.
+template <class T, int N>
+void make_ring_bed(const T* c, const RingLimit<T>& limit, const T* side, const Vec3<T>& normal,
+                   RingBed<T, N>& bed) noexcept {
+  bed.limit = limit;
   bed.is_cut = false;
   for (int i = 0; i < N; ++i) {
-    const T stiffness = bed.limit.lambda * (i == 0 ? slope[i] : slope[i] - slope[i - 1]);
+    const T stiffness = limit.lambda * c[i];
     const bool is_cut = !(value_of(stiffness) >= 0);
     bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
     bed.excess_N_m[i] = is_cut ? T(0) - stiffness : T(0);
     bed.is_cut = bed.is_cut || is_cut;
   }
-  const auto vector = [&](int part) noexcept {
-    return tangential<T>({spot.control(part, 0), spot.control(part, 1), spot.control(part, 2)},
-                         spot.normal);
-  };
-  bed.side2 = vector(kSide2);
-  bed.side3 = vector(kSide3);
+  bed.side2 = tangential<T>({side[0], side[1], side[2]}, normal);
+  bed.side3 = tangential<T>({side[3], side[4], side[5]}, normal);
 }
 template <class T, int N, class Spot>
 RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
   RingBed<T, N> bed;
-  make_ring_bed(table, spot, bed);
+  T c[N], side[6];
+  ring_stiffness(table, spot, c);
+  copy_controls(spot, kSide2, 0, 3, side);
+  copy_controls(spot, kSide3, 0, 3, side + 3);
+  make_ring_bed(c, ring_numbers<T>(spot).limit, side, spot.normal, bed);
   return bed;
 }
 

@@ -26,15 +26,11 @@ struct RingDeflection {
   Vec3<T> dip;  ///< P kappa q [1]: d falls by dip . dx where x moves sideways
 };
 template <class T, class Spot>
-RingDeflection<T> ring_deflection(const Spot& spot, const Vec3<T>& x) noexcept {
+RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Vec3<T>& x) noexcept {
   const Vec3<T> delta = x - spot.point;
   const T height = dot(delta, spot.normal);
   const Vec3<T> q = delta - spot.normal * height;
-  const T xy = spot.control(kCurvature, 3), xz = spot.control(kCurvature, 4),
-          yz = spot.control(kCurvature, 5);
-  const Vec3<T> curved{spot.control(kCurvature, 0) * q.x + xy * q.y + xz * q.z,
-                       xy * q.x + spot.control(kCurvature, 1) * q.y + yz * q.z,
-                       xz * q.x + yz * q.y + spot.control(kCurvature, 2) * q.z};
+  const Vec3<T> curved = curvature_times(curvature, q);
   return {q, height - 0.5 * dot(q, curved), tangential(curved, spot.normal)};
 }
 
@@ -42,8 +38,9 @@ RingDeflection<T> ring_deflection(const Spot& spot, const Vec3<T>& x) noexcept {
 template <class T, class Spot>
 T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
-  const RingDeflection<T> at = ring_deflection(spot, x);
-  const RingLimit<T> limit = ring_limit<T>(spot);
+  const RingNumbers<T> numbers = ring_numbers<T>(spot);
+  const RingLimit<T>& limit = numbers.limit;
+  const RingDeflection<T> at = ring_deflection(spot, numbers.curvature, x);
   const T squared = dot(at.q, at.q);
   const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
   const T depth = value_of(at.depth_m) > 0 ? at.depth_m : T(0);
@@ -55,6 +52,7 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
 template <class T, int N>
 struct RingAnchors {
   Vec3<T> at[N];
+  double slip_slope = 0;  ///< see first_root()
 };
 template <class T, int N>
 RingAnchors<T, N> no_anchors() noexcept {
@@ -147,7 +145,7 @@ Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
 /// A path as the excess reads it, and the excess at s with its slope. A path that can be read
 /// faster brings overloads.
 template <class Path>
-const Path& way_of_excess(const Path& path) noexcept {
+const Path& way_of_excess(const Path& path, const Vec3d&) noexcept {
   return path;
 }
 template <class Path>

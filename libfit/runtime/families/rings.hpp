@@ -44,8 +44,7 @@ struct Rings {
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, true}};
   static constexpr int kCurves = 1;
-  static constexpr int kNumbers = kRingNumbers;
-  static constexpr int kMemory = 3 * kRings;
+  static constexpr int kMemory = 3 * kRings + 1;
 
   template <class T>
   using Memory = RingAnchors<T, kRings>;
@@ -53,6 +52,7 @@ struct Rings {
   static Memory<T> load(const double* from) noexcept {
     Memory<T> out;
     for (int i = 0; i < kRings; ++i) out.at[i] = make_vec3<T>(from + 3 * i);
+    out.slip_slope = from[3 * kRings];
     return out;
   }
   static void save(const Memory<double>& memory, double* to) noexcept {
@@ -61,6 +61,7 @@ struct Rings {
       to[3 * i + 1] = memory.at[i].y;
       to[3 * i + 2] = memory.at[i].z;
     }
+    to[3 * kRings] = memory.slip_slope;
   }
 
   template <class Spot>
@@ -71,13 +72,14 @@ struct Rings {
   static RingKinematics<T, Spot> kinematics(const CurveViews&, const Spot& spot, const Vec3<T>& x,
                                             const Memory<T>& memory) noexcept {
     using std::sqrt;
-    const RingDeflection<T> at = ring_deflection(spot, x);
+    const auto& numbers = ring_numbers<T>(spot);
+    const RingDeflection<T> at = ring_deflection(spot, numbers.curvature, x);
     const T squared = dot(at.q, at.q);
     const bool is_aside = value_of(squared) > kLateralZero_m * kLateralZero_m;
     return {spot,
             {at.depth_m, is_aside ? sqrt(squared) : T(0)},
             at,
-            ring_limit<T>(spot),
+            numbers.limit,
             at.q - memory.at[0]};
   }
 
@@ -100,7 +102,7 @@ struct Rings {
   template <class T>
   static bool is_out(const Memory<T>& memory) noexcept {
     const Vec3d rest = values_of(memory.at[0]);
-    return rest.x != 0 || rest.y != 0 || rest.z != 0;
+    return dot(rest, rest) > kLateralZero_m * kLateralZero_m;
   }
   template <class T>
   static Vec3<T> rest(const Memory<T>& memory) noexcept {
@@ -111,7 +113,8 @@ struct Rings {
     return {kinematics.at.q * (1.0 / kinematics.d.lateral_m), kinematics.d.lateral_m};
   }
 
-  /// What a slip brings to zero (B3): lambda |q| - mu(d) d.
+  /// What a slip brings to zero (B3): lambda |q| - mu(d) d. It needs no curve.
+  static constexpr bool kIsSmooth = true;
   struct Excess {};
   template <class T, class Spot>
   static Excess excess_kind(const CurveViews&, const RingKinematics<T, Spot>&) noexcept {
@@ -122,13 +125,20 @@ struct Rings {
                              Excess) noexcept {
     return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m);
   }
+  /// At the kinematics themselves.
+  template <class T, class Spot>
+  static double excess_here(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
+                            Excess) noexcept {
+    return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m) -
+           value_of(slip_limit_m(kinematics));
+  }
   template <class T, class Spot>
   static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x, Excess) noexcept {
     return ring_slip_excess(spot, x);
   }
   template <class Path>
-  static decltype(auto) way(const Path& path) noexcept {
-    return way_of_excess(path);
+  static decltype(auto) way(const Path& path, const Vec3d& x) noexcept {
+    return way_of_excess(path, x);
   }
   template <class Way>
   static Dual excess_along(const CurveViews&, const Way& way, const Vec3d& x, double s,

@@ -15,6 +15,7 @@ namespace runtime {
 template <class T>
 struct Rest {
   Vec3<T> at;
+  double slip_slope = 0;  ///< see first_root()
 };
 
 /// A contact point with what a tool at x feels there: made once, read by slip test and force.
@@ -36,20 +37,20 @@ bool lacks_lateral(const CurveViews& views, const Spot& spot) noexcept {
 /// deflection(views, spot, x, rest).
 template <class F>
 struct OneAnchor {
-  static constexpr int kCurves = 3;   ///< parts that are rising curves, from the first on
-  static constexpr int kNumbers = 0;  ///< of a node after these, none of them a curve
-  static constexpr int kMemory = 3;
+  static constexpr int kCurves = 3;  ///< parts that are rising curves, from the first on
+  static constexpr int kMemory = 4;
 
   template <class T>
   using Memory = Rest<T>;
   template <class T>
   static Memory<T> load(const double* from) noexcept {
-    return {make_vec3<T>(from)};
+    return {make_vec3<T>(from), from[3]};
   }
   static void save(const Memory<double>& memory, double* to) noexcept {
     to[0] = memory.at.x;
     to[1] = memory.at.y;
     to[2] = memory.at.z;
+    to[3] = memory.slip_slope;
   }
 
   template <class Spot>
@@ -82,7 +83,8 @@ struct OneAnchor {
   }
   template <class T>
   static bool is_out(const Memory<T>& memory) noexcept {
-    return value_of(memory.at.x) != 0 || value_of(memory.at.y) != 0 || value_of(memory.at.z) != 0;
+    const Vec3d rest = values_of(memory.at);
+    return dot(rest, rest) > kLateralZero_m * kLateralZero_m;
   }
   template <class T>
   static Vec3<T> rest(const Memory<T>& memory) noexcept {
@@ -95,6 +97,7 @@ struct OneAnchor {
 
   /// What a slip brings to zero (M8): the lateral force - L(dz) [N]; without lateral stiffness, dr
   /// itself (as N).
+  static constexpr bool kIsSmooth = false;  ///< its curves have knots
   enum class Excess { over_the_limit, all };
   template <class T, class Spot>
   static Excess excess_kind(const CurveViews& views,
@@ -106,6 +109,14 @@ struct OneAnchor {
                              Excess kind) noexcept {
     return value_of(kind == Excess::all ? kinematics.d.lateral_m : kinematics.lateral_N);
   }
+  /// At the kinematics themselves.
+  template <class T, class Spot>
+  static double excess_here(const CurveViews& views, const ContactKinematics<T, Spot>& kinematics,
+                            Excess kind) noexcept {
+    if (kind == Excess::all) return value_of(kinematics.d.lateral_m);
+    return value_of(kinematics.lateral_N) -
+           value_of(curve_at(views, kinematics.spot, kLimit, kinematics.d.normal_m));
+  }
   template <class T, class Spot>
   static T excess(const CurveViews& views, const Spot& spot, const Vec3<T>& x,
                   Excess kind) noexcept {
@@ -114,7 +125,7 @@ struct OneAnchor {
     return lateral_force(views, spot, d) - curve_at(views, spot, kLimit, d.normal_m);
   }
   template <class Path>
-  static const Path& way(const Path& path) noexcept {
+  static const Path& way(const Path& path, const Vec3d&) noexcept {
     return path;
   }
   template <class Path>

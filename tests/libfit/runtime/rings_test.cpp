@@ -190,12 +190,12 @@ void expect_gradient(std::uint64_t seed) {
     const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
-      const auto at = ring_deflection(spot, place);
+      const auto at = ring_deflection(spot, spot.numbers->curvature, place);
       return ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal, 0.0,
                          curve.energy(at.depth_m))
           .stored_J;
     };
-    const auto at = ring_deflection(spot, x);
+    const auto at = ring_deflection(spot, spot.numbers->curvature, x);
     if (at.depth_m < 1e-5) continue;
     const Vec3d force = ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal,
                                     curve.force(at.depth_m), 0.0)
@@ -230,8 +230,9 @@ double loading_error(double depth) {
     const Vec3d x{r, 0, -depth}, before = spot.point;
     spot.point.x = std::max(spot.point.x, r - mu * depth / 0.71);  // ring 1 slips
     carry_anchors(anchors, spot.point - before, spot.normal);
-    slip_rings(table, bed, ring_deflection(spot, x), anchors);
-    const double force = ring_pull(bed, ring_deflection(spot, x), anchors).force_N.x;
+    slip_rings(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors);
+    const double force =
+        ring_pull(bed, ring_deflection(spot, spot.numbers->curvature, x), anchors).force_N.x;
     const double expected = mu * (curve.force(depth) - curve.force(depth - 0.71 * r / mu));
     worst = std::max(worst, std::fabs(force - expected));
   }

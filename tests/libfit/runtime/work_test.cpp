@@ -66,7 +66,9 @@ TEST(work, of_a_slip_is_no_more_than_the_header_states) {
     const auto x =
         runtime::make_vec3<double>(goal.data()) - runtime::make_vec3<double>(asset.origin_m);
     curves_read = moves = 0;
-    CountedSurface surface{{asset, tool.contact.triangle, tool.contact.weight, tool.contact.arm}};
+    runtime::Corners corners;
+    CountedSurface surface{
+        {corners, asset, tool.contact.triangle, tool.contact.weight, tool.contact.arm}};
     using runtime::Separable;
     auto memory = Separable::load<double>(runtime::no_memory());
     auto kinematics = Separable::kinematics(asset.curves, surface.standing(), x, memory);
