@@ -22,7 +22,7 @@ PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
   // Weighted moments of 1, the travel and the power, the last two in units of their largest.
   const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
   const double largest = basis(means_ - 1, contact_m);
-  if (!(range > 0) || !(largest > 0)) return {};
+  if (!(range > 0) || !(contact_m < curve_.travel_m[means_ - 2])) return {};
   const int unknowns = has_slope_ ? 3 : 2;
   Mat3 moments = Mat3::Identity();
   moments.topLeftCorner(unknowns, unknowns).setZero();
