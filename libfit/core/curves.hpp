@@ -76,7 +76,7 @@ struct CurveSet {
 /// How the fit of one test point went.
 enum class FitStatus : std::int8_t {
   good = 0,
-  underdetermined = 1,  ///< too few usable rows; curves filled as the message says
+  underdetermined = 1,  ///< too few rows of a kind recorded; curves filled as the message says
   poor = 2,             ///< fitted, residual above the tolerance
   failed = 3,           ///< no curve; the point is left out of refinement
 };

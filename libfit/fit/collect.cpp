@@ -33,6 +33,24 @@ std::vector<WorstPoint> worst_points(const FittedCurves& fitted,
   return worst;
 }
 
+// What points without a drag got of the curves that presses do not tell; empty where all have one.
+std::string assumed_curves(const std::vector<CurveRows>& rows, const BodyBases& bases,
+                           const std::vector<PointResult>& results, const FitOptions& options) {
+  const auto scored = std::ranges::count_if(results, &PointResult::is_scored);
+  std::ptrdiff_t pressed = 0;
+  for (std::size_t p = 0; p < rows.size(); ++p)
+    pressed += results[p].is_scored && rows[p].drags == 0;
+  if (pressed == 0 || bases.rings.is_of_drags) return "";
+  const std::string where = pressed == scored
+                                ? "no point was dragged"
+                                : fmt::format("{} of {} points were not dragged", pressed, scored);
+  if (bases.family == CurveFamily::rings) return where + ": rings are as theory has them";
+  return where + ": there the lateral curve is a line of " + number(options.default_lateral_ratio) +
+         " of the normal stiffness at full depth and the limit " +
+         number(options.default_friction) +
+         " of the normal force, or just above what held in a press";
+}
+
 // Relative bands where each curve's rows end: past that it is extrapolated.
 void report_bands(const FittedCurves& fitted, const std::vector<CurveRows>& rows, double length_m,
                   FitReport& report) {
@@ -105,10 +123,11 @@ void collect_residuals(const std::vector<PointResult>& results, FittedCurves& fi
 
 FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,
-                      const std::vector<PointResult>& results, int count) {
+                      const std::vector<PointResult>& results, const FitOptions& options) {
   FitReport report;
   report.kind = bases.report;
-  report.worst = worst_points(fitted, results, count);
+  report.assumed = assumed_curves(rows, bases, results, options);
+  report.worst = worst_points(fitted, results, options.worst_points);
   for (const PointResult& result : results) report.kept += result.is_kept;
   for (const FitStatus status : fitted.status) {
     report.good += status == FitStatus::good;

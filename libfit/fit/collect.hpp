@@ -14,10 +14,9 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
 void collect_residuals(const std::vector<PointResult>& results, FittedCurves& fitted);
 
 /// What a fit of all points says of itself; rows, family, smoothing, degree, time and whether it
-/// was stopped are left to the caller. rows: of the curves of each point. count: of the worst
-/// points listed.
+/// was stopped are left to the caller. rows: of the curves of each point.
 FitReport make_report(const BodyData& body, const std::vector<CurveRows>& rows,
                       const BodyBases& bases, const FittedCurves& fitted,
-                      const std::vector<PointResult>& results, int count);
+                      const std::vector<PointResult>& results, const FitOptions& options);
 
 }  // namespace palpate::fit

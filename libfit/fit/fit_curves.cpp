@@ -193,7 +193,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   fit::collect_residuals(results, fitted);
   RingsReport rings = fit::judge_rings(samples, rows, fitted);
   if (report != nullptr) {
-    *report = fit::make_report(body, rows, bases, fitted, results, options.worst_points);
+    *report = fit::make_report(body, rows, bases, fitted, results, options);
     report->rows = static_cast<std::size_t>(samples.rows());
     report->degree_reason = degree.reason;
     report->family = family;

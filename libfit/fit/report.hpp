@@ -105,6 +105,9 @@ struct FitReport {
   FamilyReport family;
   std::array<SmoothingReport, kCurveKinds> smoothing;
   RingsReport rings;
+  /// What points that were only pressed got as lateral and limit curves or as rings, a sentence;
+  /// empty where drags tell. Such points are graded by their normal curve alone.
+  std::string assumed;
   std::vector<WorstPoint> worst;
   std::size_t kept = 0;  ///< points that a warm start did not fit again
   std::size_t good = 0, underdetermined = 0, poor = 0, failed = 0;  ///< points

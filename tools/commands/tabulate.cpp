@@ -16,29 +16,30 @@ namespace {
 
 // Rows of one curve at `steps` equal abscissas up to the last knot. deviation: its error there.
 template <class Control, class Deviation>
-void append_curve(std::vector<CurveTableRow>& rows, std::int64_t point, CurveKind kind,
-                  const runtime::SplineView& spline, const Control* control, int steps,
-                  Deviation deviation) {
+void append_curve(std::vector<CurveTableRow>& rows, std::int64_t point, const std::string& name,
+                  CurveKind kind, const runtime::SplineView& spline, const Control* control,
+                  int steps, Deviation deviation) {
   for (int step = 0; step <= steps; ++step) {
     const double at = spline.knots[spline.pieces] * step / steps;
-    rows.push_back({point, kind, at, runtime::curve_value(spline, control, at),
+    rows.push_back({point, name, kind, at, runtime::curve_value(spline, control, at),
                     runtime::curve_slope(spline, control, at), deviation(at)});
   }
 }
 
 // Curves of the points for which is_shown(kind, point) holds, with deviation(kind, point, spline,
-// x).
+// x). names: of the points; empty: they have none.
 template <class IsShown, class Deviation>
-std::vector<CurveTableRow> tabulate_set(const CurveSet& curves, int steps, IsShown is_shown,
-                                        Deviation deviation) {
+std::vector<CurveTableRow> tabulate_set(const CurveSet& curves,
+                                        const std::vector<std::string>& names, int steps,
+                                        IsShown is_shown, Deviation deviation) {
   std::vector<CurveTableRow> rows;
   for (std::size_t k = 0; k < curves_of(curves.family); ++k) {
     const SplineTables tables = tabulate(curves.basis[k]);
     const runtime::SplineView spline = fit::view(tables);
     for (Eigen::Index point = 0; point < curves.points(); ++point)
       if (is_shown(k, point))
-        append_curve(rows, point, static_cast<CurveKind>(k), spline,
-                     curves.control[k].row(point).data(), steps,
+        append_curve(rows, point, names.empty() ? "" : names[static_cast<std::size_t>(point)],
+                     static_cast<CurveKind>(k), spline, curves.control[k].row(point).data(), steps,
                      [&](double at) { return deviation(k, point, spline, at); });
   }
   return rows;
@@ -55,7 +56,7 @@ std::vector<CurveTableRow> tabulate_asset(const runtime::AssetView& asset, int s
       if (!asset.covered[vertex]) continue;
       const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
                              asset.control_offset[kind];
-      append_curve(rows, vertex, static_cast<CurveKind>(kind), asset.curves.view[kind], control,
+      append_curve(rows, vertex, "", static_cast<CurveKind>(kind), asset.curves.view[kind], control,
                    steps, kNoDeviation);
     }
   return rows;
@@ -66,8 +67,8 @@ class Tabulate final : public Command {
   explicit Tabulate(Arguments& arguments) {
     arguments.positional("file", file_, "File to read: curves.h5, model.h5 or asset.palp");
     arguments.output("-o,--output", output_,
-                     "Table to write, T.csv: point,curve,at_m,value_N,slope_N_m",
-                     {"point,curve,at_m"});
+                     "Table to write, T.csv: point,name,curve,at_m,value_N,slope_N_m",
+                     {"point,name,curve,at_m"});
     arguments.flag(
         "--band", has_band_,
         "Add a column deviation_N, the standard error; curves.h5 alone holds it, and curves "
@@ -99,13 +100,13 @@ class Tabulate final : public Command {
       const FittedCurves fitted = read_curves(file_);
       if (!has_band_)
         return tabulate_set(
-            fitted.curves, steps_, [](auto, auto) { return true; }, kNoDeviation);
+            fitted.curves, fitted.name, steps_, [](auto, auto) { return true; }, kNoDeviation);
       // Curves of which no row spoke have no standard error.
       const auto is_known = [&](std::size_t k, Eigen::Index point) {
         const Controls& covariance = fitted.covariance[k];
         return point < covariance.rows() && covariance.row(point).allFinite();
       };
-      return tabulate_set(fitted.curves, steps_, is_known,
+      return tabulate_set(fitted.curves, fitted.name, steps_, is_known,
                           [&](std::size_t k, Eigen::Index point, const auto& spline, double at) {
                             return fit::curve_deviation(spline, fitted.covariance[k].row(point),
                                                         at);
@@ -116,7 +117,7 @@ class Tabulate final : public Command {
       const auto is_covered = [&](std::size_t, Eigen::Index point) {
         return model.is_covered[static_cast<std::size_t>(point)] != 0;
       };
-      return tabulate_set(model.curves, steps_, is_covered, kNoDeviation);
+      return tabulate_set(model.curves, {}, steps_, is_covered, kNoDeviation);
     }
     throw Error(file_, "holds no curves (" + schema + ")",
                 "Give curves.h5, model.h5 or asset.palp.");

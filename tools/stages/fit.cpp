@@ -56,6 +56,7 @@ void say_report(const FitReport& report) {
       say("  rings    lambda is uneven at {} points: {}", rings.uneven.size(),
           fmt::join(rings.uneven, ", "));
   }
+  if (!report.assumed.empty()) say("  assumed: {}", report.assumed);
   say("  rows: {} fitted of {} ({} not good, {} not finite, {} after a bad one)", report.rows_used,
       report.rows, report.rows_not_good, report.rows_not_finite, report.rows_cut);
   say("  residual: median {:.2f} %, p95 {:.2f} %, max {:.2f} % of force",

@@ -77,12 +77,29 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   return {family, median(errors), lower_quantile(errors, 0.95)};
 }
 
+namespace {
+
+// Presses tell a lean where they push sideways, and nothing of rings.
+bool is_told(CurveFamily family, const std::vector<CurveRows>& rows, double tolerance) {
+  if (family == CurveFamily::separable) return true;
+  return std::ranges::any_of(rows, [&](const CurveRows& point) {
+    return point.drags > 0 ||
+           (family == CurveFamily::leaning && point.largest_friction > tolerance);
+  });
+}
+
+}  // namespace
+
 FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
                            const BodyBases& bases, const FitOptions& options) {
   FamilyReport report;
   FamilyEvidence best;
-  std::string tried;
+  std::string tried, untold;
   for (const CurveFamilyName& row : kCurveFamilyNames) {
+    if (!is_told(row.family, rows, options.tolerance)) {
+      untold += (untold.empty() ? "; no row tells of " : ", ") + std::string(row.name);
+      continue;
+    }
     const FamilyEvidence found = judge_family(body, rows, bases, row.family, options);
     const bool is_better =
         found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
@@ -93,7 +110,7 @@ FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& r
     if (best.p95_error <= options.tolerance) break;
   }
   report.family = best.family;
-  report.reason = "held-out error, median and p95: " + tried;
+  report.reason = "held-out error, median and p95: " + tried + untold;
   return report;
 }
 

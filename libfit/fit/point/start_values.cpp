@@ -77,8 +77,8 @@ void start_lateral(const PointData& point, const CurveRows& rows, const CurveBas
         sentence = "the lateral curve is the softest line on which all of them slip";
       }
       add_sentence(out.message, "no row sticks: " + sentence);
-    } else {
-      add_sentence(out.message, (rows.drags == 0 ? "no drags: " : "no lateral force: ") + sentence);
+    } else if (rows.drags > 0) {
+      add_sentence(out.message, "no lateral force: " + sentence);
     }
     out.increments[1] = slope * greville_steps(basis);
     out.lower[1] = kLateralSlopeFloor * out.increments[1];
@@ -108,10 +108,10 @@ void start_limit(const CurveRows& rows, const CurveBasis& normal, const CurveBas
   if (!(out.friction > 0)) {
     out.friction = std::max(options.default_friction, kHoldMargin * rows.largest_friction);
     out.increments[2] = transfer(normal, out.increments[0], basis, out.friction);
-    add_sentence(out.message,
-                 (rows.drags == 0 ? "no drags: the limit is " : "no row slips: the limit is ") +
-                     number(out.friction) + " of the normal force" +
-                     (out.friction > options.default_friction ? ", just above what held" : ""));
+    if (rows.drags > 0)
+      add_sentence(out.message,
+                   "no row slips: the limit is " + number(out.friction) + " of the normal force" +
+                       (out.friction > options.default_friction ? ", just above what held" : ""));
     return;
   }
   out.weak_prior[2] = value_prior(transfer(normal, out.increments[0], basis, out.friction));
@@ -214,8 +214,6 @@ PointCurves start_values(const PointData& point, const CurveRows& rows, const Bo
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {
-    if (rows.drags == 0 && !body.rings.is_of_drags)
-      add_sentence(out.message, "no drags at any point: rings are as theory has them");
     start_rings(point, bases[0], body.rings, out);
     return out;
   }

@@ -35,7 +35,8 @@ constexpr std::array<CsvColumnRule, 16> kForceRules{{{"t_s"},
                                                      {"extrapolated"},
                                                      {"blocked"},
                                                      {"in_debt"}}};
-constexpr std::array<CsvColumnRule, 6> kCurveRules{{{"point"},
+constexpr std::array<CsvColumnRule, 7> kCurveRules{{{"point"},
+                                                    {"name", true, true},
                                                     {"curve", true, true},
                                                     {"at_m"},
                                                     {"value_N"},
@@ -143,7 +144,7 @@ void write_curve_rows(const std::filesystem::path& path, const std::vector<Curve
       });
   CsvWriter csv(path, header(kCurveRules, has_deviation));
   for (const auto& row : rows) {
-    csv.integer(row.point).text(kCurveNames[static_cast<std::size_t>(row.curve)]);
+    csv.integer(row.point).text(row.name).text(kCurveNames[static_cast<std::size_t>(row.curve)]);
     csv.number(row.at_m).number(row.value_N).number(row.slope_N_m);
     if (has_deviation) csv.number(row.deviation_N);
     csv.end_row();

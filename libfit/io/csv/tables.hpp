@@ -53,11 +53,12 @@ struct ForceRow {
 };
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 
-/// One row of T.csv, `point,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the test
-/// point or vertex. deviation_N: standard error of the value; the column is written when every row
-/// has one.
+/// One row of T.csv, `point,name,curve,at_m,value_N,slope_N_m[,deviation_N]`. point: index of the
+/// test point or vertex; a vertex has no name. deviation_N: standard error of the value; the column
+/// is written when every row has one.
 struct CurveTableRow {
   std::int64_t point = 0;
+  std::string name;
   CurveKind curve = CurveKind::normal;
   double at_m = 0;
   double value_N = 0;

@@ -18,6 +18,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMaxSaturated = 0.7;  // share of the depth
 constexpr double kManySpikes = 0.01;   // of the rows of a good recording
 constexpr Eigen::Index kMinFreeRows = 8;
+constexpr double kWideShare = 0.5;      // of what a wider view would move the contact point
 constexpr double kMinSignal = 20;       // force over noise of a fair recording
 constexpr double kContactShare = 0.02;  // contact deviation over depth of a good recording
 
@@ -31,7 +32,12 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
     return given;
   }
   estimator = settings.contact;
-  return contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  ContactEstimate found =
+      contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  if (approach.wide_contact_m)
+    found.deviation_m =
+        std::hypot(found.deviation_m, kWideShare * (*approach.wide_contact_m - found.travel_m));
+  return found;
 }
 
 // Where the tip was at the contact travel, between two rows of the way in.
@@ -200,8 +206,9 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
       throw Error(file, "use = \"mean\" is for presses", "Say use = \"approach\".");
     cycles = cycles_like(signal, phases, range);
   }
-  const Approach approach = approach_of(signal, range, cycles);
+  Approach approach = approach_of(signal, range, cycles);
   check_contact(signal, approach, file);
+  focus_on_contact(signal, exponent_of(settings.tip), approach);
   const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
   const double correlation = take_off_bias(signal, approach, contact, settings, out);
   out.contact_travel_m = contact.travel_m;

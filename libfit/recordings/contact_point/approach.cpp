@@ -3,7 +3,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/signal.hpp"
@@ -16,13 +18,29 @@ constexpr double kFreeShare = 0.1;  // of the way in, taken as free to start wit
 constexpr double kSeenInNoise = 5;  // a rise below this is no contact
 constexpr double kEndShare = 0.1;   // of the travel, within which the largest force ends the way in
 constexpr Eigen::Index kMinRows = 8;
+constexpr std::array kFreeDepths{40., 40., 12.};  // free travel that a pass keeps, over the depth
+constexpr double kLeastExplained = 0.5;   // beside long free travel, whose waves look like a toe
+constexpr double kFewestMeans = 3;        // of a press that has a contact point
+constexpr double kWorthIt = 0.2;          // of the travel, to leave out
+constexpr Eigen::Index kFewestNear = 40;  // rows that stay
 
-// Push of the deepest part over that of the first part.
+// Push of the deepest part, a twentieth or a hundredth of the means, over that of the first part.
 double rise_of(const PressCurve& curve) {
   const Eigen::Index n = curve.push_N.size();
   const Eigen::Index deep = std::max<Eigen::Index>(1, n / 20),
+                     deepest = std::max<Eigen::Index>(1, n / 100),
                      free = std::max<Eigen::Index>(1, n / 10);
-  return curve.push_N.tail(deep).mean() - curve.push_N.head(free).mean();
+  return std::max(curve.push_N.tail(deep).mean(), curve.push_N.tail(deepest).mean()) -
+         curve.push_N.head(free).mean();
+}
+
+// The means of the approach's rows.
+void take_means(const Signal& signal, Approach& approach) {
+  approach.curve =
+      mean_curve(signal.travel_m()(approach.rows), signal.push_N()(approach.rows), kMeans);
+  const double per_mean =
+      static_cast<double>(approach.rows.size()) / static_cast<double>(approach.curve.push_N.size());
+  approach.curve.noise_N = approach.noise_N / std::sqrt(per_mean);
 }
 
 }  // namespace
@@ -59,17 +77,34 @@ Approach approach_of(const Signal& signal, const RowRange& range,
          !signal.is_saturated[static_cast<std::size_t>(range.begin + believed)])
     ++believed;
   if (believed < kMinRows) believed = range.rows();
-  std::vector<Eigen::Index> rows;
+  std::vector<Eigen::Index>& rows = approach.rows;
   for (Eigen::Index i = 0; i < believed; ++i) rows.push_back(range.begin + i);
   const double deepest_m = approach.travel.head(believed).maxCoeff();
   for (const RowRange& other : more)
     for (Eigen::Index i = other.begin; i < other.end; ++i)
       if (signal.position_m.row(i).dot(signal.inward) <= deepest_m) rows.push_back(i);
-  approach.curve = mean_curve(signal.travel_m()(rows), signal.push_N()(rows), kMeans);
-  const double per_mean =
-      static_cast<double>(rows.size()) / static_cast<double>(approach.curve.push_N.size());
-  approach.curve.noise_N = approach.noise_N / std::sqrt(per_mean);
+  take_means(signal, approach);
   return approach;
+}
+
+void focus_on_contact(const Signal& signal, double exponent, Approach& approach) {
+  for (const double free_depths : kFreeDepths) {
+    const Eigen::Index means = approach.curve.travel_m.size();
+    const double first_m = approach.curve.travel_m[0], last_m = approach.curve.travel_m[means - 1];
+    const double contact_m = contact_of_whole_curve_m(approach.curve, exponent);
+    const double least_m = kFewestMeans * (last_m - first_m) / static_cast<double>(means);
+    const double from_m = last_m - (1 + free_depths) * std::max(last_m - contact_m, least_m);
+    if (!(from_m > first_m + kWorthIt * (last_m - first_m))) continue;
+    const Eigen::VectorXd travel_m = signal.travel_m();
+    std::vector<Eigen::Index> near;
+    std::ranges::copy_if(approach.rows, std::back_inserter(near),
+                         [&](Eigen::Index row) { return travel_m[row] >= from_m; });
+    if (static_cast<Eigen::Index>(near.size()) < kFewestNear) return;
+    approach.wide_contact_m = contact_m;
+    approach.rows = std::move(near);
+    take_means(signal, approach);
+    approach.curve.least_explained = kLeastExplained;
+  }
 }
 
 void check_contact(const Signal& signal, const Approach& approach, const std::string& file) {

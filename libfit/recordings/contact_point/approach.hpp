@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,9 +12,11 @@ namespace palpate::recordings {
 /// The way in, as the estimators and the checks see it: W rows, and means of them and of others.
 struct Approach {
   RowRange range;
-  Eigen::VectorXd travel, push;  ///< W
-  double noise_N = 0;            ///< of one reading, without contact
+  Eigen::VectorXd travel, push;    ///< W
+  double noise_N = 0;              ///< of one reading, without contact
+  std::vector<Eigen::Index> rows;  ///< of the signal, that the curve is the means of
   PressCurve curve;
+  std::optional<double> wide_contact_m;  ///< by more free travel than the curve has
 };
 
 /// The way in without its last rows where the force falls already: a soft cantilever springs back
@@ -23,6 +26,11 @@ RowRange loading_part(const Signal& signal, RowRange range);
 /// The rows of `range`, and in the means those of `more` too. Saturated rows are in no mean.
 Approach approach_of(const Signal& signal, const RowRange& range,
                      const std::vector<RowRange>& more);
+
+/// Spends the means around the contact point where the press is a small part of the travel: leaves
+/// out what lies farther before it than forty, then twelve times the depth, as the power law of
+/// this exponent has it.
+void focus_on_contact(const Signal& signal, double exponent, Approach& approach);
 
 /// Throws Error (file:line, what, remedy) where the way in holds no contact: too few rows, a force
 /// that falls (its sign is reversed), saturates at once, or stays in the noise.

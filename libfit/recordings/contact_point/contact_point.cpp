@@ -19,6 +19,10 @@ constexpr double kGoodMisfit =
 constexpr double kModelShare = 0.1;  // of what a line instead would move
 constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
 constexpr double kMinForceInWaves = 4;   // likewise, of the scatter on the free part
+constexpr double kExplainedShare = 0.5;  // of the largest force, by a fit that is not good
+constexpr double kTiltedShare = 0.5;     // of the travel is free where its slope can be told
+constexpr double kTiltedGain = 0.7;      // of the flat fit's squares: a slope that is worth it
+constexpr double kLargestTilt = 0.3;     // of the rise: more is the body
 
 // Means up to a share of the largest push over the first one.
 Eigen::Index means_up_to(const PressCurve& curve, double share) {
@@ -29,12 +33,34 @@ Eigen::Index means_up_to(const PressCurve& curve, double share) {
                                   curve.push_N.size());
 }
 
+// A power law over the first means: flat before contact, or with a slope there.
+struct PowerFit {
+  PowerProfile profile;
+  double contact_m = 0, other_m = 0;  // other: of the profile that was not taken
+  PowerProfile::AmplitudeFit fit;
+};
+
+PowerFit best_power(const PressCurve& curve, double exponent, Eigen::Index means) {
+  PowerFit flat{PowerProfile(curve, means, exponent), 0, 0, {}};
+  flat.contact_m = flat.other_m = flat.profile.best_contact_m();
+  flat.fit = flat.profile.at(flat.contact_m);
+  PowerFit tilted{PowerProfile(curve, means, exponent, true), 0, flat.contact_m, {}};
+  tilted.contact_m = tilted.profile.best_contact_m();
+  tilted.fit = tilted.profile.at(tilted.contact_m);
+  const double first = curve.travel_m[0], last = curve.travel_m[means - 1];
+  const double rise_N = curve.push_N.head(means).maxCoeff() - curve.push_N[0];
+  const double tilt_N = std::abs(tilted.fit.slope_N_m) * (tilted.contact_m - first);
+  const bool is_free = tilted.contact_m - first > kTiltedShare * (last - first);
+  if (!std::isfinite(tilted.fit.squares) || !is_free || tilt_N > kLargestTilt * rise_N) return flat;
+  flat.other_m = tilted.contact_m;
+  return tilted.fit.squares < kTiltedGain * flat.fit.squares ? tilted : flat;
+}
+
 ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index means,
                           double& rms_N) {
-  const PowerProfile profile(curve, means, exponent);
+  const auto [profile, contact_m, other_m, fit] = best_power(curve, exponent, means);
   ContactEstimate out;
-  out.travel_m = profile.best_contact_m();
-  const auto fit = profile.at(out.travel_m);
+  out.travel_m = contact_m;
   rms_N = profile.rms_N(out.travel_m, fit);
   if (!std::isfinite(fit.squares)) {
     out.travel_m = curve.travel_m[0];
@@ -42,7 +68,8 @@ ContactEstimate fit_up_to(const PressCurve& curve, double exponent, Eigen::Index
     out.deviation_m = curve.travel_m[means - 1] - curve.travel_m[0];
     return out;
   }
-  out.deviation_m = profile.deviation_m(out.travel_m, fit);
+  out.deviation_m =
+      std::hypot(profile.deviation_m(out.travel_m, fit), kModelShare * (other_m - contact_m));
   out.amplitude = fit.amplitude;
   out.bias_N = fit.bias_N;
   const double first = curve.travel_m[0], step = curve.travel_m[1] - first;
@@ -63,26 +90,35 @@ double free_scatter_N(const PressCurve& curve, const ContactEstimate& fit) {
   return n > 2 ? std::sqrt((part - part.mean()).square().mean()) : 0;
 }
 
-// The longest range that the power law still fits, else the one that it fits best: a material that
-// stiffens ends it early, waves on the free part keep it from becoming too short.
+// Force that the power law has at the deepest mean.
+double explains_N(const PressCurve& curve, const ContactEstimate& fit, double exponent) {
+  const double depth_m = curve.travel_m[curve.travel_m.size() - 1] - fit.travel_m;
+  return fit.amplitude * std::pow(std::max(depth_m, 0.0), exponent);
+}
+
+// The longest range that the power law still fits: a material that stiffens ends it early. Else, of
+// those whose law explains enough of the largest force, the one that it fits best. Waves on the
+// free part of any longer range keep it from becoming so short that it explains nothing else.
 ContactEstimate fit_power(const PressCurve& curve, double exponent, double share) {
   double rms_N = 0;
   if (share > 0) return fit_up_to(curve, exponent, means_up_to(curve, share), rms_N);
   const double largest_N = curve.push_N.maxCoeff() - curve.push_N[0];
   ContactEstimate best;
-  double least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
+  double waves_N = 0, least = kInfinity, other_m = std::numeric_limits<double>::quiet_NaN();
   for (share = 1; share > 1e-3; share /= 2) {
     const Eigen::Index means = means_up_to(curve, share);
     const ContactEstimate fit = fit_up_to(curve, exponent, means, rms_N);
     const double misfit = rms_N / (share * largest_N);
-    const bool is_good = rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit;
-    if (is_good || misfit < least) {
+    const double explained = explains_N(curve, fit, exponent) / largest_N;
+    const bool is_good = (rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit) &&
+                         (share == 1 || explained > curve.least_explained);
+    if (is_good || share == 1 || (misfit < least && explained > kExplainedShare)) {
       if (least < kInfinity) other_m = best.travel_m;
       best = fit;
       least = misfit;
     }
-    const double noise_N =
-        std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * free_scatter_N(curve, fit));
+    waves_N = std::max(waves_N, free_scatter_N(curve, fit));
+    const double noise_N = std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * waves_N);
     if (is_good || share / 2 * largest_N < noise_N || means <= kMinMeans + 3) break;
   }
   // Where a longer range put it tells what the power law leaves open.
@@ -176,6 +212,10 @@ constexpr std::array<ContactEstimator, 6> kEstimators{{
 }};
 
 }  // namespace
+
+double contact_of_whole_curve_m(const PressCurve& curve, double exponent) {
+  return best_power(curve, exponent, curve.travel_m.size()).contact_m;
+}
 
 double exponent_of(Tip tip) { return tip == Tip::sphere ? 1.5 : tip == Tip::flat ? 1.0 : 2.0; }
 

@@ -14,6 +14,8 @@ struct PressCurve {
   Eigen::VectorXd travel_m, push_N, count;
   double noise_N = 0;    ///< standard deviation of one mean, without contact
   double quantum_N = 0;  ///< step of a coarse sensor, whose readings repeat values; else 0
+  /// Share of the largest push that a power law must explain, however well it fits less.
+  double least_explained = 0;
 };
 
 /// Where the tip touched first.
@@ -53,20 +55,23 @@ double exponent_of(Tip tip);
 /// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
 ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
 
-/// push = bias + a max(travel - contact, 0)^exponent over the first means of a curve, fitted for
-/// each contact point. Refers to the curve.
+/// push = bias + slope (travel - first) + a max(travel - contact, 0)^exponent over the first means
+/// of a curve, fitted for each contact point. Refers to the curve.
 class PowerProfile {
  public:
-  PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent)
-      : curve_(curve), means_(means), exponent_(exponent) {}
+  /// has_slope: of the free part, which a drift or light in the cantilever tilts; else it is 0.
+  PowerProfile(const PressCurve& curve, Eigen::Index means, double exponent, bool has_slope = false)
+      : curve_(curve), means_(means), exponent_(exponent), has_slope_(has_slope) {}
 
   struct AmplitudeFit {
     double squares = std::numeric_limits<double>::infinity(), bias_N = 0, amplitude = 0;
+    double slope_N_m = 0;
   };
 
   /// Least squares at one contact point; infinite squares where a is not positive.
   AmplitudeFit at(double contact_m) const;
-  /// The best contact point, from one range before the curve to its end.
+  /// The best contact point, from one range before the curve to its end. Trials lie denser towards
+  /// the end: a press may be a thousandth of its travel.
   double best_contact_m() const;
   double rms_N(double contact_m, const AmplitudeFit& fit) const;
   /// Standard deviation, from the curvature of the profile; residuals that go together count as
@@ -81,6 +86,11 @@ class PowerProfile {
   const PressCurve& curve_;
   Eigen::Index means_;
   double exponent_;
+  bool has_slope_;
 };
+
+/// The least-squares contact point of the power law over the whole curve, with a slope of the free
+/// part where that is half the curve or more and the slope explains much of the misfit.
+double contact_of_whole_curve_m(const PressCurve& curve, double exponent);
 
 }  // namespace palpate::recordings

@@ -1,13 +1,16 @@
 #include "libfit/recordings/contact_point/contact_point.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace palpate::recordings {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kScan = 64;  // trial contact points before the minimum is refined
+constexpr double kCloser = 1.4142135623730951;  // depth of one trial over the next, near the end
 constexpr double kMaxCorrelation = 0.95;
 constexpr int kRefinements = 26;  // golden sections: to 4e-6 of two trials
 
@@ -16,20 +19,29 @@ double square(double x) { return x * x; }
 }  // namespace
 
 PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
-  double n = 0, g1 = 0, g2 = 0, f1 = 0, fg = 0;
+  // Weighted moments of 1, the travel and the power, the last two in units of their largest.
+  const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
+  const double largest = basis(means_ - 1, contact_m);
+  if (!(range > 0) || !(contact_m < curve_.travel_m[means_ - 2])) return {};
+  const int unknowns = has_slope_ ? 3 : 2;
+  Mat3 moments = Mat3::Identity();
+  moments.topLeftCorner(unknowns, unknowns).setZero();
+  Vec3 right = Vec3::Zero();
   for (Eigen::Index i = 0; i < means_; ++i) {
-    const double w = curve_.count[i], g = basis(i, contact_m), f = curve_.push_N[i];
-    n += w;
-    g1 += w * g;
-    g2 += w * g * g;
-    f1 += w * f;
-    fg += w * f * g;
+    const double w = curve_.count[i], g = basis(i, contact_m) / largest;
+    const Vec3 x(1, g, (curve_.travel_m[i] - curve_.travel_m[0]) / range);
+    moments.topLeftCorner(unknowns, unknowns) +=
+        w * x.head(unknowns) * x.head(unknowns).transpose();
+    right.head(unknowns) += w * curve_.push_N[i] * x.head(unknowns);
   }
-  const double determinant = n * g2 - g1 * g1;
-  if (!(determinant > 1e-12 * n * g2)) return {};
+  const Eigen::LDLT<Mat3> factor(moments);
+  const auto pivots = factor.vectorD();
+  if (!(pivots.minCoeff() > 1e-12 * pivots.maxCoeff())) return {};
+  const Vec3 found = factor.solve(right);
   AmplitudeFit fit;
-  fit.amplitude = (n * fg - g1 * f1) / determinant;
-  fit.bias_N = (f1 - fit.amplitude * g1) / n;
+  fit.bias_N = found[0];
+  fit.amplitude = found[1] / largest;
+  fit.slope_N_m = has_slope_ ? found[2] / range : 0;
   if (!(fit.amplitude > 0)) return {};
   fit.squares = 0;
   for (Eigen::Index i = 0; i < means_; ++i)
@@ -38,20 +50,26 @@ PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
 }
 
 double PowerProfile::residual(Eigen::Index i, double contact_m, const AmplitudeFit& fit) const {
-  return curve_.push_N[i] - fit.bias_N - fit.amplitude * basis(i, contact_m);
+  return curve_.push_N[i] - fit.bias_N - fit.amplitude * basis(i, contact_m) -
+         fit.slope_N_m * (curve_.travel_m[i] - curve_.travel_m[0]);
 }
 
 double PowerProfile::best_contact_m() const {
   const double first = curve_.travel_m[0], last = curve_.travel_m[means_ - 1], range = last - first;
-  const double low = first - range, step = (last - low) / kScan;
-  int best = 0;
+  const double step = 2 * range / kScan;
+  std::vector<double> trial;
+  for (int k = -1; k < kScan; ++k) trial.push_back(first - range + step * k);
+  for (double depth = step / kCloser; depth > range / static_cast<double>(means_); depth /= kCloser)
+    trial.push_back(last - depth);
+  trial.push_back(last);
+  std::size_t best = 1;
   double least = kInfinity;
-  for (int k = 0; k < kScan; ++k)
-    if (const double squares = at(low + step * k).squares; squares < least) {
+  for (std::size_t k = 1; k + 1 < trial.size(); ++k)
+    if (const double squares = at(trial[k]).squares; squares < least) {
       least = squares;
       best = k;
     }
-  double a = low + step * (best - 1), b = low + step * (best + 1);
+  double a = trial[best - 1], b = trial[best + 1];
   constexpr double kGolden = 0.6180339887498949;
   double c = b - kGolden * (b - a), d = a + kGolden * (b - a), at_c = at(c).squares,
          at_d = at(d).squares;

@@ -171,13 +171,49 @@ TEST(bad_point, with_one_depth_is_underdetermined_and_gets_a_line) {
              FitStatus::underdetermined, "all rows at one depth: the normal curve is a straight");
 }
 
-TEST(bad_point, without_drags_gets_the_documented_stand_ins) {
-  const BadPoint bad =
-      fit_with_bad_point([](Recorder& rig, int p) { rig.press(p, kNormal, 0.01, 12); });
-  expect_bad(
-      bad, FitStatus::underdetermined,
-      "no drags: the lateral curve is a line of 0.667 of the normal stiffness at full depth");
-  expect_bad(bad, FitStatus::underdetermined, "no drags: the limit is 0.3 of the normal force");
+// Every kind of curve is judged by itself.
+TEST(pressed_point, is_good_where_its_normal_curve_is_and_the_rest_is_assumed_once) {
+  Recorder rig;
+  record_all(rig, rig.add_point(Vec3::UnitX()));
+  rig.press(rig.add_point(Vec3::UnitY()), kNormal, 0.01, 12);
+  rig.press(rig.add_point(Vec3::UnitZ()), kNormal, 0.01, 1);
+  FitReport report;
+  const FittedCurves fitted = fit_curves(rig.samples, {}, {}, &report);
+  EXPECT_EQ(fitted.status[1], FitStatus::good) << fitted.message[1];
+  EXPECT_EQ(fitted.message[1], "");
+  EXPECT_EQ(fitted.status[2], FitStatus::underdetermined);
+  EXPECT_EQ(fitted.message[2], "1 row(s) in contact: the normal curve is a straight line");
+  EXPECT_EQ(report.assumed,
+            "2 of 3 points were not dragged: there the lateral curve is a line of 0.667 of the "
+            "normal stiffness at full depth and the limit 0.3 of the normal force, or just above "
+            "what held in a press");
+  const double normal_N = fitted_curve(fitted, 1, CurveKind::normal)(0.01);
+  EXPECT_NEAR(fitted_curve(fitted, 1, CurveKind::limit)(0.01), 0.3 * normal_N, 1e-3 * normal_N);
+  EXPECT_NEAR(fitted_curve(fitted, 1, CurveKind::lateral)(0.003), 0.2 * normal_N, 1e-3 * normal_N);
+}
+
+TEST(family, without_drags_rings_are_not_tried_and_leaning_only_where_presses_push_sideways) {
+  const auto chosen = [](const Vec3& push_per_m2) {
+    Recorder rig;
+    const int p = rig.add_point(Vec3::UnitY());
+    rig.press(p, kNormal, 0.01, 24);
+    add_noise(rig.samples, 0.1, 5);  // else separable meets the tolerance, and is tried alone
+    for (Eigen::Index i = 0; i < rig.samples.rows(); ++i) {
+      rig.samples.force.row(i)[0] = rig.samples.force.row(i)[2] = 0;
+      rig.samples.force.row(i) +=
+          rig.samples.deflection.row(i).squaredNorm() * push_per_m2.transpose();
+    }
+    FitReport report;
+    fit_curves(rig.samples, {}, {}, &report);
+    return report.family;
+  };
+  const FamilyReport straight = chosen(Vec3::Zero());
+  EXPECT_EQ(straight.evidence.size(), 1U);
+  EXPECT_NE(straight.reason.find("no row tells of leaning, rings"), std::string::npos)
+      << straight.reason;
+  const FamilyReport sideways = chosen(Vec3(2e4, 0, 0));
+  ASSERT_EQ(sideways.evidence.size(), 2U) << sideways.reason;
+  EXPECT_EQ(sideways.evidence[1].family, CurveFamily::leaning);
 }
 
 TEST(bad_point, whose_drags_never_slip_gets_a_limit_above_what_held) {

@@ -183,13 +183,13 @@ TEST_F(Tables, forces_are_written_under_the_agreed_header_and_only_where_finite)
   EXPECT_EQ(read_whole_file(at("F.csv")), written) << "the old file must stay";
 }
 
-TEST_F(Tables, curve_rows_are_written_with_the_name_of_their_curve) {
-  const std::vector<CurveTableRow> a{{0, CurveKind::normal, 0.001, 0.1, 100},
-                                     {7, CurveKind::limit, 1.0 / 3, 0.25, 0}};
+TEST_F(Tables, curve_rows_are_written_with_the_names_of_their_point_and_curve) {
+  const std::vector<CurveTableRow> a{{0, "left, deep", CurveKind::normal, 0.001, 0.1, 100},
+                                     {7, "", CurveKind::limit, 1.0 / 3, 0.25, 0}};
   write_curve_rows(at("T.csv"), a);
   EXPECT_EQ(read_whole_file(at("T.csv")),
-            "point,curve,at_m,value_N,slope_N_m\n0,normal,0.001,0.1,100\n"
-            "7,limit,0.3333333333333333,0.25,0\n");
+            "point,name,curve,at_m,value_N,slope_N_m\n0,\"left, deep\",normal,0.001,0.1,100\n"
+            "7,\"\",limit,0.3333333333333333,0.25,0\n");
 }
 
 }  // namespace

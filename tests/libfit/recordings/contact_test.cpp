@@ -6,6 +6,8 @@
 
 #include <random>
 
+#include "libfit/recordings/batch/condition.hpp"
+
 namespace palpate::recordings {
 namespace {
 
@@ -71,6 +73,42 @@ TEST(contact, a_body_that_stiffens_does_not_push_the_contact_in) {
   const auto found =
       contact_estimator_named("auto")->estimate(power_curve(1.5, 1e-3, kSeed, 2000), {});
   EXPECT_NEAR(found.travel_m, 1e-3, 0.1e-3);
+}
+
+// A press of a cantilever as they are recorded: 50 um of travel, 5 nm a row, over a free part that
+// is tilted and has waves.
+Conditioned long_way_in(double depth_m, double amplitude, unsigned seed) {
+  constexpr double kTravel_m = 50e-6;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 1);
+  importers::RawRecording raw;
+  raw.name = "press";
+  const double force_N = amplitude * std::pow(depth_m, 1.5);
+  for (std::size_t i = 0; i < 10000; ++i) {
+    const double travel_m = kTravel_m * static_cast<double>(i) / 9999;
+    const double depth = std::max(0.0, travel_m - (kTravel_m - depth_m));
+    raw.travel_m.push_back(travel_m);
+    raw.push_N.push_back(amplitude * std::pow(depth, 1.5) +
+                         force_N * (5e-3 * noise(random) + 0.02 * travel_m / kTravel_m +
+                                    0.01 * std::sin(travel_m / 2e-6 + seed)));
+    raw.line.push_back(i + 1);
+  }
+  SignalSettings settings;
+  settings.radius_m = 5e-6;
+  return condition(raw, settings, std::nullopt, "press", false);
+}
+
+TEST(contact, is_found_where_the_press_is_a_thousandth_of_the_travel) {
+  constexpr double kAmplitude = 30;  // N / m^1.5
+  const double young_Pa = 0.75 * kAmplitude / std::sqrt(5e-6) * 0.75;
+  for (const double depth_m : {0.1e-6, 0.3e-6, 1e-6, 5e-6})
+    for (unsigned seed = kSeed; seed < kSeed + 4; ++seed) {
+      const Conditioned found = long_way_in(depth_m, kAmplitude, seed);
+      const double error_m = found.contact_travel_m - (50e-6 - depth_m);
+      EXPECT_LT(std::abs(error_m), 0.1 * depth_m) << depth_m << " " << seed;
+      EXPECT_LT(std::abs(error_m), 5 * found.contact_deviation_m) << depth_m << " " << seed;
+      EXPECT_NEAR(found.young_Pa, young_Pa, 0.15 * young_Pa) << depth_m << " " << seed;
+    }
 }
 
 TEST(contact, a_recording_that_begins_in_contact_says_so) {
