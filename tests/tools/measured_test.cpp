@@ -54,7 +54,7 @@ class Measured : public testing::Test {
                                        "\"\n" + recordings);
     const Outcome imported =
         run("import " + path("manifest.toml") + " -o " + path("samples.h5"), 0);
-    run("fit " + path("samples.h5") + " -o " + path("curves.h5"));
+    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), 0);
     run("tabulate --band " + path("curves.h5") + " -o " + path("band.csv"), 0);
     run("prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"), 0);
     run("refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " + path("model.h5"),
