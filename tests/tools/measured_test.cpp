@@ -82,9 +82,9 @@ class Measured : public testing::Test {
       std::vector<std::string> cells;
       std::istringstream fields(line);
       for (std::string cell; std::getline(fields, cell, ',');) cells.push_back(cell);
-      if (cells.at(1) == "normal")
+      if (cells.at(2) == "normal")
         rows.push_back(
-            {cells.at(0), std::stod(cells.at(2)), std::stod(cells.at(3)), std::stod(cells.at(5))});
+            {cells.at(0), std::stod(cells.at(3)), std::stod(cells.at(4)), std::stod(cells.at(6))});
     }
     return rows;
   }
