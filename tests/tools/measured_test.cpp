@@ -54,7 +54,7 @@ class Measured : public testing::Test {
                                        "\"\n" + recordings);
     const Outcome imported =
         run("import " + path("manifest.toml") + " -o " + path("samples.h5"), 0);
-    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), 3);  // presses alone
+    run("fit " + path("samples.h5") + " -o " + path("curves.h5"), 0);
     run("tabulate --band " + path("curves.h5") + " -o " + path("band.csv"), 0);
     run("prepare --surface-only " + path("scene.toml") + " -o " + path("body.h5"), 0);
     run("refine " + path("curves.h5") + " --body " + path("body.h5") + " -o " + path("model.h5"),
@@ -82,9 +82,9 @@ class Measured : public testing::Test {
       std::vector<std::string> cells;
       std::istringstream fields(line);
       for (std::string cell; std::getline(fields, cell, ',');) cells.push_back(cell);
-      if (cells.at(1) == "normal")
+      if (cells.at(2) == "normal")
         rows.push_back(
-            {cells.at(0), std::stod(cells.at(2)), std::stod(cells.at(3)), std::stod(cells.at(5))});
+            {cells.at(0), std::stod(cells.at(3)), std::stod(cells.at(4)), std::stod(cells.at(6))});
     }
     return rows;
   }

@@ -21,6 +21,7 @@ constexpr Eigen::Index kMinRows = 8;
 constexpr std::array kFreeDepths{40., 40., 12.};  // free travel that a pass keeps, over the depth
 constexpr double kLeastExplained = 0.5;   // beside long free travel, whose waves look like a toe
 constexpr double kFewestMeans = 3;        // of a press that has a contact point
+constexpr double kSmallPress = 0.2;       // of the travel
 constexpr double kWorthIt = 0.2;          // of the travel, to leave out
 constexpr Eigen::Index kFewestNear = 40;  // rows that stay
 
@@ -92,6 +93,8 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
     const Eigen::Index means = approach.curve.travel_m.size();
     const double first_m = approach.curve.travel_m[0], last_m = approach.curve.travel_m[means - 1];
     const double contact_m = contact_of_whole_curve_m(approach.curve, exponent);
+    if (last_m - contact_m < kSmallPress * (last_m - first_m))
+      approach.curve.least_explained = kLeastExplained;
     const double least_m = kFewestMeans * (last_m - first_m) / static_cast<double>(means);
     const double from_m = last_m - (1 + free_depths) * std::max(last_m - contact_m, least_m);
     if (!(from_m > first_m + kWorthIt * (last_m - first_m))) continue;

@@ -19,10 +19,9 @@ constexpr double kGoodMisfit =
 constexpr double kModelShare = 0.1;  // of what a line instead would move
 constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
 constexpr double kMinForceInWaves = 4;   // likewise, of the scatter on the free part
-constexpr double kExplainedShare = 0.5;  // of the largest force, by a fit that is not good
 constexpr double kTiltedShare = 0.5;     // of the travel is free where its slope can be told
 constexpr double kTiltedGain = 0.7;      // of the flat fit's squares: a slope that is worth it
-constexpr double kLargestTilt = 0.3;     // of the rise: more is the body
+constexpr double kLargestTilt = 0.1;     // of the rise: more is the body
 
 // Means up to a share of the largest push over the first one.
 Eigen::Index means_up_to(const PressCurve& curve, double share) {
@@ -112,12 +111,13 @@ ContactEstimate fit_power(const PressCurve& curve, double exponent, double share
     const double explained = explains_N(curve, fit, exponent) / largest_N;
     const bool is_good = (rms_N <= kGoodFit * curve.noise_N || misfit <= kGoodMisfit) &&
                          (share == 1 || explained > curve.least_explained);
-    if (is_good || share == 1 || (misfit < least && explained > kExplainedShare)) {
+    if (is_good || share == 1 || (misfit < least && explained > curve.least_explained)) {
       if (least < kInfinity) other_m = best.travel_m;
       best = fit;
       least = misfit;
     }
-    waves_N = std::max(waves_N, free_scatter_N(curve, fit));
+    // Without long free travel what a longer range leaves before contact may be the body's toe.
+    waves_N = std::max(curve.least_explained > 0 ? waves_N : 0, free_scatter_N(curve, fit));
     const double noise_N = std::max(kMinForceInNoise * curve.noise_N, kMinForceInWaves * waves_N);
     if (is_good || share / 2 * largest_N < noise_N || means <= kMinMeans + 3) break;
   }
