@@ -8,9 +8,11 @@
 //   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
 //   kinematics    where a tool stands against its contact point: .spot, .d
-//   is_slipping, pull, excess, excess_here, excess_kind, excess_scale, kIsSmooth, way, excess_along,
-//   lateral_m     whether the contact point cannot hold, where it is drawn, what its slide brings to
-//                 zero, at a place and at the kinematics, and whether no knot is in it
+//   is_slipping   whether the contact point cannot hold
+//   pull, way     where it is drawn, and how far
+//   excess, excess_here, excess_kind, excess_scale, excess_along, lateral_m, kIsSmooth
+//                 what its slide brings to zero, at a place and at the kinematics, and whether no
+//                 knot is in it
 //   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
 //                 it, where it lies after a move, and a slip without it
 //   carry         what the contact point's way of a whole tick does to the rest of the memory

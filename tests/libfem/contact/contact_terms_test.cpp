@@ -202,7 +202,8 @@ TEST_P(ContactTerms, totals_are_minus_the_nodal_forces_and_their_moment_about_th
 INSTANTIATE_TEST_SUITE_P(States, ContactTerms, testing::ValuesIn(kCases),
                          [](const auto& state) { return std::string(state.param.name); });
 
-TEST(ContactInterface, a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_resting_one_not) {
+TEST(ContactInterface,
+     a_sliding_probe_drags_with_coulombs_force_along_its_motion_and_a_resting_one_not) {
   Pressed slides(kSlippery, 3e-3, 0, kSeed);
   const Vec3 sliding = slides.contact.evaluate({slides.u, slides.pose, slides.history}).force_N;
   const Vec3 motion = Vec3(3, 1, 0).normalized();
