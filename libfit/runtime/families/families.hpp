@@ -9,7 +9,7 @@
 //                           (Contact::memory) and as the law's scalars
 //   kinematics    where a tool stands against its contact point: .spot, .d
 //   is_slipping   whether the contact point cannot hold
-//   pull, way     where it is drawn, and how far
+//   pull, way     where it is drawn, and the path of a slide as the law follows it
 //   excess, excess_here, excess_kind, excess_scale, excess_along, lateral_m, kIsSmooth
 //                 what its slide brings to zero, at a place and at the kinematics, and whether no
 //                 knot is in it
