@@ -84,7 +84,8 @@ TEST(clicks, of_the_reference_scan_are_the_references) {
   }
 }
 
-TEST(clicks, nothing_ablated_is_the_engine_itself) {
+// The engine begins a root where the last slip ended, so the two meet it to its tolerance alone.
+TEST(clicks, nothing_ablated_is_the_engine_itself_but_for_the_tolerance_of_roots) {
   const BenchAsset body = make_bench_asset(bench_cylinder(25, 10));
   runtime::AssetView asset = body.asset;
   asset.has_guard = false;
@@ -95,8 +96,8 @@ TEST(clicks, nothing_ablated_is_the_engine_itself) {
     const Vec3 x = kTicksOfKind[2].tip(i - 1) * (i == 0 ? 1.2 : 1);
     runtime::touch(asset, contact, x.data(), out);
     const runtime::Vec3d f = ablated.tick(x.data());
-    ASSERT_EQ(f.x, -out.force_on_tool_N[0]) << i;
-    ASSERT_EQ(f.z, -out.force_on_tool_N[2]) << i;
+    ASSERT_NEAR(f.x, -out.force_on_tool_N[0], 1e-10) << i;
+    ASSERT_NEAR(f.z, -out.force_on_tool_N[2], 1e-10) << i;
   }
 }
 
