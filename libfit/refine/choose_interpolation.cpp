@@ -10,6 +10,7 @@
 #include <set>
 
 #include "libfit/core/node_forces.hpp"
+#include "libfit/refine/edge_paths.hpp"
 
 namespace palpate {
 namespace {
@@ -22,13 +23,20 @@ constexpr int kMaxPoints = 500;                        // evenly taken: more tel
 constexpr double kFacesAlike = 0.3;                    // cosine: not the other side of a thin body
 constexpr double kSlopesPay = 0.95, kShapePays = 0.9;  // of the error without
 
-// Points that share a triangle with each point.
-std::vector<std::set<std::int32_t>> neighbours_of(const Triangles& triangles, Eigen::Index points) {
-  std::vector<std::set<std::int32_t>> out(static_cast<std::size_t>(points));
-  for (const auto& t : triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      out[static_cast<std::size_t>(t[k])].insert({t[(k + 1) % 3], t[(k + 2) % 3]});
-  return out;
+// Usable points within two edges of a point that face as it does.
+std::vector<std::int32_t> points_around(const FittedCurves& curves, const Neighbours& neighbours,
+                                        const std::vector<char>& is_usable, std::int32_t point) {
+  std::set<std::int32_t> found;
+  for (const std::int32_t q : neighbours.of(point)) {
+    found.insert(q);
+    for (const std::int32_t r : neighbours.of(q)) found.insert(r);
+  }
+  found.erase(point);
+  std::erase_if(found, [&](std::int32_t q) {
+    return is_usable[static_cast<std::size_t>(q)] == 0 ||
+           curves.normal.row(q).dot(curves.normal.row(point)) < kFacesAlike;
+  });
+  return {found.begin(), found.end()};
 }
 
 struct BlendPoints {
@@ -51,7 +59,8 @@ std::optional<BlendPoints> around_origin(const std::array<Eigen::Vector2d, 3>& a
   return out;
 }
 
-// The smallest triangle of points around that has the point inside: it would answer without it.
+// The smallest triangle of the points near that has the point inside: the one that would answer
+// for its place if it were not there.
 std::optional<BlendPoints> without(const FittedCurves& curves,
                                    const std::vector<std::int32_t>& near, std::int32_t point) {
   const Vec3 normal = curves.normal.row(point);
@@ -134,25 +143,15 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
   std::vector<char> is_used = is_usable;
   const Eigen::VectorXd log_force = log_forces(curves, is_used);
   std::array<double, kShares + 2> error{};
-  const auto neighbours = neighbours_of(triangles, curves.curves.points());
+  const Neighbours neighbours(triangles, curves.curves.points());
   const auto points = static_cast<std::int32_t>(curves.curves.points());
   for (std::int32_t p = 0; p < points; p += 1 + points / kMaxPoints) {
     const auto i = static_cast<std::size_t>(p);
     if (is_used[i] == 0) continue;
-    std::set<std::int32_t> two_rings = neighbours[i];
-    for (const std::int32_t q : neighbours[i])
-      two_rings.insert(neighbours[static_cast<std::size_t>(q)].begin(),
-                       neighbours[static_cast<std::size_t>(q)].end());
-    two_rings.erase(p);
-    std::vector<std::int32_t> near(two_rings.begin(), two_rings.end());
-    std::erase_if(near, [&](auto q) {
-      return is_used[static_cast<std::size_t>(q)] == 0 ||
-             curves.normal.row(q).dot(curves.normal.row(p)) < kFacesAlike;
-    });
-    const auto corners = without(curves, near, p);
+    const auto corners = without(curves, points_around(curves, neighbours, is_used, p), p);
     if (!corners) continue;
     ++out.points;
-    is_used[i] = 0;  // its three neighbours are left
+    is_used[i] = 0;  // the corners are still there
     const ShapeRegression trend = regress_on_shape(shape, log_force, is_used);
     is_used[i] = 1;
     const auto at_point = errors_at(curves, p, *corners, slopes, shape, trend);
@@ -169,7 +168,6 @@ InterpolationChoice choose_interpolation(const FittedCurves& curves, const Trian
     out.error = out.slope_error;
   }
   if (out.points >= kMinShapePoints && out.shape_error < kShapePays * out.error) {
-    out.slope_share = 0;
     out.follows_shape = true;
     out.error = out.shape_error;
   }

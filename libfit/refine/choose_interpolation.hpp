@@ -12,7 +12,7 @@ namespace palpate {
 /// slopes, with the trend of the surface's shape. Errors are 0 where no point could be left out.
 struct InterpolationChoice {
   double slope_share = 0;      ///< of the slopes of test points (B4), 0 to 1/2
-  bool follows_shape = false;  ///< the trend of shape (M12d); slopes then do not count
+  bool follows_shape = false;  ///< the trend of shape (M12d); refine() then counts no slopes
   int points = 0;              ///< that could be left out
   double error = 0, plain_error = 0, slope_error = 0, shape_error = 0;
 };

@@ -1,41 +1,40 @@
 #include "libfit/refine/edge_paths.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <queue>
 #include <tuple>
+#include <utility>
 
 namespace palpate {
-namespace {
 
-// Neighbours of each vertex in compressed rows; an edge of two triangles is listed twice.
-struct Neighbours {
-  std::vector<std::int32_t> first, vertex;
-};
-
-Neighbours neighbours_of(const Surface& surface) {
-  const Triangles& triangles = surface.triangles;
-  Neighbours out;
-  out.first.assign(static_cast<std::size_t>(surface.vertices.rows()) + 1, 0);
-  out.vertex.resize(static_cast<std::size_t>(triangles.size()) * 2);
-  for (Eigen::Index i = 0; i < triangles.size(); ++i)
-    out.first[static_cast<std::size_t>(triangles.data()[i]) + 1] += 2;
-  for (std::size_t v = 1; v < out.first.size(); ++v) out.first[v] += out.first[v - 1];
-  std::vector<std::int32_t> next(out.first.begin(), out.first.end() - 1);
-  for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+Neighbours::Neighbours(const Triangles& triangles, Eigen::Index vertices) {
+  first_.assign(static_cast<std::size_t>(vertices) + 1, 0);
+  vertex_.resize(static_cast<std::size_t>(triangles.size()) * 2);
+  for (const std::int32_t v : triangles.reshaped()) first_[static_cast<std::size_t>(v) + 1] += 2;
+  for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
+  std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
+  for (const auto& t : triangles.rowwise())
     for (int k = 0; k < 3; ++k)
-      for (int other = 1; other < 3; ++other) {
-        auto& at = next[static_cast<std::size_t>(triangles(t, k))];
-        out.vertex[static_cast<std::size_t>(at++)] = triangles(t, (k + other) % 3);
-      }
-  return out;
+      for (int other = 1; other < 3; ++other)
+        vertex_[static_cast<std::size_t>(next[static_cast<std::size_t>(t[k])]++)] =
+            t[(k + other) % 3];
+  // An edge of two triangles is there twice.
+  auto kept = vertex_.begin();
+  for (std::size_t v = 0; v + 1 < first_.size(); ++v) {
+    const auto begin = vertex_.begin() + first_[v], end = vertex_.begin() + first_[v + 1];
+    std::sort(begin, end);
+    first_[v] = static_cast<std::int32_t>(kept - vertex_.begin());
+    kept = std::copy(begin, std::unique(begin, end), kept);
+  }
+  first_.back() = static_cast<std::int32_t>(kept - vertex_.begin());
+  vertex_.erase(kept, vertex_.end());
 }
-
-}  // namespace
 
 NearestSource nearest_source(const Surface& surface, const std::vector<EdgePathSeeds>& sources) {
   using Item = std::tuple<double, std::int32_t, std::int32_t>;  // distance, source, vertex
-  const Neighbours neighbours = neighbours_of(surface);
+  const Neighbours neighbours(surface.triangles, surface.vertices.rows());
   const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
   NearestSource found{std::vector<std::int32_t>(vertices, -1),
                       std::vector<double>(vertices, std::numeric_limits<double>::infinity())};
@@ -55,9 +54,7 @@ NearestSource nearest_source(const Surface& surface, const std::vector<EdgePathS
     front.pop();
     const auto v = static_cast<std::size_t>(vertex);
     if (std::pair(distance_m, source) != std::pair(found.distance_m[v], found.source[v])) continue;
-    const auto end = static_cast<std::size_t>(neighbours.first[v + 1]);
-    for (auto i = static_cast<std::size_t>(neighbours.first[v]); i < end; ++i) {
-      const std::int32_t to = neighbours.vertex[i];
+    for (const std::int32_t to : neighbours.of(vertex)) {
       const double length_m = (surface.vertices.row(to) - surface.vertices.row(vertex)).norm();
       reach(distance_m + length_m, source, to);
     }

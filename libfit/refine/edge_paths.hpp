@@ -1,10 +1,24 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
 
 namespace palpate {
+
+/// The vertices that share an edge with each vertex of a triangulation: ascending, each once.
+class Neighbours {
+ public:
+  Neighbours(const Triangles& triangles, Eigen::Index vertices);
+  std::span<const std::int32_t> of(std::int32_t vertex) const {
+    const auto v = static_cast<std::size_t>(vertex);
+    return {vertex_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+  }
+
+ private:
+  std::vector<std::int32_t> first_, vertex_;  // compressed rows
+};
 
 /// Where a point enters the edge graph: a vertex and how far it is [m].
 struct EdgePathSeed {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 
 #include "libfit/core/node_forces.hpp"
 #include "libfit/core/statistics.hpp"
@@ -39,26 +38,18 @@ FeatureTable features_of(const CurveSet& curves) {
   return table;
 }
 
-std::vector<std::set<std::int32_t>> neighbours_of(const Triangles& triangles, Eigen::Index points) {
-  std::vector<std::set<std::int32_t>> neighbours(static_cast<std::size_t>(points));
-  for (const auto& t : triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      neighbours[static_cast<std::size_t>(t[k])].insert({t[(k + 1) % 3], t[(k + 2) % 3]});
-  return neighbours;
-}
-
 /// Least-squares gradient of each feature along the surface at every test point, from its
 /// neighbours: 3 x features per point. Nearer neighbours count more.
 std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTable& features,
                                    const Triangles& triangles) {
-  const auto neighbours = neighbours_of(triangles, curves.position.rows());
+  const Neighbours neighbours(triangles, curves.position.rows());
   std::vector<Gradient> gradients;
   for (Eigen::Index p = 0; p < curves.position.rows(); ++p) {
     const Vec3 first = Vec3(curves.normal.row(p)).unitOrthogonal();
     const Vec3 second = Vec3(curves.normal.row(p)).cross(first);
     Eigen::Matrix2d normal_matrix = Eigen::Matrix2d::Zero();
     Eigen::Matrix<double, 2, kFeatures> right = Eigen::Matrix<double, 2, kFeatures>::Zero();
-    for (const std::int32_t q : neighbours[static_cast<std::size_t>(p)]) {
+    for (const std::int32_t q : neighbours.of(static_cast<std::int32_t>(p))) {
       const Vec3 way = (curves.position.row(q) - curves.position.row(p)).transpose();
       if (!(way.squaredNorm() > 0)) continue;
       const Eigen::Vector2d flat = Eigen::Vector2d(way.dot(first), way.dot(second)) / way.norm();

@@ -147,9 +147,10 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   InterpolationChoice& chosen = found.interpolation;
   chosen = choose_interpolation(curves, found.triangles, is_usable, slopes, shape);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
-  if (options.slope_share || options.follows_shape)
-    chosen.follows_shape = options.follows_shape.value_or(false);
+  chosen.follows_shape =
+      options.follows_shape.value_or(chosen.follows_shape && !options.slope_share);
   if (chosen.follows_shape) {
+    chosen.slope_share = 0;
     std::vector<char> is_used = is_usable;
     const Eigen::VectorXd log_force = log_forces(curves, is_used);
     found.trend = trend_over(shape, regress_on_shape(shape, log_force, is_used));

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace palpate {
@@ -25,38 +26,26 @@ Eigen::VectorXd vertex_areas(const Surface& surface) {
   return area;
 }
 
-using Lists = std::vector<std::vector<std::int32_t>>;
-
-Lists neighbours_of(const Surface& surface) {
-  Lists out(static_cast<std::size_t>(surface.vertices.rows()));
-  for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k) {
-      out[static_cast<std::size_t>(t[k])].push_back(t[(k + 1) % 3]);
-      out[static_cast<std::size_t>(t[k])].push_back(t[(k + 2) % 3]);
-    }
-  return out;
-}
-
 // Vertices joined to cells, so that a patch has some fifty of them however fine the surface is.
 struct Cells {
   std::vector<std::int32_t> of_vertex;
   std::vector<double> area;
   std::vector<Vec3> position, outward;  // area-weighted means
-  Lists neighbours;
+  std::vector<std::set<std::int32_t>> neighbours;
 };
 
 Cells cells_of(const Surface& fine, const Points& outward, double radius_m) {
-  const Lists neighbours = neighbours_of(fine);
+  const auto vertices = static_cast<std::int32_t>(fine.vertices.rows());
+  const Neighbours neighbours(fine.triangles, vertices);
   const Eigen::VectorXd area = vertex_areas(fine);
   Cells out;
-  out.of_vertex.assign(neighbours.size(), -1);
+  out.of_vertex.assign(static_cast<std::size_t>(vertices), -1);
   std::vector<std::int32_t> members;
-  for (std::size_t first = 0; first < neighbours.size(); ++first) {
-    if (out.of_vertex[first] >= 0) continue;
+  for (std::int32_t middle = 0; middle < vertices; ++middle) {
+    if (out.of_vertex[static_cast<std::size_t>(middle)] >= 0) continue;
     const auto cell = static_cast<std::int32_t>(out.area.size());
-    const auto middle = static_cast<std::int32_t>(first);
     members.assign(1, middle);
-    out.of_vertex[first] = cell;
+    out.of_vertex[static_cast<std::size_t>(middle)] = cell;
     Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
     double sum = 0;
     for (std::size_t i = 0; i < members.size(); ++i) {  // grows
@@ -64,7 +53,7 @@ Cells cells_of(const Surface& fine, const Points& outward, double radius_m) {
       position += area[v] * fine.vertices.row(v).transpose();
       normal += area[v] * outward.row(v).transpose();
       sum += area[v];
-      for (const std::int32_t n : neighbours[static_cast<std::size_t>(v)])
+      for (const std::int32_t n : neighbours.of(v))
         if (out.of_vertex[static_cast<std::size_t>(n)] < 0 &&
             (fine.vertices.row(n) - fine.vertices.row(middle)).norm() < radius_m) {
           out.of_vertex[static_cast<std::size_t>(n)] = cell;
@@ -76,15 +65,12 @@ Cells cells_of(const Surface& fine, const Points& outward, double radius_m) {
     out.outward.push_back(normal.stableNormalized());
   }
   out.neighbours.resize(out.area.size());
-  for (std::size_t v = 0; v < neighbours.size(); ++v)
-    for (const std::int32_t n : neighbours[v]) {
-      const std::int32_t a = out.of_vertex[v], b = out.of_vertex[static_cast<std::size_t>(n)];
-      if (a != b) out.neighbours[static_cast<std::size_t>(a)].push_back(b);
+  for (std::int32_t v = 0; v < vertices; ++v)
+    for (const std::int32_t n : neighbours.of(v)) {
+      const std::int32_t a = out.of_vertex[static_cast<std::size_t>(v)],
+                         b = out.of_vertex[static_cast<std::size_t>(n)];
+      if (a != b) out.neighbours[static_cast<std::size_t>(a)].insert(b);
     }
-  for (auto& list : out.neighbours) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
   return out;
 }
 
@@ -160,6 +146,7 @@ ShapeRegression regress_on_shape(const ShapeCovariates& covariates,
     if (is_used[static_cast<std::size_t>(p)] != 0) points.push_back(p);
   const auto count = static_cast<double>(points.size());
   ShapeRegression out;
+  if (points.empty()) return out;
   out.low = x(points, Eigen::all).colwise().minCoeff();
   out.high = x(points, Eigen::all).colwise().maxCoeff();
   out.mean = x(points, Eigen::all).colwise().sum() / count;

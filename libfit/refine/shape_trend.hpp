@@ -29,14 +29,15 @@ ShapeCovariates shape_covariates(const Surface& fine, const Points& outward_norm
 /// A trend as a function of the covariates, each scaled by its deviation over the test points and
 /// kept within its range there: it is never extrapolated.
 struct ShapeRegression {
-  Eigen::RowVector4d mean, scale, low, high;
-  Eigen::Vector4d slope;
+  Eigen::RowVector4d mean = Eigen::RowVector4d::Zero(), scale = mean, low = mean, high = mean;
+  Eigen::Vector4d slope = Eigen::Vector4d::Zero();
   double at(const Eigen::RowVector4d& x) const {
     return (x.cwiseMax(low).cwiseMin(high) - mean).cwiseProduct(scale) * slope;
   }
 };
 
-/// Ridge regression of log_force (P) on the covariates, over the points of is_used, one or more.
+/// Ridge regression of log_force (P) on the covariates, over the points of is_used; none: a trend
+/// of 0.
 ShapeRegression regress_on_shape(const ShapeCovariates& covariates,
                                  const Eigen::VectorXd& log_force,
                                  const std::vector<char>& is_used);

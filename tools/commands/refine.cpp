@@ -19,7 +19,7 @@ class Refine final : public Command {
                      "chooses it by leaving points out");
     arguments.option("--follow-shape", follow_shape_,
                      "Whether forces between test points follow the shape of the surface: yes, no, "
-                     "or auto, by leaving points out");
+                     "or auto, by leaving points out; yes counts no slopes");
   }
 
   int run() override {

@@ -19,7 +19,7 @@ struct BisectedTet {
 /// A bisected mesh with its family tree; straight: base facets stay flat.
 struct BisectedMesh {
   std::vector<Vec3> nodes;                           ///< the base's first [m]
-  std::vector<std::array<std::int32_t, 2>> parents;  ///< of node base_nodes + i: the halved edge
+  std::vector<std::array<std::int32_t, 2>> parents;  ///< of node base_nodes + i: the edge it split
   std::vector<BisectedTet> tets;
   std::vector<BoundaryFace> base_faces;  ///< of the base mesh: what `face` indexes
   std::int32_t base_nodes = 0;

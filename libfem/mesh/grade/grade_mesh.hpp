@@ -25,8 +25,8 @@ struct Segment {
 struct GradeOptions {
   std::vector<Segment> path;  ///< where contact will be: the press, and each drag
   double growth = 0.45;       ///< size gained per distance; (0, 1]
-  /// What fills a place, and how large tets that two of them share may be, over size(x): the jump
-  /// of stiffness inside an element is an error that does not fall with size as others do.
+  /// What fills a place, and how large tets that the border of two regions crosses may be, over
+  /// size(x), before they are made to end there: as large as others, a lump is seen too coarsely.
   RegionAt region_at = {};
   double interface_share = 1;
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
@@ -46,6 +46,9 @@ struct GradeOptions {
 /// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
 /// far off that left a node, `contact_deviation_m` the same where size(x) is some piece's h_m. A
 /// new node is held when it lies on a boundary face or in a tet of the base whose corners all are.
+///
+/// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
+/// (conform.hpp).
 ///
 /// Throws Error on options out of range, on is_held of another length, on a tet that is not
 /// positive and when max_corners is passed. Depends on nothing but its arguments; thread-safe.

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
+#include "libfit/refine/next_points.hpp"
 #include "tests/libfit/refine/blending.hpp"
 
 namespace palpate::testing_refine {
@@ -85,6 +87,22 @@ TEST(ShapeTrend, a_force_that_does_not_follow_shape_is_left_alone_to_the_bit) {
     EXPECT_EQ(model.curves.control[0],
               refine(curves, fine, all(fine), coarse.triangles, off).curves.control[0]);
   }
+}
+
+TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_its_trend) {
+  const Surface fine = wavy(60), coarse = wavy(10);
+  const FittedCurves curves =
+      curves_at(coarse, [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); });
+  const auto expected_sum = [&](bool follows_shape) {
+    RefineOptions options;
+    options.follows_shape = follows_shape;
+    RefineReport refined;
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, options, &refined);
+    EXPECT_EQ(refined.interpolation.follows_shape, follows_shape);
+    const auto errors = expected_errors(curves, model, refined, 1e-9);
+    return std::accumulate(errors.begin(), errors.end(), 0.0);
+  };
+  EXPECT_LT(2 * expected_sum(true), expected_sum(false));
 }
 
 TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
