@@ -65,9 +65,10 @@ class Report : public testing::Test {
                                     .c_str());
     return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128, content_of(out), {}};
   }
-  // A claim of browser.mjs about the block's report.
-  static void expect_in_chromium(const std::string& claim, const std::string& output) {
-    ASSERT_EQ(report(path("out") + " -o " + path("report.html")).status, 0);
+  // A claim of browser.mjs about the report of a folder, the block's if none is given.
+  static void expect_in_chromium(const std::string& claim, const std::string& output,
+                                 const std::string& folder = "out") {
+    ASSERT_EQ(report(path(folder) + " -o " + path("report.html")).status, 0);
     const Outcome seen = node("browser.mjs", claim + " " + path("report.html") + " " + output);
     EXPECT_EQ(seen.status, 0) << seen.out;
   }
@@ -322,6 +323,14 @@ TEST_F(Report, opens_from_disk_without_error_or_request) {
 TEST_F(Report, a_click_shows_the_curves_of_the_nearest_point) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("a_click_shows_the_curves_of_the_nearest_point", "-");
+}
+
+TEST_F(Report, of_an_asset_alone_does_not_say_that_nothing_is_covered) {
+  SKIP_WITHOUT_CHROMIUM();
+  fs::create_directories(path("asset"));
+  fs::copy_file(path("out/asset.palp"), path("asset/asset.palp"),
+                fs::copy_options::overwrite_existing);
+  expect_in_chromium("grey_means_uncovered_only_beside_a_map", "-", "asset");
 }
 
 TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
