@@ -68,21 +68,25 @@ export function compareSection(contents: Contents): HTMLElement | undefined {
         "div",
         { class: "figures" },
         figure("Error by run: median and 95th percentile", bars("Error by run", errors, contents.jnd.share)),
-        figure(
-          "Error against cost",
-          plot(
-            "95th percentile of the error over the rows fitted",
-            { label: "rows simulated or measured", min: 0 },
-            { label: "95th percentile of the error [%]", scale: 100, min: 0 },
-            costs.map((run, k) => ({
-              kind: "dots",
-              colour: seriesColour(k),
-              x: [run.rows ?? 0],
-              y: [run.statement.force_error.p95_rel],
-              titles: [run.name],
-            })),
-          ),
-        ),
+        ...(costs.length
+          ? [
+              figure(
+                "Error against cost",
+                plot(
+                  "95th percentile of the error over the rows fitted",
+                  { label: "rows simulated or measured", min: 0 },
+                  { label: "95th percentile of the error [%]", scale: 100, min: 0 },
+                  costs.map((run, k) => ({
+                    kind: "dots",
+                    colour: seriesColour(k),
+                    x: [run.rows ?? 0],
+                    y: [run.statement.force_error.p95_rel],
+                    titles: [run.name],
+                  })),
+                ),
+              ),
+            ]
+          : []),
       ),
       html("p", { class: "legend" }, ...costs.map((run, k) => swatch(run.name, seriesColour(k)))),
     );
