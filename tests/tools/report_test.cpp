@@ -65,9 +65,10 @@ class Report : public testing::Test {
                                     .c_str());
     return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128, content_of(out), {}};
   }
-  // A claim of browser.mjs about the block's report.
-  static void expect_in_chromium(const std::string& claim, const std::string& output) {
-    ASSERT_EQ(report(path("out") + " -o " + path("report.html")).status, 0);
+  // A claim of browser.mjs about the report of a folder, the block's if none is given.
+  static void expect_in_chromium(const std::string& claim, const std::string& output,
+                                 const std::string& folder = "out") {
+    ASSERT_EQ(report(path(folder) + " -o " + path("report.html")).status, 0);
     const Outcome seen = node("browser.mjs", claim + " " + path("report.html") + " " + output);
     EXPECT_EQ(seen.status, 0) << seen.out;
   }
@@ -171,7 +172,38 @@ TEST_F(Report, of_a_folder_without_results_is_refused) {
   const Outcome outcome = report(path("empty") + " -o " + path("empty.html"));
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("holds no file of a run"), std::string::npos) << outcome.err;
+  EXPECT_EQ(report(path("out") + " " + path("empty") + " -o " + path("empty.html")).status, 1);
+  EXPECT_EQ(report(path("out") + " " + path("absent") + " -o " + path("empty.html")).status, 1);
   EXPECT_FALSE(fs::exists(path("empty.html")));
+}
+
+TEST_F(Report, of_a_folder_with_an_odd_name_is_whole) {
+  SKIP_WITHOUT_PAGE();
+  const std::string name = "<script>\"\xff";
+  fs::create_directories(path(name));
+  fs::copy_file(path("out/curves.h5"), path(name) + "/curves.h5",
+                fs::copy_options::overwrite_existing);
+  const Outcome outcome = report("'" + path(name) + "/.' -o " + path("odd.html"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(contents_of(path("odd.html")).at("name"), "<script>\"\uFFFD");
+  EXPECT_EQ(content_of(path("odd.html")).find("<script>\\\""), std::string::npos);
+}
+
+TEST_F(Report, of_a_body_prepared_anew_shows_the_model_and_says_so) {
+  SKIP_WITHOUT_PAGE();
+  folder_->write("scene.toml", kScene);
+  folder_->write("block.off", block_off(6));
+  fs::create_directories(path("stale"));
+  fs::copy_file(path("out/model.h5"), path("stale/model.h5"), fs::copy_options::overwrite_existing);
+  const Outcome prepared =
+      palpate(*folder_, "prepare " + path("scene.toml") + " -o " + path("stale/body.h5"));
+  ASSERT_EQ(prepared.status, 0) << prepared.err;
+  for (const char* of : {"out", "stale"})
+    ASSERT_EQ(report(path(of) + " -o " + path(std::string(of) + ".html")).status, 0);
+  const auto run = contents_of(path("out.html")), stale = contents_of(path("stale.html"));
+  EXPECT_EQ(run.at("warnings").dump().find("another surface"), std::string::npos);
+  EXPECT_NE(stale.at("warnings").dump().find("another surface"), std::string::npos);
+  EXPECT_TRUE(stale.at("surface") == run.at("surface"));
 }
 
 TEST_F(Report, finds_its_page_where_it_is_installed_and_says_how_to_get_it) {
@@ -273,7 +305,7 @@ TEST_F(Report, page_sources_are_formatted_linted_and_typed) {
             "");
 }
 
-TEST_F(Report, of_a_set_up_shows_what_nobody_has_paid_for_yet) {
+TEST_F(Report, of_a_scene_that_has_not_been_run_shows_its_set_up) {
   SKIP_WITHOUT_PAGE();
   folder_->write("scene.toml", kScene);
   folder_->write("block.off", block_off(8));
@@ -291,6 +323,14 @@ TEST_F(Report, opens_from_disk_without_error_or_request) {
 TEST_F(Report, a_click_shows_the_curves_of_the_nearest_point) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("a_click_shows_the_curves_of_the_nearest_point", "-");
+}
+
+TEST_F(Report, of_an_asset_alone_does_not_say_that_nothing_is_covered) {
+  SKIP_WITHOUT_CHROMIUM();
+  fs::create_directories(path("asset"));
+  fs::copy_file(path("out/asset.palp"), path("asset/asset.palp"),
+                fs::copy_options::overwrite_existing);
+  expect_in_chromium("grey_means_uncovered_only_beside_a_map", "-", "asset");
 }
 
 TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {

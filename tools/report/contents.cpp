@@ -20,6 +20,15 @@ constexpr const char* kFiles[] = {"body.h5",      "placed.h5",      "samples.h5"
                                   "curves.h5",    "model.h5",       "asset.palp",
                                   "reference.h5", "validation.csv", "statement.json"};
 
+void check_is_run(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw Error(folder.string(), "is no folder", "Give the folder of a `palpate run`.");
+  for (const char* name : kFiles)
+    if (fs::exists(folder / name)) return;
+  throw Error(folder.string(), "holds no file of a run",
+              "Give the folder of a `palpate run`, or one with samples.h5 and curves.h5.");
+}
+
 Json files_json(const fs::path& folder) {
   Json files = Json::array();
   for (const char* name : kFiles) {
@@ -46,8 +55,13 @@ Json begin(const std::string& name) {
           {"warnings", Json::array()}};
 }
 
+// Names and remarks may hold bytes that are no UTF-8, which JSON cannot.
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 std::string folder_name(const fs::path& folder) {
-  return fs::absolute(folder / ".").parent_path().filename().string();
+  return fs::absolute(folder / ".").lexically_normal().parent_path().filename().string();
 }
 
 // The body as experiments were made on it; none where the folder has none.
@@ -59,21 +73,15 @@ std::optional<Body> body_of(const fs::path& folder) {
 
 Json statement_of(const fs::path& folder) {
   const fs::path path = folder / "statement.json";
-  if (!fs::exists(path)) return {};
   const std::string text = read_whole_file(path);
   validation::parse_statement(text, path.string());  // throws where it is none
   return Json::parse(text);
 }
 
 Json contents_of(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw Error(folder.string(), "is no folder", "Give the folder of a `palpate run`.");
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   Json json = begin(folder_name(folder));
   json["files"] = files_json(folder);
-  if (json["files"].empty())
-    throw Error(folder.string(), "holds no file of a run",
-                "Give the folder of a `palpate run`, or one with samples.h5 and curves.h5.");
   if (has("statement.json")) json["statement"] = statement_of(folder);
   if (const auto body = body_of(folder)) add_body(json, *body);
   if (has("model.h5")) add_model(json, read_model(folder / "model.h5"));
@@ -92,8 +100,7 @@ Json contents_of(const fs::path& folder) {
 // What runs are compared by.
 Json figures_of(const fs::path& folder) {
   Json json{{"name", folder_name(folder)}};
-  if (Json statement = statement_of(folder); !statement.is_null())
-    json["statement"] = std::move(statement);
+  if (fs::exists(folder / "statement.json")) json["statement"] = statement_of(folder);
   if (const auto body = body_of(folder)) json["settings"] = settings_json(body->settings);
   if (fs::exists(folder / "curves.h5")) {
     const FittedCurves fitted = read_curves(folder / "curves.h5");
@@ -107,18 +114,19 @@ Json figures_of(const fs::path& folder) {
 }  // namespace
 
 std::string contents_of_folders(const std::vector<std::string>& folders) {
+  for (const std::string& folder : folders) check_is_run(folder);
   Json json = contents_of(folders.front());
   if (folders.size() > 1)
     for (const std::string& folder : folders) json["compared"].push_back(figures_of(folder));
-  return json.dump();
+  return text_of(json);
 }
 
 std::string contents_of_set_up(const std::string& name, const Body& body,
-                               const std::vector<std::string>& doubts) {
+                               const std::vector<std::string>& warnings) {
   Json json = begin(name);
   add_body(json, body);
-  for (const std::string& doubt : doubts) json["warnings"].push_back(doubt);
-  return json.dump();
+  for (const std::string& sentence : warnings) json["warnings"].push_back(sentence);
+  return text_of(json);
 }
 
 }  // namespace palpate::tools

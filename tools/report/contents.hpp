@@ -9,12 +9,13 @@
 namespace palpate::tools {
 
 /// What a report's page shows of the folder of a run, as one JSON object (docs/formats.md). Each
-/// file of a run may be missing; the page then says so. Further folders are compared with the first
-/// by their figures. Throws Error where a folder has no file of a run or one is damaged.
+/// file of a run may be missing, not all of them. folders: one or more; the others are compared
+/// with the first by their figures. Throws Error where one is no folder of a run or a file
+/// that is read is damaged.
 std::string contents_of_folders(const std::vector<std::string>& folders);
 
-/// The same of a set-up that nobody has paid for: the body and what is doubted about it.
+/// The same of a scene that has not been run: its body, and sentences to be warned by.
 std::string contents_of_set_up(const std::string& name, const Body& body,
-                               const std::vector<std::string>& doubts);
+                               const std::vector<std::string>& warnings);
 
 }  // namespace palpate::tools

@@ -1,12 +1,11 @@
 #include "tools/report/parts.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 
+#include "libfem/mesh/boundary.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/node_forces.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
@@ -31,24 +30,6 @@ Json probe_json(const ProbeSpec& probe) {
   Json json{{"shape", probe.shape}, {"friction", probe.friction}, {"values", Json::object()}};
   for (const auto& [key, values] : probe.values) json["values"][key] = values;
   return json;
-}
-
-// Triangles of one tetrahedron alone.
-Triangles boundary_of(const Tets& tets) {
-  static constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
-  std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> open;
-  for (Eigen::Index t = 0; t < tets.rows(); ++t)
-    for (const auto& face : kFaces) {
-      const std::array<std::int32_t, 3> corners{tets(t, face[0]), tets(t, face[1]),
-                                                tets(t, face[2])};
-      auto key = corners;
-      std::sort(key.begin(), key.end());
-      if (!open.erase(key)) open[key] = corners;
-    }
-  Triangles boundary(static_cast<Eigen::Index>(open.size()), 3);
-  Eigen::Index row = 0;
-  for (const auto& [key, corners] : open) boundary.row(row++) << corners[0], corners[1], corners[2];
-  return boundary;
 }
 
 // What the surface is coloured by: a row per depth, of covered vertices alone.
@@ -140,25 +121,29 @@ Json settings_json(const Settings& settings) {
 
 void add_body(Json& json, const Body& body) {
   json["surface"] = surface_json(body.surface);
-  json["surface"]["reachable"] = packed_each<std::uint8_t>(body.is_reachable);
-  Points held(0, 3);
-  for (std::size_t n = 0; n < body.is_held.size(); ++n) {
-    if (!body.is_held[n]) continue;
-    held.conservativeResize(held.rows() + 1, 3);
-    held.row(held.rows() - 1) = body.volume.nodes.row(static_cast<Eigen::Index>(n));
-  }
-  json["set_up"] = {{"held_m", packed_as<float>(held)},
-                    {"tets", body.volume.tets.rows()},
-                    {"nodes_m", packed_as<float>(body.volume.nodes)},
-                    {"boundary", packed_as<std::int32_t>(boundary_of(body.volume.tets))},
-                    {"points_m", packed_as<float>(body.test_points.position)},
-                    {"settings", settings_json(body.settings)}};
+  std::vector<Eigen::Index> held;
+  for (std::size_t n = 0; n < body.is_held.size(); ++n)
+    if (body.is_held[n]) held.push_back(static_cast<Eigen::Index>(n));
+  json["set_up"] = {
+      {"held_m", packed_as<float>(body.volume.nodes(held, Eigen::all))},
+      {"tets", body.volume.tets.rows()},
+      {"nodes_m", packed_as<float>(body.volume.nodes)},
+      {"boundary", packed_as<std::int32_t>(fem::boundary_triangles(body.volume.tets))},
+      {"points_m", packed_as<float>(body.test_points.position)},
+      {"settings", settings_json(body.settings)}};
   if (body.probe) json["probe"] = probe_json(*body.probe);
   for (const std::string& sentence : body.mended) json["warnings"].push_back(sentence);
 }
 
 void add_model(Json& json, const Model& model) {
-  if (!json.contains("surface")) json["surface"] = surface_json(model.surface);
+  Json surface = surface_json(model.surface);
+  if (!json.contains("surface")) {
+    json["surface"] = std::move(surface);
+  } else if (json["surface"]["vertices_m"] != surface["vertices_m"]) {
+    json["surface"] = std::move(surface);
+    json["warnings"].push_back(
+        "body.h5 has another surface than model.h5, which is shown: run `palpate run` again.");
+  }
   json["surface"]["inward_normal"] = packed_as<float>(model.inward_normal);
   json["maps"] = maps_json(model);
 }
@@ -171,6 +156,7 @@ void add_curves(Json& json, const FittedCurves& fitted) {
               {"rms_residual_N", packed_as<float>(fitted.rms_residual_N)},
               {"max_residual_N", packed_as<float>(fitted.max_residual_N)},
               {"depth_range_m", packed_as<float>(fitted.depth_range_m)},
+              {"status", Json::array()},
               {"curves", Json::array()}};
   for (const FitStatus status : fitted.status)
     points["status"].push_back(kFitStatusNames[static_cast<std::size_t>(status)]);
@@ -260,14 +246,11 @@ void add_asset(Json& json, const fs::path& path) {
   const AssetFile file = read_asset_file(path);
   if (!json.contains("surface")) json["surface"] = surface_json(surface_of(file.asset()));
   json["asset"] = {{"bytes", base64(read_whole_file(path))},
-                   {"range_m", file.asset().max_fitted_m},
-                   {"max_step_m", file.asset().max_step_m}};
+                   {"range_m", file.asset().max_fitted_m}};
   const Json meta = Json::parse(file.meta_json(), nullptr, false);
-  if (meta.is_discarded()) return;
   if (meta.contains("program")) json["asset"]["program"] = meta["program"];
-  const bool is_same = !meta.contains("statement") || !json.contains("statement") ||
-                       meta["statement"]["force_error"] == json["statement"]["force_error"];
-  if (!is_same)
+  const Json::json_pointer error("/statement/force_error");
+  if (meta.contains(error) && json.contains(error) && meta.at(error) != json.at(error))
     json["warnings"].push_back(
         "statement.json is of another asset than asset.palp: run `palpate run` again.");
 }

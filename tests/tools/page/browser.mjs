@@ -98,6 +98,12 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
+  async grey_means_uncovered_only_beside_a_map() {
+    await open();
+    assert.doesNotMatch(await text("#body"), /not covered/);
+    assert.deepEqual(errors, []);
+  },
+
   async a_drag_is_recorded() {
     await open();
     await canvas.scrollIntoViewIfNeeded();

@@ -1,10 +1,10 @@
 // The section of the body: its view and controls, the tool, the curves of the point chosen.
 
 import { BodyView, type MapName, type MarkerMode } from "./body";
-import { viridis, viridisGradient } from "./colours";
-import { type Contents, floats, vector } from "./contents";
+import { css, kSetUpColours, kUncovered, viridis, viridisGradient } from "./colours";
+import { type Contents, floats, nearest, vector } from "./contents";
 import type { PointSection } from "./curves";
-import { choice, html } from "./dom";
+import { choice, html, section, swatch } from "./dom";
 import { Poke } from "./poke";
 import { millimetres, percent, quantity } from "./words";
 
@@ -44,13 +44,13 @@ function heldOutPlaces(contents: Contents): { places: Float32Array; error: numbe
   };
 }
 
-class Section {
+class BodySection {
   private readonly view: BodyView;
   private readonly positions: Float32Array;
-  private readonly held;
+  private readonly heldOut;
   private readonly depth: HTMLInputElement;
   private readonly depthText = html("output", {});
-  private readonly bar = html("div", { class: "colourbar" });
+  private readonly bar = html("div", {});
   private readonly hint = html("p", { class: "small hint" });
   private map: MapName = "stiffness_N_m";
   private markerMode: MarkerMode = "points";
@@ -64,7 +64,7 @@ class Section {
     private readonly points: PointSection | undefined,
   ) {
     this.positions = floats(contents.points?.position_m ?? contents.set_up?.points_m);
-    this.held = heldOutPlaces(contents);
+    this.heldOut = heldOutPlaces(contents);
     const canvas = html("canvas", {
       id: "body-view",
       tabindex: 0,
@@ -96,7 +96,7 @@ class Section {
         html("label", {}, "at depth ", this.depth, " ", this.depthText),
       );
     const modes: [MarkerMode, string][] = [["points", "test points"]];
-    if (this.held.error.length) modes.push(["held_out", "held-out errors"]);
+    if (this.heldOut.error.length) modes.push(["held_out", "held-out errors"]);
     modes.push(["none", "none"]);
     controls.append(
       choice("Marks", modes, (value) => {
@@ -123,14 +123,7 @@ class Section {
     }
     controls.append(html("button", { type: "button", click: () => this.view.home() }, "Look as at first"));
     const stage = html("div", { class: "stage" }, canvas, html("div", { class: "overlay" }, this.bar));
-    this.element = html(
-      "section",
-      { id: "body", "aria-labelledby": "body-title" },
-      html("h2", { id: "body-title" }, "The body"),
-      controls,
-      html("div", { class: "bench" }, stage),
-      this.hint,
-    );
+    this.element = section("body", "The body", controls, html("div", { class: "bench" }, stage), this.hint);
     this.listen(canvas);
     if (contents.asset) {
       this.poke = new Poke(contents, engine, this.view);
@@ -155,31 +148,33 @@ class Section {
         html("div", { class: "gradient", style: `background: ${viridisGradient}` }),
         html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
       );
-    const kinds = [["uncovered", "not covered"]];
+    const patches = this.contents.maps ? [swatch("not covered", css(kUncovered))] : [];
     if (this.setUpBox?.checked) {
       const keys = Object.keys(this.contents.set_up?.settings ?? {});
-      kinds.push(["held", "held nodes"]);
-      if (keys.some((key) => key.startsWith("experiments/region"))) kinds.push(["window", "window"]);
-      if (keys.some((key) => key.startsWith("inclusion"))) kinds.push(["inclusion", "inclusions"]);
+      patches.push(swatch("held nodes", kSetUpColours.held));
+      if (keys.some((key) => key.startsWith("experiments/region")))
+        patches.push(swatch("window", kSetUpColours.window));
+      if (keys.some((key) => key.startsWith("inclusion"))) patches.push(swatch("inclusions", kSetUpColours.inclusion));
     }
     const status = this.contents.points?.status ?? (this.contents.set_up ? ["good"] : []);
     if (this.markerMode === "points")
-      for (const name of Object.keys(kStatusColours))
-        if (status.includes(name)) kinds.push([`point ${name}`, name === "good" ? "test points" : `${name} point`]);
-    this.bar.append(...kinds.map(([look, name]) => html("div", {}, html("i", { class: `swatch ${look}` }), name)));
+      for (const [name, colour] of Object.entries(kStatusColours))
+        if (status.includes(name))
+          patches.push(swatch(name === "good" ? "test points" : `${name} point`, css(colour), "point"));
+    this.bar.append(...patches.map((patch) => html("div", {}, patch)));
   }
 
   private mark(): void {
-    const { jnd, points } = this.contents;
+    const { jnd, maps, points } = this.contents;
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
-    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}. Grey is not covered: nothing is known there.`;
+    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}.${maps ? " Grey is not covered: nothing is known there." : ""}`;
     if (this.markerMode === "points") {
       places = this.positions;
       colours = Array.from({ length: places.length / 3 }, (_, i) => kStatusColours[points?.status[i] ?? "good"]);
     } else if (this.markerMode === "held_out") {
-      const most = Math.max(...this.held.error, jnd.share);
-      places = this.held.places;
-      colours = this.held.error.map((e) => viridis(e / most));
+      const most = Math.max(...this.heldOut.error, jnd.share);
+      places = this.heldOut.places;
+      colours = this.heldOut.error.map((e) => viridis(e / most));
       this.hint.textContent = `Held-out points from dark (0 %) to bright (${percent(most)}), by the largest error of their rows.`;
     }
     this.view.mark(places, colours);
@@ -192,16 +187,6 @@ class Section {
     this.poke?.aim(place, [-x, -y, -z]);
   }
 
-  private nearestPoint(at: { x: number; y: number; z: number }): number {
-    let [best, least] = [0, Number.POSITIVE_INFINITY];
-    for (let i = 0; i < this.positions.length / 3; ++i) {
-      const [x, y, z] = vector(this.positions, i);
-      const d = (x - at.x) ** 2 + (y - at.y) ** 2 + (z - at.z) ** 2;
-      if (d < least) [best, least] = [i, d];
-    }
-    return best;
-  }
-
   private listen(canvas: HTMLCanvasElement): void {
     let pressed: [number, number] | undefined;
     canvas.addEventListener("pointerdown", (event) => {
@@ -212,7 +197,9 @@ class Section {
       pressed = undefined;
       if (!isClick || this.poke?.isPoking) return;
       const place = this.view.under(event.clientX, event.clientY);
-      if (place) this.points?.choose(this.nearestPoint(place.position), this.view.curveAt(place.position));
+      if (!place) return;
+      const point = nearest(this.positions, place.position.toArray());
+      this.points?.choose(point, this.view.curveAt(place.position));
     });
     canvas.addEventListener("keydown", (event) => {
       if (this.poke?.isPoking) return;
@@ -237,18 +224,10 @@ class Section {
 /** The section of the body, where the points of `points` can be chosen, too. */
 export function bodySection(contents: Contents, engine: string, points: PointSection | undefined): HTMLElement {
   try {
-    return new Section(contents, engine, points).element;
+    return new BodySection(contents, engine, points).element;
   } catch (failure) {
     // Without WebGL the rest of the page still tells what it can.
-    return html(
-      "section",
-      { id: "body", "aria-labelledby": "body-title" },
-      html("h2", { id: "body-title" }, "The body"),
-      html(
-        "p",
-        { class: "warning" },
-        `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`,
-      ),
-    );
+    const sentence = `It cannot be drawn here: ${failure instanceof Error ? failure.message : failure}`;
+    return section("body", "The body", html("p", { class: "warning" }, sentence));
   }
 }

@@ -26,7 +26,7 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { kUncovered, viridis } from "./colours";
 import type { PlaceCurve } from "./curves";
-import { type Contents, floats, integers, vector } from "./contents";
+import { type Contents, floats, integers, nearest, vector } from "./contents";
 import { setUpGroup, ToolGlyph } from "./glyphs";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
@@ -57,6 +57,8 @@ export class BodyView {
   private readonly controls: OrbitControls;
   private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
   private readonly covered: Int32Array;
+  /** As `Contents.maps` has them, read once. */
+  private readonly maps: Record<MapName, Float32Array>;
   private readonly normals: Float32Array;
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
@@ -83,6 +85,11 @@ export class BodyView {
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(vertices.length), 3));
     this.mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide }));
     this.covered = integers(contents.maps?.vertices);
+    this.maps = {
+      stiffness_N_m: floats(contents.maps?.stiffness_N_m),
+      force_N: floats(contents.maps?.force_N),
+      friction: floats(contents.maps?.friction),
+    };
     this.radius = this.frame(vertices);
     this.camera = new PerspectiveCamera(35, 1, this.radius / 50, this.radius * 50);
     this.camera.up.set(0, 0, 1);
@@ -129,14 +136,7 @@ export class BodyView {
   /** Of a set-up without curves, the vertices nearest to its test points. */
   private besideTestPoints(vertices: Float32Array): Int32Array {
     const points = floats(this.contents.set_up?.points_m);
-    return Int32Array.from({ length: points.length / 3 }, (_, p) => {
-      let [nearest, least] = [0, Number.POSITIVE_INFINITY];
-      for (let v = 0; v < vertices.length / 3; ++v) {
-        const d = [0, 1, 2].reduce((sum, k) => sum + (vertices[3 * v + k] - points[3 * p + k]) ** 2, 0);
-        if (d < least) [nearest, least] = [v, d];
-      }
-      return nearest;
-    });
+    return Int32Array.from({ length: points.length / 3 }, (_, p) => nearest(vertices, vector(points, p)));
   }
 
   showSetUp(isShown: boolean): void {
@@ -177,7 +177,7 @@ export class BodyView {
   private values(name: MapName, depth_m: number): Float32Array | undefined {
     const maps = this.contents.maps;
     if (!maps) return undefined;
-    const all = floats(maps[name]);
+    const all = this.maps[name];
     const count = this.covered.length;
     const last = maps.depths_m.length - 1;
     const at = Math.min(Math.max((depth_m / maps.depths_m[last]) * (last + 1) - 1, 0), last);
@@ -195,14 +195,9 @@ export class BodyView {
     const maps = this.contents.maps;
     if (!maps) return undefined;
     const vertices = this.mesh.geometry.getAttribute("position").array;
-    let [nearest, least] = [-1, Number.POSITIVE_INFINITY];
-    for (let v = 0; v < vertices.length / 3; ++v) {
-      const d = place.distanceToSquared(new Vector3(...vector(vertices, v)));
-      if (d < least) [nearest, least] = [v, d];
-    }
-    const i = this.covered.indexOf(nearest);
+    const i = this.covered.indexOf(nearest(vertices, place.toArray()));
     if (i < 0) return undefined;
-    const force = floats(maps.force_N);
+    const force = this.maps.force_N;
     return {
       depth_m: [0, ...maps.depths_m],
       force_N: [0, ...maps.depths_m.map((_, k) => force[k * this.covered.length + i])],
@@ -263,6 +258,15 @@ export class BodyView {
       new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height),
       this.camera,
     );
+    return this.hit(caster);
+  }
+
+  /** Where a ray against an outward normal, through a point [m] near the surface, meets it from outside. */
+  beside(point: Vector3, outward: Vector3): Place | undefined {
+    return this.hit(new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()));
+  }
+
+  private hit(caster: Raycaster): Place | undefined {
     const hit = caster.intersectObject(this.mesh)[0];
     if (!hit?.face || !hit.barycoord) return undefined;
     const outward = new Vector3();
@@ -271,19 +275,6 @@ export class BodyView {
     });
     if (outward.lengthSq() < 1e-12) outward.copy(hit.face.normal);
     return { position: hit.point, outward: outward.normalize() };
-  }
-
-  /** Nearest place of the surface to a point [m], by its vertices' triangles seen from outside. */
-  beside(point: Vector3, outward: Vector3): Place | undefined {
-    const caster = new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate());
-    const hit = caster.intersectObject(this.mesh)[0];
-    if (!hit?.face || !hit.barycoord) return undefined;
-    const normal = new Vector3();
-    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
-      normal.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
-    });
-    if (normal.lengthSq() < 1e-12) normal.copy(hit.face.normal);
-    return { position: hit.point, outward: normal.normalize() };
   }
 
   /** The screen's right and up as directions in space. */

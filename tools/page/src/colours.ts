@@ -1,4 +1,16 @@
-// Values to colours. Viridis by its anchors (van der Walt and Smith 2015), readable without hue.
+// Colours of series, of what stands beside the body, and of values. Viridis by its anchors (van der Walt and Smith 2015), readable without hue.
+
+/** The CSS colour of a series by its number. */
+export function seriesColour(k: number): string {
+  return `var(--c${k % 8})`;
+}
+
+/** Red, green, blue from 0 to 1 as a CSS colour. */
+export function css(rgb: [number, number, number]): string {
+  return `rgb(${rgb.map((v) => Math.round(255 * v)).join(" ")})`;
+}
+
+export const kSetUpColours = { held: "#cc79a7", window: "#0072b2", inclusion: "#d55e00" };
 
 const anchors = [
   [68, 1, 84],

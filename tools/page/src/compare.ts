@@ -1,7 +1,8 @@
 // Several runs beside each other: their errors, what they cost, and what was set otherwise.
 
+import { seriesColour } from "./colours";
 import type { Contents } from "./contents";
-import { html, table } from "./dom";
+import { figure, html, section, swatch, table } from "./dom";
 import { bars, plot } from "./plot";
 import { shown } from "./provenance";
 import { percent, plain, quantity } from "./words";
@@ -53,13 +54,8 @@ function differences(runs: Compared): string[][] {
 export function compareSection(contents: Contents): HTMLElement | undefined {
   const runs = contents.compared;
   if (!runs) return undefined;
-  const section = html(
-    "section",
-    { id: "compare", "aria-labelledby": "compare-title" },
-    html("h2", { id: "compare-title" }, "Beside the others"),
-  );
+  const out = section("compare", "Beside the others");
   const stated = runs.flatMap((run) => (run.statement ? [{ ...run, statement: run.statement }] : []));
-  const figure = (caption: string, picture: Node) => html("figure", {}, html("figcaption", {}, caption), picture);
   if (stated.length) {
     const errors = stated.map(({ name, statement: s }) => ({
       name: name.length > 16 ? `${name.slice(0, 15)}…` : name,
@@ -67,37 +63,36 @@ export function compareSection(contents: Contents): HTMLElement | undefined {
       p95: s.force_error.p95_rel,
     }));
     const costs = stated.filter((run) => run.rows !== undefined);
-    section.append(
+    out.append(
       html(
         "div",
         { class: "figures" },
         figure("Error by run: median and 95th percentile", bars("Error by run", errors, contents.jnd.share)),
-        figure(
-          "Error against cost",
-          plot(
-            "95th percentile of the error over the rows fitted",
-            { label: "rows simulated or measured", min: 0 },
-            { label: "95th percentile of the error [%]", scale: 100, min: 0 },
-            costs.map((run, k) => ({
-              kind: "dots",
-              look: `c${k % 8}`,
-              x: [run.rows ?? 0],
-              y: [run.statement.force_error.p95_rel],
-              titles: [run.name],
-            })),
-          ),
-        ),
+        ...(costs.length
+          ? [
+              figure(
+                "Error against cost",
+                plot(
+                  "95th percentile of the error over the rows fitted",
+                  { label: "rows simulated or measured", min: 0 },
+                  { label: "95th percentile of the error [%]", scale: 100, min: 0 },
+                  costs.map((run, k) => ({
+                    kind: "dots",
+                    colour: seriesColour(k),
+                    x: [run.rows ?? 0],
+                    y: [run.statement.force_error.p95_rel],
+                    titles: [run.name],
+                  })),
+                ),
+              ),
+            ]
+          : []),
       ),
-      html(
-        "p",
-        { class: "legend" },
-        ...costs.map((run, k) => html("span", {}, html("i", { class: `swatch c${k % 8}` }), run.name)),
-      ),
+      html("p", { class: "legend" }, ...costs.map((run, k) => swatch(run.name, seriesColour(k)))),
     );
   }
-  section.append(table(["", ...runs.map((run) => run.name)], figures(runs)));
+  out.append(table(["", ...runs.map((run) => run.name)], figures(runs)));
   const other = differences(runs);
-  if (other.length)
-    section.append(html("h3", {}, "Set otherwise"), table(["key", ...runs.map((run) => run.name)], other));
-  return section;
+  if (other.length) out.append(html("h3", {}, "Set otherwise"), table(["key", ...runs.map((run) => run.name)], other));
+  return out;
 }

@@ -49,7 +49,6 @@ export interface Contents {
   surface?: {
     vertices_m: Packed;
     triangles: Packed;
-    reachable?: Packed;
     inward_normal?: Packed;
   };
   set_up?: {
@@ -115,7 +114,7 @@ export interface Contents {
     points?: number;
     rows?: number;
   }[];
-  asset?: { bytes: string; range_m: number; max_step_m: number; program?: string };
+  asset?: { bytes: string; range_m: number; program?: string };
 }
 
 export function bytes(base64: string): Uint8Array<ArrayBuffer> {
@@ -140,4 +139,22 @@ export function codes(packed: Packed | undefined): Uint8Array<ArrayBuffer> {
 /** Row `i` of a packed array of vectors. */
 export function vector(values: ArrayLike<number>, i: number): [number, number, number] {
   return [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
+}
+
+/** Number of the place nearest to another [m]; -1 where there are none. places_m: three numbers each. */
+export function nearest(places_m: ArrayLike<number>, to_m: ArrayLike<number>): number {
+  let [best, least] = [-1, Number.POSITIVE_INFINITY];
+  for (let i = 0; i < places_m.length / 3; ++i) {
+    let squared = 0;
+    for (let k = 0; k < 3; ++k) squared += (places_m[3 * i + k] - to_m[k]) ** 2;
+    if (squared < least) [best, least] = [i, squared];
+  }
+  return best;
+}
+
+/** The largest finite value; 0 where none is above it. However many: Math.max(...values) has a limit. */
+export function largest(values: Iterable<number>): number {
+  let most = 0;
+  for (const value of values) if (value > most && Number.isFinite(value)) most = value;
+  return most;
 }

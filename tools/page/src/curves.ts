@@ -1,8 +1,9 @@
 // The curves of one test point with its samples, bands and residuals.
 
+import { seriesColour } from "./colours";
 import { type Contents, codes, floats, integers, vector } from "./contents";
-import { choice, html } from "./dom";
-import { plot, type Series } from "./plot";
+import { choice, figure, html, section } from "./dom";
+import { errorPlot, plot, type Series } from "./plot";
 import { millimetres, plain, quantity } from "./words";
 
 interface Row {
@@ -73,30 +74,25 @@ class Curves {
     return this.experiments[point].some((e) => e.kind !== kPress);
   }
 
-  /** Samples of a drawn curve, from 0 to its last knot. */
-  private sampled(kind: number, point: number): { x: number[]; y: number[]; deviation: number[] } {
+  /** A curve of a point from 0 to its last knot, in front of its band where that is known. */
+  private curveSeries(kind: number, point: number, colour: string): Series[] {
     const { knots, value, deviation } = this.curve[kind];
     const count = value.length / this.experiments.length;
-    const take = (all: Float32Array) =>
-      all.length ? Array.from(all.subarray(point * count, (point + 1) * count)) : [];
-    return {
-      x: Array.from({ length: count }, (_, i) => (knots[knots.length - 1] * i) / (count - 1)),
-      y: take(value),
-      deviation: take(deviation),
-    };
+    const take = (all: Float32Array) => Array.from(all.subarray(point * count, (point + 1) * count));
+    const x = Array.from({ length: count }, (_, i) => (knots[knots.length - 1] * i) / (count - 1));
+    const y = take(value);
+    const half = take(deviation).map((d) => d * this.contents.band_deviations);
+    const line: Series = { kind: "line", colour, x, y };
+    if (half.length === 0 || !half.every(Number.isFinite)) return [line];
+    return [{ kind: "band", colour, x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) }, line];
   }
 
   /** Force over depth: band, curve, knots, the presses' rows. */
   private pressPlot(point: number, between?: PlaceCurve): SVGSVGElement {
     const u = vector(this.normal, point);
-    const { x, y, deviation } = this.sampled(0, point);
-    const series: Series[] = [];
-    if (deviation.every(Number.isFinite) && deviation.length) {
-      const half = deviation.map((d) => d * this.contents.band_deviations);
-      series.push({ kind: "band", look: "c0", x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) });
-    }
-    series.push({ kind: "line", look: "c0", x, y });
-    if (between) series.push({ kind: "line", look: "c1 dashed", x: between.depth_m, y: between.force_N });
+    const series = this.curveSeries(0, point, seriesColour(0));
+    if (between)
+      series.push({ kind: "line", look: "dashed", colour: seriesColour(1), x: between.depth_m, y: between.force_N });
     const good: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
     const bad: Series = { kind: "dots", look: "bad", x: [], y: [], titles: [] };
     for (const e of this.experiments[point].filter((e) => e.kind === kPress)) {
@@ -148,10 +144,10 @@ class Curves {
         const depth = millimetres(dot(first, u));
         const x = e.rows.map((row) => dot(way(row), along));
         series.push(
-          { kind: "line", look: `c${k % 8}`, x, y: e.rows.map((row) => dot(row.fitted, along)) },
+          { kind: "line", colour: seriesColour(k), x, y: e.rows.map((row) => dot(row.fitted, along)) },
           {
             kind: "dots",
-            look: `c${k % 8}`,
+            colour: seriesColour(k),
             x,
             y: e.rows.map((row) => (row.status === "good" ? dot(row.force, along) : Number.NaN)),
             titles: e.rows.map(
@@ -170,10 +166,9 @@ class Curves {
 
   /** How far the fitted law is off at each good row, against what can be felt. */
   private residualPlot(point: number): SVGSVGElement {
-    const { floor_N, share } = this.contents.jnd;
     const u = vector(this.normal, point);
     const press: Series = { kind: "dots", look: "sample", x: [], y: [], titles: [] };
-    const drag: Series = { kind: "dots", look: "c1", x: [], y: [], titles: [] };
+    const drag: Series = { kind: "dots", colour: seriesColour(1), x: [], y: [], titles: [] };
     for (const e of this.experiments[point])
       for (const row of e.rows) {
         if (row.status !== "good" || !row.fitted.every(Number.isFinite)) continue;
@@ -186,39 +181,21 @@ class Curves {
           `${millimetres(dot(row.deflection, u), 2)} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
         );
       }
-    const all = [...press.x, ...drag.x];
-    const most = (all.length ? Math.max(...all) : 1) * 1.04;
-    const at = [0, Math.min(floor_N / share, most), most];
-    const limit = at.map((x) => Math.max(floor_N, share * x));
-    return plot(
-      "Residual of each row over its force",
-      { label: "force [N]", min: 0, max: most },
-      { label: "residual [N]", min: 0, max: Math.max(...limit, ...press.y, ...drag.y) * 1.05 },
-      [
-        { kind: "band", look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
-        { kind: "line", look: "jnd", x: at, y: limit },
-        press,
-        drag,
-      ],
-    );
+    return errorPlot("Residual of each row over its force", "force [N]", "residual [N]", this.contents.jnd, [
+      press,
+      drag,
+    ]);
   }
 
   /** Curves beside the normal one: lateral force, limit. */
   private otherPlot(kind: number, point: number): SVGSVGElement {
-    const { x, y, deviation } = this.sampled(kind, point);
     const name = this.curve[kind].name;
-    const half = deviation.map((d) => d * this.contents.band_deviations);
-    const series: Series[] =
-      half.length && half.every(Number.isFinite)
-        ? [{ kind: "band", look: "c2", x, y: y.map((v, i) => v - half[i]), y2: y.map((v, i) => v + half[i]) }]
-        : [];
-    series.push({ kind: "line", look: "c2", x, y });
     const label = name === "lateral" ? "lateral deflection [mm]" : "depth [mm]";
     return plot(
       `${name} force`,
       { label, scale: 1e3, min: 0 },
       { label: name === "limit" ? "force at which it slides [N]" : `${name} force [N]`, min: 0 },
-      series,
+      this.curveSeries(kind, point, seriesColour(2)),
     );
   }
 
@@ -226,7 +203,6 @@ class Curves {
   show(point: number, between?: PlaceCurve): Node[] {
     const points = this.contents.points;
     if (!points) return [];
-    const figure = (caption: string, picture: Node) => html("figure", {}, html("figcaption", {}, caption), picture);
     const residual = floats(points.rms_residual_N)[point];
     const facts = [
       `${points.status[point]} fit`,
@@ -280,13 +256,7 @@ export class PointSection {
     );
     select.id = "point-choice";
     this.list = select;
-    this.element = html(
-      "section",
-      { id: "curves", "aria-labelledby": "curves-title" },
-      html("h2", { id: "curves-title" }, "Curves of a point"),
-      html("p", {}, element),
-      this.detail,
-    );
+    this.element = section("curves", "Curves of a point", html("p", {}, element), this.detail);
   }
 
   choose(point: number, between?: PlaceCurve): void {

@@ -60,3 +60,22 @@ export function choice(
   );
   return { element: html("label", {}, `${label} `, select), select };
 }
+
+/** A section with its heading; `id` names it in links. */
+export function section(id: string, title: string, ...children: Child[]): HTMLElement {
+  return html(
+    "section",
+    { id, "aria-labelledby": `${id}-title` },
+    html("h2", { id: `${id}-title` }, title),
+    ...children,
+  );
+}
+
+export function figure(caption: string, ...children: Child[]): HTMLElement {
+  return html("figure", {}, html("figcaption", {}, caption), ...children);
+}
+
+/** A patch of a CSS colour with what it stands for. Class names say how else it looks (style.css). */
+export function swatch(text: string, colour: string, look = ""): HTMLElement {
+  return html("span", {}, html("i", { class: `swatch ${look}`, style: `--c: ${colour}` }), text);
+}

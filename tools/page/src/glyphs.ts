@@ -17,6 +17,7 @@ import {
   SphereGeometry,
   Vector3,
 } from "three";
+import { kSetUpColours } from "./colours";
 import { type Contents, floats, integers, type Setting } from "./contents";
 
 /** Held nodes, the base mesh, the window and the inclusions; not visible yet. */
@@ -30,11 +31,11 @@ export function setUpGroup(contents: Contents): Group {
   const volume = new BufferGeometry();
   volume.setAttribute("position", new BufferAttribute(floats(set_up.nodes_m), 3));
   volume.setIndex(new BufferAttribute(new Uint32Array(integers(set_up.boundary).buffer), 1));
-  const wire = (color: number, opacity: number, depthTest: boolean) =>
+  const wire = (color: string, opacity: number, depthTest: boolean) =>
     new MeshBasicMaterial({ color, wireframe: true, transparent: true, opacity, depthTest });
   group.add(
-    new Points(held, new PointsMaterial({ color: 0xcc79a7, size: 6, sizeAttenuation: false })),
-    new Mesh(volume, wire(0x808080, 0.35, false)),
+    new Points(held, new PointsMaterial({ color: kSetUpColours.held, size: 6, sizeAttenuation: false })),
+    new Mesh(volume, wire("#808080", 0.35, false)),
   );
   const numbers = (key: string): number[] => {
     const setting: Setting | undefined = set_up.settings[key];
@@ -45,7 +46,7 @@ export function setUpGroup(contents: Contents): Group {
     const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low)$/.exec(key);
     if (!found) continue;
     const [, owner, shape] = found;
-    const colour = owner.startsWith("inclusion") ? 0xd55e00 : 0x0072b2;
+    const colour = kSetUpColours[owner.startsWith("inclusion") ? "inclusion" : "window"];
     if (shape === "box/low") {
       group.add(new Box3Helper(new Box3(place(key), place(`${owner}/box/high`)), new Color(colour)));
     } else {

@@ -16,7 +16,7 @@ function build(contents: Contents): void {
   document.title = `${contents.name} - Palpate`;
   const main = html("main", {});
   const header = html("header", {}, html("h1", {}, contents.name), html("p", { class: "verdict" }, verdict(contents)));
-  const points = contents.points ? new PointSection(contents) : undefined;
+  const points = contents.points?.name.length ? new PointSection(contents) : undefined;
   const sections = [
     contents.statement || contents.points ? statementSection(contents) : undefined,
     compareSection(contents),

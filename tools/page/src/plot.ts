@@ -1,7 +1,8 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
+import { type Contents, largest } from "./contents";
 import { svg } from "./dom";
-import { tickLabel, ticks } from "./words";
+import { percent, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
@@ -11,11 +12,11 @@ export interface Axis {
   max?: number;
 }
 
-/** Points of a series in data units. Class names say how it looks (style.css). */
+/** Points of a series in data units. `look`: class names (style.css); `colour`: of CSS. */
 export interface Series {
   kind: "line" | "dots" | "band";
-  name?: string;
-  look: string;
+  look?: string;
+  colour?: string;
   x: number[];
   y: number[];
   /** The other edge of a band. */
@@ -81,17 +82,21 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
   );
   for (const s of series) {
     const place = (i: number, values: number[]) => `${px(s.x[i]).toFixed(2)},${py(values[i]).toFixed(2)}`;
+    const shape = {
+      class: `${s.kind === "dots" ? "dot" : s.kind} ${s.look ?? ""}`,
+      style: s.colour ? `--c: ${s.colour}` : false,
+    };
     const good = s.x.map((_, i) => i).filter((i) => Number.isFinite(s.x[i]) && Number.isFinite(s.y[i]));
     if (s.kind === "line") {
-      root.append(svg("polyline", { class: `line ${s.look}`, points: good.map((i) => place(i, s.y)).join(" ") }));
+      root.append(svg("polyline", { ...shape, points: good.map((i) => place(i, s.y)).join(" ") }));
     } else if (s.kind === "band") {
       const back = s.y2 ?? s.y;
       const edge = [...good.map((i) => place(i, s.y)), ...good.reverse().map((i) => place(i, back))];
-      root.append(svg("polygon", { class: `band ${s.look}`, points: edge.join(" ") }));
+      root.append(svg("polygon", { ...shape, points: edge.join(" ") }));
     } else {
       for (const i of good) {
         const dot = svg("circle", {
-          class: `dot ${s.look}`,
+          ...shape,
           cx: px(s.x[i]).toFixed(2),
           cy: py(s.y[i]).toFixed(2),
           r: 3,
@@ -102,6 +107,25 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
     }
   }
   return root;
+}
+
+/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. */
+export function errorPlot(
+  title: string,
+  forceLabel: string,
+  errorLabel: string,
+  { floor_N, share }: Contents["jnd"],
+  dots: Series[],
+): SVGSVGElement {
+  const most = 1.04 * (largest(dots.flatMap((s) => s.x)) || 1);
+  const at = [0, Math.min(floor_N / share, most), most];
+  const limit = at.map((force) => Math.max(floor_N, share * force));
+  const highest = 1.05 * largest([...limit, ...dots.flatMap((s) => s.y)]);
+  return plot(title, { label: forceLabel, min: 0, max: most }, { label: errorLabel, min: 0, max: highest }, [
+    { kind: "band", look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
+    { kind: "line", look: "jnd", x: at, y: limit },
+    ...dots,
+  ]);
 }
 
 export interface Bar {
@@ -118,7 +142,7 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
   const height = rows.length * step + 34;
   const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95));
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
-  const said = rows.map((r) => `${r.name} ${(100 * r.p95).toFixed(1)} %`).join(", ");
+  const said = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
   const root = svg("svg", {
     viewBox: `0 0 ${kWidth} ${height}`,
     role: "img",
@@ -138,7 +162,7 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
       svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
       svg("rect", { class: "bar p95", x: left, y, width: Math.max(px(row.p95) - left, 0.5), height: 16 }),
       svg("rect", { class: "bar median", x: left, y: y + 4, width: Math.max(px(row.median) - left, 0.5), height: 8 }),
-      svg("text", { x: px(row.p95) + 5, y: y + 13 }, `${(100 * row.p95).toFixed(row.p95 < 0.0995 ? 1 : 0)} %`),
+      svg("text", { x: px(row.p95) + 5, y: y + 13 }, percent(row.p95, row.p95 < 0.0995 ? 1 : 0)),
     );
   });
   root.append(svg("line", { class: "jnd", x1: px(jnd), x2: px(jnd), y1: 2, y2: height - 28 }));

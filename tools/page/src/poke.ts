@@ -3,8 +3,9 @@
 import { Vector3 } from "three";
 import workerSource from "worker-source";
 import type { BodyView, Place } from "./body";
-import { bytes, type Contents, floats } from "./contents";
-import { html } from "./dom";
+import { seriesColour } from "./colours";
+import { bytes, type Contents, floats, largest } from "./contents";
+import { html, swatch } from "./dom";
 import { Answer } from "./engine";
 import { ForceGraph } from "./force-graph";
 import type { Batch, News, Order, Vector } from "./worker";
@@ -47,7 +48,7 @@ export class Poke {
     this.range_m = contents.asset?.range_m ?? 0.01;
     const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
     this.ball_m = radius ?? 0;
-    this.fullForce_N = Math.max(...floats(contents.maps?.force_N), 1e-9);
+    this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1e-9;
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
     this.depth = html("input", {
       type: "range",
@@ -77,12 +78,7 @@ export class Poke {
       html("label", {}, "Depth ", this.depth, " ", this.depthText),
       html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
       this.graph.canvas,
-      html(
-        "p",
-        { class: "legend" },
-        html("span", {}, html("i", { class: "swatch c0" }), "normal"),
-        html("span", {}, html("i", { class: "swatch c1" }), "lateral force [N]"),
-      ),
+      html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force [N]", seriesColour(1))),
       html(
         "dl",
         {},
@@ -183,6 +179,11 @@ export class Poke {
     return place.position.clone().addScaledVector(place.outward, -depth_m).toArray();
   }
 
+  /** Beside the surface, where a touch begins and ends. */
+  private lifted(): Vector {
+    return this.at(-0.3 * this.range_m);
+  }
+
   private showDepth(): void {
     this.depthText.textContent = millimetres(Number(this.depth.value));
   }
@@ -199,7 +200,7 @@ export class Poke {
     this.isBlended = this.blendBox.checked;
     this.order({
       order: "touch",
-      from: this.at(-0.3 * this.range_m),
+      from: this.lifted(),
       to: this.at(Number(this.depth.value)),
       interpolates: this.isBlended,
     });
@@ -219,7 +220,7 @@ export class Poke {
     if (!this.isPressed) return;
     this.isPressed = false;
     this.pressButton.textContent = "Press";
-    if (this.place) this.order({ order: "move", to: this.at(-0.3 * this.range_m) });
+    if (this.place) this.order({ order: "move", to: this.lifted() });
   }
 
   private drag(place: Place | undefined): void {
@@ -317,7 +318,7 @@ export class Poke {
   private show(batch: Batch): void {
     const a = batch.answer;
     this.graph.add(batch.pressing_N, batch.sliding_N);
-    const force = new Vector3(a[0], a[1], a[2]);
+    const force = new Vector3().fromArray(a, Answer.force_N);
     const last = batch.pressing_N.length - 1;
     const state = a[Answer.state];
     const text: Record<string, string> = {
@@ -336,9 +337,8 @@ export class Poke {
       if (element) element.textContent = value;
     }
     const tip = new Vector3(...batch.tip);
-    const outward = state === 0 ? (this.place as Place).outward : new Vector3(-a[6], -a[7], -a[8]);
-    const isAway =
-      !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.at(-0.3 * this.range_m))) < 1e-5;
+    const outward = state === 0 ? (this.place as Place).outward : new Vector3().fromArray(a, Answer.normal).negate();
+    const isAway = !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.lifted())) < 1e-5;
     this.view.showTool(isAway ? undefined : tip, outward, this.ball_m, force, this.fullForce_N);
     if (isAway) this.order({ order: "rest" });
   }

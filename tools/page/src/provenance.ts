@@ -1,7 +1,7 @@
 // Where the numbers come from: warnings, scene, files, versions, timings.
 
-import { type Contents, floats, integers, type Setting } from "./contents";
-import { html, table } from "./dom";
+import { type Contents, codes, floats, type Setting } from "./contents";
+import { html, section, table } from "./dom";
 import { digits, plain, quantity } from "./words";
 
 /** A setting with its unit. */
@@ -23,9 +23,9 @@ function counts(contents: Contents): string[] {
   };
   const rows = contents.rows;
   if (rows) {
-    const codes = Array.from(atob(rows.status.bytes), (c) => rows.status_names[c.charCodeAt(0)]);
-    const bad = tally(codes);
-    if (bad) out.push(`Of ${codes.length} rows, these were not used: ${bad}.`);
+    const status = Array.from(codes(rows.status), (code) => rows.status_names[code]);
+    const bad = tally(status);
+    if (bad) out.push(`Of ${status.length} rows, these were not used: ${bad}.`);
   }
   const points = contents.points;
   if (points) {
@@ -43,20 +43,11 @@ function counts(contents: Contents): string[] {
 export function warningsSection(contents: Contents): HTMLElement | undefined {
   const all = [...counts(contents), ...contents.warnings];
   if (!all.length) return undefined;
-  return html(
-    "section",
-    { id: "warnings", "aria-labelledby": "warnings-title" },
-    html("h2", { id: "warnings-title" }, "To be known"),
-    html("ul", {}, ...all.map((text) => html("li", {}, text))),
-  );
+  return section("warnings", "To be known", html("ul", {}, ...all.map((text) => html("li", {}, text))));
 }
 
 export function provenanceSection(contents: Contents): HTMLElement {
-  const section = html(
-    "section",
-    { id: "provenance", "aria-labelledby": "provenance-title" },
-    html("h2", { id: "provenance-title" }, "Where it comes from"),
-  );
+  const out = section("provenance", "Where it comes from");
   const facts: string[][] = [["page written by", contents.program]];
   if (contents.asset?.program) facts.push(["asset written by", contents.asset.program]);
   if (contents.family) facts.push(["law of the curves", contents.family]);
@@ -70,16 +61,16 @@ export function provenanceSection(contents: Contents): HTMLElement {
   }
   const points = contents.points;
   if (points) facts.push(["test points", String(points.name.length)]);
-  if (contents.rows) facts.push(["rows", String(integers(contents.rows.point).length)]);
-  if (contents.set_up) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
+  if (contents.rows) facts.push(["rows", String(codes(contents.rows.status).length)]);
+  if (contents.set_up?.tets) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
   if (contents.statement) {
     facts.push(["a tick of the engine", quantity(contents.statement.tick_ns * 1e-9, "s")]);
     facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);
   }
-  section.append(table(["", ""], facts));
+  out.append(table(["", ""], facts));
   const folded = (title: string, content: Node) => html("details", {}, html("summary", {}, title), content);
   if (contents.files?.length)
-    section.append(
+    out.append(
       folded(
         "Files",
         table(
@@ -90,7 +81,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
     );
   const settings = Object.entries(contents.set_up?.settings ?? {});
   if (settings.length)
-    section.append(
+    out.append(
       folded(
         "Scene",
         table(
@@ -101,7 +92,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
     );
   if (points) {
     const [rms, max] = [floats(points.rms_residual_N), floats(points.max_residual_N)];
-    section.append(
+    out.append(
       folded(
         "Test points",
         table(
@@ -121,7 +112,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
   if (recordings) {
     const noise = floats(recordings.noise_N);
     const young = floats(recordings.young_Pa);
-    section.append(
+    out.append(
       folded(
         "Recordings",
         table(
@@ -138,5 +129,5 @@ export function provenanceSection(contents: Contents): HTMLElement {
       ),
     );
   }
-  return section;
+  return out;
 }

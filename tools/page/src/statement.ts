@@ -1,8 +1,9 @@
 // The error statement, first in words, then as pictures.
 
+import { seriesColour } from "./colours";
 import { type Contents, type ErrorFigures, floats, type Statement, vector } from "./contents";
-import { html, table } from "./dom";
-import { type Bar, bars, plot, type Series } from "./plot";
+import { figure, html, section, swatch, table } from "./dom";
+import { type Bar, bars, errorPlot } from "./plot";
 import { counted, percent, plain, quantity } from "./words";
 
 export function verdict(contents: Contents): string {
@@ -40,25 +41,20 @@ function rows_of(errors: Record<string, ErrorFigures>): Bar[] {
   return Object.entries(errors).map(([name, e]) => ({ name: plain(name), median: e.median_rel, p95: e.p95_rel }));
 }
 
-function figure(caption: string, picture: Node): HTMLElement {
-  return html("figure", {}, html("figcaption", {}, caption), picture);
-}
-
 /** Every compared row: its error over its force, and what a person cannot feel. */
 function scatter(contents: Contents): HTMLElement | undefined {
   const held = contents.held_out;
-  if (!held) return undefined;
+  if (!held?.point.length) return undefined;
   const force = floats(held.force_N);
   const engine = floats(held.engine_N);
   const kinds = [...new Set(held.path)];
   const norm = (v: number[]) => Math.hypot(...v);
-  const series: Series[] = kinds.map((kind, k) => ({
-    kind: "dots",
-    look: `c${k}`,
-    name: plain(kind),
-    x: [],
-    y: [],
-    titles: [],
+  const series = kinds.map((_, k) => ({
+    kind: "dots" as const,
+    colour: seriesColour(k),
+    x: [] as number[],
+    y: [] as number[],
+    titles: [] as string[],
   }));
   held.path.forEach((kind, i) => {
     const [f, e] = [vector(force, i), vector(engine, i)];
@@ -66,44 +62,34 @@ function scatter(contents: Contents): HTMLElement | undefined {
     const error = norm([0, 1, 2].map((k) => e[k] - f[k]));
     s.x.push(norm(f));
     s.y.push(error);
-    s.titles?.push(`${held.point[i]}, ${plain(kind)}: ${quantity(norm(f), "N")}, off by ${quantity(error, "N")}`);
+    s.titles.push(`${held.point[i]}, ${plain(kind)}: ${quantity(norm(f), "N")}, off by ${quantity(error, "N")}`);
   });
-  const most = Math.max(...series.flatMap((s) => s.x)) * 1.04;
-  const { floor_N, share } = contents.jnd;
-  const knee = Math.min(floor_N / share, most);
-  const limit = (x: number) => Math.max(floor_N, share * x);
-  const line: Series = { kind: "line", look: "jnd", x: [0, knee, most], y: [0, knee, most].map(limit) };
-  const area: Series = { kind: "band", look: "unfelt", x: line.x, y: line.y, y2: [0, 0, 0] };
-  const highest = Math.max(limit(most), ...series.flatMap((s) => s.y)) * 1.05;
-  const picture = plot(
-    "Error of each held-out row over its force, with the just noticeable difference",
-    { label: "force of the reference [N]", min: 0, max: most },
-    { label: "error [N]", min: 0, max: highest },
-    [area, line, ...series],
+  return figure(
+    "Every row: what lies in the shaded area cannot be felt",
+    errorPlot(
+      "Error of each held-out row over its force, with the just noticeable difference",
+      "force of the reference [N]",
+      "error [N]",
+      contents.jnd,
+      series,
+    ),
+    html(
+      "p",
+      { class: "legend" },
+      ...kinds.map((kind, k) => swatch(plain(kind), seriesColour(k))),
+      swatch("just noticeable", "", "jnd"),
+    ),
   );
-  const legend = html(
-    "p",
-    { class: "legend" },
-    ...kinds.map((kind, k) => html("span", {}, html("i", { class: `swatch c${k}` }), plain(kind))),
-    html("span", {}, html("i", { class: "swatch jnd" }), "just noticeable"),
-  );
-  const out = figure("Every row: what lies in the shaded area cannot be felt", picture);
-  out.append(legend);
-  return out;
 }
 
 export function statementSection(contents: Contents): HTMLElement {
-  const section = html(
-    "section",
-    { id: "error", "aria-labelledby": "error-title" },
-    html("h2", { id: "error-title" }, "How wrong it is"),
-  );
+  const out = section("error", "How wrong it is");
   const s = contents.statement;
   if (!s) {
-    section.append(html("p", {}, "No statement: palpate run, or palpate validate, makes one from fresh experiments."));
-    return section;
+    out.append(html("p", {}, "No statement: palpate run, or palpate validate, makes one from fresh experiments."));
+    return out;
   }
-  section.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
+  out.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
   const pictures = html("div", { class: "figures" });
   const rows = scatter(contents);
   if (rows) pictures.append(rows);
@@ -114,14 +100,14 @@ export function statementSection(contents: Contents): HTMLElement {
   ] as [string, Record<string, ErrorFigures>][])
     if (Object.keys(errors).length)
       pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
-  section.append(
+  out.append(
     pictures,
     html(
       "p",
       { class: "legend" },
-      html("span", {}, html("i", { class: "swatch median" }), "median"),
-      html("span", {}, html("i", { class: "swatch p95" }), "95th percentile of the error as a share of the force"),
-      html("span", {}, html("i", { class: "swatch jnd" }), `just noticeable, ${percent(contents.jnd.share, 0)}`),
+      swatch("median", seriesColour(0)),
+      swatch("95th percentile of the error as a share of the force", seriesColour(0), "p95"),
+      swatch(`just noticeable, ${percent(contents.jnd.share, 0)}`, "", "jnd"),
     ),
     html(
       "details",
@@ -141,5 +127,5 @@ export function statementSection(contents: Contents): HTMLElement {
       ),
     ),
   );
-  return section;
+  return out;
 }

@@ -1,6 +1,7 @@
 // The force thread: ticks the engine at 1 kHz beside the page, whatever the frames do. A browser
 // wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
 
+import { vector } from "./contents";
 import { Answer, Engine } from "./engine";
 
 export type Vector = [number, number, number];
@@ -64,15 +65,17 @@ function tick(): void {
   tip = tip.map((v, k) => v + share * way[k]) as Vector;
   engine.tick(...tip);
   const a = engine.answer();
+  const force = vector(a.subarray(Answer.force_N), 0);
+  const inward = vector(a.subarray(Answer.normal), 0);
   if (recorded < kRecorded) {
     tips.set(tip, 3 * recorded);
-    forces.set(a.subarray(Answer.force_N, 3), 3 * recorded);
+    forces.set(force, 3 * recorded);
     ++recorded;
   }
   slid ||= a[Answer.state] === kSlip;
-  const normal = -(a[0] * a[6] + a[1] * a[7] + a[2] * a[8]);
+  const normal = -force.reduce((sum, f, k) => sum + f * inward[k], 0);
   pressing.push(normal);
-  sliding.push(Math.hypot(a[0] + normal * a[6], a[1] + normal * a[7], a[2] + normal * a[8]));
+  sliding.push(Math.hypot(...force.map((f, k) => f + normal * inward[k])));
   ++ticks;
 }
 
@@ -152,12 +155,9 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
   else if (data.order === "move") target = data.to;
   else if (data.order === "record")
     say({ news: "record", tip_m: tips.slice(0, 3 * recorded), force_N: forces.slice(0, 3 * recorded) });
-  else if (data.order === "rest") {
+  else {
     clearTimeout(timer);
     timer = undefined;
-  } else {
-    clearTimeout(timer);
-    timer = undefined;
-    say({ news: "measured", ticks_per_s: measure() });
+    if (data.order === "measure") say({ news: "measured", ticks_per_s: measure() });
   }
 });
