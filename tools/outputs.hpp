@@ -13,13 +13,12 @@ std::string kind_of_file(const std::filesystem::path& path);
 
 /// Refuses an output that would replace something else: an input of the command, or a file of a
 /// kind that the command does not write. kinds: what it may replace, a table by how its header
-/// begins; none: nothing.
-/// Throws Error.
+/// begins; none: nothing. Throws Error.
 void check_output(const std::filesystem::path& output, std::span<const std::string_view> kinds,
                   std::span<const std::string> inputs);
 
-/// The folder of a run. The constructor refuses (Error) what can be no such folder and writes
-/// nothing;
+/// The folder of a run. The constructor refuses (Error) what can be no such folder, and writes
+/// nothing.
 /// `claim` makes the folder and keeps a second run out of it until this object or the program ends.
 class OutputFolder {
  public:

@@ -65,9 +65,9 @@ std::vector<ElementPoint> element_points() {
 }
 
 Eigen::VectorXd unit_constant(const Eigen::VectorXd& weight) {
-  const Eigen::VectorXd one = (weight.array() != 0).cast<double>();
-  const double norm = std::sqrt(one.cwiseAbs2().dot(weight));
-  return norm > 0 ? Eigen::VectorXd(one / norm) : one;
+  const double sum = weight.sum();
+  if (!(sum > 0)) return Eigen::VectorXd::Zero(weight.size());
+  return (weight.array() != 0).cast<double>() / std::sqrt(sum);
 }
 
 }  // namespace palpate::fem

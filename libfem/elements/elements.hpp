@@ -65,7 +65,8 @@ ElementPoint element_point(const Eigen::Vector4d& barycentric, double weight);
 /// Source: Keast 1986 (doi:10.1016/0045-7825(86)90059-9).
 std::vector<ElementPoint> element_points();
 
-/// The constant function at points, of norm 1 under the weights; 0 at points of weight 0.
+/// The constant function at points, of norm 1 under the weights [m^3]: [m^-1.5], 0 at points of
+/// weight 0.
 Eigen::VectorXd unit_constant(const Eigen::VectorXd& weight);
 
 }  // namespace palpate::fem

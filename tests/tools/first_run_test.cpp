@@ -67,6 +67,13 @@ TEST(new_scene, takes_the_choices_it_is_given) {
   EXPECT_THROW(propose_scene("block.off", block(8), {.unit = "furlong"}), Error);
 }
 
+TEST(new_scene, reads_back_the_name_of_a_mesh_whatever_it_holds) {
+  for (const char* name : {"block.off", "C:\\tmp\\new.off", "o'brien \"left\" \\1.off"}) {
+    const ProposedScene proposed = propose_scene(name, block(8), {});
+    EXPECT_EQ(parse_scene(proposed.text, "scene.toml").body.surface->filename(), name);
+  }
+}
+
 TEST(new_scene, replaces_no_file) {
   const Folder folder;
   const fs::path mesh = folder.write("block.off", block_off(8));

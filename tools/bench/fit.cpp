@@ -1,15 +1,14 @@
 #include <fmt/core.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <random>
 
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "tools/bench/bench.hpp"
+#include "tools/bench/machine.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -94,29 +93,10 @@ double plain_fit(const Samples& samples, int points, int steps) {
 
 volatile double kept;  // so that nothing is optimized away
 
-// The most memory that the process had since forget_peak(); since it began where that is refused.
-double peak_MB() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1024;
-  return 0;
-}
-void forget_peak() { std::ofstream("/proc/self/clear_refs") << 5; }
-
-// CPU of all threads so far: unlike the clock's, other work on the machine adds little to it.
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 struct FitTime {
   int curves = 0, rows = 0;  // rows of a point
   std::string what;
-  double seconds = 0, cpu_seconds = 0, peak_MB = 0;
+  double seconds = 0, cpu_seconds = 0, peak_MiB = 0;
 };
 
 template <class Act>
@@ -127,11 +107,11 @@ void measure(const std::string& what, int points, int rows, std::vector<FitTime>
   act();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   lines.push_back(
-      {kCurveKinds * points, rows, what, seconds.count(), cpu_seconds() - cpu, peak_MB()});
+      {kCurveKinds * points, rows, what, seconds.count(), cpu_seconds() - cpu, peak_MiB()});
   const FitTime& line = lines.back();
-  say("{:8} curves, {:4} rows a point, {:22} {:8.0f} curves/s, {:8.0f} per CPU second, {:6.0f} MB",
+  say("{:8} curves, {:4} rows a point, {:22} {:8.0f} curves/s, {:8.0f} per CPU second, {:6.0f} MiB",
       line.curves, rows, what, line.curves / line.seconds, line.curves / line.cpu_seconds,
-      line.peak_MB);
+      line.peak_MiB);
 }
 
 void measure_all(int points, int steps, int jobs, std::vector<FitTime>& lines) {
@@ -150,13 +130,10 @@ void measure_all(int points, int steps, int jobs, std::vector<FitTime>& lines) {
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<FitTime>& lines) {
-  static constexpr std::string_view kHeader[] = {"curves",  "rows_per_point", "what",
-                                                 "seconds", "cpu_seconds",    "curves_per_s",
-                                                 "peak_MB", "machine"};
-  std::ifstream info("/proc/cpuinfo");
-  std::string machine = "unknown processor";
-  for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0) machine = line.substr(line.find(':') + 2);
+  static constexpr std::string_view kHeader[] = {"curves",   "rows_per_point", "what",
+                                                 "seconds",  "cpu_seconds",    "curves_per_s",
+                                                 "peak_MiB", "machine"};
+  const std::string processor = machine();
   CsvWriter csv(path, kHeader);
   for (const FitTime& line : lines)
     csv.integer(line.curves)
@@ -165,8 +142,8 @@ void write_table(const std::filesystem::path& path, const std::vector<FitTime>& 
         .number(line.seconds)
         .number(line.cpu_seconds)
         .number(line.curves / line.seconds)
-        .number(line.peak_MB)
-        .text(machine)
+        .number(line.peak_MiB)
+        .text(processor)
         .end_row();
   csv.commit();
 }

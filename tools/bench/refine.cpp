@@ -1,16 +1,14 @@
 #include <fmt/core.h>
-#include <sys/resource.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/refine.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/bodies.hpp"
+#include "tools/bench/machine.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -23,30 +21,10 @@ constexpr SurfaceSize kSizes[] = {{100, 99}, {316, 315}, {1000, 999}};  // 10^4,
 constexpr SurfaceSize kPoints = {32, 30};                               // 992 test points
 constexpr int kPieces = 12;
 
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Three digits: more are noise.
 double rounded(double value) {
   const double scale = std::pow(10, 2 - std::floor(std::log10(value)));
   return std::round(value * scale) / scale;
-}
-
-std::string machine() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "unknown";
-}
-
-// The most that this process has had in memory so far [MiB].
-double peak_MiB() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 FittedCurves curves_of(const Model& model) {

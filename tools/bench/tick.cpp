@@ -1,10 +1,9 @@
 #include <fmt/core.h>
 
-#include <fstream>
-
 #include "libfit/io/csv/csv.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/finger_proxy.hpp"
+#include "tools/bench/machine.hpp"
 #include "tools/bench/tick_flops.hpp"
 #include "tools/bench/tick_timing.hpp"
 #include "tools/console.hpp"
@@ -63,13 +62,6 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
     }
   say("{} nodes, {} triangles, {}, {:.1f} MB done", asset.vertices, asset.triangles, law,
       1e-6 * double(asset.file_bytes));
-}
-
-std::string machine() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "unknown processor";
 }
 
 void write_table(const std::filesystem::path& path, const std::vector<TickTime>& lines) {

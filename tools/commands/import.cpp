@@ -10,6 +10,7 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
+#include "tools/stages/fingerprint.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -101,7 +102,8 @@ class Import final : public Command {
     const fs::path journal = beside(output_, ".journal");
     if (std::error_code ignored; force_) fs::remove(journal, ignored);
     ConsoleProgress progress("import");
-    BatchOptions batch{job_count(jobs_), journal, Mat3::Identity()};
+    BatchOptions batch{
+        .jobs = job_count(jobs_), .journal = journal, .program = import_fingerprint()};
     if (options.motion) batch.body_from_rig = options.motion->rotation;
     const auto results = run_batch(manifest.items, batch, progress.progress());
     const auto done = static_cast<std::size_t>(std::count_if(

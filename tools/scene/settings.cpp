@@ -120,7 +120,7 @@ class SettingsWriter {
   Settings settings_;
 };
 
-// Takes the members of a section from where Writer put them.
+// Takes the members of a section from where SettingsWriter put them.
 class SettingsReader {
  public:
   SettingsReader(const Settings& settings, const std::string& where)

@@ -35,6 +35,8 @@ std::string_view bytes_of(const Matrix& matrix) {
 
 }  // namespace
 
+std::string import_fingerprint() { return stage_hash("import").hex(); }
+
 std::string body_fingerprint(const Scene& scene) {
   ContentHash hash = stage_hash("body");
   hash.add(canonical(scene, Stage::prepare));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libfem/mesh/repair/facts.hpp"
@@ -175,10 +176,10 @@ void check_side(const std::string& name) {
                 fmt::format("Use one of {}.", fmt::join(kSides, ", ")));
 }
 
-// A TOML literal: a file's name may hold what a basic string would take for an escape.
+// A TOML string: what JSON escapes in a file's name, and how, TOML understands.
 std::string quoted(const std::filesystem::path& path) {
-  const std::string text = path.string();
-  return text.find('\'') == std::string::npos ? "'" + text + "'" : "\"" + text + "\"";
+  using Json = nlohmann::json;
+  return Json(path.string()).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 // wrap_m: 0 where the surface needs none.

@@ -28,9 +28,9 @@ std::string likely_unit(const Vec3& extent);
 /// A commented scene for a surface mesh.
 /// mesh: its file, as the scene shall name it. surface: as the file holds it, in the file's unit.
 /// The body rests on a flat side whose opposite can be pressed on (held where a quarter of its
-/// surface lies); the window lies opposite;
-/// the ball is an eighth of the thickness under the window and presses one radius deep; drags are
-/// 0.8 of that long, so that they slip.
+/// surface lies); the window lies opposite. The ball's radius is an eighth of the thickness under
+/// the window, 10 mm at most. It presses one radius deep, and drags go 0.8 of that, so that they
+/// slip.
 /// Throws Error on a unit, tissue or side that does not exist, and on a mesh beyond mending.
 ProposedScene propose_scene(const std::filesystem::path& mesh, const Surface& surface,
                             const SceneChoices& choices);

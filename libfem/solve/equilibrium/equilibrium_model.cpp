@@ -54,16 +54,18 @@ class Equilibrium::CondensedContact {
   Correction solve();
 
  private:
-  using Step = CondensedTangent::CondensedStep;
+  using CondensedStep = CondensedTangent::CondensedStep;
 
   Eigen::VectorXd force() const;
   std::vector<Eigen::Index> touching_unknowns() const;
-  void go(const Step& step, double length);
+  void go(const CondensedStep& step, double length);
   double evaluate(bool with_curvature = true);
   void refactor();
-  Step newton_step() const { return of_.tangent_.step(of_.factor_.flexibility(), residual_); }
+  CondensedStep newton_step() const {
+    return of_.tangent_.step(of_.factor_.flexibility(), residual_);
+  }
   double energy() const { return -0.5 * sum_.w.dot(load_ + sum_.z) + of_.contact_.energy(trial_); }
-  bool falls(const Step& step);
+  bool falls(const CondensedStep& step);
   double descend();
   void iterate_lagged();
   void iterate_coupled();
@@ -72,14 +74,14 @@ class Equilibrium::CondensedContact {
   const Local& at_;
   std::vector<Eigen::Index> node_of_;  // of each contact node
   Eigen::VectorXd load_, force_before_, residual_;
-  Step sum_;  // of all steps, from at_
+  CondensedStep sum_;  // of all steps, from at_
   Points u_;
   const ContactTrial trial_;
   double relative_ = 0;  // size of the residual z - f(w) over that of f
   bool is_coupled_ = true, is_kept_ = false;
 };
 
-Equilibrium::CondensedContact::CondensedContact(Equilibrium& of, const Equilibrium::Step& now)
+Equilibrium::CondensedContact::CondensedContact(Equilibrium& of, const Step& now)
     : of_(of),
       at_(now.at),
       node_of_(of.factor_.contact_nodes().size()),
@@ -122,7 +124,7 @@ std::vector<Eigen::Index> Equilibrium::CondensedContact::touching_unknowns() con
   return out;
 }
 
-void Equilibrium::CondensedContact::go(const Step& step, double length) {
+void Equilibrium::CondensedContact::go(const CondensedStep& step, double length) {
   sum_.w += length * step.w;
   sum_.z += length * step.z;
   for (std::size_t i = 0; i < node_of_.size(); ++i)
@@ -147,7 +149,7 @@ void Equilibrium::CondensedContact::refactor() {
 }
 
 // Halves a step until the energy for the lagged limit falls.
-bool Equilibrium::CondensedContact::falls(const Step& step) {
+bool Equilibrium::CondensedContact::falls(const CondensedStep& step) {
   const double start = energy(), slope = -residual_.dot(step.w);
   if (!(slope < 0)) return false;
   double length = 1;
@@ -165,7 +167,7 @@ double Equilibrium::CondensedContact::descend() {
   if (falls(newton_step())) return evaluate();
   evaluate(false);
   refactor();
-  const Step step = newton_step();
+  const CondensedStep step = newton_step();
   if (!falls(step)) go(step, 1.0 / 256);
   return evaluate();
 }
@@ -181,7 +183,7 @@ void Equilibrium::CondensedContact::iterate_lagged() {
 
 void Equilibrium::CondensedContact::iterate_coupled() {
   if (!is_kept_) refactor();
-  const Step step = newton_step();
+  const CondensedStep step = newton_step();
   const double before = relative_;
   double length = 1;
   go(step, 1);

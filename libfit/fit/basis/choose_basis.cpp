@@ -153,13 +153,13 @@ BasisReport search(const std::vector<PointEvidence>& points, const CurveBasis& n
   for (const PointEvidence& point : points) groups.push_back(point.rows.back().group + 1);
   const int parameters = static_cast<int>(0.8 * median(groups));  // that a training fold can carry
   const int most = std::clamp(parameters - options.degree + 1, 1, options.max_pieces);
-  const KnotPlacer placement(points, normal, range, most, options);
+  const KnotPlacer placer(points, normal, range, most, options);
 
   std::vector<BasisCandidate> candidates;  // the best placement for each number of pieces
   std::size_t best = 0;
   for (int pieces = wanted > 0 ? wanted : 1; pieces <= std::max(most, wanted);
        pieces += pieces < 6 ? 1 : 2) {
-    candidates.push_back(placement.best(pieces, report.evidence));
+    candidates.push_back(placer.best(pieces, report.evidence));
     if (candidates.back().mean_square < candidates[best].mean_square) best = candidates.size() - 1;
     if (wanted > 0 || meets(candidates.back(), options.tolerance)) break;
     if (candidates.size() > best + 4) break;  // four in a row that do not help

@@ -50,6 +50,15 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   }
 }
 
+// Presses tell a lean where they push sideways, and nothing of rings.
+bool is_told(CurveFamily family, const std::vector<CurveRows>& rows, double tolerance) {
+  if (family == CurveFamily::separable) return true;
+  return std::ranges::any_of(rows, [&](const CurveRows& point) {
+    return point.drags > 0 ||
+           (family == CurveFamily::leaning && point.largest_friction > tolerance);
+  });
+}
+
 }  // namespace
 
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
@@ -76,19 +85,6 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
   }
   return {family, median(errors), lower_quantile(errors, 0.95)};
 }
-
-namespace {
-
-// Presses tell a lean where they push sideways, and nothing of rings.
-bool is_told(CurveFamily family, const std::vector<CurveRows>& rows, double tolerance) {
-  if (family == CurveFamily::separable) return true;
-  return std::ranges::any_of(rows, [&](const CurveRows& point) {
-    return point.drags > 0 ||
-           (family == CurveFamily::leaning && point.largest_friction > tolerance);
-  });
-}
-
-}  // namespace
 
 FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
                            const BodyBases& bases, const FitOptions& options) {

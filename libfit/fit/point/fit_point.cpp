@@ -43,7 +43,7 @@ void add_deviations(const PointData& point, const BodyBases& bases, const Eigen:
   }
 }
 
-// Bands and sensors of a point in SI.
+// Bands and nuisance values of a point in SI.
 void add_uncertainty(const PointData& point, const CurveRows& rows, const BodyBases& bases,
                      const Bases& plain, const PointCurves& curves, double length_m, FitLoss loss,
                      PointResult& result) {

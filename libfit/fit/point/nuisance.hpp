@@ -14,13 +14,13 @@ void add_nuisances(const Samples& samples, const FitOptions& options, BodyData& 
 /// Whether anything is unknown of any experiment.
 bool has_nuisances(const BodyData& body);
 
-/// A point's rows as they would have been recorded without what its sensors add.
+/// A point's rows as they would have been recorded without its nuisance values.
 PointData without_nuisances(PointData point, const std::vector<NuisanceValues>& nuisance);
 
 /// Rows for curves.h5; none where nothing was unknown.
 FittedRecordings collect_nuisances(const BodyData& body, const std::vector<PointResult>& results);
 
-/// A point's sensors of an earlier fit, in the order of its experiments.
+/// A point's nuisance values of an earlier fit, in the order of its experiments.
 void restore_nuisances(const FittedRecordings& earlier, Eigen::Index point, std::size_t experiments,
                        PointResult& result);
 

@@ -17,9 +17,9 @@ double residual_scale(const PointData& point, const Bases& bases, const PointCur
 /// Root mean square of the weights of rows that have one.
 double root_mean_square_weight(const PointCurves& curves);
 
-/// Increments, the other parts and sensors that replay the point's experiments best, from where
-/// they are; rows further off than the robust `scale` count less. Changes nothing where that does
-/// not lower the loss. One thread, deterministic.
+/// Increments, the other parts and nuisance values that replay the point's experiments best, from
+/// where they are; rows further off than the robust `scale` count less. Changes nothing where that
+/// does not lower the loss. One thread, deterministic.
 inline constexpr int kMaxIterations = 60;
 void refine(const PointData& point, const Bases& bases, FitLoss loss, double scale,
             PointCurves& curves, int max_iterations = kMaxIterations);
@@ -28,7 +28,7 @@ void refine(const PointData& point, const Bases& bases, FitLoss loss, double sca
 struct Linearised {
   Eigen::MatrixXd rows;  ///< d residual / d parameter, 3 per row of each experiment in turn
   Eigen::VectorXd residual;
-  Eigen::MatrixXd prior;  ///< likewise of the weak priors and of what sensors may be
+  Eigen::MatrixXd prior;  ///< likewise of the weak priors and of what nuisance values may be
 };
 Linearised linearise(const PointData& point, const Bases& bases, const PointCurves& curves);
 

@@ -18,8 +18,6 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kVersion = "import 5";  // raise when the same input gives other samples
-
 constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
 
 // The recordings of one file's content.
@@ -34,10 +32,10 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string
 }
 
 // What decides an item's result but for the content of its file.
-ContentHash settings_of(const BatchItem& item, const Mat3& body_from_rig) {
+ContentHash settings_of(const BatchItem& item, const BatchOptions& options) {
   ContentHash hash;
-  hash.add(kVersion).add(canonical(item));
-  for (int k = 0; k < 9; ++k) hash.add(to_text(body_from_rig.data()[k]));
+  hash.add(options.program).add(canonical(item));
+  for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.data()[k]));
   return hash;
 }
 
@@ -60,10 +58,10 @@ std::string stamp_of(const BatchItem& item, const ContentHash& settings) {
   return hash.hex();
 }
 
-ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal& journal) {
+ItemResult import_item(const BatchItem& item, const BatchOptions& options, Journal& journal) {
   ItemResult result;
   std::string key;
-  const ContentHash settings = settings_of(item, body_from_rig);
+  const ContentHash settings = settings_of(item, options);
   const std::string stamp = stamp_of(item, settings);
   if (!stamp.empty())
     if (auto kept = journal.find_stamp(stamp)) return std::move(*kept);
@@ -76,7 +74,7 @@ ItemResult import_item(const BatchItem& item, const Mat3& body_from_rig, Journal
       if (!stamp.empty()) journal.add(key, stamp, result);  // not read next time
       return result;
     }
-    condition_all(item, body_from_rig, std::move(bytes), result);
+    condition_all(item, options.body_from_rig, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
     result.recordings.clear();
@@ -148,7 +146,7 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
         [&](const tbb::blocked_range<std::size_t>& range) {
           for (std::size_t i = range.begin(); i < range.end(); ++i) {
             if (progress.stopped()) return;
-            results[i] = import_item(items[i], options.body_from_rig, journal);
+            results[i] = import_item(items[i], options, journal);
             const std::lock_guard<std::mutex> lock(reporting);
             progress.report(++done, items.size(), items[i].shown);
           }

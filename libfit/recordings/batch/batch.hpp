@@ -41,14 +41,15 @@ struct BatchOptions {
   int jobs = 0;                           ///< threads, 0: all. Results do not depend on it
   std::filesystem::path journal;          ///< empty: none is kept
   Mat3 body_from_rig = Mat3::Identity();  ///< turns the manifest's normals into the rig's frame
+  std::string program = {};               ///< a journal's entries of another program are not taken
 };
 
 /// Reads and conditions every item, in parallel; a bad one becomes a failure and stops nothing.
-/// Each finished item goes to the journal at once, and an item whose file and settings have the
-/// hashes of a journal entry is taken from there (its file is not read where size, inode and times
-/// of change are those of then), so a batch that was interrupted (or killed) goes on where it was.
-/// Returns a result per item, in their order. Stops early, with items not done, when Progress says
-/// so.
+/// Each finished item goes to the journal at once, and an item whose file, settings and program
+/// have the hashes of a journal entry is taken from there (its file is not read where size, inode
+/// and times of change are those of then), so a batch that was interrupted (or killed) goes on
+/// where it was. Returns a result per item, in their order. Stops early, with items not done, when
+/// Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);
 

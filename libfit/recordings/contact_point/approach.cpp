@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "libfit/core/text.hpp"
 #include "libfit/recordings/signal/signal.hpp"
@@ -89,10 +90,12 @@ Approach approach_of(const Signal& signal, const RowRange& range,
 }
 
 void focus_on_contact(const Signal& signal, double exponent, Approach& approach) {
+  std::optional<double> found_m;  // on the curve as it is
   for (const double free_depths : kFreeDepths) {
     const Eigen::Index means = approach.curve.travel_m.size();
     const double first_m = approach.curve.travel_m[0], last_m = approach.curve.travel_m[means - 1];
-    const double contact_m = contact_of_whole_curve_m(approach.curve, exponent);
+    if (!found_m) found_m = contact_of_whole_curve_m(approach.curve, exponent);
+    const double contact_m = *found_m;
     if (last_m - contact_m < kSmallPress * (last_m - first_m))
       approach.curve.least_explained = kLeastExplained;
     const double least_m = kFewestMeans * (last_m - first_m) / static_cast<double>(means);
@@ -103,7 +106,7 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
     std::ranges::copy_if(approach.rows, std::back_inserter(near),
                          [&](Eigen::Index row) { return travel_m[row] >= from_m; });
     if (static_cast<Eigen::Index>(near.size()) < kFewestNear) return;
-    approach.wide_contact_m = contact_m;
+    approach.wide_contact_m = std::exchange(found_m, std::nullopt);
     approach.rows = std::move(near);
     take_means(signal, approach);
     approach.curve.least_explained = kLeastExplained;

@@ -16,7 +16,7 @@ struct Approach {
   double noise_N = 0;              ///< of one reading, without contact
   std::vector<Eigen::Index> rows;  ///< of the signal, that the curve is the means of
   PressCurve curve;
-  std::optional<double> wide_contact_m;  ///< by more free travel than the curve has
+  std::optional<double> wide_contact_m;  ///< of a curve with more free travel
 };
 
 /// The way in without its last rows where the force falls already: a soft cantilever springs back
@@ -29,7 +29,8 @@ Approach approach_of(const Signal& signal, const RowRange& range,
 
 /// Spends the means around the contact point where the press is a small part of the travel: leaves
 /// out what lies farther before it than forty, then twelve times the depth, as the power law of
-/// this exponent has it.
+/// this exponent has it. Sets `wide_contact_m` where it leaves anything out, and
+/// `curve.least_explained` where the press is under a fifth of the travel.
 void focus_on_contact(const Signal& signal, double exponent, Approach& approach);
 
 /// Throws Error (file:line, what, remedy) where the way in holds no contact: too few rows, a force

@@ -19,7 +19,7 @@ double square(double x) { return x * x; }
 }  // namespace
 
 PowerProfile::AmplitudeFit PowerProfile::at(double contact_m) const {
-  // Weighted moments of 1, the travel and the power, the last two in units of their largest.
+  // Weighted moments of 1, the power and the travel, the last two in units of their largest.
   const double range = curve_.travel_m[means_ - 1] - curve_.travel_m[0];
   const double largest = basis(means_ - 1, contact_m);
   if (!(range > 0) || !(contact_m < curve_.travel_m[means_ - 2])) return {};

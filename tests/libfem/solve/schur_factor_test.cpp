@@ -152,9 +152,12 @@ TEST(SchurFactor, halves_of_a_solve_around_the_dense_block_make_a_whole_one) {
   EXPECT_LT((halves - whole).norm(), kSingle * whole.norm());
 }
 
-/// A block with a flexibility, and contact that is not symmetric on a few of its unknowns.
+/// A block with a flexibility, and contact that is not symmetric on a few of its unknowns; the
+/// tangent of both.
 struct Condensed {
   Eigen::MatrixXd flexibility, C;
+  Eigen::MatrixXf G;  // the flexibility in single precision
+  CondensedTangent tangent;
   std::vector<Eigen::Index> touching{2, 3, 4, 9, 10, 14};
   Eigen::VectorXd residual;
 
@@ -170,16 +173,15 @@ struct Condensed {
     C.resize(6, 6), fill(C);
     C += 5 * Eigen::MatrixXd::Identity(6, 6);
     residual.resize(18), fill(residual);
+    G = flexibility.cast<float>();
+    tangent.cover(G, touching);
+    tangent.set_contact(C);
   }
 };
 
 TEST(CondensedTangent, a_step_solves_newtons_equations_of_the_whole_block) {
   const Condensed at;
-  const Eigen::MatrixXf G = at.flexibility.cast<float>();
-  CondensedTangent tangent;
-  tangent.cover(G, at.touching);
-  tangent.set_contact(at.C);
-  const CondensedTangent::CondensedStep step = tangent.step(G, at.residual);
+  const CondensedTangent::CondensedStep step = at.tangent.step(at.G, at.residual);
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(18, 18);
   C(at.touching, at.touching) = at.C;
   EXPECT_LT((step.w + at.flexibility * step.z).norm(), kSingle * step.w.norm());
@@ -187,29 +189,22 @@ TEST(CondensedTangent, a_step_solves_newtons_equations_of_the_whole_block) {
 }
 
 TEST(CondensedTangent, keeps_unknowns_that_hold_what_touches_until_they_are_far_too_many) {
-  const Condensed at;
-  const Eigen::MatrixXf G = at.flexibility.cast<float>();
-  CondensedTangent tangent;
-  tangent.cover(G, at.touching);
-  tangent.cover(G, {2, 3, 4, 9, 10});
-  EXPECT_EQ(tangent.unknowns(), at.touching);
-  tangent.cover(G, {2, 3, 4});
-  EXPECT_EQ(tangent.unknowns().size(), 3u);
-  tangent.cover(G, {2, 3, 5});
-  EXPECT_EQ(tangent.unknowns(), (std::vector<Eigen::Index>{2, 3, 5}));
+  Condensed at;
+  at.tangent.cover(at.G, {2, 3, 4, 9, 10});
+  EXPECT_EQ(at.tangent.unknowns(), at.touching);
+  at.tangent.cover(at.G, {2, 3, 4});
+  EXPECT_EQ(at.tangent.unknowns().size(), 3u);
+  at.tangent.cover(at.G, {2, 3, 5});
+  EXPECT_EQ(at.tangent.unknowns(), (std::vector<Eigen::Index>{2, 3, 5}));
 }
 
 // A probe that lifts off after the factor was made anew left the stiffness of what had touched.
 TEST(CondensedTangent, without_contact_a_step_takes_away_what_was_exerted) {
-  const Condensed at;
-  const Eigen::MatrixXf G = at.flexibility.cast<float>();
-  CondensedTangent tangent;
-  tangent.cover(G, at.touching);
-  tangent.set_contact(at.C);
-  tangent.clear();
-  tangent.cover(G, {});
-  tangent.set_contact(Eigen::MatrixXd(0, 0));
-  const CondensedTangent::CondensedStep step = tangent.step(G, at.residual);
+  Condensed at;
+  at.tangent.clear();
+  at.tangent.cover(at.G, {});
+  at.tangent.set_contact(Eigen::MatrixXd(0, 0));
+  const CondensedTangent::CondensedStep step = at.tangent.step(at.G, at.residual);
   EXPECT_EQ(step.z, -at.residual);
   EXPECT_LT((step.w - at.flexibility * at.residual).norm(), kSingle * step.w.norm());
 }

@@ -92,6 +92,20 @@ std::size_t bytes_read() {
   return 0;
 }
 
+TEST_F(BatchTest, what_another_program_kept_is_not_taken) {
+  const auto items = make(12);
+  const auto reused_by = [&](const char* program) {
+    std::size_t reused = 0;
+    for (const ItemResult& result :
+         run_batch(items, {.jobs = 1, .journal = at("journal"), .program = program}, {}))
+      reused += result.is_reused;
+    return reused;
+  };
+  EXPECT_EQ(reused_by("1.0"), 0u);
+  EXPECT_GT(reused_by("1.0"), 6u);
+  EXPECT_EQ(reused_by("1.1"), 0u);
+}
+
 TEST_F(BatchTest, files_that_nobody_touched_are_not_opened_and_any_touch_is_noticed) {
   if (bytes_read() == 0) GTEST_SKIP() << "no /proc/self/io";
   const auto items = make(30);
