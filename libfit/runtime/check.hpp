@@ -13,7 +13,6 @@ namespace runtime {
 constexpr double kMaxCoordinate_m = 1e3;  ///< of vertices about the origin: floats keep 0.1 mm
 constexpr double kUnitTolerance = 1e-4;   ///< of a normal's squared length; float rounding is 2e-7
 constexpr double kMinFacing = 0.01;       ///< least cosine of a corner's normal to its triangle's
-
 constexpr double kBasisTolerance = 1e-9;  ///< of basis functions: rounding leaves 1e-14
 
 inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= bound; }
@@ -57,7 +56,8 @@ inline void tail_of_basis(const SplineView& spline, int i, int g, double* c) noe
   }
 }
 
-/// Whether a polynomial is >= 0 and rises from 0 to width: so do its Bernstein coefficients.
+/// Whether a polynomial of `order` terms is >= 0 and rises on [0, width]: so do its Bernstein
+/// coefficients.
 inline bool is_rising(const double* c, int order, double width) noexcept {
   double before = 0;
   for (int j = 0; j < order; ++j) {
@@ -72,30 +72,36 @@ inline bool is_rising(const double* c, int order, double width) noexcept {
   return true;
 }
 
-/// On interval i tails rise, go on from the interval before, and begin at 0 where x is 0; beyond
-/// the last knot they are straight.
+/// On interval i tails rise, to 1 at most, and go on from the interval before; they begin at 0
+/// where x is 0. Beyond the last knot they are straight with the slope that they have there, and
+/// rise as far again. The weights of both intervals are finite.
 inline bool has_rising_tails(const SplineView& spline, int i) noexcept {
-  const int order = spline.degree + 1, last = i < spline.pieces ? i : i - 1;
-  const double width = spline.knots[last + 1] - spline.knots[last];
-  const int first = first_control(spline, i);
+  const int order = spline.degree + 1, first = first_control(spline, i);
+  const bool is_last = i == spline.pieces;
+  const double width = is_last ? spline.knots[i] : spline.knots[i + 1] - spline.knots[i];
   for (int g = first > 0 ? first : 1; g <= first + spline.degree; ++g) {
     double c[kMaxDegree + 1] = {}, before[kMaxDegree + 1] = {};
     tail_of_basis(spline, i, g, c);
     if (!is_rising(c, order, width)) return false;
-    for (int m = 2; i == spline.pieces && m < order; ++m)
-      if (c[m] != 0) return false;
-    double from = 0;
+    if (!is_last && !(basis_value(c, order, width) <= 1 + kBasisTolerance)) return false;
+    double from = 0, slope = 0;
     if (i > 0) {
+      const double t = spline.knots[i] - spline.knots[i - 1];
       tail_of_basis(spline, i - 1, g, before);
-      from = basis_value(before, order, spline.knots[i] - spline.knots[i - 1]);
+      from = basis_value(before, order, t);
+      for (int m = order - 1; m > 0; --m) slope = slope * t + m * before[m];
+      if (is_last && !(std::fabs(c[1] - slope) * t <= kBasisTolerance)) return false;
     }
     if (!(std::fabs(c[0] - from) <= kBasisTolerance)) return false;
+    for (int m = 2; is_last && m < order; ++m)
+      if (c[m] != 0) return false;
   }
   return true;
 }
 
 /// Increasing knots from 0, finite tables, basis functions that sum to one on every interval and of
-/// which no rising curve can be made that pulls or falls, and integrals that are theirs.
+/// which no rising curve (M5) can be made that pulls or falls, and integrals that are theirs (M7).
+/// The tables have the sizes that the layout says; nothing else of them is trusted.
 inline Status check_spline(const SplineView& spline) noexcept {
   const int order = spline.degree + 1, size = spline.size();
   if (spline.knots[0] != 0) return Status::curves_wrong;
@@ -108,19 +114,17 @@ inline Status check_spline(const SplineView& spline) noexcept {
       if (!(std::fabs(spline.integrals[i * size + j] - area[j]) <=
             kBasisTolerance * spline.knots[spline.pieces]))
         return Status::curves_wrong;
-    const int width_of = i < spline.pieces ? i : i - 1;
-    const double width = spline.knots[width_of + 1] - spline.knots[width_of];
+    const double width =
+        i < spline.pieces ? spline.knots[i + 1] - spline.knots[i] : spline.knots[i];
     double power = 1;
     for (int m = 0; m < order; ++m) {
-      double sum = 0, largest = 0;
+      double sum = 0;
       for (int k = 0; k < order; ++k) {
         const double w = spline.weights[(i * order + k) * order + m];
         if (!is_finite(w)) return Status::curves_wrong;
         sum += w;
-        largest += std::fabs(w);
       }
-      if (!(std::fabs(sum - (m == 0)) * power <= 1e-6 * (1 + largest * power)))
-        return Status::curves_wrong;
+      if (!(std::fabs(sum - (m == 0)) * power <= kBasisTolerance)) return Status::curves_wrong;
       power *= width;
     }
     if (!has_rising_tails(spline, i)) return Status::curves_wrong;
@@ -257,9 +261,14 @@ inline bool holds_all_solid(const AssetView& view, int items) noexcept {
   return difference == 0;
 }
 
-/// A preorder binary tree no deeper than kMaxTreeDepth, boxes within their parents' boxes, all
-/// nodes, all items and all solid triangles used exactly once.
+/// A preorder binary tree no deeper than kMaxTreeDepth, a finite root, boxes within their parents'
+/// boxes, all nodes, all items and all solid triangles used exactly once.
 inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
+  const TreeNode& root = view.tree[0];
+  for (int k = 0; k < 3; ++k)  // the swept test takes its allowance from the root's size
+    if (!is_within(double(root.lo[k]), 2 * kMaxCoordinate_m) ||
+        !is_within(double(root.hi[k]), 2 * kMaxCoordinate_m))
+      return Status::tree_wrong;
   struct Range {
     int begin, end, parent, depth;
   };  // a subtree fills nodes begin to end

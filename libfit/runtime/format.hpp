@@ -156,7 +156,8 @@ inline bool has_possible_counts(const Header& h) noexcept {
   if (h.family < 0 || h.family >= kFamilies) return false;
   for (int part = 0; part < kMaxParts; ++part) {
     const bool has_basis = part < family_of(h).parts && family_of(h).part[part].is_curve();
-    if (h.degree[part] < (has_basis ? 1 : 0) || h.degree[part] > (has_basis ? 4 : 0)) return false;
+    if (h.degree[part] < (has_basis ? 1 : 0) || h.degree[part] > (has_basis ? kMaxDegree : 0))
+      return false;
     if (h.pieces[part] < (has_basis ? 1 : 0) || h.pieces[part] > (has_basis ? kMaxPieces : 0))
       return false;
   }

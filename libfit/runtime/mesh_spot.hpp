@@ -62,13 +62,13 @@ inline void copy_controls(const MeshSpot<double>& spot, int part, int j, int cou
 /// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
 /// normal, and of a body of rings what a slip reads (RingNumbers), the side force and c_i (B0).
 constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSideAt = 15, kStiffnessAt = 21;
-constexpr int kRow = kStiffnessAt + kRings + 1;  // even: processors take two at once
+constexpr int kRowSize = kStiffnessAt + kRings + 1;  // even: processors take two at once
 
 /// A node as the law computes with it.
 struct Corner {
   int vertex = -1;
   const float* node = nullptr;  ///< its controls
-  double row[kRow] = {};
+  double row[kRowSize] = {};
   CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
 
   Vec3d place() const noexcept { return make_vec3<double>(row + kPlaceAt); }
@@ -123,7 +123,8 @@ struct Corners {
   }
 };
 
-/// The weighted sum of the first `count` numbers of the corners' rows.
+/// The sum of the first kCount numbers of the corners' rows, weighted by area coordinates n (M4)
+/// or by their rates.
 template <int kCount>
 void blend_rows(const Corners& corners, const double n[3], double* __restrict out) noexcept {
   const double *p = corners[0].row, *q = corners[1].row, *r = corners[2].row;
@@ -204,8 +205,8 @@ class MeshWay {
     }
   }
 
-  /// lambda |q| - mu(d) d [m] and its slope by s. With the blended normal B and w from c + skew to
-  /// the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
+  /// lambda |q| - mu(d) d [m] (B3) and its slope by s. With the blended normal B and w from c +
+  /// skew to the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
   Dual excess(double s) const noexcept {
     double at[kSlipRow];
     for (int i = kNormalAt; i < kSlipRow; ++i) at[i] = value_[i] + s * rate_[i];

@@ -36,7 +36,6 @@ template <class T>
 struct CurvePiece {
   int piece = -1;  ///< of the basis; -1: none
   int order = 0;
-  bool has_area = false;
   double knot = 0;      ///< [m]
   T c[kMaxDegree + 1];  ///< force, [N/m^k]
   T area_J = T(0);      ///< under the curve up to the knot
@@ -85,7 +84,6 @@ auto piece_of_order(const SplineView& view, const Spot& spot, int curve, int pie
   const int first = first_control(view, piece);
   out.piece = piece;
   out.order = kOrder;
-  out.has_area = with_area;
   out.knot = view.knots[piece];
   const auto live = live_controls<kOrder>(spot, curve, first);
   const double* w = view.weights + piece * kOrder * kOrder;

@@ -25,11 +25,12 @@
 namespace palpate {
 namespace runtime {
 
-constexpr int kMaxRootSteps = 12;  ///< Newton needs 2 or 3; 12 bisections leave 1/4096 of a slip
+/// Newton needs 1 to 3, by the guess; 12 bisections leave 1/4096 of a slip.
+constexpr int kMaxRootSteps = 12;
 constexpr int kMaxSegments =
     16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
 constexpr double kSlipTolerance = 1e-10;  ///< of the limit: keeps a solved slip from slipping again
-constexpr double kRootTolerance = 1e-12;  ///< of the limit: where Newton stops
+constexpr double kRootTolerance = 1e-12;  ///< of excess_scale: where Newton stops
 constexpr double kInside =
     1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
 
@@ -62,7 +63,8 @@ struct SlipRoot {
 /// root, as of the slip before; 0: unknown, Newton begins at 0. scale: of the excess, what the
 /// tolerance is a share of. The last step goes by the parabola of s over the excess through the
 /// last two places and the last slope, without looking where it led; its error is of third order
-/// and estimated by how far that slope is from the mean one. At most kMaxRootSteps + 1 evaluations;
+/// and estimated by how far that slope is from the mean one; where the excess has knots (not
+/// is_smooth), by the fall alone. At most kMaxRootSteps + 1 evaluations, whatever the guess;
 /// unfinished, it returns the side that holds.
 template <class Excess>
 SlipRoot first_root(const Excess& excess, double start, double guess, double end, double scale,
@@ -110,7 +112,8 @@ SlipRoot first_root(const Excess& excess, double start, double guess, double end
 
 /// How far along a path the contact point slides until it holds (M8), (B3): the first root of the
 /// family's excess, or the whole path. One Newton step in T brings the implicit derivatives, since
-/// the value is converged. slope: the excess's mean slope over the last slip, 0 before the first.
+/// the value is converged. slope: the excess's mean slope over the last slip, 0 before the first;
+/// it becomes that of this one.
 template <class T>
 struct Slip {
   T s;
@@ -126,10 +129,12 @@ Slip<T> slip_along(const CurveViews& views, const Path& path, const Kinematics& 
   const Vec3d tip = values_of(x);
   const auto& way = F::way(plain, tip);
   const auto kind = F::excess_kind(views, kinematics);
-  const double start = F::excess_here(views, kinematics, kind);
-  const SlipRoot root = first_root(
-      [&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); }, start, slope,
-      kInside * end, F::excess_scale(views, kinematics, kind), F::kIsSmooth);
+  const double start = F::excess_here(views, kinematics, kind),
+               scale = F::excess_scale(views, kinematics, kind);
+  const bool has_limit = start < scale;  // a limit that begins on the way makes a bend
+  const SlipRoot root =
+      first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
+                 start, slope, kInside * end, scale, F::kIsSmooth && has_limit);
   if (root.s < 0) {
     const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
     return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};

@@ -91,7 +91,7 @@ T basis_value(const double* c, int order, const T& t) noexcept {
   return value;
 }
 
-/// Its integral from 0 to t, divided by t. The divisions by m + 1 are of constants.
+/// Its integral from 0 to t, divided by t (M7). The divisions by m + 1 are of constants.
 template <class T>
 T basis_integral(const double* c, int order, const T& t) noexcept {
   constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};

@@ -106,8 +106,8 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
   cache.length = spot.length;
   for (CurvePiece<double>& piece : cache.curve) piece.piece = -1;
   if constexpr (std::is_same_v<F, Rings>) {
-    double row[kRow];
-    blend_rows<kRow>(cache.corners, weight, row);
+    double row[kRowSize];
+    blend_rows<kRowSize>(cache.corners, weight, row);
     const double* number = row + kNumbersAt;
     cache.numbers.limit = {number[0], number[1], number[2]};
     for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];

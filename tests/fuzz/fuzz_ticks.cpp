@@ -14,7 +14,7 @@ namespace {
 using palpate::fuzz::promise;
 using palpate::fuzz::promise_finite;
 
-constexpr const char* kGolden[] = {PALPATE_GOLDEN "/version_1.palp"};
+constexpr const char* kGolden[] = {PALPATE_GOLDEN "/version_1.palp", PALPATE_GOLDEN "/rings.palp"};
 
 palpate_asset open_golden(const char* path) {
   std::FILE* stream = std::fopen(path, "rb");

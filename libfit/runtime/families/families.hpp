@@ -11,8 +11,8 @@
 //   is_slipping   whether the contact point cannot hold
 //   pull, way     where it is drawn, and the path of a slide as the law follows it
 //   excess, excess_here, excess_kind, excess_scale, excess_along, lateral_m, kIsSmooth
-//                 what its slide brings to zero, at a place and at the kinematics, and whether no
-//                 knot is in it
+//                 what its slide brings to zero, at a place and at the kinematics, the pull that
+//                 its tolerance is a share of, and whether no knot is in it
 //   is_out, rest, carry_rest, let_go   the contact point's anchor: whether and where it lies beside
 //                 it, where it lies after a move, and a slip without it
 //   carry         what the contact point's way of a whole tick does to the rest of the memory

@@ -66,14 +66,14 @@ struct RingBed {
 /// f^z' at the edges [N/m]; with the order known the compiler unrolls it.
 template <int kOrder, class T, int N, class Spot>
 void edge_slopes(const RingTable<N>& table, const Spot& spot, T* slope) noexcept {
-  constexpr int kRow = 16;  // control values that are read in one go
-  T row[kRow];
+  constexpr int kBatch = 16;  // control values that are read in one go
+  T row[kBatch];
   int begin = 0, end = 0;
   for (int i = 0; i < N; ++i) {
     const int first = table.first[i], size = table.first[N - 1] + kOrder;
     if (first + kOrder > end) {
       begin = first;
-      end = size - begin < kRow ? size : begin + kRow;
+      end = size - begin < kBatch ? size : begin + kBatch;
       copy_controls(spot, kNormal, begin, end - begin, row);
     }
     const T* b = row + (first - begin);

@@ -34,7 +34,7 @@ RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Ve
   return {q, height - 0.5 * dot(q, curved), tangential(curved, spot.normal)};
 }
 
-/// lambda |q| - mu(d) d [m]: a slide of the contact point brings it to zero. Needs no curve.
+/// lambda |q| - mu(d) d [m] (B3): a slide of the contact point brings it to zero. Needs no curve.
 template <class T, class Spot>
 T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
   using std::sqrt;
@@ -52,7 +52,7 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
 template <class T, int N>
 struct RingAnchors {
   Vec3<T> at[N];
-  double slip_slope = 0;  ///< see first_root()
+  double slip_slope = 0;  ///< see slip_along() [1]
 };
 
 /// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N

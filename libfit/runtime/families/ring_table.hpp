@@ -14,7 +14,7 @@ namespace runtime {
 constexpr int kRings = 8;  ///< 4 are too few; 6 to 24 agree to 0.3 % of force
 
 /// Where the rings of a body touch, and how their stiffness follows from the control values of a
-/// normal curve. Edges e_i = D (i/N)^1.5; thresholds are their middles, the first 0.
+/// normal curve (B0). Edges e_i = D (i/N)^1.5; thresholds are their middles, the first 0.
 template <int N>
 struct RingTable {
   int order = 0;

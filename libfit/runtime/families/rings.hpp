@@ -13,8 +13,8 @@
 namespace palpate {
 namespace runtime {
 
-/// Where the fitter's spot lies from the test point about which the body is uneven; nowhere
-/// else.
+/// Whether the law lets the body change along the way of the contact point (section 17, uneven
+/// bodies): at the fitter's spots. On a mesh the blended curves do.
 template <class Spot>
 struct IsUneven : std::false_type {};
 

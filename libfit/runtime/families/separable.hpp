@@ -15,7 +15,7 @@ namespace runtime {
 template <class T>
 struct Rest {
   Vec3<T> at;
-  double slip_slope = 0;  ///< see first_root()
+  double slip_slope = 0;  ///< see slip_along() [N/m], or [1] where it slides as if frictionless
 };
 
 /// A contact point with what a tool at x feels there: made once, read by slip test and force.

@@ -205,6 +205,39 @@ TEST(hostile_bytes, a_basis_that_pulls_and_integrals_of_another_are_refused) {
             Status::curves_wrong);
 }
 
+// Where large weights excuse what the functions' sum lacks, or the last interval is narrow.
+TEST(hostile_bytes, tails_above_one_and_slow_falls_beyond_narrow_intervals_are_refused) {
+  const auto check = [](const SplineTables& t) {
+    return runtime::check_spline(
+        {t.degree, t.pieces, t.knots.data(), t.weights.data(), t.integrals.data()});
+  };
+  constexpr double kEnd_m = 0.01;
+  SplineTables steep = tabulate(CurveBasis{1, {0, kEnd_m}});
+  ASSERT_EQ(check(steep), Status::ok);
+  double* w = steep.weights.data();  // value, slope of function 0 and 1, twice
+  w[1] = w[5] = -1e11 - 9e4;         // the sum falls to -899
+  w[3] = w[7] = 1e11, w[4] = 1 - 1e9, w[6] = 1e9;
+  for (int k = 0; k < 2; ++k)
+    steep.integrals[static_cast<std::size_t>(2 + k)] =
+        runtime::basis_integral(w + 2 * k, 2, kEnd_m) * kEnd_m;
+  EXPECT_EQ(check(steep), Status::curves_wrong);
+
+  SplineTables narrow = tabulate(CurveBasis{1, {0, kEnd_m, kEnd_m + 1e-7}});
+  ASSERT_EQ(check(narrow), Status::ok);
+  const double by = 1e7 + 5e-3;  // the last slope is 1e7 per metre; now it is -5e-3
+  narrow.weights[9] += by;
+  narrow.weights[11] -= by;
+  EXPECT_EQ(check(narrow), Status::curves_wrong);
+}
+
+TEST(hostile_bytes, a_tree_with_an_infinite_root_is_refused) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(open_changed([](unsigned char* d, Header& h) {
+              poke(d, h, runtime::kTreeNodes, 3, kInfinity);  // hi.x of the root
+            }),
+            Status::tree_wrong);
+}
+
 TEST(hostile_bytes, a_tree_with_a_hole_no_check_ticks_and_absurd_depths_are_refused) {
   using D = unsigned char*;
   EXPECT_EQ(open_changed([](D d, Header& h) {  // one triangle twice, another never

@@ -1,5 +1,5 @@
 # Installs the engine alone into a clean prefix and uses it from a project of five lines, by
-# find_package and by pkg-config: cmake -DSOURCE= -DWORK= -DASSET= -P this
+# find_package and by pkg-config: cmake -DSOURCE= -DWORK= -DASSET= -DVERSION= -P this
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out)
   if(status)
@@ -15,7 +15,7 @@ run(${CMAKE_COMMAND} --build ${WORK}/build --target install)
 file(WRITE ${WORK}/user/CMakeLists.txt
 "cmake_minimum_required(VERSION 3.25)
 project(user C CXX)
-find_package(palpate 0.2 REQUIRED)
+find_package(palpate ${VERSION} REQUIRED)
 add_executable(c_loop ${SOURCE}/docs/embedding/loop.c)
 target_link_libraries(c_loop PRIVATE palpate::engine)
 add_executable(c_static ${SOURCE}/docs/embedding/loop.c)

@@ -1,0 +1,168 @@
+// The force of a bed of rings is the gradient of its energy, and its slips only lose energy.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "tests/libfit/runtime/flat_rings.hpp"
+
+namespace palpate::runtime {
+namespace {
+
+template <class Random>
+Vec3d random_vector(Random& random, double scale) {
+  std::uniform_real_distribution<double> uniform(-scale, scale);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+// A spot that leans and curves, with a side force.
+Numbers random_numbers(std::mt19937_64& random) {
+  Numbers numbers;
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int k = 0; k < 3; ++k) {
+    numbers.side2[k] = 900 * uniform(random);
+    numbers.side3[k] = 5e4 * uniform(random);
+  }
+  for (double& kappa : numbers.curvature) kappa = 40 * uniform(random);
+  return numbers;
+}
+
+template <class C>
+void expect_gradient(std::uint64_t seed) {
+  const C curve;
+  std::mt19937_64 random(seed);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Numbers numbers = random_numbers(random);
+    const auto table = ring_table<kRings>(curve.view, kDepth_m);
+    const FlatSpot<double> spot{random_vector(random, 0.01), normalized(random_vector(random, 1)),
+                                &curve, &numbers};
+    const auto bed = ring_bed<double>(table, spot);
+    auto anchors = no_anchors<double, kRings>();
+    for (Vec3d& a : anchors.at) a = tangential(random_vector(random, 2e-3), spot.normal);
+    if (trial % 2 == 0) anchors.at[0] = {0, 0, 0};
+    const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
+    const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
+    const auto energy = [&](const Vec3d& place) {
+      const auto at = ring_deflection(spot, spot.numbers->curvature, place);
+      return ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal, 0.0,
+                         curve.energy(at.depth_m))
+          .stored_J;
+    };
+    const auto at = ring_deflection(spot, spot.numbers->curvature, x);
+    if (at.depth_m < 1e-5) continue;
+    const Vec3d force = ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal,
+                                    curve.force(at.depth_m), 0.0)
+                            .force_N;
+    const double h = 1e-6;
+    const Vec3d slope{energy(x + Vec3d{h, 0, 0}) - energy(x - Vec3d{h, 0, 0}),
+                      energy(x + Vec3d{0, h, 0}) - energy(x - Vec3d{0, h, 0}),
+                      energy(x + Vec3d{0, 0, h}) - energy(x - Vec3d{0, 0, h})};
+    EXPECT_LT(size(slope * (0.5 / h) - force), 2e-6 * (1 + size(force)))
+        << "seed " << seed << " trial " << trial;
+  }
+}
+
+TEST(Rings, force_is_the_gradient_of_the_energy) { expect_gradient<Quadratic>(1); }
+TEST(Rings, force_is_the_gradient_of_the_energy_where_the_curve_is_concave) {
+  expect_gradient<Concave>(2);
+}
+
+// The law with derivatives by the tool's place, stick, partial slip and gross slip alike.
+TEST(Rings, tangent_is_the_slope_of_what_a_tick_answers) {
+  const Quadratic curve;
+  constexpr std::uint64_t kSeed = 5;
+  std::mt19937_64 random(kSeed);
+  const CurveViews views = views_of(curve);
+  int slid = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Numbers numbers = random_numbers(random);
+    const Vec3d normal = normalized(random_vector(random, 1));
+    auto anchors = no_anchors<double, kRings>();
+    for (Vec3d& a : anchors.at) a = tangential(random_vector(random, 1e-3), normal);
+    anchors.at[0] = {0, 0, 0};
+    const Vec3d x = normal * 4e-3 + random_vector(random, 3e-3);
+    double held[Rings::kMemory];
+    Rings::save(anchors, held);
+    const auto answer = [&](auto tip) {
+      using T = decltype(tip.x);
+      FlatSurface<T> surface{{T(0), T(0), T(0)}, normal, &curve, &numbers};
+      auto memory = Rings::load<T>(held);
+      SlideEnd end;
+      const Vec3<T> force = tick(views, surface, tip, memory, &end).force_N;
+      slid += end == SlideEnd::slid;
+      return force;
+    };
+    const Vec3<Jet3> force =
+        answer(Vec3<Jet3>{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)});
+    const double h = 1e-8;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d e{k == 0 ? h : 0, k == 1 ? h : 0, k == 2 ? h : 0};
+      const Vec3d slope = (answer(x + e) - answer(x - e)) * (0.5 / h);
+      const Vec3d exact{force.x.v[k], force.y.v[k], force.z.v[k]};
+      EXPECT_LT(size(slope - exact), 1e-3 * (1 + size(exact)))
+          << "seed " << kSeed << " trial " << trial;
+    }
+  }
+  EXPECT_GT(slid, 100);
+}
+
+// Work of the tool at anchors held during each move, the law's own energy, not the sampling's.
+TEST(Rings, closed_loops_create_no_energy_at_any_tick_length) {
+  const Quadratic quadratic;
+  const Concave concave;
+  constexpr std::uint64_t kSeed = 31;
+  std::mt19937_64 random(kSeed);
+  std::uniform_real_distribution<double> uniform;
+  for (int loop = 0; loop < 300; ++loop) {
+    const Curve& curve = loop % 3 == 2 ? static_cast<const Curve&>(concave) : quadratic;
+    Numbers numbers;  // flat and even
+    const double friction = std::pow(10, -3 * uniform(random));
+    numbers.friction *= friction;
+    numbers.slope *= friction;
+    Bench bench(curve, numbers);
+    const double step_m = std::pow(10, -6 + 4 * uniform(random));  // 1 um to 1 cm
+    double work_J = 0, moved_J = 0;
+    Vec3d x{0, 0, 0};
+    double stored_J = 0;
+    for (int leg = 0; leg < 7; ++leg) {
+      const Vec3d to = leg == 6 ? Vec3d{0, 0, 1e-4}
+                                : Vec3d{5e-3 * (2 * uniform(random) - 1),
+                                        5e-3 * (2 * uniform(random) - 1), -7e-3 * uniform(random)};
+      const int ticks = std::clamp(static_cast<int>(size(to - x) / step_m), 1, 1000);
+      const Vec3d from = x;
+      for (int k = 1; k <= ticks; ++k) {
+        x = from + (to - from) * (double(k) / ticks);
+        const double held_J = bench.answer(x).stored_J;
+        work_J += held_J - stored_J;
+        moved_J += std::fabs(held_J - stored_J);
+        stored_J = bench.go(x).stored_J;
+        EXPECT_LE(stored_J, held_J + 1e-15) << "seed " << kSeed << " loop " << loop;
+      }
+    }
+    EXPECT_LT(stored_J, 1e-30);
+    EXPECT_GT(work_J, -1e-13 * moved_J) << "seed " << kSeed << " loop " << loop;
+  }
+}
+
+TEST(Rings, force_has_no_jump_where_rings_attach_or_release) {
+  const Quadratic curve;
+  Bench bench(curve);
+  bench.go(0, 0, 7e-3);
+  bench.go(2e-3, 1e-3, 7e-3);
+  // Steepest: f^z' with all of friction.
+  const double stiffness = 2 * (12 + 9000 * kDepth_m), step = 1e-7;
+  Vec3d before = bench.go(2e-3, 1e-3, 7e-3).force_N;
+  double largest = 0;
+  for (int way = -1; way <= 1; way += 2)
+    for (int k = 0; k <= 70000; ++k) {  // out of contact and back
+      const double depth = way < 0 ? 7e-3 - step * k : step * k;
+      const Vec3d force = bench.go(2e-3, 1e-3 + 0.01 * step * k, depth).force_N;
+      largest = std::max(largest, size(force - before));
+      before = force;
+    }
+  EXPECT_LT(largest, stiffness * step);
+}
+
+}  // namespace
+}  // namespace palpate::runtime

@@ -1,0 +1,173 @@
+// What a bed of rings answers to presses, drags and turns on a plane is the theory's.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "libfit/runtime/quadric.hpp"
+#include "tests/libfit/runtime/flat_rings.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace palpate::runtime {
+namespace {
+
+// T = mu [f(d) - f(d - lambda r / mu)].
+template <int N>
+double loading_error(double depth) {
+  const Quadratic curve;
+  const Numbers numbers;
+  const auto table = ring_table<N>(curve.view, kDepth_m);
+  FlatSpot<double> spot{{0, 0, 0}, {0, 0, -1}, &curve, &numbers};
+  const auto bed = ring_bed<double>(table, spot);
+  auto anchors = no_anchors<double, N>();
+  double worst = 0;
+  const double mu = 0.285 + 16 * depth;
+  for (int k = 0; k <= 40; ++k) {
+    const double r = 5e-3 * k / 40;
+    const Vec3d x{r, 0, -depth}, before = spot.point;
+    spot.point.x = std::max(spot.point.x, r - mu * depth / 0.71);  // ring 1 slips
+    carry_anchors(anchors, spot.point - before, spot.normal);
+    slip_rings(table, bed, ring_deflection(spot, spot.numbers->curvature, x), anchors);
+    const double force =
+        ring_pull(bed, ring_deflection(spot, spot.numbers->curvature, x), anchors).force_N.x;
+    const double expected = mu * (curve.force(depth) - curve.force(depth - 0.71 * r / mu));
+    worst = std::max(worst, std::fabs(force - expected));
+  }
+  return worst;
+}
+
+TEST(Rings, first_loading_tends_to_the_continuous_bed) {
+  EXPECT_LT(loading_error<8>(6e-3), 8e-4);
+  EXPECT_LT(loading_error<64>(6e-3), 2e-5);
+  EXPECT_LT(loading_error<1024>(6e-3), 1e-7);
+}
+
+TEST(Rings, first_loading_is_the_sum_of_rings_that_hold_or_slip) {
+  const Quadratic curve;
+  Bench bench(curve);
+  const double depth = 5e-3, mu = 0.285 + 16 * depth;
+  bench.go(0, 0, depth);
+  const auto bed = ring_bed<double>(bench.views.rings, bench.surface.standing());
+  for (int k = 1; k <= 40; ++k) {
+    const double r = 5e-3 * k / 40;
+    double expected = 0;
+    for (int i = 0; i < kRings; ++i) {
+      const double reach = std::max(depth - bench.views.rings.threshold_m[i], 0.0);
+      expected += bed.stiffness_N_m[i] * std::min(r, mu * reach / 0.71);
+    }
+    EXPECT_NEAR(bench.go(r, 0, depth).force_N.x, expected, 1e-13);
+  }
+}
+
+TEST(Rings, unloading_follows_masings_rule) {
+  const Quadratic curve;
+  const double depth = 6e-3, turn = 2.5e-3;
+  std::vector<double> first;
+  {
+    Bench loading(curve);
+    loading.go(0, 0, depth);
+    for (int k = 1; k <= 50; ++k) first.push_back(loading.go(turn * k / 50, 0, depth).force_N.x);
+  }
+  Bench bench(curve);
+  bench.go(0, 0, depth);
+  bench.go(turn, 0, depth);
+  for (int k = 1; k <= 50; ++k)
+    EXPECT_NEAR(bench.go(turn - 2 * turn * k / 50, 0, depth).force_N.x,
+                first.back() - 2 * first[static_cast<std::size_t>(k) - 1], 1e-13);
+}
+
+// Independent values (40 digits of care, another language); see the shared cases' README.
+void expect_reference(const std::string& name) {
+  PALPATE_NEEDS_DATA("cases/rings");
+  std::ifstream file(testing_support::shared_data("cases/rings") / (name + ".csv"));
+  const Quadratic curve;
+  Bench bench(curve);
+  std::string line;
+  std::getline(file, line);
+  std::getline(file, line);
+  double peak = 0, worst = 0, worst_J = 0;
+  int rows = 0;
+  while (std::getline(file, line)) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream row(line);
+    double x, y, depth, tx, ty, fz, stored, dissipated;
+    ASSERT_TRUE(row >> x >> y >> depth >> tx >> ty >> fz >> stored >> dissipated);
+    const auto out = bench.go(x, y, depth);
+    const double normal_J = depth > 0 ? curve.energy(depth) : 0;
+    peak = std::max({peak, std::fabs(tx), std::fabs(ty), fz});
+    worst = std::max({worst, std::fabs(out.force_N.x - tx), std::fabs(out.force_N.y - ty),
+                      std::fabs(-out.force_N.z - std::max(fz, 0.0))});
+    worst_J = std::max({worst_J, std::fabs(out.stored_J - normal_J - stored),
+                        std::fabs(bench.dissipated_J - dissipated)});
+    ++rows;
+  }
+  EXPECT_GT(rows, 50);
+  EXPECT_LT(worst, 1e-12 * peak);
+  EXPECT_LT(worst_J, 1e-12 * peak * kDepth_m);
+}
+
+TEST(Rings, load_is_the_references) { expect_reference("load"); }
+TEST(Rings, turn_is_the_references) { expect_reference("turn"); }
+TEST(Rings, retract_is_the_references) { expect_reference("retract"); }
+TEST(Rings, wander_is_the_references) { expect_reference("wander"); }
+
+TEST(Rings, rings_of_a_concave_curve_bear_the_curve) {
+  const Concave curve;
+  const Numbers numbers;
+  const auto table = ring_table<kRings>(curve.view, kDepth_m);
+  const auto bed =
+      ring_bed<double>(table, FlatSpot<double>{{0, 0, 0}, {0, 0, 1}, &curve, &numbers});
+  EXPECT_TRUE(bed.is_cut);
+  for (double depth = 2e-4; depth < 9e-3; depth += 1e-4) {
+    double kept = 0;
+    for (int i = 0; i < kRings; ++i) {
+      EXPECT_GE(bed.stiffness_N_m[i], 0);
+      kept += bed.stiffness_N_m[i] / 0.71 * std::max(depth - table.threshold_m[i], 0.0);
+    }
+    const double share = ring_share(table, bed, depth).value;
+    EXPECT_GT(share, 0);
+    EXPECT_LE(share, 1);
+    EXPECT_NEAR(share * kept, curve.force(depth), 0.06 * curve.force(kDepth_m));
+  }
+}
+
+TEST(Rings, a_flat_slip_leaves_ring_1_at_its_limit) {
+  const Quadratic curve;
+  Bench bench(curve);
+  bench.go(0, 0, 5e-3);
+  const Vec3d x{9e-3, 2e-3, -5e-3};
+  bench.go(x);
+  const double limit_m = (0.285 + 16 * 5e-3) * 5e-3 / 0.71;
+  EXPECT_NEAR(size(bench.surface.c), std::hypot(9e-3, 2e-3) - limit_m, 1e-15);
+}
+
+// The tool begins above a convex body and slides to where it touches: the limit begins on the way.
+// A guess before that place sees a straight line to |q| = 0.
+TEST(Rings, a_slip_ends_at_a_limit_that_begins_on_the_way_whatever_the_guess) {
+  const Quadratic curve;
+  Numbers numbers;
+  for (int k = 0; k < 3; ++k) numbers.curvature[k] = 40;
+  const CurveViews views = views_of(curve);
+  ControlPointers<double> controls{{curve.control.data()}};
+  for (int part = 1; part <= kCurvature; ++part) controls.part[part] = numbers.of(part);
+  const Vec3d x{3e-3, 0, -1e-4};
+  for (const double turn : {-1e-4, 1e-4})
+    for (const double guess : {0.0, -0.3, -0.71, -0.72, -1.0, -2.7, -100.0}) {
+      const Quadric quadric{{0, 0, -1}, {turn, 0, 0, 0, turn, 0, 0, 0, 0}};
+      QuadricSurface<double> surface{&quadric, controls, {0, 0, 0}};
+      auto memory = Rings::load<double>(no_memory());
+      memory.slip_slope = guess;
+      auto kinematics = Rings::kinematics(views, surface.standing(), x, memory);
+      ASSERT_LT(kinematics.at.depth_m, 0);
+      ASSERT_EQ(slide<Rings>(views, x, surface, kinematics, memory), SlideEnd::slid);
+      const double excess_m = ring_slip_excess(surface.standing(), x);
+      EXPECT_LT(std::fabs(excess_m), 1e-11 * 0.71 * 3e-3) << "guess " << guess << " turn " << turn;
+    }
+}
+
+}  // namespace
+}  // namespace palpate::runtime
