@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -10,12 +11,16 @@ namespace palpate::fem {
 /// What fills a place [m]: the index of its material; 0 is the body's own.
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
+/// Whether a place of the body at rest [m] is held.
+using HeldAt = std::function<bool(const Vec3& rest_position)>;
+
 /// Ten-node tetrahedra at rest, what the solver works on.
 /// nodes #N x 3 [m]. tets #T x 10: corners 0-3 as in `Tets`, then mid-edge nodes of
 /// (0,1) (1,2) (2,0) (0,3) (1,3) (2,3). faces #F x 6: boundary triangles, corners 0-2 outward
 /// counter-clockwise, then mid-edge nodes of (0,1) (1,2) (2,0). Mid-edge nodes need not be halfway:
 /// where the boundary is curved they lie on it (isoparametric).
 /// region: #T, index of the tet's material (0: the body's own); empty means all 0.
+/// base: #T, the tet of the base mesh that each is a part of.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element;
 /// contact_deviation_m: the same where the mesh is finest, which is what bears on a force.
@@ -27,6 +32,7 @@ struct QuadraticMesh {
   double deviation_m = 0;
   double contact_deviation_m = 0;
   Eigen::VectorXi region;
+  std::vector<std::int32_t> base;
 };
 
 }  // namespace palpate::fem

@@ -20,6 +20,9 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   fem::SimulationSetup setup;
   setup.volume = body.volume;
   setup.is_held = body.is_held;
+  setup.held_at = [fixed = scene.body.fixed](const Vec3& place) {
+    return any_contains(fixed, place);
+  };
   setup.surface = body.surface;
   setup.materials.push_back(*scene.material);
   std::vector<Region> regions;

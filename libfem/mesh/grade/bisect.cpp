@@ -1,6 +1,7 @@
 #include "libfem/mesh/grade/bisect.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -23,6 +24,12 @@ class Bisection {
     for (std::int32_t t = 0; t < base.tets.rows(); ++t) {
       const auto row = base.tets.row(t);
       mesh_.tets.push_back({{row[0], row[1], row[2], row[3]}, {-1, -1, -1, -1}, t});
+      if (!options.halved.empty())
+        largest_m_.push_back(options.halved[static_cast<std::size_t>(t)] != 0
+                                 ? tet_size_m(mesh_.nodes[row[0]], mesh_.nodes[row[1]],
+                                              mesh_.nodes[row[2]], mesh_.nodes[row[3]]) /
+                                       2
+                                 : std::numeric_limits<double>::infinity());
     }
     mesh_.base_faces = boundary_faces(base.tets);
     const auto& faces = mesh_.base_faces;
@@ -71,7 +78,10 @@ class Bisection {
     const Vec3 &x0 = mesh_.nodes[tet.node[0]], &x1 = mesh_.nodes[tet.node[1]],
                &x2 = mesh_.nodes[tet.node[2]], &x3 = mesh_.nodes[tet.node[3]];
     const Vec3 centroid = 0.25 * (x0 + x1 + x2 + x3);
-    const double size = tet_size_m(x0, x1, x2, x3), wanted = wanted_size_m(options_, centroid);
+    const double size = tet_size_m(x0, x1, x2, x3);
+    double wanted = wanted_size_m(options_, centroid);
+    if (!largest_m_.empty())
+      wanted = std::min(wanted, largest_m_[static_cast<std::size_t>(tet.base)]);
     is_fine_[t] = size <= wanted &&
                   (size <= options_.interface_share * wanted || !is_shared({x0, x1, x2, x3}));
     return !is_fine_[t];
@@ -141,6 +151,7 @@ class Bisection {
   std::int64_t clock_ = 0;                // edges halved so far
   std::vector<std::int64_t> halved_at_;   // per node: clock when an edge at it was halved last
   std::vector<std::int64_t> checked_at_;  // per tet: clock when last found without hanging node
+  std::vector<double> largest_m_;         // per base tet: what its parts may be; empty: anything
   std::vector<char> is_fine_;             // per tet: known to be small enough
 };
 

@@ -34,6 +34,9 @@ void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOpt
     refuse("growth is not in (0, 1]", "0.4 to 0.5 serves most bodies.");
   if (!(options.interface_share > 0 && options.interface_share <= 1))
     refuse("interface_share is not in (0, 1]", "0.5 serves most inclusions.");
+  if (!options.halved.empty() &&
+      static_cast<Eigen::Index>(options.halved.size()) != base.tets.rows())
+    refuse("halved does not match the base mesh's tets", "Give one flag for each tet, or none.");
   for (const Segment& piece : options.path) {
     if (!piece.from.allFinite() || !piece.to.allFinite())
       refuse("the contact's path is not finite", "Give positions in metres.");
@@ -93,9 +96,10 @@ void list_faces(const BisectedMesh& mesh, const Boundary& boundary, QuadraticMes
   }
 }
 
-// Parts of base faces and base tets that are held at every corner are held throughout.
-void hold(const TetMesh& base, const std::vector<char>& is_held, const BisectedMesh& mesh,
-          const Boundary& boundary, QuadraticMesh& out) {
+// Parts of base faces and base tets that are held at every corner are held throughout, and so are
+// new nodes at held places.
+void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& held_at,
+          const BisectedMesh& mesh, const Boundary& boundary, QuadraticMesh& out) {
   out.is_held.assign(static_cast<std::size_t>(out.nodes.rows()), 0);
   std::copy(is_held.begin(), is_held.end(), out.is_held.begin());
   std::vector<char> is_face_held;
@@ -115,6 +119,9 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const BisectedM
     if (!is_all) continue;
     for (const std::int32_t n : out.tets.row(static_cast<Eigen::Index>(t))) out.is_held[n] = 1;
   }
+  if (!held_at) return;
+  for (Eigen::Index n = base.nodes.rows(); n < out.nodes.rows(); ++n)
+    if (held_at(out.nodes.row(n))) out.is_held[static_cast<std::size_t>(n)] = 1;
 }
 
 double distance_m(const Segment& piece, const Vec3& x) {
@@ -178,7 +185,8 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
     curve_borders(out, static_cast<std::int32_t>(corners.nodes.size() + middles.nodes.size()),
                   options.region_at);
   list_faces(mesh, boundary, out);
-  hold(base, is_held, mesh, boundary, out);
+  hold(base, is_held, options.held_at, mesh, boundary, out);
+  for (const BisectedTet& tet : mesh.tets) out.base.push_back(tet.base);
   note_deviation(corners, options, out);
   note_deviation(middles, options, out);
   if (base.region.size() > 0) {

@@ -29,6 +29,10 @@ struct GradeOptions {
   /// size(x), before they are made to end there: as large as others, a lump is seen too coarsely.
   RegionAt region_at = {};
   double interface_share = 1;
+  /// Whether a place is held: new nodes there are, so the border of what is held is as sharp as the
+  /// mesh. Empty: as the base's nodes tell.
+  HeldAt held_at = {};
+  std::vector<char> halved = {};      ///< #base tets: parts are at most half as large; empty: none
   std::int32_t max_corners = 200000;  ///< refuses to make more corner nodes than this
 };
 
@@ -45,7 +49,8 @@ struct GradeOptions {
 /// less than a fifth of its straight volume, or a determinant that small at a quadrature point, a
 /// corner or the centroid, is halved up to three times and then dropped: `deviation_m` tells how
 /// far off that left a node, `contact_deviation_m` the same where size(x) is some piece's h_m. A
-/// new node is held when it lies on a boundary face or in a tet of the base whose corners all are.
+/// new node is held when it lies on a boundary face or in a tet of the base whose corners all are,
+/// or where held_at says so.
 ///
 /// Where region_at is given, tets end at the border between regions, whose mid-edge nodes follow it
 /// (conform.hpp).

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libfem/mesh/grade/grade_mesh.hpp"
+#include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfit/core/statistics.hpp"
@@ -19,7 +20,14 @@ namespace {
 /// up to 1.8 % in rows that claim 1.3 %. So does one size below the whole punch
 /// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
-constexpr int kRingPieces = 24;  // chords are within 0.01 of the radius
+constexpr double kBaseShare = 0.25;  // of force_tolerance: a change of compliance worth halving
+constexpr int kRingPieces = 24;      // chords are within 0.01 of the radius
+
+/// coarsening: of the sizes that the contact asks for. halved: base tets, see GradeOptions.
+struct Fineness {
+  double coarsening = 1;
+  const std::vector<char>& halved;
+};
 
 /// A plan followed on one mesh.
 struct MeshRun {
@@ -41,9 +49,12 @@ struct Simulator::State {
   Probe probe;
 
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
-                        double coarsening) const;
+                        const Fineness& fineness) const;
+  RegionAt region_about(const Vec3& position) const;
+  BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
+                         const Vec3& normal) const;
   MeshRun run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-              double coarsening, const Progress& progress) const;
+              const Fineness& fineness, const Progress& progress) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
@@ -149,9 +160,13 @@ Mat3 Simulator::normal_gradient(const Vec3& position, const Vec3& normal) const 
 /// segment of the contact, size is proportional to distance from the contact radius at its depth
 /// on: so at every depth the rim of the contact meets elements of the same share of its radius.
 QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal,
-                                        const ExperimentPlan& plan, double coarsening) const {
+                                        const ExperimentPlan& plan,
+                                        const Fineness& fineness) const {
   const SolverOptions& options = setup.options;
+  const double coarsening = fineness.coarsening;
   GradeOptions grade;
+  grade.halved = fineness.halved;
+  if (setup.held_at) grade.held_at = [this](const Vec3& x) { return setup.held_at(x + origin); };
   grade.growth = std::min(1.0, options.growth * coarsening);
   grade.interface_share = options.interface_share;
   if (setup.region_at)
@@ -188,9 +203,9 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
 }
 
 MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                              double coarsening, const Progress& progress) const {
+                              const Fineness& fineness, const Progress& progress) const {
   MeshRun out;
-  const QuadraticMesh mesh = mesh_at(position, normal, plan, coarsening);
+  const QuadraticMesh mesh = mesh_at(position, normal, plan, fineness);
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
   const Probe here = pressed_to(probe, plan.depth_m);
@@ -201,16 +216,37 @@ MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, 
     return out;
   }
   out.touch_m = *touch;
-  const RegionAt local_region =
-      setup.region_at ? RegionAt([&](const Vec3& x) { return setup.region_at(x + position); })
-                      : RegionAt();
-  Equilibrium equilibrium(mesh, materials, local_region, here, setup.options.contact,
+  Equilibrium equilibrium(mesh, materials, region_about(position), here, setup.options.contact,
                           setup.options.equilibrium);
   out.rows = follow_paths(equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
                           static_cast<int>(plan.rows.size()), setup.options.path, progress);
   out.counts = equilibrium.counts();
   out.is_complete = !progress.stopped();
   return out;
+}
+
+RegionAt Simulator::State::region_about(const Vec3& position) const {
+  if (!setup.region_at) return {};
+  return [this, position](const Vec3& x) { return setup.region_at(x + position); };
+}
+
+/// Both grids of a point share the base mesh, so their difference tells nothing of it.
+BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3& position,
+                                         const Vec3& normal) const {
+  const SolverOptions& options = setup.options;
+  if (!(options.max_base_change > 0 && options.coarse_ratio > 0)) return {};
+  const Probe here = pressed_to(probe, plan.depth_m);
+  const double reach_m = here.contact_reach_m(plan.depth_m);
+  return refine_base(
+      [&](const std::vector<char>& halved) {
+        return press_patch(mesh_at(position, normal, plan, {options.coarse_ratio, halved}),
+                           static_cast<std::size_t>(volume.tets.rows()), materials,
+                           region_about(position), options.equilibrium.element, normal,
+                           reach_m > 0 ? reach_m : here.half_width_m);
+      },
+      options.force_tolerance > 0
+          ? std::min(options.max_base_change, kBaseShare * options.force_tolerance)
+          : options.max_base_change);
 }
 
 /// Whether another material than that at the test point is so close that its border matters: on a
@@ -234,6 +270,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
   const double min_error = sees_interface(position, pressed_to(probe, plan.depth_m), plan.depth_m)
                                ? kMinErrorAtBorder
                                : kMinError;
+  const BaseRefinement base = base_at(plan, position, normal);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
     out.is_complete = fine.is_complete && coarse.is_complete;
@@ -241,19 +278,23 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
+    for (PointRow& row : out.rows) row.force_error += base.error * row.force.norm();
     return out;
   };
-  MeshRun fine = run(plan, position, normal, 1.0, progress), coarse;
-  if (fine.is_complete && ratio > 0) coarse = run(plan, position, normal, ratio, progress);
+  MeshRun fine = run(plan, position, normal, {1, base.halved}, progress), coarse;
+  if (fine.is_complete && ratio > 0)
+    coarse = run(plan, position, normal, {ratio, base.halved}, progress);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
-    if (!(setup.options.force_tolerance > 0 &&
-          achieved_error(out.rows) > setup.options.force_tolerance))
+    // Where the base mesh alone is worse, its grids need not be better than half of what is asked.
+    const double wanted = setup.options.force_tolerance;
+    if (!(wanted > 0 &&
+          achieved_error(out.rows) - base.error > std::max(wanted - base.error, wanted / 2)))
       break;
     coarse = std::move(fine);
     coarsening /= ratio;
-    fine = run(plan, position, normal, coarsening, progress);
+    fine = run(plan, position, normal, {coarsening, base.halved}, progress);
     PointRows next = recorded(fine, coarse);
     if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
       break;  // what solved is not given up

@@ -20,6 +20,9 @@ struct SolverOptions {
   double growth = 0.6;  ///< h over distance from first touch or the probe's path, so at any rim too
   double shallowest = 1.0 / 12;  ///< depth resolved like this, over the deepest
   double interface_share = 0.5;  ///< h of elements that two materials share, over h
+  /// Base tets that carry a contact are halved where that changes the body's compliance there by
+  /// more (relative); see refine_base(). 0: the base mesh is taken as it is, unquestioned.
+  double max_base_change = 0.005;
   double coarse_ratio = 1.6;  ///< element size of the coarser grid that extrapolates force; 0: none
   /// Force error asked for, relative: where rows state more, the point is solved again on a mesh
   /// finer by coarse_ratio, the former one its coarse grid, up to kMaxFiner times. 0: as it comes.
@@ -34,11 +37,13 @@ struct SolverOptions {
 inline constexpr int kMaxFiner = 2;
 
 /// A body, its materials and the probe.
-/// volume, is_held: base mesh. surface: fine, outward. materials: [0] is the body's own; region_at
+/// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
+/// surface: fine, outward. materials: [0] is the body's own; region_at
 /// tells which one fills a place of the rest body, empty means 0 everywhere.
 struct SimulationSetup {
   TetMesh volume;
   std::vector<char> is_held;
+  HeldAt held_at;
   Surface surface;
   std::vector<MaterialParameters> materials;
   RegionAt region_at;

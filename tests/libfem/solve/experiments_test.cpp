@@ -196,6 +196,7 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
+  setup.options.max_base_change = 0;
   const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   const double before = achieved_error(plain.rows);
   ASSERT_GT(before, 0.004);
@@ -213,6 +214,17 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   for (std::size_t i = 0; i < plain.rows.size(); ++i)
     EXPECT_LT((finer.rows[i].force - plain.rows[i].force).norm(),
               finer.rows[i].force_error + plain.rows[i].force_error);
+}
+
+TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_with_what_the_base_mesh_hides) {
+  SimulationSetup setup = block_setup(0);
+  setup.options.coarse_ratio = 1.6;
+  const double before =
+      achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(1)).rows);
+  setup.options.force_tolerance = 0.9 * before;
+  EXPECT_LT(
+      achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(1)).rows),
+      0.9 * before);
 }
 
 }  // namespace

@@ -117,6 +117,29 @@ TEST(Bisect, every_tet_is_as_small_as_asked_and_far_ones_are_left_alone) {
   EXPECT_EQ(bisect(base, coarse).tets.size(), static_cast<std::size_t>(base.tets.rows()));
 }
 
+TEST(Bisect, halved_base_tets_have_parts_of_half_their_size_and_others_are_left_alone) {
+  const TetMesh base = shaken_block(3, 0.004);
+  GradeOptions options;
+  options.path = {{Vec3(0, 0, 10), Vec3(0, 0, 10), 1}};  // asks for nothing
+  options.halved.assign(static_cast<std::size_t>(base.tets.rows()), 0);
+  options.halved[7] = options.halved[20] = 1;
+  const BisectedMesh mesh = bisect(base, options);
+  const TetMesh parts = straight(mesh);
+  std::vector<int> count(options.halved.size(), 0);
+  for (Eigen::Index t = 0; t < parts.tets.rows(); ++t) {
+    const std::int32_t of = mesh.tets[static_cast<std::size_t>(t)].base;
+    ++count[static_cast<std::size_t>(of)];
+    const double share = options.halved[static_cast<std::size_t>(of)] != 0 ? 0.5 : 1;
+    EXPECT_LE(size_of(parts, t), share * size_of(base, of) * (1 + 1e-12)) << "tet " << of;
+  }
+  EXPECT_GE(std::min(count[7], count[20]), 8);
+  EXPECT_GT(std::count(count.begin(), count.end(), 1), base.tets.rows() / 2);
+  options.halved.pop_back();
+  EXPECT_THROW(grade_mesh(base, std::vector<char>(base.nodes.rows(), 0),
+                          SmoothSurface({base.nodes, boundary_triangles(base.tets)}), options),
+               Error);
+}
+
 TEST(Bisect, tets_that_two_regions_share_are_smaller_by_the_share_asked_for) {
   const TetMesh base = shaken_block(5, 0.004);
   GradeOptions options = kPress;

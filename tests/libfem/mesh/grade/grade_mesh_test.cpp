@@ -143,6 +143,20 @@ TEST(GradeMesh, tets_held_at_every_corner_are_held_throughout) {
     EXPECT_EQ(mesh.is_held[n] != 0, mesh.nodes(n, 2) < 0.0200001) << mesh.nodes.row(n);
 }
 
+TEST(GradeMesh, new_nodes_at_held_places_are_held_where_no_base_face_ends_there) {
+  const Block block;  // base layers of 20 mm
+  GradeOptions at_side = kPress;
+  at_side.path = {{{0, 0.05, 0.01}, {0, 0.05, 0.01}}};
+  at_side.held_at = [](const Vec3& x) { return x.z() < 0.0101; };
+  const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, at_side);
+  int held = 0;
+  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {
+    EXPECT_EQ(mesh.is_held[n] != 0, mesh.nodes(n, 2) < 0.0101) << mesh.nodes.row(n);
+    held += mesh.nodes(n, 2) > 0.001 && mesh.is_held[n] != 0;
+  }
+  EXPECT_GT(held, 50);
+}
+
 TEST(GradeMesh, regions_are_inherited) {
   Block block;
   block.base.region.resize(block.base.tets.rows());

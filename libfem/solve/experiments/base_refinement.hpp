@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "libfem/elements/elastic_body.hpp"
+
+namespace palpate::fem {
+
+/// How a body at rest gives way, linearly, to a unit force along `normal` (inward, unit) on a patch
+/// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
+/// origin that look against `normal`; compliance_m_N is the mean of the displacement along it,
+/// weighted alike. distortion_J_N2: #base tets, the deviatoric energy of their parts by the
+/// displacements of corners. Zero and empty where no face is met or the body has no stiffness.
+struct PatchResponse {
+  double compliance_m_N = 0;
+  std::vector<double> distortion_J_N2;
+};
+
+/// One factorization. The mesh knows its base tets (QuadraticMesh::base), `base_tets` of them.
+PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
+                          const std::vector<Material>& materials, const RegionAt& region_at,
+                          ElementKind element, const Vec3& normal, double radius_m);
+
+/// Which tets of the base mesh to halve for a contact, and which share of force may be wrong after
+/// that because of the base mesh: thickness, far geometry, the border of what is held.
+/// halved: #base tets, or empty for none.
+struct BaseRefinement {
+  std::vector<char> halved;
+  double error = 0;
+};
+
+/// Halves the base tets that hold all but a tenth of the distortion under the patch, and
+/// compares compliances (M13d). Where that changes less than `max_change`, relative, all stay
+/// whole. press: the patch response on the mesh graded for the contact, with these base tets
+/// halved.
+BaseRefinement refine_base(
+    const std::function<PatchResponse(const std::vector<char>& halved)>& press, double max_change);
+
+}  // namespace palpate::fem

@@ -1,0 +1,134 @@
+// What the base mesh hides (M13d), and what is done about it.
+
+#include "libfem/solve/experiments/base_refinement.hpp"
+
+#include <gtest/gtest.h>
+
+#include "libfem/solve/experiments/simulate.hpp"
+#include "tests/libfem/solve/block.hpp"
+
+namespace palpate::fem {
+namespace {
+
+const std::vector<Material>& soft() {
+  static const std::vector<Material> kSoft{
+      make_material({"neo-hookean", {kYoung_Pa, kPoisson}}, "test")};
+  return kSoft;
+}
+
+constexpr double kRadius_m = 0.001;
+
+/// A patch of 1 mm on a thick block whose elements there are 0.4 of it.
+PatchResponse press_block() {
+  const TetMesh base = structured_block({0.1, 0.1, 0.06}, {4, 4, 3});
+  const Vec3 top(0.0511, 0.0487, 0.06);
+  GradeOptions grade;
+  grade.path = {{top, top, 0.4 * kRadius_m, kRadius_m}};
+  QuadraticMesh mesh =
+      grade_mesh(base, held_below(base.nodes, 1e-6),
+                 SmoothSurface({base.nodes, boundary_triangles(base.tets)}), grade);
+  mesh.nodes.rowwise() -= top.transpose();
+  return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {},
+                     ElementKind::automatic, -Vec3::UnitZ(), kRadius_m);
+}
+const PatchResponse& pressed_block() {
+  static const PatchResponse kPressed = press_block();
+  return kPressed;
+}
+
+// Under Hertz's pressure on a half-space the surface sinks by (1 - nu^2)/E pi p0/(4 a) (2 a^2 -
+// r^2) (Johnson 1985, 3.41); weighted by the pressure, 0.6 (1 - nu^2) / (E a) for a unit force.
+TEST(PressPatch, compliance_of_a_small_patch_on_a_thick_block_is_that_of_hertzs_pressure) {
+  const double exact = 0.6 * (1 - kPoisson * kPoisson) / (kYoung_Pa * kRadius_m);
+  EXPECT_NEAR(pressed_block().compliance_m_N / exact, 1, 0.03);
+}
+
+// A unit load stores half its compliance, nearly all of it as distortion where the volume hardly
+// changes. Displacements of corners alone tell it within a quarter.
+TEST(PressPatch, distortion_is_the_energy_of_the_load) {
+  const PatchResponse& out = pressed_block();
+  double sum = 0;
+  for (const double of_tet : out.distortion_J_N2) {
+    EXPECT_GE(of_tet, 0);
+    sum += of_tet;
+  }
+  EXPECT_NEAR(sum / (out.compliance_m_N / 2), 1, 0.25);
+}
+
+TEST(PressPatch, nothing_comes_of_a_patch_that_meets_no_face) {
+  const TetMesh base = structured_block({0.1, 0.1, 0.06}, {2, 2, 2});
+  const QuadraticMesh mesh = ungraded(base, held_below(base.nodes, 1e-6));
+  const PatchResponse out = press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(),
+                                        {}, ElementKind::automatic, -Vec3::UnitX(), 0.001);
+  EXPECT_EQ(out.compliance_m_N, 0);
+  EXPECT_TRUE(out.distortion_J_N2.empty());
+}
+
+TEST(RefineBase, halves_the_few_tets_that_hold_nine_tenths_of_the_distortion) {
+  const PatchResponse whole{1.0, {0.01, 6, 0.02, 3.5, 0.5}};
+  std::vector<char> asked;
+  const auto press = [&](const std::vector<char>& halved) {
+    if (halved.empty()) return whole;
+    asked = halved;
+    return PatchResponse{0.97, {}};
+  };
+  const BaseRefinement out = refine_base(press, 0.005);
+  EXPECT_EQ(asked, (std::vector<char>{0, 1, 0, 1, 0}));
+  EXPECT_EQ(out.halved, asked);
+  EXPECT_NEAR(out.error, (1 / 0.97 - 1) / 3, 1e-15);
+}
+
+TEST(RefineBase, leaves_whole_what_halving_hardly_changes_and_owns_up_to_it) {
+  const auto press = [&](const std::vector<char>& halved) {
+    return PatchResponse{halved.empty() ? 1.0 : 1.002, {1, 2}};
+  };
+  const BaseRefinement out = refine_base(press, 0.005);
+  EXPECT_TRUE(out.halved.empty());
+  EXPECT_NEAR(out.error, 4.0 / 3 * (1 - 1 / 1.002), 1e-15);
+}
+
+/// A plate of 60 x 40 x 6 mm clamped along one edge, pressed by a ball of 5 mm near the other.
+SimulationSetup plate(std::array<int, 3> cells) {
+  SimulationSetup setup;
+  setup.volume = structured_block(Vec3(0.06, 0.04, 0.006), cells);
+  for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
+    setup.is_held.push_back(setup.volume.nodes(n, 0) < 0.0101);
+  setup.held_at = [](const Vec3& x) { return x.x() < 0.0101; };
+  setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
+  setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
+  setup.probe = sphere_spec(0.005);
+  return setup;
+}
+
+Samples press_plate(SimulationSetup setup) {
+  Experiments experiments;
+  experiments.depth_m = 0.002;
+  experiments.press_steps = 2;
+  TestPoints points;
+  points.position = Eigen::RowVector3d(0.0447, 0.0183, 0.006);
+  points.normal = -Eigen::RowVector3d::UnitZ();
+  points.name = {""};
+  return simulate(Simulator(std::move(setup)), points, experiments,
+                  {.jobs = 1, .already_done = {}});
+}
+
+// Both grids of a row share the base mesh: without (M13d) a plate whose clamp ends within its
+// elements is softer or stiffer by several times what the grids alone tell.
+TEST(BaseRefinement, rows_of_a_thin_plate_are_within_the_error_that_they_state) {
+  SimulationSetup unquestioned = plate({3, 2, 1});
+  unquestioned.options.max_base_change = 0;
+  unquestioned.held_at = {};
+  const Samples refined = press_plate(plate({3, 2, 1})), before = press_plate(unquestioned),
+                finer = press_plate(plate({12, 8, 2}));
+  ASSERT_EQ(refined.rows(), finer.rows());
+  for (Eigen::Index i = 0; i < finer.rows(); ++i) {
+    ASSERT_EQ(refined.status[i], RowStatus::good);
+    const double off_N = (refined.force.row(i) - finer.force.row(i)).norm();
+    EXPECT_LT(off_N, refined.force_error[i] + finer.force_error[i]) << "row " << i;
+    EXPECT_GT((before.force.row(i) - finer.force.row(i)).norm(), 2 * before.force_error[i])
+        << "row " << i;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::fem
