@@ -38,17 +38,6 @@ void put_curvature(Element& e, const double* kappa, int corner) {
     e.curvature[i][corner] = along(runtime::curvature_times(kappa, e.axis[to[i]]), e.axis[from[i]]);
 }
 
-double size_of_change(const Element& e) {
-  double squared = 0;
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 2; ++j) {
-      double rate = 0;
-      for (int l = 0; l < 3; ++l) rate += e.curvature[i][l] * e.gradient[l][j];
-      squared += (i < 3 ? 1 : 2) * rate * rate;
-    }
-  return std::sqrt(squared);
-}
-
 /// A corner's force and area as polynomials in t from a knot.
 struct Polynomials {
   double force[runtime::kMaxDegree + 1], area[runtime::kMaxDegree + 2];
@@ -286,7 +275,11 @@ Element element_of(const AssetView& asset, int t, const ElementOptions& options)
   gradient_of(e, e.normal, e.turn);
   gradient_of(e, e.side2, e.side2_turn);
   gradient_of(e, e.side3, e.side3_turn);
-  e.curvature_change = size_of_change(e);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 6; ++i) {
+      e.curvature_turn[j][i] = 0;
+      for (int l = 0; l < 3; ++l) e.curvature_turn[j][i] += e.curvature[i][l] * e.gradient[l][j];
+    }
   return e;
 }
 

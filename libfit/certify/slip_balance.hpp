@@ -26,7 +26,7 @@ struct Element {
   double normal[3][3], turn[3][2];  ///< u_l, and the gradient of their blend
   double lambda[3], friction[3], friction_slope[3], stiffness[kRings][3];
   double side2[3][3], side3[3][3], side2_turn[3][2], side3_turn[3][2];
-  double curvature[6][3], curvature_change;  ///< and the size of its gradient [1/m^2]
+  double curvature[6][3], curvature_turn[2][6];  ///< and its gradient [1/m^2]
   double threshold[kRings];
   double radius_m = 0;             ///< of the ball that slides; 0: a tip
   double overshoot_m = 0;          ///< how far beyond its limit ring 1 may be at a tick
@@ -114,17 +114,21 @@ double size(const T a[3][2]) {
 
 /// Unit vectors whose polygon holds the arcs between them.
 struct Directions {
-  double x[kSectors + 1], y[kSectors + 1], x2[kSectors + 1], y2[kSectors + 1];
+  double x[kSectors + 1], y[kSectors + 1], x2[kSectors + 1], y2[kSectors + 1], x3[kSectors + 1],
+      y3[kSectors + 1];
   explicit Directions(bool is_around) {
     const double step = 2 * 3.14159265358979323846 / kSectors;
     const double out = is_around ? 1 / std::cos(step / 2) : 1,
-                 out2 = is_around ? 1 / std::cos(step) : 1;
+                 out2 = is_around ? 1 / std::cos(step) : 1,
+                 out3 = is_around ? 1 / std::cos(1.5 * step) : 1;
     for (int j = 0; j <= kSectors; ++j) {
       const double angle = step * j;
       x[j] = out * std::cos(angle);
       y[j] = out * std::sin(angle);
       x2[j] = out2 * std::cos(2 * angle);
       y2[j] = out2 * std::sin(2 * angle);
+      x3[j] = out3 * std::cos(3 * angle);
+      y3[j] = out3 * std::sin(3 * angle);
     }
   }
 };
@@ -288,19 +292,45 @@ Balance balance(const Element& e, const Where& where, const Depth<T>& depth, Oth
       change[i][j] = of_c * lambda + of_lambda * stiffness[i];
     }
 
-  // Third order, bounded by sizes; a place leaves it out.
+  // Third order: along the way kappa changes, c(t) = sum t_j t.A_j t, which is of cos and sin of
+  // one and of three angles.
+  T one[2], three[2];
+  {
+    detail::Symmetric<T> A[2];
+    for (int j = 0; j < 2; ++j) {
+      T change_of[6], changed[3][2];
+      for (int i = 0; i < 6; ++i) change_of[i] = T(e.curvature_turn[j][i]);
+      detail::times_symmetric(change_of, L, changed);
+      A[j] = detail::product(L, changed);
+    }
+    one[0] = (A[0].xx * T(3) + A[0].yy + A[1].xy * T(2)) * T(0.25);
+    one[1] = (A[1].yy * T(3) + A[1].xx + A[0].xy * T(2)) * T(0.25);
+    three[0] = (A[0].xx - A[0].yy - A[1].xy * T(2)) * T(0.25);
+    three[1] = (A[0].xy * T(2) + A[1].xx - A[1].yy) * T(0.25);
+  }
+  T pull[2];
+  for (int j = 0; j < 2; ++j) pull[j] = pulled[0][j];
+  double kappa_normal = 0, change_size = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int row[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    const double part = size_of(kappa[row[k][0]] * u[0] + kappa[row[k][1]] * u[1] +
+                                kappa[row[k][2]] * u[2]);
+    kappa_normal += part * part;
+  }
+  kappa_normal = std::sqrt(kappa_normal);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 6; ++i)
+      change_size += (i < 3 ? 1 : 2) * e.curvature_turn[j][i] * e.curvature_turn[j][i];
   const double turn_size = detail::size(U) * longest;
-  const double bend_rate = kappa_size * turn_size + 0.5 * e.curvature_change * longest;
+  const double bend_rate = kappa_normal * turn_size + 0.5 * std::sqrt(change_size) * longest;
   const double swing = turn_size + kappa_size * (1 + size_of(height) * turn_size);
   const double first_change = std::hypot(size_of(change[0][0]), size_of(change[0][1])) * longest;
-  const double reach_m = upper(sigma * d);
-  const auto third = [&](double deflection_m) {
-    return upper(force) * upper(d) * bend_rate + slope_size * swing +
-           deflection_m * slope_size * bend_rate + 0.5 * first_change;
-  };
-  const double lost_third = kIsBound ? upper(sigma) * reach_m * third(reach_m) : 0;
-  const double furthest_m = reach_m + e.overshoot_m;
-  const double steepest = 2 * furthest_m * third(1.5 * furthest_m);
+  const double reach_m = upper(sigma * d), furthest_m = reach_m + e.overshoot_m;
+  // Slope of these by |q|, at most.
+  const double steepest =
+      2 * furthest_m *
+      (upper(force) * upper(d) * bend_rate + slope_size * swing +
+       1.5 * furthest_m * slope_size * bend_rate + 0.5 * first_change);
   // How far a segment's direction may be from that of the deflection.
   const double astray = kIsBound ? e.overshoot_m * turn_size * (1 / lower(sigma) + 3) : 0;
 
@@ -343,10 +373,31 @@ Balance balance(const Element& e, const Where& where, const Depth<T>& depth, Oth
             (upper(sigma) * (size_of(Q.xx) + size_of(Q.xy) + size_of(Q.yy)) / shortest + ring) +
         0.5 * astray * astray * friction;
     const double turning = bent_q * (bent_q > 0 ? lower(sigma) : upper(sigma));
-    const double paid = friction + turning - ring - lost_third * most - stray - noise;
+    double falls = 0, pulls = 0, stiffens = 0, bends = 0;
+    for (const int k : {j, next}) {
+      const T x = T(way.x[k]), y = T(way.y[k]);
+      const double by_one = lower(one[0] * x + one[1] * y);
+      falls = std::max(falls, -by_one - lower(three[0] * T(way.x3[k]) + three[1] * T(way.y3[k])));
+      pulls = std::max(pulls, size_of(pull[0] * x + pull[1] * y));
+      stiffens = std::max(stiffens, upper(change[0][0] * x + change[0][1] * y));
+      bends = std::max(bends, size_of(detail::form(bent, way.x2[k], way.y2[k])));
+    }
+    const double squared_m = upper(sigma) * reach_m;  // |q|^2 / d
+    const double third =
+        squared_m * (upper(force) * upper(d) *
+                         (0.5 * falls / (shortest * shortest) + kappa_normal * turn_size * most) +
+                     pulls * bends / (shortest * shortest) +
+                     reach_m * slope_size * bend_rate * most + 0.5 * stiffens);
+    // Beyond its limit ring 1 pays more, or a little less.
+    const double rate = lower(lambda * stiffness[0]) * shortest + bent_q - steepest * most;
+    const double beyond = kIsBound && rate < 0 ? -rate * e.overshoot_m / lower(d) : 0;
+    const double paid =
+        friction + turning - ring - third - stray - beyond - noise;
     const double needed = std::max(stores[j], stores[next]) + (kIsBound ? noise : 0);
-    const bool grows = lower(lambda * stiffness[0]) * shortest + bent_q - steepest * most >= 0;
-    const double ratio = paid > 0 && grows ? std::max(needed, 0.0) / paid : kNone;
+    const double ratio = paid > 0 ? std::max(needed, 0.0) / paid : kNone;
+#ifdef SHOW
+    if (kIsBound && j==0) std::printf("friction %.3g turning %.3g ring %.3g third %.3g stray %.3g beyond %.3g noise %.3g needed %.3g\n", friction,turning,ring,third,stray,beyond,noise,needed);
+#endif
     if (!(ratio > worst.ratio)) continue;
     worst.ratio = ratio;
     worst.sector = j;
