@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/certify/continuity.hpp"
-#include "libfit/certify/element.hpp"
+#include "libfit/certify/search.hpp"
 #include "libfit/core/progress.hpp"
 
 namespace palpate::certify {

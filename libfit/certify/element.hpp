@@ -1,70 +1,70 @@
 #pragma once
 
-#include "libfit/certify/slip_balance.hpp"
+// A triangle of a body of rings, as a certificate reads it.
+
+#include "libfit/certify/interval.hpp"
+#include "libfit/runtime/engine.hpp"
 
 namespace palpate::certify {
 
-/// What is asked of an element.
+constexpr int kRings = runtime::kRings;
+
+/// What is asked of a triangle.
 struct ElementOptions {
   double radius_m = 0;       ///< of the ball that slides; 0: a tip
   double max_step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
-  int max_boxes = 400;       ///< patches times ranges of depth, before a bound is left as it is
+  int max_boxes = 1000;      ///< patches times ranges of depth, before a bound is left as it is
 };
 
-enum class Verdict {
-  certified,  ///< every slip dissipates
-  fails,      ///< a witness creates energy
-  undecided   ///< the bound did not close
-};
-enum class Cause { none, normals, stiffness, curvature, rings, concave, friction };
-constexpr const char* kCauseNames[] = {"none",  "normals", "stiffness", "curvature",
-                                       "rings", "concave", "friction"};
-
-/// A slip that creates energy, as the engine replays it.
-struct Witness {
-  int triangle = -1;
-  double weight[3] = {0, 0, 0};  ///< area coordinates of the contact point
-  double depth_m = 0, deflection_m = 0;
-  double direction[3] = {0, 0, 0};  ///< of the deflection, a unit vector
-  double created_J = 0;  ///< measured: what the engine's energy rises by with the tool held
-  double stored_J = 0;   ///< before
+/// A triangle of a body of rings in a frame of its own: x and y in the facet, z along its inward
+/// normal. Vectors are [component][corner], gradients [component][x, y].
+struct Element {
+  double gradient[3][2];            ///< of the area coordinates [1/m]
+  double normal[3][3], turn[3][2];  ///< u_l, and the gradient of their blend
+  double lambda[3], friction[3], friction_slope[3], stiffness[kRings][3];
+  double side2[3][3], side3[3][3], side2_turn[3][2], side3_turn[3][2];
+  double curvature[6][3], curvature_turn[2][6];  ///< xx, yy, zz, xy, xz, yz
+  double threshold[kRings];
+  double radius_m = 0;     ///< of the ball that slides; 0: a tip
+  double overshoot_m = 0;  ///< how far beyond its limit ring 1 may be at a tick
+  runtime::Vec3d axis[3];  ///< of the frame, in the asset's
 };
 
-/// Sliding on an element, for one state of the other rings.
-struct Sliding {
-  Verdict verdict = Verdict::undecided;
-  double ratio = 0;  ///< bound: the share of its friction that it needs; infinite: none is enough
-  double worst_found = 0;  ///< largest ratio at a place
-  double friction = 0;     ///< mu there
-  Cause cause = Cause::none;
-  Witness witness;
+/// A place of a triangle, and a patch: the triangle between three places.
+struct Place {
+  double n[3];
+  template <class T>
+  T blend(const T* v) const {
+    return v[0] * n[0] + v[1] * n[1] + v[2] * n[2];
+  }
+};
+struct Patch {
+  Place corner[3];
+  template <class T>
+  Interval blend(const T* v) const {
+    return hull(hull(Interval(corner[0].blend(v)), Interval(corner[1].blend(v))),
+                Interval(corner[2].blend(v)));
+  }
 };
 
-struct ElementCertificate {
-  Sliding any, sliding;  ///< by OtherRings
-  double max_depth_m = 0;
+/// What the normal curves of the corners say at a depth or over a range of depths, over that depth.
+template <class T>
+struct Depth {
+  T m;                ///< d
+  T force[3];         ///< f^z / d [N/m]
+  T energy_slope[2];  ///< of the blended Z over the facet, / d [N/m]
+  T energy[3];        ///< Z / d^2 [N/m]
 };
 
-/// Triangle t, with all corners covered, of a body of rings.
+/// Triangle t, with a covered corner, of a body of rings.
 Element element_of(const runtime::AssetView& asset, int t, const ElementOptions& options);
+
+/// Up to which depth it is certified: the end of the curves, or where slides are ill-conditioned.
+double range_of(const runtime::AssetView& asset, int t);
+
 /// What its curves say at a depth, or over a range of depths within one piece of the basis.
 Depth<double> at_depth(const runtime::AssetView& asset, const Element& element, int t, double d);
 Depth<Interval> over_depths(const runtime::AssetView& asset, const Element& element, int t,
                             double from_m, double to_m);
-
-/// Whether (M22) holds on a triangle of an asset of rings with a covered corner, at every depth.
-bool pushes_on(const runtime::AssetView& asset, int t, const ElementOptions& options);
-
-/// Certifies sliding on a triangle of an asset of rings: by branch and bound over its places and
-/// depths, with the direction by sectors (M21). Its range of depths ends with the curves and with
-/// its max_depth_m. Deterministic.
-ElementCertificate certify_element(const runtime::AssetView& asset, int t,
-                                   const ElementOptions& options);
-
-/// Replays a slip through the engine without its guard: the contact point at a place of triangle
-/// t, ring 1 at its limit along `toward` (a direction of the facet as in Balance), the others as
-/// they store most. created_J > 0: the slip creates energy.
-Witness replay_slip(const runtime::AssetView& asset, const Element& element, int t,
-                    const Place& place, double depth_m, int sector, OtherRings others);
 
 }  // namespace palpate::certify

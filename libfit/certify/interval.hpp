@@ -28,6 +28,14 @@ inline Interval operator*(const Interval& x, const Interval& y) {
   const double a = x.lo * y.lo, b = x.lo * y.hi, c = x.hi * y.lo, d = x.hi * y.hi;
   return {std::min(std::min(a, b), std::min(c, d)), std::max(std::max(a, b), std::max(c, d))};
 }
+inline Interval operator+(const Interval& x, double y) { return {x.lo + y, x.hi + y}; }
+inline Interval operator-(const Interval& x, double y) { return {x.lo - y, x.hi - y}; }
+inline Interval operator-(double x, const Interval& y) { return {x - y.hi, x - y.lo}; }
+inline Interval operator*(const Interval& x, double y) {
+  const double a = x.lo * y, b = x.hi * y;
+  return {std::min(a, b), std::max(a, b)};
+}
+inline Interval operator/(const Interval& x, double y) { return x * (1 / y); }
 /// Everything where y holds 0.
 inline Interval operator/(const Interval& x, const Interval& y) {
   constexpr double kAll = std::numeric_limits<double>::infinity();

@@ -56,8 +56,7 @@ State random_state(const Asset& asset, const Element& e, int t, std::mt19937& ra
   for (int i = 0; i < 6; ++i) kappa[i] = 0;
   for (int l = 0; l < 3; ++l) {
     c = c + asset.vertex_at(asset.corner(t, l)) * place.n[l];
-    for (int i = 0; i < 6; ++i)
-      kappa[i] += place.n[l] * corner[l].control(runtime::kCurvature, i);
+    for (int i = 0; i < 6; ++i) kappa[i] += place.n[l] * corner[l].control(runtime::kCurvature, i);
   }
   const double height =
       depth_m + 0.5 * dot(deflection, runtime::curvature_times(kappa, deflection));

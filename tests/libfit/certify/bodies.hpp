@@ -41,8 +41,8 @@ inline Model random_body(unsigned seed, const Kind& kind) {
     constexpr double kStep_m = 1e-5;
     Vec3 slope;
     for (int k = 0; k < 3; ++k)
-      slope[k] = (scale(x + kStep_m * Vec3::Unit(k)) - scale(x - kStep_m * Vec3::Unit(k))) /
-                 (2 * kStep_m);
+      slope[k] =
+          (scale(x + kStep_m * Vec3::Unit(k)) - scale(x - kStep_m * Vec3::Unit(k))) / (2 * kStep_m);
     return Vec3(kind.side * 6 * slope);
   };
   make_rings(model, kind.friction, is_round ? 0.06 : 0, scale, side);
