@@ -11,7 +11,8 @@ namespace {
 
 using runtime::AssetView;
 
-constexpr int kChunk = 16;  // triangles that a thread takes at a time
+constexpr int kChunk = 16;          // triangles that a thread takes at a time
+constexpr double kNearWorst = 1.1;  // bound over the worst that was found
 
 Zone zone_of(const AssetView& asset, int t) {
   if (!asset.is_solid(t)) return Zone::air;
@@ -45,6 +46,31 @@ void for_all(int count, int threads, const Progress& progress, const Act& act) {
   for (std::thread& thread : others) thread.join();
 }
 
+/// Of all triangles; then those again that might be the worst and are not bounded tightly.
+std::vector<Sliding> certify_all(const AssetView& asset, const std::vector<int>& triangles,
+                                 OtherRings others, ElementOptions options, int threads,
+                                 const Progress& progress) {
+  std::vector<Sliding> out(static_cast<std::size_t>(asset.triangles));
+  const auto certify_these = [&](const std::vector<int>& these) {
+    for_all(static_cast<int>(these.size()), threads, progress, [&](int i) {
+      const int t = these[static_cast<std::size_t>(i)];
+      out[static_cast<std::size_t>(t)] = certify_sliding(asset, t, others, options);
+    });
+  };
+  certify_these(triangles);
+  double largest = 0;
+  for (const int t : triangles)
+    largest = std::max(largest, out[static_cast<std::size_t>(t)].worst_found);
+  const double far = kNearWorst * largest;
+  if (!(far < options.far)) return out;
+  options.far = far;
+  std::vector<int> again;
+  for (const int t : triangles)
+    if (out[static_cast<std::size_t>(t)].ratio > far) again.push_back(t);
+  certify_these(again);
+  return out;
+}
+
 bool is_worse(const Sliding& a, const Sliding& b) {
   if (a.verdict != b.verdict) {
     if (a.verdict == Verdict::fails || b.verdict == Verdict::fails)
@@ -55,7 +81,7 @@ bool is_worse(const Sliding& a, const Sliding& b) {
 }
 
 SlidingFigures figures_of(const AssetView& asset, const Certificate& certificate,
-                          Sliding ElementCertificate::*kind) {
+                          std::vector<Sliding> ToolCertificate::*kind) {
   SlidingFigures out;
   double area = 0;
   std::vector<Sliding> failures;
@@ -64,7 +90,7 @@ SlidingFigures figures_of(const AssetView& asset, const Certificate& certificate
     if (certificate.zone[at] != Zone::interior) continue;
     const Sliding* worst = nullptr;
     for (const ToolCertificate& tool : certificate.tools) {
-      const Sliding& here = tool.element[at].*kind;
+      const Sliding& here = (tool.*kind)[at];
       if (worst == nullptr || is_worse(here, *worst)) worst = &here;
     }
     area += area_of(asset, t);
@@ -185,14 +211,13 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   for (const double radius_m : options.radii_m) {
     ToolCertificate tool;
     tool.radius_m = radius_m;
-    tool.element.resize(out.zone.size());
     ElementOptions element = options.element;
     element.radius_m = radius_m;
-    if (out.is_rings)
-      for_all(out.interior, options.threads, progress, [&](int i) {
-        const int t = interior[static_cast<std::size_t>(i)];
-        tool.element[static_cast<std::size_t>(t)] = certify_element(asset, t, element);
-      });
+    if (out.is_rings) {
+      tool.any = certify_all(asset, interior, OtherRings::any, element, options.threads, progress);
+      tool.gross =
+          certify_all(asset, interior, OtherRings::sliding, element, options.threads, progress);
+    }
     ContinuityOptions continuity = options.continuity;
     continuity.radius_m = radius_m;
     tool.continuity = measure_continuity(asset, interior, continuity);
@@ -200,8 +225,8 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
     out.tools.push_back(std::move(tool));
   }
   if (out.is_rings) {
-    out.any = figures_of(asset, out, &ElementCertificate::any);
-    out.gross = figures_of(asset, out, &ElementCertificate::sliding);
+    out.any = figures_of(asset, out, &ToolCertificate::any);
+    out.gross = figures_of(asset, out, &ToolCertificate::gross);
   }
   return out;
 }

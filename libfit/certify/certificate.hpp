@@ -14,8 +14,8 @@ enum class Zone : char { air, skirt, interior };
 
 /// What one tool finds on a body of rings.
 struct ToolCertificate {
-  double radius_m = 0;                      ///< 0: a tip
-  std::vector<ElementCertificate> element;  ///< by triangle; of the interior alone
+  double radius_m = 0;              ///< 0: a tip
+  std::vector<Sliding> any, gross;  ///< by triangle, with OtherRings; of the interior alone
   Continuity continuity;
 };
 

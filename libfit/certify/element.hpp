@@ -14,6 +14,7 @@ struct ElementOptions {
   double radius_m = 0;       ///< of the ball that slides; 0: a tip
   double max_step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
   int max_boxes = 1000;      ///< patches times ranges of depth, before a bound is left as it is
+  double far = 0.5;          ///< a bound below it need not be tight
 };
 
 /// A triangle of a body of rings in a frame of its own: x and y in the facet, z along its inward

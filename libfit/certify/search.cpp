@@ -12,7 +12,6 @@ constexpr double kFirstRange = 0.02;     // of the depths: from 0 on
 constexpr double kRangeRatio = 1.3;      // of the ends of the others
 constexpr double kTight = 1.1;           // bound over what was found, where it decides
 constexpr double kTightEnough = 1.2;     // where it does not
-constexpr double kFar = 0.5;             // a bound below it need not be tight
 constexpr double kLeastDepth = 1e-4;     // of the range: below it a range is not halved
 constexpr int kMostHalvings = 9;         // of a patch
 constexpr double kWitnessInside = 0.02;  // how far from the border a witness stands
@@ -48,18 +47,32 @@ Cause cause_of(const Balance& b) {
                               : Cause::rings;
 }
 
+/// Ends of ranges of depth, none across a knot.
+std::vector<double> ranges_of(const AssetView& asset, double max_m) {
+  std::vector<double> ends;
+  const runtime::SplineView& view = asset.curves.view[runtime::kNormal];
+  for (double end = kFirstRange * max_m; end < max_m; end *= kRangeRatio) ends.push_back(end);
+  for (int i = 1; i < view.pieces; ++i)
+    if (view.knots[i] < max_m) ends.push_back(view.knots[i]);
+  ends.push_back(max_m);
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  return ends;
+}
+
 class Search {
  public:
-  Search(const AssetView& asset, const Element& element, int t, double max_depth_m,
-         const ElementOptions& options, OtherRings others)
+  Search(const AssetView& asset, const Element& element, int t, const ElementOptions& options,
+         OtherRings others)
       : asset_(asset),
         e_(element),
         t_(t),
-        max_m_(max_depth_m),
+        max_m_(range_of(asset, t)),
         options_(options),
         others_(others) {}
 
-  Sliding run(const std::vector<double>& ends) {
+  Sliding run() {
+    const std::vector<double> ends = ranges_of(asset_, max_m_);
     for (const Place& place :
          {Place{{1, 0, 0}}, Place{{0, 1, 0}}, Place{{0, 0, 1}}, Place{{1.0 / 3, 1.0 / 3, 1.0 / 3}}})
       for (const double share : {1.0, 0.5, 0.2, 0.05}) look(place, share * max_m_);
@@ -134,7 +147,7 @@ class Search {
     depth_m_ = depth_m;
   }
   bool is_tight(double ratio) const {
-    if (ratio <= 1) return ratio <= std::max(kFar, kTightEnough * found_.ratio);
+    if (ratio <= 1) return ratio <= std::max(options_.far, kTightEnough * found_.ratio);
     return ratio <= kTight * found_.ratio;
   }
   const AssetView& asset_;
@@ -164,19 +177,6 @@ bool pushes_over(const AssetView& asset, const Element& e, int t, const Patch& p
          pushes_over(asset, e, t, patch, cut_m, to_m, halvings - 1);
 }
 
-/// Ends of ranges of depth, none across a knot.
-std::vector<double> ranges_of(const AssetView& asset, double max_m) {
-  std::vector<double> ends;
-  const runtime::SplineView& view = asset.curves.view[runtime::kNormal];
-  for (double end = kFirstRange * max_m; end < max_m; end *= kRangeRatio) ends.push_back(end);
-  for (int i = 1; i < view.pieces; ++i)
-    if (view.knots[i] < max_m) ends.push_back(view.knots[i]);
-  ends.push_back(max_m);
-  std::sort(ends.begin(), ends.end());
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  return ends;
-}
-
 }  // namespace
 
 bool pushes_on(const AssetView& asset, int t, const ElementOptions& options) {
@@ -186,6 +186,7 @@ bool pushes_on(const AssetView& asset, int t, const ElementOptions& options) {
   int known = 0;
   for (int k = 0; k < 3; ++k)
     if (asset.covered[asset.corner(t, k)]) corner[known++] = kWhole.corner[k];
+  if (known == 0) return true;
   for (int k = known; k < 3; ++k) corner[k] = corner[0];
   double from_m = 0;
   for (const double end_m : ranges_of(asset, range_of(asset, t))) {
@@ -196,14 +197,10 @@ bool pushes_on(const AssetView& asset, int t, const ElementOptions& options) {
   return true;
 }
 
-ElementCertificate certify_element(const AssetView& asset, int t, const ElementOptions& options) {
-  ElementCertificate out;
+Sliding certify_sliding(const AssetView& asset, int t, OtherRings others,
+                        const ElementOptions& options) {
   const Element e = element_of(asset, t, options);
-  out.max_depth_m = range_of(asset, t);
-  const std::vector<double> ends = ranges_of(asset, out.max_depth_m);
-  out.any = Search(asset, e, t, out.max_depth_m, options, OtherRings::any).run(ends);
-  out.sliding = Search(asset, e, t, out.max_depth_m, options, OtherRings::sliding).run(ends);
-  return out;
+  return Search(asset, e, t, options, others).run();
 }
 
 }  // namespace palpate::certify

@@ -24,17 +24,12 @@ struct Sliding {
   Witness witness;  ///< where it fails
 };
 
-struct ElementCertificate {
-  Sliding any, sliding;  ///< by OtherRings
-  double max_depth_m = 0;
-};
-
 /// Whether (M22) holds on a triangle of an asset of rings with a covered corner, at every depth.
 bool pushes_on(const runtime::AssetView& asset, int t, const ElementOptions& options);
 
 /// Certifies sliding on a triangle of an asset of rings, with all corners covered: by branch and
 /// bound over its places and depths, with the direction by sectors (M21). Deterministic.
-ElementCertificate certify_element(const runtime::AssetView& asset, int t,
-                                   const ElementOptions& options);
+Sliding certify_sliding(const runtime::AssetView& asset, int t, OtherRings others,
+                        const ElementOptions& options);
 
 }  // namespace palpate::certify

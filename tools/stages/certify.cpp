@@ -116,12 +116,14 @@ void write_map(const std::string& path, const runtime::AssetView& asset, const C
         tool.radius_m > 0 ? fmt::format("_ball_{:g}mm", 1e3 * tool.radius_m) : "_tip";
     std::vector<float> any, gross;
     std::vector<char> verdict, cause;
-    for (const certify::ElementCertificate& element : tool.element) {
-      any.insert(any.end(), 3, static_cast<float>(element.any.ratio));
-      gross.insert(gross.end(), 3, static_cast<float>(element.sliding.ratio));
-      verdict.insert(verdict.end(), 3, static_cast<char>(element.any.verdict));
-      cause.insert(cause.end(), 3, static_cast<char>(element.any.cause));
+    for (const certify::Sliding& sliding : tool.any) {
+      any.insert(any.end(), 3, static_cast<float>(sliding.ratio));
+      verdict.insert(verdict.end(), 3, static_cast<char>(sliding.verdict));
+      cause.insert(cause.end(), 3, static_cast<char>(sliding.cause));
     }
+    for (const certify::Sliding& sliding : tool.gross)
+      gross.insert(gross.end(), 3, static_cast<float>(sliding.ratio));
+    if (any.empty()) continue;
     vtu.add("friction_factor" + of, 1, any);
     vtu.add("friction_factor_gross_slip" + of, 1, gross);
     vtu.add("verdict" + of, 1, verdict);

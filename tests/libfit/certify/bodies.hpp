@@ -33,8 +33,8 @@ inline std::function<double(const Vec3&)> waves(unsigned seed) {
 /// Plates (even seeds) and spheres of 6 cm (odd ones) whose stiffness waves.
 inline Model random_body(unsigned seed, const Kind& kind) {
   const bool is_round = seed % 2 == 1;
-  Model model = is_round ? sphere_model(0.06, 30, uniform(400, 300, 0.3))
-                         : plate_model(0.08, 12, uniform(400, 300, 0.3));
+  Model model = is_round ? sphere_model(0.06, 20, uniform(400, 300, 0.3))
+                         : plate_model(0.08, 8, uniform(400, 300, 0.3));
   const auto wave = waves(seed);
   const auto scale = [&](const Vec3& x) { return 1 + kind.unevenness * wave(x); };
   const auto side = [&](const Vec3& x) {  // Z is about d^2 (6 + 1500 d) scale: g_2 its gradient
