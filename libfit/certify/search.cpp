@@ -10,10 +10,9 @@ using runtime::AssetView;
 
 constexpr double kFirstRange = 0.02;     // of the depths: from 0 on
 constexpr double kRangeRatio = 1.3;      // of the ends of the others
-constexpr double kTight = 1.1;           // bound over what was found, where it decides
-constexpr double kTightEnough = 1.2;     // where it does not
+constexpr double kTight = 1.1;           // bound over what was found
 constexpr double kLeastDepth = 1e-4;     // of the range: below it a range is not halved
-constexpr int kMostHalvings = 9;         // of a patch
+constexpr int kMostHalvings = 13;        // of a patch
 constexpr double kWitnessInside = 0.02;  // how far from the border a witness stands
 
 Patch patch_of(const Place& a, const Place& b, const Place& c) { return {{a, b, c}}; }
@@ -147,8 +146,7 @@ class Search {
     depth_m_ = depth_m;
   }
   bool is_tight(double ratio) const {
-    if (ratio <= 1) return ratio <= std::max(options_.far, kTightEnough * found_.ratio);
-    return ratio <= kTight * found_.ratio;
+    return ratio <= std::max(std::min(options_.far, 1.0), kTight * found_.ratio);
   }
   const AssetView& asset_;
   const Element& e_;

@@ -6,7 +6,7 @@
 
 namespace palpate::certify {
 
-constexpr int kSectors = 24;  ///< of directions
+constexpr int kSectors = 48;  ///< of directions
 
 template <class T>
 struct Symmetric {
