@@ -95,6 +95,8 @@ SlidingFigures figures_of(const AssetView& asset, const Certificate& certificate
     }
     area += area_of(asset, t);
     out.factor_required = std::max(out.factor_required, worst->ratio);
+    if (std::isfinite(worst->worst_found))
+      out.factor_found = std::max(out.factor_found, worst->worst_found);
     if (worst->ratio > 0)
       out.mu_required = std::max(out.mu_required, worst->ratio * worst->friction);
     if (worst->verdict == Verdict::certified) {
@@ -153,8 +155,9 @@ std::string in_words(const SlidingFigures& figures, int interior) {
       "energy in a replayed slip, {} are undecided",
       figures.certified, interior, 100 * figures.certified_area, figures.failed, figures.undecided);
   if (figures.is_passive())
-    return out + fmt::format("; {:.0f} % of the friction is enough (mu {:.3f})",
-                             100 * figures.factor_required, figures.mu_required);
+    return out + fmt::format("; {:.0f} % of the friction is enough (mu {:.3f}), {:.0f} % is not",
+                             100 * figures.factor_required, figures.mu_required,
+                             99 * figures.factor_found);
   std::string causes;
   for (std::size_t i = 1; i < std::size(kCauseNames); ++i)
     if (figures.cause_share[i] > 0.005)
@@ -234,17 +237,22 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
 std::string in_words(const Certificate& c) {
   std::string out = fmt::format("The body is {}certified to {:.3g} mm. ",
                                 c.certified() ? "" : "not ", 1e3 * c.max_depth_m);
-  out += c.passive_fixed
-             ? "At a fixed contact it is passive: it never pulls and stores no less than nothing. "
-             : fmt::format("At a fixed contact {} triangles may pull. ", c.pulling);
+  if (!c.is_rings)
+    out += "At a fixed contact it is passive: it stores no less than nothing. ";
+  else if (c.passive_fixed)
+    out += "At a fixed contact it is passive: it never pulls and stores no less than nothing. ";
+  else
+    out += fmt::format("At a fixed contact {} triangles may pull or store less than nothing. ",
+                       c.pulling);
   if (c.is_rings)
     out += fmt::format("Sliding, whatever the rings of the contact do: {}. In gross slip: {}. ",
                        in_words(c.any, c.interior), in_words(c.gross, c.interior));
   else
     out += fmt::format("Sliding is not certified for the family {}. ", c.family);
   out += fmt::format(
-      "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces fade to nothing; "
-      "slides onto it lose energy, slides off it are paid by friction or held back. ",
+      "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces fade to nothing. It "
+      "is "
+      "not certified: slides inward from it are paid by friction or held back by the guard. ",
       c.skirt, 100 * c.skirt_area);
   const Continuity& k = c.continuity;
   out += fmt::format(

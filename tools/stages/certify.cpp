@@ -38,6 +38,7 @@ Json to_json(const certify::SlidingFigures& figures) {
           {"undecided", figures.undecided},
           {"certified_area", figures.certified_area},
           {"friction_factor", number(figures.factor_required)},
+          {"friction_factor_found", figures.factor_found},
           {"mu_required", number(figures.mu_required)},
           {"causes", causes},
           {"witnesses", witnesses}};

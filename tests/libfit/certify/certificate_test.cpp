@@ -68,5 +68,83 @@ TEST(certificate, an_even_cylinder_needs_the_tangent_of_the_angle_between_normal
   }
 }
 
+TEST(certificate, is_the_same_for_every_number_of_threads) {
+  const Loaded body = load(random_body(3, {1, 0.2, 0.5}));
+  CertifyOptions options;
+  options.element.max_boxes = 40;
+  options.continuity.walks = 3;
+  const std::string one = in_words(palpate::certify::certify(body.asset, options));
+  options.threads = 3;
+  EXPECT_EQ(in_words(palpate::certify::certify(body.asset, options)), one);
+}
+
+TEST(certificate, tells_interior_skirt_and_air_apart) {
+  Model model = random_body(2, {1, 0, 0});
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    if (model.surface.vertices(v, 0) > -0.005) continue;  // half of the plate is unknown
+    model.is_covered[static_cast<std::size_t>(v)] = 0;
+    for (Controls& control : model.curves.control) control.row(v).setZero();
+  }
+  const Loaded body = load(model);
+  const Certificate c = certify(body.asset);
+  EXPECT_TRUE(c.certified()) << in_words(c);
+  int of[3] = {0, 0, 0};
+  for (int t = 0; t < body.asset.triangles; ++t) {
+    int covered = 0;
+    for (int k = 0; k < 3; ++k) covered += body.asset.covered[body.asset.corner(t, k)];
+    const Zone zone = c.zone[static_cast<std::size_t>(t)];
+    EXPECT_EQ(zone, covered == 3 ? Zone::interior : covered == 0 ? Zone::air : Zone::skirt);
+    ++of[static_cast<int>(zone)];
+  }
+  EXPECT_EQ(of[int(Zone::interior)], c.interior);
+  EXPECT_EQ(of[int(Zone::skirt)], c.skirt);
+  EXPECT_GT(c.skirt, 10);
+  EXPECT_NEAR(c.skirt_area, double(c.skirt) / (c.skirt + c.interior), 1e-6);  // all are alike
+}
+
+TEST(certificate, a_side_force_beyond_the_normal_one_pulls) {
+  for (const double side_N_m2 : {20.0, 2000.0, 60000.0}) {
+    Model model = plate_model(0.08, 8, uniform(400, 300, 0.3));
+    make_rings(
+        model, 1, 0, [](const Vec3&) { return 1.0; },
+        [&](const Vec3&) { return Vec3(side_N_m2, 0, 0); });
+    const Certificate c = certify(load(model).asset, 0, 20);
+    // mu(d) d / lambda 2 g_2 d against f^z = 12 d + 4500 d^2, at d = 1 cm and near 0.
+    const double reach_m = (0.285 + 0.16) * 0.01 / 0.71 + 1e-4;
+    const bool pulls = 2 * side_N_m2 * 0.01 * reach_m > 12 * 0.01 + 4500 * 1e-4;
+    EXPECT_EQ(c.passive_fixed, !pulls) << side_N_m2;
+  }
+}
+
+// A spring of 300 N/m under a zero-order hold and a device of mass m with just less than K T / 2 of
+// damping gains energy; with just more it does not.
+TEST(certificate, half_of_stiffness_times_period_is_the_damping_that_a_hold_needs) {
+  constexpr double kStiffness_N_m = 300, kMass_kg = 0.05, kRate_Hz = 1000;
+  for (const double share : {0.98, 1.02}) {
+    const double b = share * least_damping_Ns_m(kStiffness_N_m, kRate_Hz);
+    // x'' = -(K x_k + b x') / m over a period, exactly.
+    const double T = 1 / kRate_Hz, rate = b / kMass_kg, fade = std::exp(-rate * T);
+    double x = 1e-3, v = 0;
+    for (int k = 0; k < 200000; ++k) {
+      const double drift = -kStiffness_N_m * x / b;  // the speed that it tends to
+      x += drift * T + (v - drift) * (1 - fade) / rate;
+      v = drift + (v - drift) * fade;
+    }
+    if (share < 1)
+      EXPECT_GT(std::hypot(x, v * std::sqrt(kMass_kg / kStiffness_N_m)), 2e-3);
+    else
+      EXPECT_LT(std::hypot(x, v * std::sqrt(kMass_kg / kStiffness_N_m)), 5e-4);
+  }
+}
+
+TEST(certificate, devices_are_judged_by_force_stiffness_and_resolution) {
+  const Device device{"d", "", 3, 1000, 5e-5, 0.02};
+  EXPECT_TRUE(judge(device, 800, 3).resolution_fits);  // 800 N/m 25 um = 0.02 N
+  EXPECT_FALSE(judge(device, 801, 3).resolution_fits);
+  EXPECT_FALSE(judge(device, 1001, 3).stiffness_fits);
+  EXPECT_FALSE(judge(device, 800, 3.1).force_fits);
+  EXPECT_TRUE(judge({"unknown", ""}, 1e6, 1e3).force_fits);
+}
+
 }  // namespace
 }  // namespace palpate::certify::test
