@@ -6,6 +6,8 @@ namespace {
 using runtime::AssetView;
 using runtime::Vec3d;
 
+constexpr double kWithin =
+    0.98;  // of their limits: at it, what a ring gains by turning it loses again
 constexpr double kBeyond_m[] = {2e-5, 5e-6, 1e-6};  // how far ring 1 is beyond its limit, by turns
 
 Vec3d blended(const AssetView& asset, int t, const Place& place, const float* of) {
@@ -69,7 +71,7 @@ Witness replay_slip(const AssetView& asset, const Element& e, int t, const Place
     for (int i = 1; i < kRings; ++i) {
       const double reach = depth_m - e.threshold[i], limit_m = reach > 0 ? mu * reach / lambda : 0;
       state.ring[i] = others == OtherRings::sliding ? along * (limit_m + beyond_m)
-                      : turn_size > 0               ? turned * (-limit_m / turn_size)
+                      : turn_size > 0               ? turned * (-kWithin * limit_m / turn_size)
                                                     : Vec3d{0, 0, 0};
     }
     StagedContact staged = stage(asset, t, e.radius_m, state);
