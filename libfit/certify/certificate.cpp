@@ -48,7 +48,7 @@ void for_all(int count, int threads, const Progress& progress, const Act& act) {
 
 /// Of all triangles; then those again that might be the worst and are not bounded tightly.
 std::vector<Sliding> certify_all(const AssetView& asset, const std::vector<int>& triangles,
-                                 OtherRings others, ElementOptions options, int threads,
+                                 OtherRings others, FacetOptions options, int threads,
                                  const Progress& progress) {
   std::vector<Sliding> out(static_cast<std::size_t>(asset.triangles));
   const auto certify_these = [&](const std::vector<int>& these) {
@@ -206,7 +206,7 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   if (out.is_rings)
     for_all(asset.triangles, options.threads, {}, [&](int t) {
       const auto at = static_cast<std::size_t>(t);
-      if (out.zone[at] != Zone::air) pushes[at] = pushes_on(asset, t, options.element);
+      if (out.zone[at] != Zone::air) pushes[at] = pushes_on(asset, t, options.facet);
     });
   out.pulling = static_cast<int>(std::count(pushes.begin(), pushes.end(), 0));
   out.passive_fixed = out.pulling == 0;
@@ -214,12 +214,12 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   for (const double radius_m : options.radii_m) {
     ToolCertificate tool;
     tool.radius_m = radius_m;
-    ElementOptions element = options.element;
-    element.radius_m = radius_m;
+    FacetOptions facet = options.facet;
+    facet.radius_m = radius_m;
     if (out.is_rings) {
-      tool.any = certify_all(asset, interior, OtherRings::any, element, options.threads, progress);
+      tool.any = certify_all(asset, interior, OtherRings::any, facet, options.threads, progress);
       tool.gross =
-          certify_all(asset, interior, OtherRings::sliding, element, options.threads, progress);
+          certify_all(asset, interior, OtherRings::sliding, facet, options.threads, progress);
     }
     ContinuityOptions continuity = options.continuity;
     continuity.radius_m = radius_m;

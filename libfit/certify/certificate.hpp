@@ -53,7 +53,7 @@ struct Certificate {
 };
 
 struct CertifyOptions {
-  ElementOptions element;  ///< radius_m is taken from radii_m
+  FacetOptions facet;  ///< radius_m is taken from radii_m
   std::vector<double> radii_m = {0};
   ContinuityOptions continuity;
   int threads = 1;

@@ -11,7 +11,7 @@ using runtime::Vec3d;
 
 constexpr double kAir_m = 2e-4;   // a walk begins and ends that far above the surface
 constexpr int kLegs = 6;          // of a walk in contact
-constexpr double kLegDepths = 1;  // length of a leg, in depths of the element
+constexpr double kLegDepths = 1;  // length of a leg, in depths of the triangle
 
 class Walk {
  public:

@@ -15,24 +15,26 @@ constexpr double kLeastDepth = 1e-4;     // of the range: below it a range is no
 constexpr int kMostHalvings = 13;        // of a patch
 constexpr double kWitnessInside = 0.02;  // how far from the border a witness stands
 
-Patch patch_of(const Place& a, const Place& b, const Place& c) { return {{a, b, c}}; }
-Place between(const Place& a, const Place& b) {
+Patch patch_of(const PatchPoint& a, const PatchPoint& b, const PatchPoint& c) {
+  return {{a, b, c}};
+}
+PatchPoint between(const PatchPoint& a, const PatchPoint& b) {
   return {{0.5 * (a.n[0] + b.n[0]), 0.5 * (a.n[1] + b.n[1]), 0.5 * (a.n[2] + b.n[2])}};
 }
-Place middle_of(const Patch& patch) {
-  Place out{{0, 0, 0}};
-  for (const Place& corner : patch.corner)
+PatchPoint middle_of(const Patch& patch) {
+  PatchPoint out{{0, 0, 0}};
+  for (const PatchPoint& corner : patch.corner)
     for (int k = 0; k < 3; ++k) out.n[k] += corner.n[k] / 3;
   return out;
 }
 const Patch kWhole = patch_of({{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}});
 
-struct Box {
+struct SearchBox {
   Patch patch;
   double from_m, to_m;
   int halvings;  // of the patch
   double ratio;
-  bool operator<(const Box& other) const { return ratio < other.ratio; }
+  bool operator<(const SearchBox& other) const { return ratio < other.ratio; }
 };
 
 Cause cause_of(const Balance& b) {
@@ -61,10 +63,10 @@ std::vector<double> ranges_of(const AssetView& asset, double max_m) {
 
 class Search {
  public:
-  Search(const AssetView& asset, const Element& element, int t, const ElementOptions& options,
+  Search(const AssetView& asset, const Facet& facet, int t, const FacetOptions& options,
          OtherRings others)
       : asset_(asset),
-        e_(element),
+        e_(facet),
         t_(t),
         max_m_(range_of(asset, t)),
         options_(options),
@@ -72,10 +74,10 @@ class Search {
 
   Sliding run() {
     const std::vector<double> ends = ranges_of(asset_, max_m_);
-    for (const Place& place :
-         {Place{{1, 0, 0}}, Place{{0, 1, 0}}, Place{{0, 0, 1}}, Place{{1.0 / 3, 1.0 / 3, 1.0 / 3}}})
+    for (const PatchPoint& place : {PatchPoint{{1, 0, 0}}, PatchPoint{{0, 1, 0}},
+                                    PatchPoint{{0, 0, 1}}, PatchPoint{{1.0 / 3, 1.0 / 3, 1.0 / 3}}})
       for (const double share : {1.0, 0.5, 0.2, 0.05}) look(place, share * max_m_);
-    std::priority_queue<Box> open;
+    std::priority_queue<SearchBox> open;
     double from_m = 0;
     for (const double end_m : ends) {
       open.push(bounded({kWhole, from_m, end_m, 0, 0}));
@@ -84,7 +86,7 @@ class Search {
     int boxes = static_cast<int>(ends.size());
     double closed = 0;  // of boxes that cannot be halved
     while (!open.empty() && boxes < options_.max_boxes) {
-      const Box box = open.top();
+      const SearchBox box = open.top();
       if (is_tight(std::max(box.ratio, closed))) break;
       open.pop();
       look(middle_of(box.patch), 0.5 * (box.from_m + box.to_m));
@@ -98,12 +100,12 @@ class Search {
                    width = std::pow(0.7, box.halvings);  // about their weights in the bound
       const bool halves_depth = can_halve_depth && (!can_halve_patch || range > width);
       for (int half = 0; half < 2; ++half) {
-        Box next = box;
+        SearchBox next = box;
         if (halves_depth) {
           const double cut_m = 0.5 * (box.from_m + box.to_m);
           (half == 0 ? next.to_m : next.from_m) = cut_m;
         } else {
-          const Place cut = between(box.patch.corner[0], box.patch.corner[1]);
+          const PatchPoint cut = between(box.patch.corner[0], box.patch.corner[1]);
           next.patch = half == 0 ? patch_of(box.patch.corner[2], box.patch.corner[0], cut)
                                  : patch_of(box.patch.corner[1], box.patch.corner[2], cut);
           ++next.halvings;
@@ -119,9 +121,9 @@ class Search {
     out.verdict = out.ratio <= 1 ? Verdict::certified : Verdict::undecided;
     if (out.ratio > 1 || found_.ratio > 0) out.cause = cause_of(found_);
     if (out.verdict == Verdict::undecided && found_.ratio > 1) {
-      Place place = place_;
+      PatchPoint place = place_;
       for (double& n : place.n) n += kWitnessInside * (1.0 / 3 - n);
-      for (const Place& at : {place, place_}) {
+      for (const PatchPoint& at : {place, place_}) {
         out.witness = replay_slip(asset_, e_, t_, at, std::min(depth_m_, 0.999 * max_m_),
                                   found_.sector, others_);
         if (out.witness.created_J > 0) break;
@@ -132,12 +134,12 @@ class Search {
   }
 
  private:
-  Box bounded(Box box) const {
+  SearchBox bounded(SearchBox box) const {
     const auto depth = over_depths(asset_, e_, t_, box.from_m, box.to_m);
     box.ratio = balance(e_, box.patch, depth, others_).ratio;
     return box;
   }
-  void look(const Place& place, double depth_m) {
+  void look(const PatchPoint& place, double depth_m) {
     const Balance here = balance(e_, place, at_depth(asset_, e_, t_, depth_m), others_);
     if (has_looked_ && !(here.ratio > found_.ratio)) return;
     has_looked_ = true;
@@ -149,22 +151,22 @@ class Search {
     return ratio <= std::max(std::min(options_.far, 1.0), kTight * found_.ratio);
   }
   const AssetView& asset_;
-  const Element& e_;
+  const Facet& e_;
   int t_;
   double max_m_;
-  const ElementOptions& options_;
+  const FacetOptions& options_;
   OtherRings others_;
   Balance found_;
   bool has_looked_ = false;
-  Place place_{};
+  PatchPoint place_{};
   double depth_m_ = 0;
 };
 
-bool pushes_over(const AssetView& asset, const Element& e, int t, const Patch& patch, double from_m,
+bool pushes_over(const AssetView& asset, const Facet& e, int t, const Patch& patch, double from_m,
                  double to_m, int halvings) {
   if (pushes(e, patch, over_depths(asset, e, t, from_m, to_m))) return true;
   if (halvings == 0) return false;
-  const Place cut = between(patch.corner[0], patch.corner[1]);
+  const PatchPoint cut = between(patch.corner[0], patch.corner[1]);
   const double cut_m = 0.5 * (from_m + to_m);
   const Patch half[2] = {patch_of(patch.corner[2], patch.corner[0], cut),
                          patch_of(patch.corner[1], patch.corner[2], cut)};
@@ -177,10 +179,10 @@ bool pushes_over(const AssetView& asset, const Element& e, int t, const Patch& p
 
 }  // namespace
 
-bool pushes_on(const AssetView& asset, int t, const ElementOptions& options) {
-  const Element e = element_of(asset, t, options);
+bool pushes_on(const AssetView& asset, int t, const FacetOptions& options) {
+  const Facet e = facet_of(asset, t, options);
   // Towards a corner where nothing is known all sides of (M22) fade alike: the others say it.
-  Place corner[3];
+  PatchPoint corner[3];
   int known = 0;
   for (int k = 0; k < 3; ++k)
     if (asset.covered[asset.corner(t, k)]) corner[known++] = kWhole.corner[k];
@@ -196,8 +198,8 @@ bool pushes_on(const AssetView& asset, int t, const ElementOptions& options) {
 }
 
 Sliding certify_sliding(const AssetView& asset, int t, OtherRings others,
-                        const ElementOptions& options) {
-  const Element e = element_of(asset, t, options);
+                        const FacetOptions& options) {
+  const Facet e = facet_of(asset, t, options);
   return Search(asset, e, t, options, others).run();
 }
 

@@ -25,11 +25,11 @@ struct Sliding {
 };
 
 /// Whether (M22) holds on a triangle of an asset of rings with a covered corner, at every depth.
-bool pushes_on(const runtime::AssetView& asset, int t, const ElementOptions& options);
+bool pushes_on(const runtime::AssetView& asset, int t, const FacetOptions& options);
 
 /// Certifies sliding on a triangle of an asset of rings, with all corners covered: by branch and
 /// bound over its places and depths, with the direction by sectors (M21). Deterministic.
 Sliding certify_sliding(const runtime::AssetView& asset, int t, OtherRings others,
-                        const ElementOptions& options);
+                        const FacetOptions& options);
 
 }  // namespace palpate::certify

@@ -29,7 +29,7 @@ struct Balance {
 /// Whether the normal force stays a push and the stored energy positive (M22) as far as ring 1 may
 /// be deflected. T: Interval, a bound; double, a place.
 template <class T, class Where>
-bool pushes(const Element& e, const Where& where, const Depth<T>& depth) {
+bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
   const T lambda = where.blend(e.lambda),
           mu = not_negative(where.blend(e.friction_slope) * depth.m + where.blend(e.friction));
   if (!(lower(lambda) > 0)) return false;
@@ -47,20 +47,20 @@ bool pushes(const Element& e, const Where& where, const Depth<T>& depth) {
 /// What a slip stores over what it pays (M21), at the worst direction. Infinite where no friction
 /// pays, where the bed is concave, and in a hollow that is too narrow for the ball.
 template <class T, class Where>
-Balance balance(const Element& e, const Where& where, const Depth<T>& depth, OtherRings others) {
+Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, OtherRings others) {
   constexpr bool kIsBound = std::is_same_v<T, Interval>;
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Balance worst;
   worst.ratio = kNone;
   const T d = depth.m;
-  const Frame<T> frame = frame_at<T>(e, where);
+  const SurfaceTerms<T> frame = frame_at<T>(e, where);
   const T lambda = where.blend(e.lambda);
   const T mu = not_negative(where.blend(e.friction_slope) * d + where.blend(e.friction));
   worst.friction = lower(mu);
   if (!(frame.least > kMinStretch && lower(lambda) > 0 && lower(mu) > 0)) return worst;
-  const Bed<T> bed = bed_at(e, where, lambda, d);
+  const BedTerms<T> bed = bed_at(e, where, lambda, d);
   if (!bed.is_convex) return worst;
-  const Side<T> side = side_at(e, where, frame, d);
+  const SideTerms<T> side = side_at(e, where, frame, d);
   const auto& u = frame.u;
   const auto& U = frame.U;
   const auto& L = frame.L;
@@ -123,12 +123,12 @@ Balance balance(const Element& e, const Where& where, const Depth<T>& depth, Oth
   const double noise = kRoundingSlack * (size_of(force) + size_of(depth.energy_slope[0]) +
                                          size_of(depth.energy_slope[1]) + size_of(pays));
 
-  struct Corner {
+  struct Spoke {
     double stores, ring, bends, falls, pulls, stiffens, stretch_min, stretch_max, q;
   } corner[kSectors + 1];
   const Directions& way = directions(kIsBound);
   for (int j = 0; j <= (kIsBound ? kSectors : kSectors - 1); ++j) {
-    Corner& at = corner[j];
+    Spoke& at = corner[j];
     const double x = way.x[1][j], y = way.y[1][j], x2 = way.x[2][j], y2 = way.y[2][j];
     at.stores = -lower(omega[0] * x + omega[1] * y);
     T turned[3];
@@ -151,7 +151,7 @@ Balance balance(const Element& e, const Where& where, const Depth<T>& depth, Oth
   }
   worst.ratio = -kNone;
   for (int j = 0; j < kSectors; ++j) {
-    const Corner &a = corner[j], &b = kIsBound ? corner[j + 1] : a;
+    const Spoke &a = corner[j], &b = kIsBound ? corner[j + 1] : a;
     const double shortest =
                      std::sqrt(std::max(std::min(a.stretch_min, b.stretch_min), frame.least)),
                  longest = std::sqrt(std::max(a.stretch_max, b.stretch_max)),

@@ -2,7 +2,7 @@
 
 // What a slip changes at a place of a triangle, or over a patch of it (docs/method.md, section 19).
 
-#include "libfit/certify/element.hpp"
+#include "libfit/certify/facet.hpp"
 
 namespace palpate::certify {
 
@@ -84,16 +84,16 @@ T form(const Symmetric<T>& q, double cos2, double sin2) {
 
 /// The normal u, how it turns by a step over the facet (U), how the lateral deflection falls (L).
 template <class T>
-struct Frame {
+struct SurfaceTerms {
   T u[3], U[3][2], L[3][2];
   Symmetric<T> S;   ///< L^T L: |L t|^2
   double least;     ///< of t.S t over |t|^2
   double turn_max;  ///< of |U t| over |L t|
 };
 template <class T, class Where>
-Frame<T> frame_at(const Element& e, const Where& where) {
+SurfaceTerms<T> frame_at(const Facet& e, const Where& where) {
   using std::sqrt;
-  Frame<T> out;
+  SurfaceTerms<T> out;
   T squared = T(0);
   for (int k = 0; k < 3; ++k) {
     out.u[k] = where.blend(e.normal[k]);
@@ -117,12 +117,12 @@ Frame<T> frame_at(const Element& e, const Where& where) {
 
 /// The side force over depth, its change over the facet, and its slope g'.
 template <class T>
-struct Side {
+struct SideTerms {
   T g[3], slope[3], turn[3][2], along;  ///< along: of the blend before its projection
 };
 template <class T, class Where>
-Side<T> side_at(const Element& e, const Where& where, const Frame<T>& frame, const T& d) {
-  Side<T> out;
+SideTerms<T> side_at(const Facet& e, const Where& where, const SurfaceTerms<T>& frame, const T& d) {
+  SideTerms<T> out;
   T slope_along = T(0);
   out.along = T(0);
   for (int k = 0; k < 3; ++k) {
@@ -142,15 +142,15 @@ Side<T> side_at(const Element& e, const Where& where, const Frame<T>& frame, con
 
 /// The bed: c_i, h_i / d, how lambda c_i changes over the facet.
 template <class T>
-struct Bed {
+struct BedTerms {
   T stiffness[kRings], touching[kRings], change[kRings][2];
   T others;  ///< sum of c_i h_i / d from ring 2 on
   bool is_convex = true;
 };
 template <class T, class Where>
-Bed<T> bed_at(const Element& e, const Where& where, const T& lambda, const T& d) {
+BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T& d) {
   constexpr bool kIsBound = std::is_same_v<T, Interval>;
-  Bed<T> out;
+  BedTerms<T> out;
   out.others = T(0);
   for (int i = 0; i < kRings; ++i) {
     out.stiffness[i] = where.blend(e.stiffness[i]);
@@ -188,7 +188,7 @@ struct Cubic {
   }
 };
 template <class T>
-Cubic<T> curvature_change(const Element& e, const Frame<T>& frame) {
+Cubic<T> curvature_change(const Facet& e, const SurfaceTerms<T>& frame) {
   Symmetric<T> a[2];
   for (int j = 0; j < 2; ++j) {
     T changed[3][2];

@@ -10,7 +10,7 @@ constexpr double kWithin =
     0.98;  // of their limits: at it, what a ring gains by turning it loses again
 constexpr double kBeyond_m[] = {2e-5, 5e-6, 1e-6};  // how far ring 1 is beyond its limit, by turns
 
-Vec3d blended(const AssetView& asset, int t, const Place& place, const float* of) {
+Vec3d blended(const AssetView& asset, int t, const PatchPoint& place, const float* of) {
   Vec3d out{0, 0, 0};
   for (int l = 0; l < 3; ++l) {
     const float* v = of + 3 * asset.corner(t, l);
@@ -44,7 +44,7 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   return out;
 }
 
-Witness replay_slip(const AssetView& asset, const Element& e, int t, const Place& place,
+Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPoint& place,
                     double depth_m, int sector, OtherRings others) {
   const Vec3d field = blended(asset, t, place, asset.normal), u = normalized(field);
   const Directions& way = directions(false);

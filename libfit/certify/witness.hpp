@@ -6,7 +6,7 @@ namespace palpate::certify {
 
 /// A contact that is about to slip: its point on a triangle, and how its rings are deflected.
 struct SlipState {
-  Place place;
+  PatchPoint place;
   double depth_m = 0;
   runtime::Vec3d ring[kRings];  ///< q_i, tangential, in the asset's axes
 };
@@ -32,7 +32,7 @@ struct Witness {
 
 /// Replays a slip through the engine without its guard: ring 1 at its limit along a direction of
 /// Balance, the others as they store most.
-Witness replay_slip(const runtime::AssetView& asset, const Element& element, int t,
-                    const Place& place, double depth_m, int sector, OtherRings others);
+Witness replay_slip(const runtime::AssetView& asset, const Facet& facet, int t,
+                    const PatchPoint& place, double depth_m, int sector, OtherRings others);
 
 }  // namespace palpate::certify

@@ -27,7 +27,7 @@ constexpr unsigned kNotMeant =
 
 // A contact anywhere on a triangle, ring 1 beyond its limit by a tick at most. The others are
 // anywhere within theirs, or slide with it.
-SlipState random_state(const runtime::AssetView& asset, const Element& e, int t, OtherRings others,
+SlipState random_state(const runtime::AssetView& asset, const Facet& e, int t, OtherRings others,
                        std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   double p = unit(random), q = unit(random);
@@ -59,7 +59,7 @@ Attack attack(OtherRings others) {
     const Loaded body = load(random_body(seed, random_kind(seed)));
     runtime::AssetView bare = body.asset;
     bare.has_guard = false;
-    ElementOptions options;
+    FacetOptions options;
     options.radius_m = seed % 3 == 0 ? 0.004 : 0;
     options.max_boxes = 100;
     std::mt19937 random(seed);
@@ -71,7 +71,7 @@ Attack attack(OtherRings others) {
       const Sliding sliding = certify_sliding(bare, t, others, options);
       const bool is_certified = sliding.verdict == Verdict::certified;
       sum.certified += is_certified;
-      const Element e = element_of(bare, t, options);
+      const Facet e = facet_of(bare, t, options);
       for (int i = 0; i < 150; ++i) {
         StagedContact staged =
             stage(bare, t, options.radius_m, random_state(bare, e, t, others, random));
@@ -154,7 +154,7 @@ TEST(certificate, a_witness_creates_the_energy_that_it_says) {
     const Loaded body = load(random_body(seed, {0.1, 0.4, 0}));
     runtime::AssetView bare = body.asset;
     bare.has_guard = false;
-    ElementOptions options;
+    FacetOptions options;
     options.max_boxes = 60;
     for (int t = static_cast<int>(seed); t < bare.triangles; t += 40) {
       if (!(range_of(bare, t) > 0) || !bare.covered[bare.corner(t, 0)] ||
@@ -165,7 +165,7 @@ TEST(certificate, a_witness_creates_the_energy_that_it_says) {
       ++witnesses;
       // From what it says: gross slip, all rings 20 um beyond their limits or less.
       const Witness& w = sliding.witness;
-      const Element e = element_of(bare, t, options);
+      const Facet e = facet_of(bare, t, options);
       const Vec3d along = runtime::make_vec3<double>(w.direction);
       double most_J = 0;
       for (const double beyond_m : {2e-5, 5e-6, 1e-6}) {
@@ -195,7 +195,7 @@ TEST(certificate, a_witness_creates_the_energy_that_it_says) {
 TEST(certificate, the_friction_that_is_asked_for_is_where_the_engine_begins_to_create_energy) {
   int checked = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {
-    ElementOptions options;
+    FacetOptions options;
     options.far = 0;
     const Loaded body = load(random_body(seed, {1, 0.1, 0}));
     for (int t = static_cast<int>(seed); t < body.asset.triangles; t += 120) {

@@ -52,7 +52,7 @@ inline Model random_body(unsigned seed, const Kind& kind) {
 inline Certificate certify(const Asset& asset, double radius_m = 0, int max_boxes = 400) {
   CertifyOptions options;
   options.radii_m = {radius_m};
-  options.element.max_boxes = max_boxes;
+  options.facet.max_boxes = max_boxes;
   options.continuity.walks = 20;
   return palpate::certify::certify(asset, options);
 }

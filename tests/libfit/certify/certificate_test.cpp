@@ -54,7 +54,7 @@ TEST(certificate, an_even_cylinder_needs_the_tangent_of_the_angle_between_normal
   for (const int around : {25, 50, 100}) {
     const Loaded body = load(even_cylinder(around, 0.3));
     double bound = 0, found = 0;
-    ElementOptions options;
+    FacetOptions options;
     options.far = 0;
     for (int t = 8 * around; t < 8 * around + 8; ++t) {  // far from the open ends
       const Sliding sliding = certify_sliding(body.asset, t, OtherRings::any, options);
@@ -71,7 +71,7 @@ TEST(certificate, an_even_cylinder_needs_the_tangent_of_the_angle_between_normal
 TEST(certificate, is_the_same_for_every_number_of_threads) {
   const Loaded body = load(random_body(3, {1, 0.2, 0.5}));
   CertifyOptions options;
-  options.element.max_boxes = 40;
+  options.facet.max_boxes = 40;
   options.continuity.walks = 3;
   const std::string one = in_words(palpate::certify::certify(body.asset, options));
   options.threads = 3;

@@ -1,4 +1,4 @@
-#include "libfit/certify/element.hpp"
+#include "libfit/certify/facet.hpp"
 
 namespace palpate::certify {
 namespace {
@@ -9,19 +9,19 @@ using runtime::Vec3d;
 
 double along(const Vec3d& v, const Vec3d& axis) { return dot(v, axis); }
 
-void put_in_frame(const Element& e, const Vec3d& v, int corner, double out[3][3]) {
+void put_in_frame(const Facet& e, const Vec3d& v, int corner, double out[3][3]) {
   for (int k = 0; k < 3; ++k) out[k][corner] = along(v, e.axis[k]);
 }
 
-void gradient_of(const Element& e, const double v[3][3], double out[3][2]) {
+void gradient_of(const Facet& e, const double v[3][3], double out[3][2]) {
   for (int k = 0; k < 3; ++k)
     for (int j = 0; j < 2; ++j)
       out[k][j] =
           v[k][0] * e.gradient[0][j] + v[k][1] * e.gradient[1][j] + v[k][2] * e.gradient[2][j];
 }
 
-/// kappa of a corner (xx, yy, zz, xy, xz, yz) in the element's frame.
-void put_curvature(Element& e, const double* kappa, int corner) {
+/// kappa of a corner (xx, yy, zz, xy, xz, yz) in the facet's frame.
+void put_curvature(Facet& e, const double* kappa, int corner) {
   const int from[6] = {0, 1, 2, 0, 0, 1}, to[6] = {0, 1, 2, 1, 2, 2};
   for (int i = 0; i < 6; ++i)
     e.curvature[i][corner] = along(runtime::curvature_times(kappa, e.axis[to[i]]), e.axis[from[i]]);
@@ -60,8 +60,8 @@ Interval over(const double* c, int terms, double from, double to) {
 
 }  // namespace
 
-Element element_of(const AssetView& asset, int t, const ElementOptions& options) {
-  Element e;
+Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
+  Facet e;
   e.radius_m = options.radius_m;
   e.overshoot_m = 2 * options.max_step_m;
   const int corner[3] = {asset.corner(t, 0), asset.corner(t, 1), asset.corner(t, 2)};
@@ -112,7 +112,7 @@ double range_of(const AssetView& asset, int t) {
   return std::min(asset.max_fitted_m, double(asset.max_depth_m[t]));
 }
 
-Depth<double> at_depth(const AssetView& asset, const Element& e, int t, double d) {
+Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) {
   Depth<double> out{d, {}, {0, 0}, {}};
   double energy[3];
   for (int l = 0; l < 3; ++l) {
@@ -128,7 +128,7 @@ Depth<double> at_depth(const AssetView& asset, const Element& e, int t, double d
   return out;
 }
 
-Depth<Interval> over_depths(const AssetView& asset, const Element& e, int t, double from_m,
+Depth<Interval> over_depths(const AssetView& asset, const Facet& e, int t, double from_m,
                             double to_m) {
   Depth<Interval> out{{from_m, to_m}, {}, {}, {}};
   Polynomials p[3];

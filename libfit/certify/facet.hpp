@@ -10,7 +10,7 @@ namespace palpate::certify {
 constexpr int kRings = runtime::kRings;
 
 /// What is asked of a triangle.
-struct ElementOptions {
+struct FacetOptions {
   double radius_m = 0;       ///< of the ball that slides; 0: a tip
   double max_step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
   int max_boxes = 1000;      ///< patches times ranges of depth, before a bound is left as it is
@@ -19,7 +19,7 @@ struct ElementOptions {
 
 /// A triangle of a body of rings in a frame of its own: x and y in the facet, z along its inward
 /// normal. Vectors are [component][corner], gradients [component][x, y].
-struct Element {
+struct Facet {
   double gradient[3][2];            ///< of the area coordinates [1/m]
   double normal[3][3], turn[3][2];  ///< u_l, and the gradient of their blend
   double lambda[3], friction[3], friction_slope[3], stiffness[kRings][3];
@@ -32,7 +32,7 @@ struct Element {
 };
 
 /// A place of a triangle, and a patch: the triangle between three places.
-struct Place {
+struct PatchPoint {
   double n[3];
   template <class T>
   T blend(const T* v) const {
@@ -40,7 +40,7 @@ struct Place {
   }
 };
 struct Patch {
-  Place corner[3];
+  PatchPoint corner[3];
   template <class T>
   Interval blend(const T* v) const {
     return hull(hull(Interval(corner[0].blend(v)), Interval(corner[1].blend(v))),
@@ -58,14 +58,14 @@ struct Depth {
 };
 
 /// Triangle t, with a covered corner, of a body of rings.
-Element element_of(const runtime::AssetView& asset, int t, const ElementOptions& options);
+Facet facet_of(const runtime::AssetView& asset, int t, const FacetOptions& options);
 
 /// Up to which depth it is certified: the end of the curves, or where slides are ill-conditioned.
 double range_of(const runtime::AssetView& asset, int t);
 
 /// What its curves say at a depth, or over a range of depths within one piece of the basis.
-Depth<double> at_depth(const runtime::AssetView& asset, const Element& element, int t, double d);
-Depth<Interval> over_depths(const runtime::AssetView& asset, const Element& element, int t,
+Depth<double> at_depth(const runtime::AssetView& asset, const Facet& facet, int t, double d);
+Depth<Interval> over_depths(const runtime::AssetView& asset, const Facet& facet, int t,
                             double from_m, double to_m);
 
 }  // namespace palpate::certify
