@@ -71,7 +71,7 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
               {"radii_m", radii},
               {"max_depth_m", c.max_depth_m},
               {"pulling_elements", c.pulling},
-              {"least_slope_N_m", c.least_slope_N_m},
+              {"least_slope_N_m", number(c.least_slope_N_m)},
               {"certified_interior", c.passive_sliding()},
               {"interior_elements", c.interior},
               {"skirt_elements", c.skirt},
@@ -88,7 +88,7 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
                 {"force_N", k.force_N}}},
               {"devices", verdicts}};
   if (c.is_rings) {
-    out["least_friction"] = c.least_friction;
+    out["least_friction"] = number(c.least_friction);
     out["sliding"] = to_json(c.any);
     out["gross_slip"] = to_json(c.gross);
   }
@@ -133,6 +133,26 @@ void write_map(const std::string& path, const runtime::AssetView& asset, const C
   write_file_atomically(path, vtu.text(surface, "zone"));
 }
 
+// Lines of 80 columns at most.
+std::string wrapped(const std::string& text) {
+  std::string out;
+  std::size_t column = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    if (column > 0 && column + 1 + (end - at) > 80) {
+      out += '\n';
+      column = 0;
+    } else if (column > 0) {
+      out += ' ';
+      ++column;
+    }
+    out += text.substr(at, end - at);
+    column += end - at;
+    at = end + 1;
+  }
+  return out;
+}
+
 std::string in_words(const std::vector<DeviceVerdict>& devices) {
   std::string out;
   for (const DeviceVerdict& verdict : devices) {
@@ -173,8 +193,8 @@ bool check_asset(const AssetCheck& check) {
     out["seconds"] = seconds;
     fmt::print("{}\n", out.dump());
   } else {
-    fmt::print("{}\n\nDevices:\n{}{:.1f} s\n", certify::in_words(certificate), in_words(devices),
-               seconds);
+    fmt::print("{}\n\nDevices:\n{}{:.1f} s\n", wrapped(certify::in_words(certificate)),
+               in_words(devices), seconds);
   }
   return certificate.certified();
 }
