@@ -119,6 +119,32 @@ SlidingFigures figures_of(const AssetView& asset, const Certificate& certificate
   return out;
 }
 
+/// To which share of their depths, in tenths, the triangles that are not certified would be.
+double certified_depth_share(const AssetView& asset, const Certificate& certificate,
+                             std::vector<Sliding> ToolCertificate::*kind, OtherRings others,
+                             FacetOptions options) {
+  const auto is_certified_to = [&](int tenths) {
+    options.depth_share = 0.1 * tenths;
+    for (const ToolCertificate& tool : certificate.tools) {
+      options.radius_m = tool.radius_m;
+      for (int t = 0; t < asset.triangles; ++t) {
+        const auto at = static_cast<std::size_t>(t);
+        if (certificate.zone[at] != Zone::interior ||
+            (tool.*kind)[at].verdict == Verdict::certified)
+          continue;
+        if (certify_sliding(asset, t, others, options).verdict != Verdict::certified) return false;
+      }
+    }
+    return true;
+  };
+  int least = 0, most = 10;  // certified to the one, not to the other
+  while (most - least > 1) {
+    const int middle = (least + most) / 2;
+    (is_certified_to(middle) ? least : most) = middle;
+  }
+  return 0.1 * least;
+}
+
 /// Slopes of f^z over a range of depths of a vertex, and its friction.
 void look_at_vertex(const AssetView& asset, int v, Certificate& out) {
   const runtime::SplineView& view = asset.curves.view[runtime::kNormal];
@@ -163,7 +189,8 @@ std::string in_words(const SlidingFigures& figures, int interior) {
     if (figures.cause_share[i] > 0.005)
       causes += fmt::format("{}{} {:.0f} %", causes.empty() ? "" : ", ", kCauseNames[i],
                             100 * figures.cause_share[i]);
-  out += fmt::format("; causes: {}", causes);
+  out += fmt::format("; causes: {}; all are certified to {:.0f} % of their depths", causes,
+                     100 * figures.depth_share);
   if (std::isfinite(figures.mu_required))
     out += fmt::format("; friction would have to be {:.2f} times itself (mu {:.2f})",
                        figures.factor_required, figures.mu_required);
@@ -230,6 +257,12 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   if (out.is_rings) {
     out.any = figures_of(asset, out, &ToolCertificate::any);
     out.gross = figures_of(asset, out, &ToolCertificate::gross);
+    if (!out.any.is_passive())
+      out.any.depth_share =
+          certified_depth_share(asset, out, &ToolCertificate::any, OtherRings::any, options.facet);
+    if (!out.gross.is_passive())
+      out.gross.depth_share = certified_depth_share(asset, out, &ToolCertificate::gross,
+                                                    OtherRings::sliding, options.facet);
   }
   return out;
 }

@@ -26,6 +26,7 @@ struct SlidingFigures {
   /// Least friction factor that certifies, and the friction that it is there; infinite where no
   /// friction is enough. Above 1 to first order (docs/method.md, section 19).
   double factor_required = 0, mu_required = 0;
+  double depth_share = 1;   ///< of their depths to which all triangles are certified, in tenths
   double factor_found = 0;  ///< largest at a place, infinite ones left out: how tight the bound is
   double cause_share[std::size(kCauseNames)] = {};  ///< of the triangles that are not certified
   std::vector<Witness> witnesses;                   ///< the worst, at most kWitnesses

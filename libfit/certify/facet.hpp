@@ -13,6 +13,7 @@ constexpr int kRings = runtime::kRings;
 struct FacetOptions {
   double radius_m = 0;       ///< of the ball that slides; 0: a tip
   double max_step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
+  double depth_share = 1;    ///< of the triangle's range of depths
   int max_boxes = 1000;      ///< patches times ranges of depth, before a bound is left as it is
   double far = 0.5;          ///< a bound below it need not be tight
 };

@@ -68,7 +68,7 @@ class Search {
       : asset_(asset),
         e_(facet),
         t_(t),
-        max_m_(range_of(asset, t)),
+        max_m_(options.depth_share * range_of(asset, t)),
         options_(options),
         others_(others) {}
 

@@ -37,6 +37,7 @@ Json to_json(const certify::SlidingFigures& figures) {
           {"failed", figures.failed},
           {"undecided", figures.undecided},
           {"certified_area", figures.certified_area},
+          {"depth_share", figures.depth_share},
           {"friction_factor", number(figures.factor_required)},
           {"friction_factor_found", figures.factor_found},
           {"mu_required", number(figures.mu_required)},

@@ -102,6 +102,21 @@ TEST(certificate, tells_interior_skirt_and_air_apart) {
   EXPECT_NEAR(c.skirt_area, double(c.skirt) / (c.skirt + c.interior), 1e-6);  // all are alike
 }
 
+TEST(certificate, of_a_share_of_the_depth_is_that_of_a_body_which_ends_there) {
+  const Loaded body = load(random_body(2, {0.15, 0.3, 0.3}));
+  const Certificate c = certify(body.asset, 0, 100);
+  ASSERT_FALSE(c.gross.is_passive());
+  ASSERT_GT(c.gross.depth_share, 0);
+  ASSERT_LT(c.gross.depth_share, 1);
+  CertifyOptions options;
+  options.continuity.walks = 0;
+  options.facet.max_boxes = 100;
+  options.facet.depth_share = c.gross.depth_share;
+  EXPECT_TRUE(palpate::certify::certify(body.asset, options).gross.is_passive());
+  options.facet.depth_share = c.gross.depth_share + 0.1;
+  EXPECT_FALSE(palpate::certify::certify(body.asset, options).gross.is_passive());
+}
+
 TEST(certificate, a_side_force_beyond_the_normal_one_pulls) {
   for (const double side_N_m2 : {20.0, 2000.0, 60000.0}) {
     Model model = plate_model(0.08, 8, uniform(400, 300, 0.3));
