@@ -122,20 +122,22 @@ SlidingFigures figures_of(const AssetView& asset, const Certificate& certificate
 /// To which share of their depths, in tenths, the triangles that are not certified would be.
 double certified_depth_share(const AssetView& asset, const Certificate& certificate,
                              std::vector<Sliding> ToolCertificate::*kind, OtherRings others,
-                             FacetOptions options) {
+                             const CertifyOptions& options) {
   const auto is_certified_to = [&](int tenths) {
-    options.depth_share = 0.1 * tenths;
+    std::atomic<bool> all{true};
     for (const ToolCertificate& tool : certificate.tools) {
-      options.radius_m = tool.radius_m;
-      for (int t = 0; t < asset.triangles; ++t) {
+      FacetOptions facet = options.facet;
+      facet.radius_m = tool.radius_m;
+      facet.depth_share *= 0.1 * tenths;
+      for_all(asset.triangles, options.threads, {}, [&](int t) {
         const auto at = static_cast<std::size_t>(t);
-        if (certificate.zone[at] != Zone::interior ||
+        if (!all || certificate.zone[at] != Zone::interior ||
             (tool.*kind)[at].verdict == Verdict::certified)
-          continue;
-        if (certify_sliding(asset, t, others, options).verdict != Verdict::certified) return false;
-      }
+          return;
+        if (certify_sliding(asset, t, others, facet).verdict != Verdict::certified) all = false;
+      });
     }
-    return true;
+    return all.load();
   };
   int least = 0, most = 10;  // certified to the one, not to the other
   while (most - least > 1) {
@@ -259,10 +261,10 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
     out.gross = figures_of(asset, out, &ToolCertificate::gross);
     if (!out.any.is_passive())
       out.any.depth_share =
-          certified_depth_share(asset, out, &ToolCertificate::any, OtherRings::any, options.facet);
+          certified_depth_share(asset, out, &ToolCertificate::any, OtherRings::any, options);
     if (!out.gross.is_passive())
-      out.gross.depth_share = certified_depth_share(asset, out, &ToolCertificate::gross,
-                                                    OtherRings::sliding, options.facet);
+      out.gross.depth_share =
+          certified_depth_share(asset, out, &ToolCertificate::gross, OtherRings::sliding, options);
   }
   return out;
 }
