@@ -58,15 +58,16 @@ std::vector<Sliding> certify_all(const AssetView& asset, const std::vector<int>&
     });
   };
   certify_these(triangles);
-  double largest = 0;
+  double found = 0;
   for (const int t : triangles)
-    largest = std::max(largest, out[static_cast<std::size_t>(t)].worst_found);
-  const double far = kNearWorst * largest;
-  if (!(far < options.far)) return out;
-  options.far = far;
+    found = std::max(found, out[static_cast<std::size_t>(t)].worst_found);
+  if (!std::isfinite(found)) return out;
+  const double near = kNearWorst * found;
+  options.far = std::min(options.far, near);
+  options.of_failing = 1;
   std::vector<int> again;
   for (const int t : triangles)
-    if (out[static_cast<std::size_t>(t)].ratio > far) again.push_back(t);
+    if (out[static_cast<std::size_t>(t)].ratio > near) again.push_back(t);
   certify_these(again);
   return out;
 }

@@ -15,6 +15,7 @@ struct FacetOptions {
   double max_step_m = 5e-5;  ///< of a tick: 50 mm/s at 1 kHz
   double depth_share = 1;    ///< of the triangle's range of depths
   int max_boxes = 1000;      ///< patches times ranges of depth, before a bound is left as it is
+  double of_failing = 0.25;  ///< share of the boxes where a place has failed
   double far = 0.5;          ///< a bound below it need not be tight
 };
 

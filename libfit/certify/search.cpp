@@ -12,7 +12,6 @@ constexpr double kFirstRange = 0.02;     // of the depths: from 0 on
 constexpr double kRangeRatio = 1.3;      // of the ends of the others
 constexpr double kTight = 1.1;           // bound over what was found
 constexpr double kLeastDepth = 1e-4;     // of the range: below it a range is not halved
-constexpr double kOfFailing = 0.25;      // of the boxes, where a place has failed
 constexpr int kMostHalvings = 13;        // of a patch
 constexpr double kWitnessInside = 0.02;  // how far from the border a witness stands
 
@@ -86,7 +85,8 @@ class Search {
     }
     int boxes = static_cast<int>(ends.size());
     double closed = 0;  // of boxes that cannot be halved
-    while (!open.empty() && boxes < (found_.ratio > 1 ? kOfFailing : 1) * options_.max_boxes) {
+    while (!open.empty() &&
+           boxes < (found_.ratio > 1 ? options_.of_failing : 1) * options_.max_boxes) {
       const SearchBox box = open.top();
       if (is_tight(std::max(box.ratio, closed))) break;
       open.pop();
