@@ -25,8 +25,8 @@ bool is_out(const Contact& contact) {
 constexpr unsigned kNotMeant =
     runtime::kFlagUnfinished | runtime::kFlagBlocked | runtime::kFlagBorder;
 
-// A contact anywhere on a triangle, ring 1 beyond its limit by a tick at most. The others are
-// anywhere within theirs, or slide with it.
+// A contact anywhere on a triangle, ring 1 beyond its limit by a tick at most. The others slide
+// with it, or are anywhere that a tick may bring them.
 SlipState random_state(const runtime::AssetView& asset, const Facet& e, int t, OtherRings others,
                        std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
@@ -41,9 +41,11 @@ SlipState random_state(const runtime::AssetView& asset, const Facet& e, int t, O
   for (int i = 0; i < kRings; ++i) {
     const double limit_m = std::max(mu * (out.depth_m - e.threshold[i]) / lambda, 0.0);
     const bool slides = i == 0 || others == OtherRings::sliding;
-    const double length = slides               ? limit_m + beyond_m
-                          : unit(random) < 0.5 ? limit_m
-                                               : limit_m * unit(random);
+    const double kind = unit(random);  // of another ring: at its limit, beyond it, within it
+    const double length = slides       ? limit_m + beyond_m
+                          : kind < 0.3 ? limit_m
+                          : kind < 0.5 ? limit_m + kStep_m * unit(random)
+                                       : limit_m * unit(random);
     const double angle = slides ? toward : 6.283185307179586 * unit(random);
     out.ring[i] = side * (length * std::cos(angle)) + across * (length * std::sin(angle));
   }
