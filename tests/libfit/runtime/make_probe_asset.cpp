@@ -7,6 +7,7 @@
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const std::filesystem::path folder = argv[1];
+  std::filesystem::remove_all(folder);  // headers of a former build are checked no more
   std::filesystem::create_directories(folder);
   const auto curves = [](const palpate::Vec3& x) {
     const double k = 400 * (1 + 10 * x[0]);
