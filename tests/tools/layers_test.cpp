@@ -34,6 +34,7 @@ const std::vector<Row> kLayers{
     {"libfit/validation",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine",
       "libfit/assets"}},
+    {"libfit/certify", {"libfit/core", "libfit/runtime"}},
     {"libfem/probes", {"libfit/core"}},
     {"libfem/materials", {"libfit/core"}},
     {"libfem/mesh", {"libfit/core"}},
@@ -45,8 +46,8 @@ const std::vector<Row> kLayers{
     {"data/generators", {"libfit/core", "libfem/mesh"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
-      "libfit/recordings", "libfit/validation", "libfem/probes", "libfem/materials", "libfem/mesh",
-      "libfem/contact", "libfem/elements", "libfem/solve"}},
+      "libfit/recordings", "libfit/validation", "libfit/certify", "libfem/probes",
+      "libfem/materials", "libfem/mesh", "libfem/contact", "libfem/elements", "libfem/solve"}},
 };
 
 const std::vector<Row> kRooms{

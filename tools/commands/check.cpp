@@ -2,12 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
+#include "tools/stages/certify.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/trial.hpp"
@@ -40,17 +42,25 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
 class Check final : public Command {
  public:
   explicit Check(Arguments& arguments) {
-    arguments.positional("scene", scene_path_, "Scene to check, scene.toml");
-    arguments.output("--vtu", vtu_, "Picture of the set-up to write: what is held, window, points",
+    arguments.positional("file", scene_path_,
+                         "Scene to check, scene.toml, or asset to certify, asset.palp");
+    arguments.output("--vtu", vtu_,
+                     "Picture to write: of a scene what is held, window, points; of an asset the "
+                     "certificate by triangle",
                      {"vtu"}, false);
     arguments.output("--page", page_, "Page of the set-up to write: the same, to turn and look at",
                      {kPageKind}, false);
+    arguments.option("--devices", devices_,
+                     "Haptic devices to judge an asset by, besides data/devices.toml");
+    arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
     arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
   int run() override {
     try {
+      if (is_asset_file(scene_path_))
+        return check_asset({scene_path_, vtu_, devices_, json_, jobs_}) ? kDone : kSomeFailed;
       inspect();
     } catch (const Error& e) {
       errors_.push_back(e);
@@ -109,7 +119,8 @@ class Check final : public Command {
     if (advices.empty()) fmt::print("nothing to change\n");
   }
 
-  std::string scene_path_, vtu_, page_;
+  std::string scene_path_, vtu_, page_, devices_;
+  int jobs_ = 0;
   bool no_trial_ = false, json_ = false;
   std::vector<Error> errors_;
   nlohmann::ordered_json report_;

@@ -1,0 +1,255 @@
+// What is certified creates no energy, however it is attacked, with the guard off; what fails has a
+// witness that does. Failures print the seed.
+
+#include <gtest/gtest.h>
+
+#include "tests/libfit/certify/bodies.hpp"
+
+namespace palpate::certify::test {
+namespace {
+
+using runtime::Vec3d;
+
+constexpr double kStep_m = 5e-5;  // of the certificate's ticks
+
+Kind random_kind(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  return {std::pow(10, -0.7 * unit(random)), 0.3 * unit(random), unit(random)};
+}
+
+bool is_out(const Contact& contact) {
+  const Vec3d rest = runtime::make_vec3<double>(contact.memory);
+  return dot(rest, rest) > 1e-24;
+}
+constexpr unsigned kNotMeant =
+    runtime::kFlagUnfinished | runtime::kFlagBlocked | runtime::kFlagBorder;
+
+// A contact anywhere on a triangle, ring 1 beyond its limit by a tick at most. The others slide
+// with it, or are anywhere that a tick may bring them.
+SlipState random_state(const runtime::AssetView& asset, const Facet& e, int t, OtherRings others,
+                       std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  double p = unit(random), q = unit(random);
+  if (p + q > 1) p = 1 - p, q = 1 - q;
+  SlipState out{{{1 - p - q, p, q}}, range_of(asset, t) * std::pow(unit(random), 2), {}};
+  const Vec3d u = runtime::blended_normal(asset, t, out.place.n),
+              side = normalized(cross(u, e.axis[0])), across = cross(u, side);
+  const double lambda = out.place.blend(e.lambda),
+               mu = out.place.blend(e.friction) + out.place.blend(e.friction_slope) * out.depth_m;
+  const double beyond_m = kStep_m * unit(random), toward = 6.283185307179586 * unit(random);
+  for (int i = 0; i < kRings; ++i) {
+    const double limit_m = std::max(mu * (out.depth_m - e.threshold[i]) / lambda, 0.0);
+    const bool slides = i == 0 || others == OtherRings::sliding;
+    const double kind = unit(random);  // of another ring: at its limit, beyond it, within it
+    const double length = slides       ? limit_m + beyond_m
+                          : kind < 0.3 ? limit_m
+                          : kind < 0.5 ? limit_m + kStep_m * unit(random)
+                                       : limit_m * unit(random);
+    const double angle = slides ? toward : 6.283185307179586 * unit(random);
+    out.ring[i] = side * (length * std::cos(angle)) + across * (length * std::sin(angle));
+  }
+  return out;
+}
+
+struct Attack {
+  int slips = 0, certified = 0, created = 0;  // created: where nothing was certified
+};
+Attack attack(OtherRings others) {
+  Attack sum;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    const Loaded body = load(random_body(seed, random_kind(seed)));
+    runtime::AssetView bare = body.asset;
+    bare.has_guard = false;
+    FacetOptions options;
+    options.radius_m = seed % 3 == 0 ? 0.004 : 0;
+    options.max_boxes = 100;
+    std::mt19937 random(seed);
+    for (int t = static_cast<int>(seed % 16); t < bare.triangles; t += 16) {
+      if (!(range_of(bare, t) > 0)) continue;
+      bool is_interior = true;
+      for (int k = 0; k < 3; ++k) is_interior = is_interior && bare.covered[bare.corner(t, k)];
+      if (!is_interior) continue;
+      const Sliding sliding = certify_sliding(bare, t, others, options);
+      const bool is_certified = sliding.verdict == Verdict::certified;
+      sum.certified += is_certified;
+      const Facet e = facet_of(bare, t, options);
+      for (int i = 0; i < 150; ++i) {
+        StagedContact staged =
+            stage(bare, t, options.radius_m, random_state(bare, e, t, others, random));
+        Output out;
+        touch_ball(bare, staged.contact, staged.tip_m, options.radius_m, out);
+        if (out.state != ContactState::slip || (out.flags & kNotMeant) != 0 ||
+            is_out(staged.contact) || out.triangle != t)
+          continue;
+        const bool dissipates = out.dissipated_J >= -1e-12 * out.stored_J;
+        sum.slips += is_certified;
+        sum.created += !is_certified && !dissipates;
+        EXPECT_TRUE(dissipates || !is_certified)
+            << "seed " << seed << ", triangle " << t << ", state " << i << ", ratio "
+            << sliding.ratio << ", " << out.dissipated_J << " J of " << out.stored_J;
+      }
+    }
+  }
+  return sum;
+}
+
+TEST(certificate, no_slip_from_any_state_of_the_rings_creates_energy_where_it_is_certified) {
+  const Attack sum = attack(OtherRings::any);
+  EXPECT_GT(sum.slips, 5000);
+  EXPECT_GT(sum.created, 100) << "too weak to find what is not certified";
+}
+TEST(certificate, no_gross_slip_creates_energy_where_it_is_certified) {
+  const Attack sum = attack(OtherRings::sliding);
+  EXPECT_GT(sum.slips, 10000);
+  EXPECT_GT(sum.created, 100) << "too weak to find what is not certified";
+}
+
+// Random legs within a plate, in steps of a tick, each tick's exact work, the guard off.
+TEST(certificate, no_walk_over_a_certified_body_creates_energy_at_any_tick) {
+  long slips = 0;
+  for (unsigned seed = 2; seed <= 12; seed += 2) {
+    const Loaded body = load(random_body(seed, {1, 0.06, 1}));
+    const Certificate certificate = certify(body.asset);
+    ASSERT_TRUE(certificate.certified()) << "seed " << seed << ": " << in_words(certificate);
+    runtime::AssetView bare = body.asset;
+    bare.has_guard = false;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> draw(-1, 1);
+    Contact contact;
+    Vec3 x(0, 0, 0.001);
+    double before_J = 0, work_J = 0, moved_J = 0, stored_J = 0;
+    for (int leg = 0; leg < 400; ++leg) {
+      // Every fourth leg lifts off; others wander, often only a little.
+      const double reach = leg % 3 == 0 ? 0.02 : 0.002;
+      Vec3 to = x + reach * Vec3(draw(random), draw(random), 0);
+      to = to.cwiseMax(-0.025).cwiseMin(0.025);
+      to[2] = leg % 4 == 3 ? 0.0005 : -0.0095 * std::abs(draw(random));
+      const Vec3 from = x;
+      const int steps = static_cast<int>((to - from).norm() / kStep_m) + 1;
+      for (int k = 1; k <= steps; ++k) {
+        x = from + (to - from) * (double(k) / steps);
+        Output out;
+        touch(bare, contact, x.data(), out);
+        const double lost_J = out.dissipated_J - before_J,
+                     done_J = out.stored_J + lost_J - stored_J;
+        ASSERT_GE(lost_J, -1e-12 * moved_J) << "seed " << seed << ", leg " << leg << ", tick " << k;
+        work_J += done_J;
+        moved_J += std::abs(done_J);
+        before_J = out.dissipated_J;
+        stored_J = out.stored_J;
+        slips += out.state == ContactState::slip;
+      }
+    }
+    EXPECT_GE(work_J, stored_J - 1e-12 * moved_J) << "seed " << seed;
+  }
+  EXPECT_GT(slips, 50000);
+}
+
+TEST(certificate, a_bound_over_a_patch_and_depths_holds_every_place_and_depth_of_it) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const auto point = [&] {
+    const double p = unit(random), q = unit(random);
+    return p + q > 1 ? PatchPoint{{p + q - 1, 1 - p, 1 - q}} : PatchPoint{{1 - p - q, p, q}};
+  };
+  int finite = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const Loaded body = load(random_body(seed, random_kind(seed)));
+    FacetOptions options;
+    options.radius_m = seed % 3 == 0 ? 0.004 : 0;
+    for (int t = static_cast<int>(seed); t < body.asset.triangles; t += 40) {
+      if (!(range_of(body.asset, t) > 0)) continue;
+      const Facet facet = facet_of(body.asset, t, options);
+      const Patch patch{{point(), point(), point()}};
+      const double to_m = range_of(body.asset, t) * unit(random), from_m = to_m * unit(random);
+      const auto depths = over_depths(body.asset, facet, t, from_m, to_m);
+      for (const OtherRings others : {OtherRings::any, OtherRings::sliding}) {
+        const double bound = balance(facet, patch, depths, others).ratio;
+        finite += std::isfinite(bound);
+        for (int i = 0; i < 10; ++i) {
+          const PatchPoint within = point();
+          PatchPoint place{{0, 0, 0}};
+          for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l) place.n[k] += within.n[l] * patch.corner[l].n[k];
+          const double d = from_m + (to_m - from_m) * unit(random);
+          const double here =
+              balance(facet, place, at_depth(body.asset, facet, t, d), others).ratio;
+          EXPECT_LE(here, bound) << "seed " << seed << ", triangle " << t << ", depth " << d;
+        }
+      }
+    }
+  }
+  EXPECT_GT(finite, 200);
+}
+
+TEST(certificate, a_witness_creates_the_energy_that_it_says) {
+  int witnesses = 0;
+  for (unsigned seed = 1; seed <= 24; ++seed) {
+    const Loaded body = load(random_body(seed, {0.1, 0.4, 0}));
+    runtime::AssetView bare = body.asset;
+    bare.has_guard = false;
+    FacetOptions options;
+    options.max_boxes = 60;
+    for (int t = static_cast<int>(seed); t < bare.triangles; t += 40) {
+      if (!(range_of(bare, t) > 0) || !bare.covered[bare.corner(t, 0)] ||
+          !bare.covered[bare.corner(t, 1)] || !bare.covered[bare.corner(t, 2)])
+        continue;
+      const Sliding sliding = certify_sliding(bare, t, OtherRings::sliding, options);
+      if (sliding.verdict != Verdict::fails) continue;
+      ++witnesses;
+      // From what it says: gross slip, all rings 20 um beyond their limits or less.
+      const Witness& w = sliding.witness;
+      const Facet e = facet_of(bare, t, options);
+      const Vec3d along = runtime::make_vec3<double>(w.direction);
+      double most_J = 0;
+      for (const double beyond_m : {2e-5, 5e-6, 1e-6}) {
+        SlipState state{{{w.weight[0], w.weight[1], w.weight[2]}}, w.depth_m, {}};
+        for (int i = 0; i < kRings; ++i)
+          state.ring[i] =
+              along * (std::max(w.deflection_m * (1 - e.threshold[i] / w.depth_m), 0.0) + beyond_m);
+        StagedContact staged = stage(bare, t, 0, state);
+        Output out;
+        touch(bare, staged.contact, staged.tip_m, out);
+        most_J = std::max(most_J, -out.dissipated_J);
+        // The guard takes it back: nothing is dissipated, nothing is created.
+        StagedContact guarded = stage(body.asset, t, 0, state);
+        touch(body.asset, guarded.contact, guarded.tip_m, out);
+        EXPECT_GE(out.dissipated_J, -1e-12 * out.stored_J);
+      }
+      EXPECT_GT(w.created_J, 0) << "seed " << seed;
+      EXPECT_NEAR(most_J, w.created_J, 1e-9 * w.created_J) << "seed " << seed << ", triangle " << t;
+    }
+  }
+  EXPECT_GT(witnesses, 50);
+}
+
+// With a tenth more than the share of its friction that the bound asks for no slip creates energy;
+// with a tenth less than what was found the engine's does.
+TEST(certificate, the_friction_that_is_asked_for_is_where_the_engine_begins_to_create_energy) {
+  int checked = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    FacetOptions options;
+    options.far = 0;
+    const Loaded body = load(random_body(seed, {1, 0.1, 0}));
+    for (int t = static_cast<int>(seed); t < body.asset.triangles; t += 120) {
+      if (!(range_of(body.asset, t) > 0)) continue;
+      const Sliding sliding = certify_sliding(body.asset, t, OtherRings::sliding, options);
+      if (!(sliding.ratio < 1)) continue;
+      EXPECT_LT(sliding.ratio, 1.5 * sliding.worst_found) << "seed " << seed << ", triangle " << t;
+      for (const bool is_enough : {true, false}) {
+        const double factor = is_enough ? 1.1 * sliding.ratio : 0.9 * sliding.worst_found;
+        const Loaded again = load(random_body(seed, {factor, 0.1, 0}));
+        const Sliding now = certify_sliding(again.asset, t, OtherRings::sliding, options);
+        EXPECT_EQ(now.verdict == Verdict::fails, !is_enough)
+            << "seed " << seed << ", triangle " << t << ", ratio " << sliding.ratio << ", found "
+            << sliding.worst_found << ", now " << now.ratio << ", " << now.worst_found;
+      }
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 20);
+}
+
+}  // namespace
+}  // namespace palpate::certify::test

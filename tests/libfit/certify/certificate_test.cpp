@@ -1,0 +1,165 @@
+// What a certificate says of bodies in closed form.
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "libfit/certify/devices.hpp"
+#include "tests/libfit/certify/bodies.hpp"
+
+namespace palpate::certify::test {
+namespace {
+
+// The paper's cylinder, R 30 mm, even: f^z = 300 N/m d, so that ring 1 is the whole bed.
+Model even_cylinder(int around, double friction) {
+  constexpr int kAlong = 10;
+  constexpr double kRange_m = 0.0025;
+  Model model;
+  model.surface.vertices.resize(around * (kAlong + 1), 3);
+  model.surface.triangles.resize(around * kAlong * 2, 3);
+  for (int j = 0; j <= kAlong; ++j)
+    for (int i = 0; i < around; ++i) {
+      const double angle = 2 * std::numbers::pi * i / around;
+      model.surface.vertices.row(j * around + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle),
+          0.01 * j;
+    }
+  for (int j = 0; j < kAlong; ++j)
+    for (int i = 0; i < around; ++i) {
+      const int a = j * around + i, b = j * around + (i + 1) % around;
+      model.surface.triangles.row(2 * (j * around + i)) << a, b, b + around;
+      model.surface.triangles.row(2 * (j * around + i) + 1) << a, b + around, a + around;
+    }
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  model.inward_normal = Points::Zero(vertices, 3);
+  model.inward_normal.leftCols(2) = -model.surface.vertices.leftCols(2).rowwise().normalized();
+  model.is_covered.assign(static_cast<std::size_t>(vertices), 1);
+  make_rings(model, 1, 0, [](const Vec3&) { return 1.0; });
+  model.curves.basis[0] = {1, {0, kRange_m}};
+  model.curves.control[0] = Controls::Zero(vertices, 2);
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    const Vec3 u = model.inward_normal.row(v), axis(0, 0, 1), tangent = u.cross(axis);
+    model.curves.control[0](v, 1) = 300 * kRange_m;
+    model.curves.control[runtime::kFriction](v, 0) = friction;
+    model.curves.control[runtime::kFrictionSlope](v, 0) = 0;
+    const Eigen::Matrix3d kappa = tangent * tangent.transpose() / 0.03;
+    model.curves.control[runtime::kCurvature].row(v) << kappa(0, 0), kappa(1, 1), kappa(2, 2),
+        kappa(0, 1), kappa(0, 2), kappa(1, 2);
+  }
+  return model;
+}
+
+// With the tool 2.5 mm deep the contact point goes over a facet that is 1 / (1 - d/R) times as long
+// as the tool's way.
+TEST(certificate, an_even_cylinder_needs_the_tangent_of_the_angle_between_normal_and_facet) {
+  for (const int around : {25, 50, 100}) {
+    const Loaded body = load(even_cylinder(around, 0.3));
+    double bound = 0, found = 0;
+    FacetOptions options;
+    options.far = 0;
+    for (int t = 8 * around; t < 8 * around + 8; ++t) {  // far from the open ends
+      const Sliding sliding = certify_sliding(body.asset, t, OtherRings::any, options);
+      bound = std::max(bound, sliding.ratio * sliding.friction);
+      found = std::max(found, sliding.worst_found * sliding.friction);
+    }
+    const double mu = std::tan(std::numbers::pi / around) / (1 - 2.5 / 30);  // 0.138, 0.069, 0.034
+    EXPECT_NEAR(found, mu, 0.02 * mu) << around;
+    EXPECT_GT(bound, found) << around;
+    EXPECT_LT(bound, 1.12 * mu) << around;
+  }
+}
+
+TEST(certificate, is_the_same_for_every_number_of_threads) {
+  const Loaded body = load(random_body(3, {1, 0.2, 0.5}));
+  CertifyOptions options;
+  options.facet.max_boxes = 40;
+  options.continuity.walks = 3;
+  const std::string one = in_words(palpate::certify::certify(body.asset, options));
+  options.threads = 3;
+  EXPECT_EQ(in_words(palpate::certify::certify(body.asset, options)), one);
+}
+
+TEST(certificate, tells_interior_skirt_and_air_apart) {
+  Model model = random_body(2, {1, 0, 0});
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
+    if (model.surface.vertices(v, 0) > -0.005) continue;  // half of the plate is unknown
+    model.is_covered[static_cast<std::size_t>(v)] = 0;
+    for (Controls& control : model.curves.control) control.row(v).setZero();
+  }
+  const Loaded body = load(model);
+  const Certificate c = certify(body.asset);
+  EXPECT_TRUE(c.certified()) << in_words(c);
+  int of[3] = {0, 0, 0};
+  for (int t = 0; t < body.asset.triangles; ++t) {
+    int covered = 0;
+    for (int k = 0; k < 3; ++k) covered += body.asset.covered[body.asset.corner(t, k)];
+    const Zone zone = c.zone[static_cast<std::size_t>(t)];
+    EXPECT_EQ(zone, covered == 3 ? Zone::interior : covered == 0 ? Zone::air : Zone::skirt);
+    ++of[static_cast<int>(zone)];
+  }
+  EXPECT_EQ(of[int(Zone::interior)], c.interior);
+  EXPECT_EQ(of[int(Zone::skirt)], c.skirt);
+  EXPECT_GT(c.skirt, 10);
+  EXPECT_NEAR(c.skirt_area, double(c.skirt) / (c.skirt + c.interior), 1e-6);  // all are alike
+}
+
+TEST(certificate, of_a_share_of_the_depth_is_that_of_a_body_which_ends_there) {
+  const Loaded body = load(random_body(2, {0.15, 0.3, 0.3}));
+  const Certificate c = certify(body.asset, 0, 100);
+  ASSERT_FALSE(c.gross.is_passive());
+  ASSERT_GT(c.gross.depth_share, 0);
+  ASSERT_LT(c.gross.depth_share, 1);
+  CertifyOptions options;
+  options.continuity.walks = 0;
+  options.facet.max_boxes = 100;
+  options.facet.depth_share = c.gross.depth_share;
+  EXPECT_TRUE(palpate::certify::certify(body.asset, options).gross.is_passive());
+  options.facet.depth_share = c.gross.depth_share + 0.1;
+  EXPECT_FALSE(palpate::certify::certify(body.asset, options).gross.is_passive());
+}
+
+TEST(certificate, a_side_force_beyond_the_normal_one_pulls) {
+  for (const double side_N_m2 : {20.0, 2000.0, 60000.0}) {
+    Model model = plate_model(0.08, 8, uniform(400, 300, 0.3));
+    make_rings(
+        model, 1, 0, [](const Vec3&) { return 1.0; },
+        [&](const Vec3&) { return Vec3(side_N_m2, 0, 0); });
+    const Certificate c = certify(load(model).asset, 0, 20);
+    // mu(d) d / lambda 2 g_2 d against f^z = 12 d + 4500 d^2, at d = 1 cm and near 0.
+    const double reach_m = (0.285 + 0.16) * 0.01 / 0.71 + 1e-4;
+    const bool pulls = 2 * side_N_m2 * 0.01 * reach_m > 12 * 0.01 + 4500 * 1e-4;
+    EXPECT_EQ(c.passive_fixed, !pulls) << side_N_m2;
+  }
+}
+
+// A spring of 300 N/m under a zero-order hold and a device of mass m with just less than K T / 2 of
+// damping gains energy; with just more it does not.
+TEST(certificate, half_of_stiffness_times_period_is_the_damping_that_a_hold_needs) {
+  constexpr double kStiffness_N_m = 300, kMass_kg = 0.05, kRate_Hz = 1000;
+  for (const double share : {0.98, 1.02}) {
+    const double b = share * least_damping_Ns_m(kStiffness_N_m, kRate_Hz);
+    // x'' = -(K x_k + b x') / m over a period, exactly.
+    const double T = 1 / kRate_Hz, rate = b / kMass_kg, fade = std::exp(-rate * T);
+    double x = 1e-3, v = 0;
+    for (int k = 0; k < 200000; ++k) {
+      const double drift = -kStiffness_N_m * x / b;  // the speed that it tends to
+      x += drift * T + (v - drift) * (1 - fade) / rate;
+      v = drift + (v - drift) * fade;
+    }
+    if (share < 1)
+      EXPECT_GT(std::hypot(x, v * std::sqrt(kMass_kg / kStiffness_N_m)), 2e-3);
+    else
+      EXPECT_LT(std::hypot(x, v * std::sqrt(kMass_kg / kStiffness_N_m)), 5e-4);
+  }
+}
+
+TEST(certificate, devices_are_judged_by_force_stiffness_and_resolution) {
+  const Device device{"d", "", 3, 1000, 5e-5, 0.02};
+  EXPECT_TRUE(judge(device, 800, 3).resolution_fits);  // 800 N/m 25 um = 0.02 N
+  EXPECT_FALSE(judge(device, 801, 3).resolution_fits);
+  EXPECT_FALSE(judge(device, 1001, 3).stiffness_fits);
+  EXPECT_FALSE(judge(device, 800, 3.1).force_fits);
+  EXPECT_TRUE(judge({"unknown", ""}, 1e6, 1e3).force_fits);
+}
+
+}  // namespace
+}  // namespace palpate::certify::test
