@@ -1,5 +1,8 @@
 #include "tools/command.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -7,9 +10,11 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libfit/core/error.hpp"
+#include "tools/command_pages.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/nearest_name.hpp"
@@ -19,6 +24,11 @@ extern "C" int blas_thread_shutdown_(void) __attribute__((weak));
 
 namespace palpate::tools {
 namespace {
+
+// What every command takes.
+struct OutputFlags {
+  bool json = false, quiet = false, verbose = false;
+};
 
 // Declares a command's options on a CLI11 subcommand.
 class CliArguments final : public Arguments {
@@ -59,6 +69,22 @@ class CliArguments final : public Arguments {
     takes_all_ = true;
   }
 
+  void add_output_flags() {
+    if (takes_all_) return;
+    const auto add = [&](const char* names, bool& target, const char* help) {
+      return app_.add_flag(names, target, help)->group("Output");
+    };
+    add("--json", flags_.json, "Print one JSON object on stdout and nothing else there");
+    auto* quiet = add("--quiet", flags_.quiet, "Say errors and failed items alone");
+    add("-v,--verbose", flags_.verbose, "Say with each line when it was")->excludes(quiet);
+  }
+  const OutputFlags& output_flags() const { return flags_; }
+  std::vector<std::string> outputs() const {
+    std::vector<std::string> names;
+    for (const OutputFile& file : outputs_) names.push_back(*file.target);
+    return names;
+  }
+
   bool is_parsed() const { return app_.parsed(); }
 
   /// The nearest option where the command has none of this name; nothing where it has.
@@ -87,6 +113,7 @@ class CliArguments final : public Arguments {
   CLI::App& app_;
   std::vector<const std::string*> texts_;
   std::vector<OutputFile> outputs_;
+  OutputFlags flags_;
   bool takes_all_ = false;
 };
 
@@ -95,37 +122,115 @@ struct DeclaredCommand {
   std::unique_ptr<Command> command;
 };
 
-// Says what was meant where the first word is no command, or an option none of the command's.
+// Keeps stdout for the answer: until `say` whatever is printed there, by whomever, goes to stderr
+// with --json and nowhere with --quiet.
+class Stdout {
+ public:
+  void set_aside(const OutputFlags& flags) {
+    if (!flags.json && !flags.quiet) return;
+    kept_ = ::dup(STDOUT_FILENO);
+    const int instead = flags.quiet ? ::open("/dev/null", O_WRONLY) : ::dup(STDERR_FILENO);
+    ::dup2(instead, STDOUT_FILENO);
+    ::close(instead);
+  }
+  void say(const std::string& text) {
+    std::fflush(stdout);
+    if (kept_ >= 0) ::dup2(kept_, STDOUT_FILENO);
+    if (!text.empty()) fmt::print("{}\n", text);
+    std::fflush(stdout);
+  }
+
+ private:
+  int kept_ = -1;
+};
+
+// A command while it runs, and what it says on stdout when it has ended.
+class Session {
+ public:
+  int run(const std::string& name, const DeclaredCommand& declared) {
+    command_ = name;
+    flags_ = declared.arguments->output_flags();
+    set_loudness(flags_.quiet     ? Loudness::quiet
+                 : flags_.verbose ? Loudness::verbose
+                                  : Loudness::normal);
+    out_.set_aside(flags_);
+    declared.arguments->check_outputs();
+    const int status = declared.command->run(reply_);
+    if (status != kBadInput) wrote_ = declared.arguments->outputs();
+    return status;
+  }
+  // ended: "errors" or "interrupted" where the command did not end well, else null.
+  void say_answer(const nlohmann::ordered_json& ended = nullptr) {
+    if (command_.empty()) return;  // the command line was not understood
+    if (flags_.json)
+      out_.say(object(ended).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    else if (ended.is_null() && !flags_.quiet)
+      out_.say(reply_.text);
+  }
+
+ private:
+  nlohmann::ordered_json object(const nlohmann::ordered_json& ended) const {
+    nlohmann::ordered_json object{{"command", command_}};
+    if (!reply_.json.empty()) object.update(nlohmann::ordered_json::parse(reply_.json));
+    for (const std::string& file : wrote_)
+      if (std::error_code missing; !file.empty() && std::filesystem::exists(file, missing))
+        object["wrote"].push_back(
+            {{"file", file}, {"bytes", std::filesystem::file_size(file, missing)}});
+    for (const auto& [key, tone] :
+         {std::pair{"warnings", Tone::warning}, {"failures", Tone::failed}})
+      if (!said(tone).empty() && !object.contains(key)) object[key] = said(tone);
+    if (!ended.is_null()) object.update(ended);
+    return object;
+  }
+
+  std::string command_;
+  OutputFlags flags_;
+  Stdout out_;
+  Reply reply_;
+  std::vector<std::string> wrote_;
+};
+
+// command: empty where it is not known. nearest: what may have been meant; empty for nothing.
+int say_wrong_usage(const CLI::App& app, const std::string& command, const std::string& what,
+                    const std::string& nearest = "") {
+  const std::string program = app.get_name() + (command.empty() ? "" : " " + command);
+  fmt::print(stderr, "palpate: {}: {}: {}\n  {}See {} --help.\n", error_word(), program, what,
+             nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest), program);
+  return kWrongUsage;
+}
+
+// Whether the first word is no command, or an option none of the command's; says what was meant.
 // CLI11 would complain of what is missing instead.
 bool is_misspelt(const CLI::App& app, std::span<const CommandRow> rows,
                  const std::map<std::string, DeclaredCommand>& declared, std::span<char*> words) {
-  const auto say_unknown = [&](std::string_view command, std::string_view what,
-                               std::string_view nearest) {
-    say("palpate: error: {}: {}\n  {}See {} {}--help.", words[0], what,
-        nearest.empty() ? "" : fmt::format("Did you mean \"{}\"? ", nearest), app.get_name(),
-        command);
+  if (words.empty()) {
+    say_wrong_usage(app, "", "no command is given");
+    fmt::print(stderr, "\n{}", app.help());
     return true;
-  };
-  if (words.empty()) return fmt::print(stderr, "{}", app.help()), true;
+  }
   if (words[0][0] == '-') return false;
   const auto found = declared.find(words[0]);
   if (found == declared.end()) {
     std::vector<std::string_view> names;
     for (const CommandRow& row : rows) names.push_back(row.name);
-    return say_unknown("", "there is no such command", nearest_name(words[0], names));
+    say_wrong_usage(app, "", fmt::format("there is no command \"{}\"", words[0]),
+                    nearest_name(words[0], names));
+    return true;
   }
   for (const std::string_view word : words.subspan(1)) {
     if (word == "--") break;
     if (!word.starts_with("--")) continue;
     const std::string_view name = word.substr(0, word.find('='));
-    if (const auto nearest = found->second.arguments->unknown_option(name))
-      return say_unknown(fmt::format("{} ", words[0]), fmt::format("has no option {}", name),
-                         *nearest);
+    if (const auto nearest = found->second.arguments->unknown_option(name)) {
+      say_wrong_usage(app, words[0], fmt::format("there is no option {}", name), *nearest);
+      return true;
+    }
   }
   return false;
 }
 
-int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char** argv) {
+int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char** argv,
+                Session& session) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "palpate " PALPATE_VERSION);
   std::map<std::string, DeclaredCommand> declared;
@@ -133,22 +238,38 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     auto arguments = std::make_unique<CliArguments>(
         *app.add_subcommand(std::string(row.name), std::string(row.summary)));
     auto command = row.declare(*arguments);
+    arguments->add_output_flags();
     declared[std::string(row.name)] = {std::move(arguments), std::move(command)};
   }
+  if (argc == 3 && std::string_view(argv[1]) == "--write-pages")  // of a build, in no help
+    return write_command_pages(app, PALPATE_VERSION, argv[2]), kDone;
   if (is_misspelt(app, rows, declared, {argv + 1, static_cast<std::size_t>(argc - 1)}))
     return kWrongUsage;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     // CLI11 has exit codes of its own (105-110); ours are a contract.
-    return app.exit(e) == 0 ? kDone : kWrongUsage;
+    if (e.get_exit_code() == 0) return app.exit(e), kDone;
+    const auto parsed = std::find_if(declared.begin(), declared.end(), [](const auto& row) {
+      return row.second.arguments->is_parsed();
+    });
+    const bool is_no_number = dynamic_cast<const CLI::ConversionError*>(&e) != nullptr;
+    std::string what = e.what();  // "Could not convert: --jobs = many"
+    if (is_no_number) what = what.substr(what.find(": ") + 2) + " is no whole number";
+    return say_wrong_usage(app, parsed == declared.end() ? "" : parsed->first, what);
   }
-  for (auto& [name, row] : declared)
-    if (row.arguments->is_parsed()) {
-      row.arguments->check_outputs();
-      return row.command->run();
-    }
+  for (const auto& [name, row] : declared)
+    if (row.arguments->is_parsed()) return session.run(name, row);
   return kWrongUsage;
+}
+
+// Says it on stderr and, with --json, as "errors" on stdout.
+int refuse(Session& session, const Error& error) {
+  fmt::print(stderr, "palpate: {}: {}\n", error_word(), error.what());
+  session.say_answer(
+      {{"errors",
+        {{{"where", error.where()}, {"what", error.fact()}, {"remedy", error.remedy()}}}}});
+  return kBadInput;
 }
 
 }  // namespace
@@ -158,31 +279,27 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
   // OpenBLAS starts a thread per core when it is loaded, and they spin; here each point has one.
   if (blas_thread_shutdown_) blas_thread_shutdown_();
   catch_interrupts();
+  Session session;
   try {
     CLI::App app(summary, name);
-    return run_command(app, rows, argc, argv);
+    const int status = run_command(app, rows, argc, argv, session);
+    session.say_answer();
+    return status;
   } catch (const Interrupted& e) {
-    std::fprintf(stderr, "palpate: interrupted: %s\n", e.what());
+    fmt::print(stderr, "palpate: interrupted: {}\n", e.what());
+    session.say_answer({{"interrupted", e.what()}});
     return kInterrupted;
   } catch (const Error& e) {
-    std::fprintf(stderr, "palpate: error: %s\n", e.what());
-    return kBadInput;
+    return refuse(session, e);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr,
-                 "palpate: error: memory: there is not enough of it\n  Use fewer --jobs or a "
-                 "coarser mesh.\n");
-    return kBadInput;
+    return refuse(session,
+                  {"memory", "there is not enough of it", "Use fewer --jobs or a coarser mesh."});
   } catch (const std::filesystem::filesystem_error& e) {
-    std::fprintf(stderr,
-                 "palpate: error: %s: %s\n  Check the name, the permissions and the space.\n",
-                 e.path1().c_str(), e.code().message().c_str());
-    return kBadInput;
+    return refuse(session, {e.path1().string(), e.code().message(),
+                            "Check the name, the permissions and the space."});
   } catch (const std::exception& e) {
-    std::fprintf(
-        stderr,
-        "palpate: error: internal: %s\n  Please report this with the command that caused it.\n",
-        e.what());
-    return kBadInput;
+    return refuse(session,
+                  {"internal", e.what(), "Please report this with the command that caused it."});
   }
 }
 

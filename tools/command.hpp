@@ -39,11 +39,18 @@ class Arguments {
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;
 };
 
-/// A parsed command, ready to run.
+/// What a command says on stdout: the text, or with --json one object and nothing else.
+struct Reply {
+  std::string text;  ///< lines for people, the last without its end; empty: none
+  std::string json;  ///< an object for programs; run_program adds what all commands tell
+};
+
+/// A parsed command, ready to run. Every command takes --json, --quiet and --verbose.
 class Command {
  public:
   virtual ~Command() = default;
-  virtual int run() = 0;
+  /// Fills the answer and returns an exit status.
+  virtual int run(Reply& reply) = 0;
 };
 
 /// A row of the table of commands in main.cpp.
@@ -54,7 +61,9 @@ struct CommandRow {
 };
 
 /// What a `main` does: parses the command line, runs the command that it names, and turns what is
-/// thrown into a message and an exit status.
+/// thrown into a message and an exit status. With --json stdout is one object: "command", the
+/// command's own keys, "wrote" (file, bytes), "warnings", "failures", and "errors" (where, what,
+/// remedy) or "interrupted" where it did not end well.
 int run_program(const char* name, const char* summary, std::span<const CommandRow> rows, int argc,
                 char** argv);
 

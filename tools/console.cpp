@@ -3,10 +3,12 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <mutex>
 #include <thread>
 
@@ -17,11 +19,41 @@ std::atomic<bool> interrupted{false};
 
 void on_signal(int) { interrupted.store(true); }
 
+Loudness loudness = Loudness::normal;
+std::array<std::vector<std::string>, 3> lines_said;
+const double kStart_s = wall_seconds();
+
 constexpr double kTerminalInterval_s = 0.2;
 constexpr double kPlainInterval_s = 10;
 constexpr int kBarWidth = 28;
 
 }  // namespace
+
+void set_loudness(Loudness wanted) { loudness = wanted; }
+
+void say_line(Tone tone, const std::string& line) {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (tone != Tone::note) lines_said[static_cast<std::size_t>(tone)].push_back(line);
+  if (loudness == Loudness::quiet && tone != Tone::failed) return;
+  if (loudness == Loudness::verbose) fmt::print(stderr, "[{:8.1f} s] ", wall_seconds() - kStart_s);
+  fmt::print(stderr, "{}{}\n", tone == Tone::warning ? "  warning: " : "", line);
+}
+
+const std::vector<std::string>& said(Tone tone) {
+  return lines_said[static_cast<std::size_t>(tone)];
+}
+
+bool wants_colour(bool is_terminal, const char* no_color, const char* term) {
+  const bool is_refused = no_color != nullptr && *no_color != '\0';
+  return is_terminal && !is_refused && (term == nullptr || std::string_view(term) != "dumb");
+}
+
+std::string error_word() {
+  const bool is_red =
+      wants_colour(isatty(STDERR_FILENO) != 0, std::getenv("NO_COLOR"), std::getenv("TERM"));
+  return is_red ? "\033[1;31merror\033[0m" : "error";
+}
 
 void catch_interrupts() {
   struct sigaction action {};
@@ -79,6 +111,7 @@ Progress ConsoleProgress::progress() {
 }
 
 void ConsoleProgress::show(std::size_t done, std::size_t total, const std::string& latest) {
+  if (loudness == Loudness::quiet) return;
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const double now = wall_seconds();
   if (state_->is_first) {

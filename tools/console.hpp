@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "libfit/core/progress.hpp"
 
@@ -19,11 +20,36 @@ class Interrupted : public std::runtime_error {
 void catch_interrupts();
 bool is_interrupted();
 
-/// Plain lines to stderr, so that stdout stays free for --json.
+/// What of it is shown: errors and failed items alone; all; all with the time since the start.
+enum class Loudness { quiet, normal, verbose };
+void set_loudness(Loudness loudness);
+
+/// What a line on stderr is. Warnings and failed items are remembered for --json; a failed item is
+/// shown whatever the loudness, as an error is.
+enum class Tone { note, warning, failed };
+void say_line(Tone tone, const std::string& line);
+const std::vector<std::string>& said(Tone tone);
+
+/// Plain lines to stderr, so that stdout stays free for the answer.
 template <class... T>
 void say(fmt::format_string<T...> format, T&&... arguments) {
-  fmt::print(stderr, "{}\n", fmt::format(format, std::forward<T>(arguments)...));
+  say_line(Tone::note, fmt::format(format, std::forward<T>(arguments)...));
 }
+template <class... T>
+void warn(fmt::format_string<T...> format, T&&... arguments) {
+  say_line(Tone::warning, fmt::format(format, std::forward<T>(arguments)...));
+}
+/// One of the things asked for that did not work out: exit status 3.
+template <class... T>
+void say_failed(fmt::format_string<T...> format, T&&... arguments) {
+  say_line(Tone::failed, fmt::format(format, std::forward<T>(arguments)...));
+}
+
+/// Whether a terminal wants colours: not where NO_COLOR is set to anything (no-color.org) or TERM
+/// is dumb. Either may be null.
+bool wants_colour(bool is_terminal, const char* no_color, const char* term);
+/// "error" in red where stderr wants colours.
+std::string error_word();
 
 /// Progress of long work: a bar with an estimate on a terminal, a plain line at most every ten
 /// seconds otherwise. The estimate is items left x mean time of the items done in this run.

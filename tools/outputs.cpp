@@ -69,8 +69,9 @@ void check_output(const fs::path& output, std::span<const std::string_view> kind
   const bool is_input = std::any_of(inputs.begin(), inputs.end(), is_output);
   throw Error(
       output.string(),
-      is_input ? "is also an input of this command, which would replace it"
-               : in_words(found) + ", which this command does not write",
+      is_input        ? "is also an input of this command, which would replace it"
+      : kinds.empty() ? "is there already, and this command replaces no file"
+                      : in_words(found) + ", which this command does not write",
       "Give the output another name" + std::string(is_input ? "." : ", or remove the file first."));
 }
 

@@ -38,7 +38,7 @@ std::vector<double> table_of(const CurveBasis& basis) {
 
 AssetParts make_parts(const Model& model, const ExportOptions& options) {
   AssetParts parts;
-  parts.surface = make_asset_surface(model, options.fades_borders);
+  parts.surface = make_asset_surface(model, options);
   parts.tree =
       make_tree(parts.surface.vertex, parts.surface.triangle, solid_triangles(parts.surface));
   for (std::size_t part = 0; part < model.curves.basis.size(); ++part) {
@@ -142,6 +142,7 @@ void fill_report(const AssetParts& parts, const Header& header, int touching,
   report.bytes = header.file_bytes;
   report.vertices = header.vertices;
   report.triangles = header.triangles;
+  report.mean_vertices = surface.mean_vertices;
   report.faded_vertices = surface.faded_vertices;
   report.folded_triangles = surface.folded_triangles;
   report.air_triangles = surface.air_triangles;
@@ -149,13 +150,16 @@ void fill_report(const AssetParts& parts, const Header& header, int touching,
   for (float depth : surface.max_depth_m)
     if (depth > 0) report.min_max_depth_m = std::min(report.min_max_depth_m, double(depth));
   if (surface.folded_triangles > 0)
-    report.remarks.push_back(
-        std::to_string(surface.folded_triangles) +
-        " covered triangles have no area or a normal that does not point through "
-        "them; they cannot be touched.");
+    report.remarks.push_back(std::to_string(surface.folded_triangles) +
+                             " triangles have no area or a normal that does not point through "
+                             "them; they cannot be touched.");
   if (surface.faded_vertices > 0)
     report.remarks.push_back(std::to_string(surface.faded_vertices) +
                              " covered vertices lie on open borders, where forces fade to zero.");
+  if (surface.mean_vertices > 0)
+    report.remarks.push_back(std::to_string(surface.mean_vertices) +
+                             " vertices without test points answer with the body's mean curves; "
+                             "the engine flags contact there as OUTSIDE.");
   if (touching == 0)
     report.remarks.push_back("The check path touches nothing; it verifies little on loading.");
 }

@@ -41,6 +41,8 @@ void AssetFile::Unmap::operator()(void* bytes) const noexcept { ::munmap(bytes, 
 
 bool is_asset_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
+  if (std::error_code ignored; !file && !std::filesystem::exists(path, ignored))
+    throw Error(path.string(), "no such file", "Check the name.");
   if (!file)
     throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
   char magic[4] = {};

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
+#include "libfit/runtime/format.hpp"
 
 namespace palpate {
 namespace {
@@ -79,7 +80,7 @@ void check_controls(const Model& model) {
     }
 }
 
-void round_vertices(const Model& model, AssetSurface& out) {
+void round_vertices(const Model& model, bool has_mean, AssetSurface& out) {
   const Points& x = model.surface.vertices;
   out.diagonal_m = extent_m(x).norm();
   out.origin = (0.5 * (x.colwise().minCoeff() + x.colwise().maxCoeff())).transpose();
@@ -91,7 +92,8 @@ void round_vertices(const Model& model, AssetSurface& out) {
       out.vertex.push_back(static_cast<float>(x(v, k) - out.origin[k]));
       out.normal.push_back(static_cast<float>(inward[k]));
     }
-    out.covered.push_back(is_covered);
+    out.covered.push_back(is_covered ? runtime::kMeasured : has_mean ? runtime::kMean : 0);
+    out.mean_vertices += out.covered.back() == runtime::kMean;
   }
 }
 
@@ -100,21 +102,42 @@ void fade_borders(AssetSurface& surface) {
     if (surface.neighbour[edge] >= 0) continue;
     for (std::size_t corner : {edge, edge / 3 * 3 + (edge + 1) % 3}) {
       std::uint8_t& covered = surface.covered[static_cast<std::size_t>(surface.triangle[corner])];
-      surface.faded_vertices += covered;
+      surface.faded_vertices += covered == runtime::kMeasured;
+      surface.mean_vertices -= covered == runtime::kMean;
       covered = 0;
     }
   }
 }
 
-void round_controls(const Model& model, AssetSurface& out) {
-  const auto add_row = [&](const Controls& control, Eigen::Index v) {
-    const bool answers = out.covered[static_cast<std::size_t>(v)] != 0;
-    for (Eigen::Index j = 0; j < control.cols(); ++j)
-      out.control.push_back(answers ? static_cast<float>(control(v, j)) : 0.0F);
-  };
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
-    for (const Controls& control : model.curves.control) add_row(control, v);
+// Of every part the mean over the covered vertices (M12e); of one with directions, which belong to
+// their place, nothing.
+std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
+  std::vector<Eigen::RowVectorXd> mean;
+  for (const Controls& control : model.curves.control)
+    mean.push_back(Eigen::RowVectorXd::Zero(control.cols()));
+  double covered = 0;
+  for (std::size_t v = 0; v < model.is_covered.size(); ++v) {
+    if (!model.is_covered[v]) continue;
+    ++covered;
+    for (std::size_t part = 0; part < mean.size(); ++part)
+      mean[part] += model.curves.control[part].row(static_cast<Eigen::Index>(v));
   }
+  for (std::size_t part = 0; part < mean.size(); ++part)
+    mean[part] *= parts_of(model.curves.family)[part].width == 1 ? 1 / covered : 0;
+  return mean;
+}
+
+void round_controls(const Model& model, AssetSurface& out) {
+  const std::vector<Eigen::RowVectorXd> mean = mean_controls(model);
+  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+    for (std::size_t part = 0; part < mean.size(); ++part)
+      for (Eigen::Index j = 0; j < mean[part].size(); ++j) {
+        const std::uint8_t covered = out.covered[static_cast<std::size_t>(v)];
+        const double value = covered == runtime::kMeasured ? model.curves.control[part](v, j)
+                             : covered == runtime::kMean   ? mean[part][j]
+                                                           : 0;
+        out.control.push_back(static_cast<float>(value));
+      }
 }
 
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
@@ -149,13 +172,16 @@ double depth_bound_m(const AssetSurface& surface, std::size_t t) {
 
 void bound_depths(AssetSurface& surface) {
   for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
-    bool is_answering = false;
+    std::uint8_t answering = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      is_answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])] != 0;
+      answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])];
+    const bool is_answering = answering != 0;
     const double depth = is_answering ? depth_bound_m(surface, t) : 0;
     surface.max_depth_m.push_back(static_cast<float>(depth));
     surface.folded_triangles += is_answering && !(depth > 0);
     surface.air_triangles += !(depth > 0);
+    if (depth > 0 && (answering & runtime::kMeasured) != 0)
+      surface.measured_triangles.push_back(static_cast<std::int32_t>(t));
   }
 }
 
@@ -186,21 +212,22 @@ std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
   return neighbour;
 }
 
-AssetSurface make_asset_surface(const Model& model, bool fades_borders) {
+AssetSurface make_asset_surface(const Model& model, const ExportOptions& options) {
   check_sizes(model);
   check_vertices(model);
   check_triangles(model);
   check_controls(model);
   AssetSurface surface;
-  round_vertices(model, surface);
+  round_vertices(model, options.has_mean_elsewhere, surface);
   const auto& triangles = model.surface.triangles;
   surface.triangle.assign(triangles.data(), triangles.data() + triangles.size());
   surface.neighbour = triangle_neighbours(triangles);
-  if (fades_borders) fade_borders(surface);
+  if (options.fades_borders) fade_borders(surface);
   round_controls(model, surface);
   bound_depths(surface);
-  if (surface.air_triangles == triangles.rows())
-    throw Error("model", "no triangle can be touched: all are uncovered, without area or folded",
+  if (surface.measured_triangles.empty())
+    throw Error("model",
+                "no measured triangle can be touched: all are uncovered, without area or folded",
                 "Check the coverage and the normals of the model.");
   return surface;
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/core/curves.hpp"
+#include "libfit/assets/exporters.hpp"
 
 namespace palpate {
 
@@ -14,23 +14,26 @@ struct AssetSurface {
   Vec3 origin;                                    ///< [m], centre of the bounding box
   std::vector<float> vertex;                      ///< V x 3 [m] about the origin
   std::vector<float> normal;                      ///< V x 3, inward unit
-  std::vector<std::uint8_t> covered;              ///< V
-  std::vector<float> control;                     ///< V x the family's parts, 0 where not covered
+  std::vector<std::uint8_t> covered;              ///< V: kMeasured, kMean or 0
+  std::vector<float> control;                     ///< V x the family's parts, 0 where covered is
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
   std::vector<float> max_depth_m;                 ///< F, 0: air
+  std::vector<std::int32_t> measured_triangles;   ///< solid ones with a measured corner
   double diagonal_m = 0;                          ///< of the bounding box
 
-  int faded_vertices = 0;    ///< covered in the model, on a border, so part of the skirt
+  int mean_vertices = 0;     ///< not covered in the model: they answer with the mean
+  int faded_vertices = 0;    ///< on a border, so part of the skirt
   int folded_triangles = 0;  ///< no area, or a corner's normal does not point through: made air
   int air_triangles = 0;     ///< all, folded ones included
 };
 
 /// Rounds a model to its asset's arrays, finds neighbours, and bounds each triangle's depth.
-/// fades_borders: vertices on an open border answer with zero, so that forces fade out towards it.
+/// Vertices on an open border answer with zero where options.fades_borders, those without test
+/// points with the mean where options.has_mean_elsewhere.
 /// Throws Error, naming the model's element, when: nothing is covered; array sizes differ; a number
 /// is not finite; a normal of a covered vertex is not unit; a triangle names a missing vertex or
 /// one twice; an edge has three triangles, or two that run the same way; a curve decreases.
-AssetSurface make_asset_surface(const Model& model, bool fades_borders);
+AssetSurface make_asset_surface(const Model& model, const ExportOptions& options);
 
 /// Triangle across the edge from corner k to k+1 of each triangle, -1 at borders. F x 3.
 /// Throws Error on an edge with three triangles or two that run the same way.

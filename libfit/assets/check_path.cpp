@@ -26,12 +26,10 @@ Vec3 row(const std::vector<float>& array, std::size_t i) {
 
 std::vector<runtime::CheckTick> make_check_path(const AssetSurface& surface, double depth_m,
                                                 std::uint64_t seed) {
-  std::vector<std::size_t> solid;
-  for (std::size_t t = 0; t < surface.max_depth_m.size(); ++t)
-    if (surface.max_depth_m[t] > 0) solid.push_back(t);
   std::vector<runtime::CheckTick> path;
   for (int place = 0; place < kPlaces; ++place) {
-    const std::size_t t = solid[next(seed) % solid.size()];
+    const auto& measured = surface.measured_triangles;
+    const auto t = static_cast<std::size_t>(measured[next(seed) % measured.size()]);
     const double a = 0.2 + 0.3 * unit_share(seed), b = 0.2 + 0.3 * unit_share(seed);
     const double depth =
         std::min(depth_m, double(surface.max_depth_m[t])) * (0.3 + 0.7 * unit_share(seed));

@@ -13,9 +13,12 @@ namespace palpate {
 
 /// What an export may be told.
 struct ExportOptions {
-  bool has_guard = true;         ///< the engine refuses the energy-creating part of slips
-  bool fades_borders = true;     ///< forces fade out over the last ring before an open border
-  std::string meta_json = "{}";  ///< for people: error statement, scene hash
+  bool has_guard = true;      ///< the engine refuses the energy-creating part of slips
+  bool fades_borders = true;  ///< forces fade out over the last ring before an open border
+  /// Surface without test points answers with the mean curves of the covered vertices and says so
+  /// (kFlagOutside), so that no hole is felt; false: with nothing.
+  bool has_mean_elsewhere = false;
+  std::string meta_json = "{}";           ///< for people: error statement, scene hash
   std::filesystem::path engine_dir = {};  ///< where the engine's folder goes; empty: not copied
   double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: two diagonals
   std::uint64_t seed = 1;  ///< of the check path
@@ -25,7 +28,7 @@ struct ExportOptions {
 struct ExportReport {
   std::uint64_t bytes = 0;
   int vertices = 0, triangles = 0;
-  int faded_vertices = 0, folded_triangles = 0, air_triangles = 0;
+  int mean_vertices = 0, faded_vertices = 0, folded_triangles = 0, air_triangles = 0;
   double min_max_depth_m = 0;  ///< over the triangles that can be touched
   std::vector<std::string> remarks;
 };

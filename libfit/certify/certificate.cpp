@@ -16,9 +16,9 @@ constexpr double kNearWorst = 1.1;  // bound over the worst that was found
 
 Zone zone_of(const AssetView& asset, int t) {
   if (!asset.is_solid(t)) return Zone::air;
-  for (int k = 0; k < 3; ++k)
-    if (!asset.covered[asset.corner(t, k)]) return Zone::skirt;
-  return Zone::interior;
+  int measured = 0;
+  for (int k = 0; k < 3; ++k) measured += asset.covered[asset.corner(t, k)] == runtime::kMeasured;
+  return measured == 3 ? Zone::interior : measured > 0 ? Zone::skirt : Zone::mean;
 }
 
 double area_of(const AssetView& asset, int t) {
@@ -222,9 +222,10 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
     solid += area_of(asset, t);
     if (zone == Zone::interior) interior.push_back(t);
     if (zone == Zone::skirt) ++out.skirt, out.skirt_area += area_of(asset, t);
+    if (zone == Zone::mean) ++out.mean, out.mean_area += area_of(asset, t);
   }
   out.interior = static_cast<int>(interior.size());
-  out.skirt_area /= solid > 0 ? solid : 1;
+  for (double* share : {&out.skirt_area, &out.mean_area}) *share /= solid > 0 ? solid : 1;
 
   out.least_slope_N_m = out.least_friction = std::numeric_limits<double>::infinity();
   for (int v = 0; v < asset.vertices; ++v)
@@ -286,10 +287,15 @@ std::string in_words(const Certificate& c) {
   else
     out += fmt::format("Sliding is not certified for the family {}. ", c.family);
   out += fmt::format(
-      "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces fade to nothing. It "
+      "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces pass over to {}. It "
       "is "
       "not certified: slides inward from it are paid by friction or held back by the guard. ",
-      c.skirt, 100 * c.skirt_area);
+      c.skirt, 100 * c.skirt_area, c.mean > 0 ? "the body's mean" : "nothing");
+  if (c.mean > 0)
+    out += fmt::format(
+        "{} triangles ({:.1f} %) have no measured corner. They answer with the mean and are not "
+        "certified. ",
+        c.mean, 100 * c.mean_area);
   const Continuity& k = c.continuity;
   out += fmt::format(
       "In {} sampled ticks of 50 um the force changed by at most {:.3g} N ({:.0f} N/m): over edges "

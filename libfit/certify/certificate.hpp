@@ -9,8 +9,9 @@
 
 namespace palpate::certify {
 
-/// Where a triangle lies. A skirt has a corner where nothing is known and fades to nothing there.
-enum class Zone : char { air, skirt, interior };
+/// Where a triangle lies. A skirt has measured corners and others, where it fades to nothing or to
+/// the body's mean curves (M12e); `mean` has no measured one.
+enum class Zone : char { air, skirt, interior, mean };
 
 /// What one tool finds on a body of rings.
 struct ToolCertificate {
@@ -42,8 +43,8 @@ struct Certificate {
   int pulling = 0;                                 ///< triangles where (M22) does not hold
   double least_slope_N_m = 0, least_friction = 0;  ///< over covered vertices and all depths
   std::vector<Zone> zone;
-  int interior = 0, skirt = 0;
-  double skirt_area = 0;  ///< share of what can be touched
+  int interior = 0, skirt = 0, mean = 0;
+  double skirt_area = 0, mean_area = 0;  ///< shares of what can be touched
   std::vector<ToolCertificate> tools;
   SlidingFigures any, gross;
   Continuity continuity;  ///< largest of the tools'

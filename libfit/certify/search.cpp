@@ -182,7 +182,7 @@ bool pushes_over(const AssetView& asset, const Facet& e, int t, const Patch& pat
 
 bool pushes_on(const AssetView& asset, int t, const FacetOptions& options) {
   const Facet e = facet_of(asset, t, options);
-  // Towards a corner where nothing is known all sides of (M22) fade alike: the others say it.
+  // Towards a corner without curves all sides of (M22) fade alike: the others say it.
   PatchPoint corner[3];
   int known = 0;
   for (int k = 0; k < 3; ++k)

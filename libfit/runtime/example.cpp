@@ -1,5 +1,5 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
-// Presses a tip 5 mm into an asset at its first covered vertex, drags it 10 mm sideways, prints
+// Presses a tip 5 mm into an asset at its first measured vertex, drags it 10 mm sideways, prints
 // forces.
 //   g++ -std=c++17 -O2 -ffp-contract=off example.cpp -o example && ./example ../asset.palp
 #include <cstdio>
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   const Asset asset = Asset::open(bytes, data.size(), &status);
   if (status != Status::ok) return std::puts(sentence(status)), 1;
   int v = 0;
-  while (v + 1 < asset.vertices && !asset.covered[v]) ++v;
+  while (v + 1 < asset.vertices && asset.covered[v] != kMeasured) ++v;
   const Vec3d in = asset.normal_at(v),
               start = asset.vertex_at(v) + make_vec3<double>(asset.origin_m);
   const Vec3d side =

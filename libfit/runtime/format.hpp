@@ -23,6 +23,10 @@ constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
 
+// What a vertex answers with; 0: nothing, its controls are zero.
+constexpr std::uint8_t kMeasured = 1;  ///< its own curves
+constexpr std::uint8_t kMean = 2;      ///< the mean of the body's, where no test point answers
+
 // Bounds that keep every size within 64 bits and every walk finite; far above any real body.
 constexpr std::int32_t kMaxVertices = 1 << 26;
 constexpr std::int32_t kMaxTriangles = 1 << 27;
@@ -35,7 +39,7 @@ constexpr int kMaxLeafTriangles = 8;
 enum Section : int {
   kVertices,  ///< float V x 3 [m], relative to the origin
   kNormals,   ///< float V x 3, inward unit u_l
-  kCovered,   ///< uint8 V: 1 where curves answer; elsewhere the controls are zero
+  kCovered,   ///< uint8 V: kMeasured, kMean or 0
   /// float V x the numbers of the family's parts in turn, control value by control value: bounds
   /// and order as the parts say (families/part.hpp)
   kControls,

@@ -25,7 +25,7 @@ constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_de
 constexpr unsigned kFlagFrictionless =
     16;                                ///< no lateral stiffness here: slides as if frictionless
 constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
-constexpr unsigned kFlagOutside = 64;  ///< in the skirt, where forces fade to nothing
+constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in the rim before it
 constexpr unsigned kFlagCapped = 256;  ///< the force was brought down to the tool's max_force_N
 constexpr unsigned kFlagRamp = 512;    ///< the tool's ramp is not over
 constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted

@@ -34,7 +34,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(PALPATE_STATIC) || !defined(__GNUC__)
+/* On Windows a DLL is built with PALPATE_EXPORTS, and who links it may say PALPATE_DLL. */
+#if defined(PALPATE_STATIC)
+#define PALPATE_API
+#elif defined(_WIN32)
+#if defined(PALPATE_EXPORTS)
+#define PALPATE_API __declspec(dllexport)
+#elif defined(PALPATE_DLL)
+#define PALPATE_API __declspec(dllimport)
+#else
+#define PALPATE_API
+#endif
+#elif !defined(__GNUC__)
 #define PALPATE_API
 #else
 #define PALPATE_API __attribute__((visibility("default")))
@@ -129,7 +140,8 @@ enum {
   PALPATE_FLAG_TOO_DEEP = 8,      /* deeper than slides are well-conditioned for at this triangle */
   PALPATE_FLAG_FRICTIONLESS = 16, /* no lateral stiffness here: slides as if frictionless */
   PALPATE_FLAG_BLOCKED = 32,      /* the tool slips on beside a contact point that cannot follow */
-  PALPATE_FLAG_OUTSIDE = 64,      /* in the rim of the measured region, where forces fade */
+  PALPATE_FLAG_OUTSIDE = 64,      /* not measured here: the body's mean curves, or none, and the
+                                     rim where the measured ones pass into these */
   PALPATE_FLAG_EXTRAPOLATED =
       128,                   /* deeper than range_m: the curves go on along their last slope */
   PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
@@ -192,7 +204,7 @@ typedef struct palpate_mesh {
   double origin_m[3];
   const float* vertex_m;      /* 3 a vertex */
   const float* inward_normal; /* 3 a vertex, unit */
-  const uint8_t* covered;     /* 1 a vertex: where curves answer */
+  const uint8_t* covered;     /* 1 a vertex: 1 measured, 2 the body's mean, 0 answers nothing */
   const int32_t* triangle;    /* 3 corners a triangle, counter-clockwise from outside */
 } palpate_mesh;
 

@@ -83,8 +83,8 @@ inline const char* sentence(Status status) noexcept {
     case Status::curves_wrong:
       return "A spline table is not a clamped basis on increasing knots, with its integrals.";
     case Status::controls_wrong:
-      return "Control values are not finite, zero at zero and increasing, or an uncovered vertex "
-             "has some.";
+      return "Control values are not finite, zero at zero and increasing, or a vertex that "
+             "answers nothing has some.";
     case Status::vertices_wrong:
       return "A vertex is not finite or farther than 1 km from the origin.";
     case Status::triangles_wrong:

@@ -49,7 +49,7 @@ void describe(const AssetView& asset, const Contact& contact, const Kinematics& 
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
   if (kinematics.d.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
   for (int k = 0; k < 3; ++k)
-    if (!asset.covered[asset.corner(contact.triangle, k)]) out.flags |= kFlagOutside;
+    if (asset.covered[asset.corner(contact.triangle, k)] != kMeasured) out.flags |= kFlagOutside;
 }
 
 /// The standing spot of a contact, cached.
@@ -256,8 +256,8 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
 /// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
 /// the tip is; a tip that starts inside the body feels nothing until it has come out and entered
-/// again through a covered triangle; so does one that slid off over the rim of the covered surface,
-/// where forces have faded to zero. Touch is swept from the previous tip, so nothing tunnels.
+/// again through a triangle that answers; so does one that slid off over the rim of a surface that
+/// fades to zero. Touch is swept from the previous tip, so nothing tunnels.
 /// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
 /// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
 /// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of

@@ -24,11 +24,13 @@ std::vector<float> controls_of(const runtime::AssetView& asset) {
           asset.control + std::size_t(asset.vertices) * std::size_t(asset.controls_per_vertex)};
 }
 
-// Faded vertices at a border have covered curves that are all zero: they stay so.
+// Faded vertices at a border are all zero and vertices without test points answer with the mean:
+// they stay so.
 bool answers(const runtime::AssetView& asset, int vertex) {
   const float* first = asset.control + std::size_t(vertex) * std::size_t(asset.controls_per_vertex);
-  return asset.covered[vertex] && std::any_of(first, first + asset.controls_per_vertex,
-                                              [](float value) { return value != 0; });
+  return asset.covered[vertex] == runtime::kMeasured &&
+         std::any_of(first, first + asset.controls_per_vertex,
+                     [](float value) { return value != 0; });
 }
 
 // Control values of x -> x are the Greville abscissae, the means of `degree` successive knots.

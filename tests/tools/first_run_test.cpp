@@ -83,7 +83,9 @@ TEST(new_scene, replaces_no_file) {
   folder.write("scene.toml", content_of(scene) + "# changed by hand\n");
   const Outcome again = palpate(folder, line);
   EXPECT_EQ(again.status, 1);
-  EXPECT_NE(again.err.find("which this command does not write"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("is there already, and this command replaces no file"),
+            std::string::npos)
+      << again.err;
   EXPECT_NE(content_of(scene).find("changed by hand"), std::string::npos);
 }
 

@@ -137,7 +137,7 @@ TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
   EXPECT_EQ(experiments("test_points = \"auto\"\nbudget = 30\n").placement->budget, 30);
   EXPECT_FALSE(experiments("test_points = 30\n").placement.has_value());
   EXPECT_NE(error_of(kSmallest + "[experiments]\ntest_points = 30\nbudget = 40\n")
-                .find("has no key \"budget\""),
+                .find("budget of [experiments] places test points"),
             std::string::npos);
   EXPECT_NE(
       error_of(kSmallest + "[experiments]\ntest_points = \"auto\"\nbudget = 4\n").find("budget"),

@@ -22,7 +22,7 @@ class Benchmark final : public Command {
     arguments.flag("--quick", request_.is_quick, "Use smaller sizes");
   }
 
-  int run() override {
+  int run(Reply&) override {
     request_.folder = folder_;
     request_.samples = samples_;
     std::filesystem::create_directories(folder_);

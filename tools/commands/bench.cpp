@@ -18,7 +18,7 @@ class Bench final : public Command {
     arguments.remaining(arguments_, "of palpate_bench; --help lists them");
   }
 
-  int run() override {
+  int run(Reply&) override {
     std::error_code ignored;
     const auto program =
         std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "palpate_bench";

@@ -54,13 +54,15 @@ class Check final : public Command {
                      "Haptic devices to judge an asset by, besides data/devices.toml");
     arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
-    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     try {
-      if (is_asset_file(scene_path_))
-        return check_asset({scene_path_, vtu_, devices_, json_, jobs_}) ? kDone : kSomeFailed;
+      if (is_asset_file(scene_path_)) {
+        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, jobs_});
+        reply = {std::move(answer.text), answer.json.dump()};
+        return answer.is_certified ? kDone : kSomeFailed;
+      }
       inspect();
     } catch (const Error& e) {
       errors_.push_back(e);
@@ -68,9 +70,10 @@ class Check final : public Command {
     for (const Error& e : errors_) {
       report_["errors"].push_back(
           {{"where", e.where()}, {"what", e.fact()}, {"remedy", e.remedy()}});
-      if (!json_) fmt::print(stderr, "palpate: error: {}\n", e.what());
+      fmt::print(stderr, "palpate: {}: {}\n", error_word(), e.what());
     }
-    if (json_) fmt::print("{}\n", report_.dump());
+    reply.text = std::move(text_);
+    reply.json = report_.dump();
     return errors_.empty() ? kDone : kBadInput;
   }
 
@@ -105,23 +108,22 @@ class Check final : public Command {
                         {"nodes", trial.nodes},       {"cpu_s", trial.cpu_s}};
     report_["run"] = {{"points_at_most", points}, {"cpu_s", cpu_s}};
     report_["advice"] = advices;
-    if (json_) return;
-    fmt::print(
+    text_ = fmt::format(
         "tried {} at ({:.1f}, {:.1f}, {:.1f}) mm: {:.3g} N at {:.3g} mm, {} of {} rows good, "
         "stated "
         "force error {:.2g} %, drags stick in {} rows and slip in {}; {} nodes, {}\n"
-        "a run simulates {} points at most, held-out ones among them: about {} of one core\n",
+        "a run simulates {} points at most, held-out ones among them: about {} of one core",
         trial.point, 1e3 * trial.position[0], 1e3 * trial.position[1], 1e3 * trial.position[2],
         trial.force_N, 1e3 * trial.depth_m, trial.good, trial.rows, 100 * trial.force_error,
         trial.sticking, trial.slipping, trial.nodes, in_words(trial.cpu_s), points,
         in_words(cpu_s));
-    for (const std::string& sentence : advices) fmt::print("advice: {}\n", sentence);
-    if (advices.empty()) fmt::print("nothing to change\n");
+    for (const std::string& sentence : advices) text_ += fmt::format("\nadvice: {}", sentence);
+    if (advices.empty()) text_ += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_;
+  std::string scene_path_, vtu_, page_, devices_, text_;
   int jobs_ = 0;
-  bool no_trial_ = false, json_ = false;
+  bool no_trial_ = false;
   std::vector<Error> errors_;
   nlohmann::ordered_json report_;
 };

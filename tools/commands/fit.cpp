@@ -1,5 +1,7 @@
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -42,7 +44,13 @@ class Fit final : public Command {
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
+    if (section_.degree < 0 || section_.degree > 4)
+      throw Error("--degree", fmt::format("{} is no degree of a curve", section_.degree),
+                  "Use 1 to 4, or 0 to have it chosen.");
+    if (section_.pieces < 0 || section_.pieces > 256)
+      throw Error("--pieces", fmt::format("there cannot be {} pieces", section_.pieces),
+                  "Use 1 to 256, or 0 to have the number chosen.");
     say("fit {}", samples_);
     std::optional<FittedCurves> earlier;
     std::optional<FitCache> earlier_cache;
@@ -63,7 +71,13 @@ class Fit final : public Command {
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
-    return list_bad_points(curves) ? kSomeFailed : kDone;
+    const std::size_t bad = list_bad_points(curves);
+    reply.json = nlohmann::ordered_json{
+        {"points", curves.position.rows()},
+        {"family", name_of(curves.curves.family)},
+        {"without_curves_of_their_own",
+         bad}}.dump();
+    return bad ? kSomeFailed : kDone;
   }
 
  private:

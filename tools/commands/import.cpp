@@ -38,10 +38,9 @@ class Import final : public Command {
     arguments.flag("--drop-invalid", drop_invalid_,
                    "Leave out rows that are not numbers or go back in time, and count them");
     arguments.flag("--force", force_, "Read every recording again and ignore the journal");
-    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     // Arrays come and go by the megabyte: what is freed is used again instead of handed back.
     ::mallopt(M_MMAP_THRESHOLD, 1 << 30), ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
     ::mallopt(M_TOP_PAD, 1 << 26);
@@ -55,6 +54,7 @@ class Import final : public Command {
     assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
+    reply.json = summary_json(manifest.items, results, assembled);
     report(manifest, results, assembled);
     if (assembled.samples.rows() == 0)
       throw Error(manifest_,
@@ -64,7 +64,6 @@ class Import final : public Command {
     write_samples(output_, assembled.samples, {{"inputs_hash", inputs_hash(manifest, results)}});
     say("wrote {}: {} rows at {} points", output_, assembled.samples.rows(),
         assembled.samples.points());
-    if (json_) fmt::print("{}\n", summary_json(manifest.items, results, assembled));
     return assembled.failed() > 0 ? kSomeFailed : kDone;
   }
 
@@ -131,8 +130,8 @@ class Import final : public Command {
     std::size_t listed = 0;
     for (const Outcome& outcome : assembled.outcomes)
       if (outcome.failure && ++listed <= kListed)
-        say("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
-            outcome.failure->remedy);
+        say_failed("refused: {}: {}\n  {}", outcome.failure->where, outcome.failure->what,
+                   outcome.failure->remedy);
     if (listed > kListed) say("and {} more", listed - kListed);
     if (listed > 0)
       say("{} of {} recordings were refused; {} lists all", listed, assembled.outcomes.size(),
@@ -171,7 +170,7 @@ class Import final : public Command {
 
   std::string manifest_, output_;
   int jobs_ = 0;
-  bool drop_invalid_ = false, force_ = false, json_ = false;
+  bool drop_invalid_ = false, force_ = false;
 };
 
 }  // namespace

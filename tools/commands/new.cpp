@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfit/core/error.hpp"
@@ -42,7 +43,7 @@ class New final : public Command {
                      "flattest");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     const Surface surface = read_surface(mesh_, 1);
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
     ask(tissue_, "Tissue?", choices_.tissue);
@@ -54,6 +55,10 @@ class New final : public Command {
     parse_scene(proposed.text, output_);
     write_file_atomically(output_, proposed.text);
     say("wrote {}; next: palpate check {}", output_, output_);
+    reply.json =
+        nlohmann::ordered_json{
+            {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}}
+            .dump();
     return kDone;
   }
 

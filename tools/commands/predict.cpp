@@ -37,10 +37,9 @@ class Predict final : public Command {
                          "Samples at other points of the same body, samples.h5");
     arguments.option("--without", curves_,
                      "curves.h5 whose points are left out, because the model was fitted there");
-    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     const Model model = read_model(model_);
     const Samples samples = read_samples(samples_);
     const double size_m = extent_m(model.surface.vertices).norm();
@@ -67,11 +66,9 @@ class Predict final : public Command {
                   "Give samples at points that the model covers and was not fitted at.");
     Statement statement = summarize(compare(samples, replayed));
     statement.probes = predicted;
-    if (json_)
-      fmt::print("{}\n", to_json(statement));
-    else
-      fmt::print("{} points predicted, {} that the model does not cover\n{}\n", predicted,
-                 uncovered, in_words(statement));
+    reply.json = to_json(statement);
+    reply.text = fmt::format("{} points predicted, {} that the model does not cover\n{}", predicted,
+                             uncovered, in_words(statement));
     return kDone;
   }
 
@@ -94,7 +91,6 @@ class Predict final : public Command {
   }
 
   std::string model_, samples_, curves_;
-  bool json_ = false;
 };
 
 }  // namespace

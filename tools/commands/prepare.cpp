@@ -1,4 +1,7 @@
 #include "tools/stages/prepare.hpp"
+
+#include <nlohmann/json.hpp>
+
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -16,7 +19,7 @@ class Prepare final : public Command {
                    "Make no volume mesh, which is enough for measured data and for open surfaces");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     const Scene scene = open_scene(scene_);
     say("prepare {}", scene_);
     const Body body = prepare_body(scene, surface_only_);
@@ -25,6 +28,10 @@ class Prepare final : public Command {
         output_, body,
         surface_only_ ? Attributes{} : Attributes{{kInputsAttribute, body_fingerprint(scene)}});
     say("wrote {}", output_);
+    reply.json = nlohmann::ordered_json{{"vertices", body.surface.vertices.rows()},
+                                        {"tets", body.volume.tets.rows()},
+                                        {"test_points", body.test_points.position.rows()}}
+                     .dump();
     return kDone;
   }
 

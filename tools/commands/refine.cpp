@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -22,7 +25,7 @@ class Refine final : public Command {
                      "or auto, by leaving points out; yes counts no slopes");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     say("refine {}", curves_);
     RefineOptions options;
     std::string made_from = model_fingerprint(curves_, body_);
@@ -30,9 +33,12 @@ class Refine final : public Command {
     if (options.slope_share) made_from += " slopes " + slope_share_;
     options.follows_shape = follow_shape_choice(follow_shape_);
     if (options.follows_shape) made_from += " shape " + follow_shape_;
-    write_model(output_, refine_body(read_curves(curves_), read_body(body_), options),
-                {{kInputsAttribute, made_from}});
+    const Model model = refine_body(read_curves(curves_), read_body(body_), options);
+    write_model(output_, model, {{kInputsAttribute, made_from}});
     say("wrote {}", output_);
+    const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
+    reply.json =
+        nlohmann::ordered_json{{"vertices", model.is_covered.size()}, {"covered", covered}}.dump();
     return kDone;
   }
 

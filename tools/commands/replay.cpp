@@ -1,5 +1,7 @@
 #include <fmt/core.h>
 
+#include <nlohmann/json.hpp>
+
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -41,7 +43,7 @@ class Replay final : public Command {
                      "touch; 0 plays as fast as possible");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     const AssetFile file = read_asset_file(asset_);
     const TipPath path = read_tip_path(path_);
     const std::vector<PlayedTick> played =
@@ -51,13 +53,17 @@ class Replay final : public Command {
     std::size_t faults = 0;
     for (std::size_t i = 0; i < played.size(); ++i) {
       if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
-        say("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
-            runtime::sentence(played[i].status));
+        say_failed("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
+                   runtime::sentence(played[i].status));
       rows.push_back(to_row(path.time_s[i], played[i].out));
     }
     write_forces(output_, rows);
+    const std::int64_t guarded = played.empty() ? 0 : played.back().out.refused_ticks;
     say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(),
-        faults, played.empty() ? 0 : played.back().out.refused_ticks);
+        faults, guarded);
+    reply.json =
+        nlohmann::ordered_json{{"ticks", rows.size()}, {"faults", faults}, {"guarded", guarded}}
+            .dump();
     return faults ? kSomeFailed : kDone;
   }
 

@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
@@ -14,9 +16,10 @@ class Report final : public Command {
     arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind});
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     write_page(output_, contents_of_folders(folders_));
     say("wrote {}: open it in a browser", output_);
+    reply.json = nlohmann::ordered_json{{"folders", folders_}}.dump();
     return kDone;
   }
 

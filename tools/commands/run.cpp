@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libfit/assets/exporters.hpp"
@@ -39,7 +40,7 @@ class Run final : public Command {
                    "that is worth");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     scene_ = open_scene(scene_path_);
     if (quick_) make_quick(scene_);
     check_choices(scene_);
@@ -50,7 +51,7 @@ class Run final : public Command {
     refine();
     export_asset();
     validate();
-    return done();
+    return done(reply);
   }
 
  private:
@@ -190,16 +191,22 @@ class Run final : public Command {
     }
   }
 
-  int done() {
+  int done(Reply& reply) {
     if (stages_done_ == 0) say("nothing to do: everything in {} is up to date", folder_);
     const fs::path output = file("statement.json");
     const Statement statement = parse_statement(read_whole_file(output), output.string());
-    fmt::print("{}\n", in_words(statement));
-    std::fflush(stdout);
     report();
     if (!bad_experiments_)
       bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
-    const std::size_t failed = *bad_experiments_ + list_bad_points(read_curves(file("curves.h5")));
+    const std::size_t failed =
+        *bad_experiments_ + list_bad_points(read_curves(file("curves.h5")), quick_);
+    reply.text = in_words(statement);
+    reply.json =
+        nlohmann::ordered_json{{"folder", folder_},
+                               {"stages_done", stages_done_},
+                               {"items_failed", failed + statement.reference_failures},
+                               {"statement", nlohmann::ordered_json::parse(to_json(statement))}}
+            .dump();
     return failed || statement.reference_failures ? kSomeFailed : kDone;
   }
 

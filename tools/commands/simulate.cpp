@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
@@ -27,7 +29,7 @@ class Simulate final : public Command {
     arguments.flag("--resume", resume_, "Go on from the rows that an interrupted run kept");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
@@ -44,7 +46,13 @@ class Simulate final : public Command {
     remove_partial(output_);
     say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
     say_force_errors(samples, scene_.experiments.force_tolerance);
-    return list_bad_experiments(samples) ? kSomeFailed : kDone;
+    const std::size_t bad = list_bad_experiments(samples);
+    reply.json = nlohmann::ordered_json{
+        {"rows", samples.rows()},
+        {"points", samples.points()},
+        {"experiments_not_good",
+         bad}}.dump();
+    return bad ? kSomeFailed : kDone;
   }
 
  private:

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
@@ -53,7 +54,7 @@ std::vector<CurveTableRow> tabulate_asset(const runtime::AssetView& asset, int s
   for (int kind = 0; kind < runtime::row_of(static_cast<CurveFamily>(asset.curves.family)).curves;
        ++kind)
     for (int vertex = 0; vertex < asset.vertices; ++vertex) {
-      if (!asset.covered[vertex]) continue;
+      if (asset.covered[vertex] != runtime::kMeasured) continue;
       const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
                              asset.control_offset[kind];
       append_curve(rows, vertex, "", static_cast<CurveKind>(kind), asset.curves.view[kind], control,
@@ -76,12 +77,13 @@ class Tabulate final : public Command {
     arguments.option("--steps", steps_, "Number of intervals of a curve up to its last knot");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     if (steps_ < 1 || steps_ > 100000)
       throw Error("--steps", "there must be 1 to 100000 steps", "Give a number in that range.");
     const std::vector<CurveTableRow> rows = read_and_tabulate();
     write_curve_rows(output_, rows);
     say("wrote {}: {} rows", output_, rows.size());
+    reply.json = nlohmann::ordered_json{{"rows", rows.size()}}.dump();
     return kDone;
   }
 

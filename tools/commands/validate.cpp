@@ -35,10 +35,9 @@ class Validate final : public Command {
     arguments.flag(
         "--no-causes", no_causes_,
         "Do not split the error by cause, which needs simulations at the contact points");
-    arguments.flag("--json", json_, "Print one JSON object on stdout and nothing else");
   }
 
-  int run() override {
+  int run(Reply& reply) override {
     if (request_.settings.points < 1)
       throw Error("--points", "there must be at least one contact point",
                   "Give a positive number.");
@@ -62,14 +61,14 @@ class Validate final : public Command {
       request_.model = &model;
     }
     const Statement statement = validate_asset(asset_, scene, body, request_);
-    fmt::print("{}\n", json_ ? to_json(statement) : in_words(statement));
+    reply = {in_words(statement), to_json(statement)};
     return statement.reference_failures ? kSomeFailed : kDone;
   }
 
  private:
   std::string asset_, scene_, body_, rows_, curves_, model_, reference_;
   ValidateRequest request_;
-  bool json_ = false, no_causes_ = false;
+  bool no_causes_ = false;
 };
 
 }  // namespace

@@ -133,9 +133,10 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, guard, repair] = section;
+  auto& [precision, guard, elsewhere, repair] = section;
   f(Stage::export_, "precision", precision, Choice{{"float32"}});
   f(Stage::export_, "guard", guard, Any{});
+  f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
   f(Stage::export_, "repair", repair, Choice{{"none"}});
 }
 

@@ -216,6 +216,14 @@ BodySection read_body(SceneTable table, const std::filesystem::path& scene) {
 
 ExperimentsSection read_experiments(SceneTable table, const std::filesystem::path& scene) {
   ExperimentsSection out = read_section<ExperimentsSection>(table, scene);
+  // A key of another way to place points is named for what it is.
+  for (const char* key : {"tolerance", "budget", "drag_points"})
+    if (!out.placement && table.has(key))
+      throw Error(table.where(key),
+                  fmt::format("{} of [experiments] places test points, and test_points is a number "
+                              "or a file",
+                              key),
+                  fmt::format("Set test_points = \"auto\", or leave {} out.", key));
   Experiments& each = out.each;
   if (!table.has("drag_depths")) each.drag_depths_m = {0.4 * each.depth_m, 0.8 * each.depth_m};
   for (const double depth : each.drag_depths_m)
@@ -238,7 +246,8 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   } catch (const toml::parse_error& e) {
     throw Error(
         fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
-        std::string(e.description()), "Mend the TOML at this place.");
+        std::string(e.description()),
+        "Mend the TOML at this place, or name a scene: a text such as `palpate new` writes.");
   }
   const auto section = [&](auto&& read) {
     try {

@@ -64,6 +64,7 @@ struct FitSection {
 struct ExportSection {
   std::string precision = "float32";
   bool guard = true;
+  std::string elsewhere = "mean";  ///< what surface without test points answers with
   std::string repair = "none";
 };
 

@@ -77,6 +77,8 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
               {"interior_elements", c.interior},
               {"skirt_elements", c.skirt},
               {"skirt_area", c.skirt_area},
+              {"mean_elements", c.mean},
+              {"mean_area", c.mean_area},
               {"continuity",
                {{"sampled_ticks", k.ticks},
                 {"touch_N", k.touch_N},
@@ -172,7 +174,7 @@ std::string in_words(const std::vector<DeviceVerdict>& devices) {
 
 }  // namespace
 
-bool check_asset(const AssetCheck& check) {
+AssetAnswer check_asset(const AssetCheck& check) {
   const AssetFile file = read_asset_file(check.asset);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;
@@ -188,16 +190,14 @@ bool check_asset(const AssetCheck& check) {
     devices.push_back(certify::judge(device, certificate.continuity.stiffness_N_m,
                                      certificate.continuity.force_N));
   if (!check.vtu.empty()) write_map(check.vtu, file.asset(), certificate);
-  if (check.json) {
-    Json out = {{"asset", check.asset}};
-    out.update(to_json(certificate, devices));
-    out["seconds"] = seconds;
-    fmt::print("{}\n", out.dump());
-  } else {
-    fmt::print("{}\n\nDevices:\n{}{:.1f} s\n", wrapped(certify::in_words(certificate)),
-               in_words(devices), seconds);
-  }
-  return certificate.certified();
+  AssetAnswer out;
+  out.is_certified = certificate.certified();
+  out.json = {{"asset", check.asset}};
+  out.json.update(to_json(certificate, devices));
+  out.json["seconds"] = seconds;
+  out.text = fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
+                         in_words(devices), seconds);
+  return out;
 }
 
 }  // namespace palpate::tools

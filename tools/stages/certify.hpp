@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace palpate::tools {
@@ -7,12 +8,17 @@ namespace palpate::tools {
 /// What `palpate check asset.palp` was asked for.
 struct AssetCheck {
   std::string asset, vtu, devices;  ///< vtu: a map to write; devices: a table beside the program's
-  bool json = false;
   int jobs = 0;
 };
 
-/// Certifies an asset, prints the paragraph or the object, writes the map. True where the asset is
-/// certified. Throws Error for a bad asset or table.
-bool check_asset(const AssetCheck& check);
+/// The certificate as a paragraph and as an object.
+struct AssetAnswer {
+  bool is_certified = false;
+  std::string text;
+  nlohmann::ordered_json json;
+};
+
+/// Certifies an asset and writes the map. Throws Error for a bad asset or table.
+AssetAnswer check_asset(const AssetCheck& check);
 
 }  // namespace palpate::tools

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/exporters.hpp"
+#include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 
@@ -33,8 +34,8 @@ nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
 
 }  // namespace
 
-void export_model(const Model& model, const std::filesystem::path& output,
-                  const std::string& format, const ExportRequest& request) {
+ExportReport export_model(const Model& model, const std::filesystem::path& output,
+                          const std::string& format, const ExportRequest& request) {
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
@@ -42,12 +43,17 @@ void export_model(const Model& model, const std::filesystem::path& output,
     meta["statement"] = nlohmann::ordered_json::parse(request.statement);
   ExportOptions options;
   options.has_guard = request.settings.guard;
+  const std::string& elsewhere = request.settings.elsewhere;
+  if (elsewhere != "mean" && elsewhere != "none")
+    throw Error("--elsewhere", "\"" + elsewhere + "\" is no choice", "Use mean or none.");
+  options.has_mean_elsewhere = elsewhere == "mean";
   options.meta_json = meta.dump();
   options.engine_dir = request.engine;
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);
+  return report;
 }
 
 }  // namespace palpate::tools

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "libfit/core/curves.hpp"
+#include "libfit/assets/exporters.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -15,8 +15,8 @@ struct ExportRequest {
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
 };
 
-/// Writes the model in one of the export formats; says name and size.
-void export_model(const Model& model, const std::filesystem::path& output,
-                  const std::string& format, const ExportRequest& request);
+/// Writes the model in one of the export formats; says what and how large.
+ExportReport export_model(const Model& model, const std::filesystem::path& output,
+                          const std::string& format, const ExportRequest& request);
 
 }  // namespace palpate::tools

@@ -195,14 +195,15 @@ Triangles neighbour_triangles(const Samples& samples, const Body& body) {
                           samples.point_position, samples.point_normal, options.largest_angle_rad);
 }
 
-std::size_t list_bad_points(const FittedCurves& curves) {
+std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
   std::size_t bad = 0;
   for (std::size_t p = 0; p < curves.status.size(); ++p) {
-    if (curves.status[p] != FitStatus::underdetermined && curves.status[p] != FitStatus::failed)
-      continue;
-    if (++bad <= kListed) say("  no curves of its own: {}: {}", curves.name[p], curves.message[p]);
+    const bool is_guessed = curves.status[p] == FitStatus::underdetermined && !is_quick;
+    if (!is_guessed && curves.status[p] != FitStatus::failed) continue;
+    if (++bad <= kListed)
+      say_failed("  no curves of its own: {}: {}", curves.name[p], curves.message[p]);
   }
-  if (bad > kListed) say("  and {} more points", bad - kListed);
+  if (bad > kListed) say_failed("  and {} more points", bad - kListed);
   return bad;
 }
 

@@ -52,7 +52,8 @@ FittedCurves fit_samples(const Samples& samples, const FitSection& section, int 
 
 /// Lists points without curves of their own (underdetermined, failed) on stderr, at most a
 /// screenful. Returns how many there are: exit status 3 rather than 0. `poor` ones are fitted.
-std::size_t list_bad_points(const FittedCurves& curves);
+/// is_quick: too few rows are what was asked for, so underdetermined points count as fitted.
+std::size_t list_bad_points(const FittedCurves& curves, bool is_quick = false);
 
 /// Curves on every fine node of the body's surface, with the probe of the curves; coverage is said
 /// on stderr.

@@ -153,10 +153,10 @@ void say_plausibility(const Scene& scene, const Body& body) {
                           : "reaches the surface",
         place.tets);
     if (place.inside < kWhole)
-      say("  warning: [[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
-          100 * (1 - place.inside));
+      warn("[[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
+           100 * (1 - place.inside));
   }
-  for (const std::string& warning : implausible(scene, body)) say("  warning: {}", warning);
+  for (const std::string& warning : implausible(scene, body)) warn("{}", warning);
 }
 
 }  // namespace palpate::tools

@@ -127,18 +127,19 @@ std::size_t list_bad_experiments(const Samples& samples) {
   std::size_t listed = 0;
   for (const auto& [experiment, place] : bad) {
     if (listed++ == kListed) {
-      say("  and {} more experiments with rows that are not good", bad.size() - kListed);
+      say_failed("  and {} more experiments with rows that are not good", bad.size() - kListed);
       break;
     }
     const auto row = static_cast<std::size_t>(place.first);
     const Vec3 at = samples.point_position.row(samples.point[row]);
-    say("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
-        samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0], 1e3 * at[1],
-        1e3 * at[2],
-        samples.kind[row] == ExperimentKind::press  ? "press"
-        : samples.kind[row] == ExperimentKind::drag ? "drag"
-                                                    : "path",
-        1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row), place.second);
+    say_failed("  not good: {} at ({:.1f}, {:.1f}, {:.1f}) mm, {} from {:.2f} mm on: {} ({} rows)",
+               samples.point_name[static_cast<std::size_t>(samples.point[row])], 1e3 * at[0],
+               1e3 * at[1], 1e3 * at[2],
+               samples.kind[row] == ExperimentKind::press  ? "press"
+               : samples.kind[row] == ExperimentKind::drag ? "drag"
+                                                           : "path",
+               1e3 * samples.deflection.row(place.first).norm(), reason_of(samples, row),
+               place.second);
   }
   return bad.size();
 }

@@ -138,7 +138,8 @@ std::string load_file(const std::filesystem::path& path) {
   std::error_code fault;
   const auto status = std::filesystem::status(path, fault);
   if (!std::filesystem::exists(status))
-    throw Error(name, "no such file", "Check the path; relative paths start at the scene file.");
+    throw Error(name, "no such file",
+                "Check the path; in a scene it starts at the scene's folder.");
   if (!std::filesystem::is_regular_file(status))
     throw Error(name, "is not a file", "Give the path of a mesh file.");
   const std::uintmax_t size = std::filesystem::file_size(path, fault);

@@ -56,6 +56,8 @@ const Format<Mesh>& format_of(const std::filesystem::path& path,
   const std::string extension = path.extension().string();
   for (const Format<Mesh>& row : formats)
     if (mesh_read::same_word(row.extension, extension)) return row;
+  if (std::error_code ignored; std::filesystem::is_directory(path, ignored))
+    throw Error(path.string(), "is a folder", "Give the path of a mesh file.");
   throw Error(path.string(), "'" + extension + "' is no mesh format that is known here",
               "Known: " + list_formats(formats) + ".");
 }

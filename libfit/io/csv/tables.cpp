@@ -83,8 +83,21 @@ Points unit_normals(const CsvTable& table) {
 
 }  // namespace
 
+namespace {
+
+// A table that is read for its rows has some.
+template <class Rules>
+CsvTable read_rows(const std::filesystem::path& path, const Rules& rules) {
+  CsvTable table = read_csv(path, rules);
+  if (table.rows() == 0)
+    throw Error(path.string(), "has no row below its header", "Add one row at least.");
+  return table;
+}
+
+}  // namespace
+
 PointTable read_point_table(const std::filesystem::path& path) {
-  const CsvTable table = read_csv(path, kPointRules);
+  const CsvTable table = read_rows(path, kPointRules);
   const int given = table.has("nx") + table.has("ny") + table.has("nz");
   if (given != 0 && given != 3)
     throw Error(path.string() + ":1", "has some of nx,ny,nz but not all", "Give all or none.");
@@ -92,7 +105,7 @@ PointTable read_point_table(const std::filesystem::path& path) {
 }
 
 std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
-  const CsvTable table = read_csv(path, kToolPathRules);
+  const CsvTable table = read_rows(path, kToolPathRules);
   const Points point = columns(table, "x_m", "y_m", "z_m");
   const Points deflection = columns(table, "dx_m", "dy_m", "dz_m");
   const auto& name = table.text("path");
@@ -114,7 +127,7 @@ std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
 }
 
 TipPath read_tip_path(const std::filesystem::path& path) {
-  const CsvTable table = read_csv(path, kTipPathRules);
+  const CsvTable table = read_rows(path, kTipPathRules);
   TipPath tip{table.number("t_s"), columns(table, "x_m", "y_m", "z_m")};
   for (std::size_t i = 1; i < tip.time_s.size(); ++i)
     if (!(tip.time_s[i] > tip.time_s[i - 1]))

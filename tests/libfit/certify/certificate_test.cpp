@@ -78,7 +78,7 @@ TEST(certificate, is_the_same_for_every_number_of_threads) {
   EXPECT_EQ(in_words(palpate::certify::certify(body.asset, options)), one);
 }
 
-TEST(certificate, tells_interior_skirt_and_air_apart) {
+TEST(certificate, tells_measured_triangles_from_those_beside_them) {
   Model model = random_body(2, {1, 0, 0});
   for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v) {
     if (model.surface.vertices(v, 0) > -0.005) continue;  // half of the plate is unknown
@@ -88,18 +88,23 @@ TEST(certificate, tells_interior_skirt_and_air_apart) {
   const Loaded body = load(model);
   const Certificate c = certify(body.asset);
   EXPECT_TRUE(c.certified()) << in_words(c);
-  int of[3] = {0, 0, 0};
+  int of[4] = {0, 0, 0, 0};
   for (int t = 0; t < body.asset.triangles; ++t) {
-    int covered = 0;
-    for (int k = 0; k < 3; ++k) covered += body.asset.covered[body.asset.corner(t, k)];
+    int measured = 0;
+    for (int k = 0; k < 3; ++k)
+      measured += body.asset.covered[body.asset.corner(t, k)] == runtime::kMeasured;
     const Zone zone = c.zone[static_cast<std::size_t>(t)];
-    EXPECT_EQ(zone, covered == 3 ? Zone::interior : covered == 0 ? Zone::air : Zone::skirt);
+    EXPECT_EQ(zone, measured == 3            ? Zone::interior
+                    : measured > 0           ? Zone::skirt
+                    : body.asset.is_solid(t) ? Zone::mean
+                                             : Zone::air);
     ++of[static_cast<int>(zone)];
   }
   EXPECT_EQ(of[int(Zone::interior)], c.interior);
   EXPECT_EQ(of[int(Zone::skirt)], c.skirt);
+  EXPECT_EQ(of[int(Zone::mean)], c.mean);
   EXPECT_GT(c.skirt, 10);
-  EXPECT_NEAR(c.skirt_area, double(c.skirt) / (c.skirt + c.interior), 1e-6);  // all are alike
+  EXPECT_NEAR(c.skirt_area, double(c.skirt) / (c.skirt + c.interior + c.mean), 1e-6);  // all alike
 }
 
 TEST(certificate, of_a_share_of_the_depth_is_that_of_a_body_which_ends_there) {

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
   Random random{2 * std::strtoull(argv[3], nullptr, 10) + 1};
   std::vector<int> covered;
   for (int v = 0; v < asset.vertices; ++v)
-    if (asset.covered[v]) covered.push_back(v);
+    if (asset.covered[v] == kMeasured) covered.push_back(v);
   const double depth_m = asset.max_fitted_m;
   Sums sums;
   while (sums.ticks < std::atol(argv[2])) {

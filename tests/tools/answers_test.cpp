@@ -1,0 +1,165 @@
+// What every command says on stdout and stderr: --json, --quiet, --verbose, colours.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "tests/tools/block_scene.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+using Json = nlohmann::json;
+
+// Names in the program's own help.
+std::set<std::string> commands(const std::string& help) {
+  static const std::regex line("\n  ([a-z]+) +[A-Z]");
+  std::set<std::string> names;
+  const std::string list = help.substr(help.find("Subcommands:"));
+  for (std::sregex_iterator it(list.begin(), list.end(), line), end; it != end; ++it)
+    names.insert((*it)[1]);
+  return names;
+}
+
+const std::string kManifest = R"([[recording]]
+file = "*.press.csv"
+columns = { time = "t", depth = "d", force = "F" }
+units = { time = "s", position = "mm", force = "N" }
+force_on = "body"
+position = [0, 0, 40]
+normal = [0, 0, -1]
+probe = { shape = "flat", radius = "10 mm" }
+)";
+
+std::string press(double stiffness_N_m) {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i < 100; ++i)
+    text += std::to_string(0.01 * i) + "," + std::to_string(0.03 * i) + "," +
+            std::to_string(stiffness_N_m * 3e-5 * std::max(0, i - 33) + 1e-4 * (i % 3)) + "\n";
+  return text;
+}
+
+// One run for all tests.
+class Answers : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared = std::make_unique<Folder>();
+    shared->write("scene.toml", kScene), shared->write("block.off", block_off(8));
+    shared->write("manifest.toml", kManifest), shared->write("a.press.csv", press(1000));
+    shared->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
+    shared->write("points.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
+    ASSERT_EQ(run("out").status, 0);
+  }
+  static void TearDownTestSuite() { shared.reset(); }
+  static Outcome run(const std::string& out, const std::string& options = "") {
+    return palpate(*shared, "run " + (*shared / "scene.toml").string() + " -o " +
+                                (*shared / out).string() + " " + options);
+  }
+  // A line that each command does well.
+  std::map<std::string, std::string> lines() const {
+    const auto f = [&](const std::string& name) { return " " + (folder / name).string(); };
+    return {
+        {"run", f("scene.toml") + " -o" + f("out")},
+        {"new", f("block.off") + " -o" + f("new.toml") + " </dev/null"},
+        {"check", f("scene.toml") + " --no-trial"},
+        {"prepare", f("scene.toml") + " -o" + f("b.h5")},
+        {"simulate", f("out/body.h5") + " -o" + f("s.h5") + " --points" + f("points.csv")},
+        {"import", f("manifest.toml") + " -o" + f("i.h5")},
+        {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
+        {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},
+        {"export", f("out/model.h5") + " -o" + f("a.palp")},
+        {"replay", f("out/asset.palp") + f("path.csv") + " -o" + f("f.csv")},
+        {"validate",
+         f("out/asset.palp") + f("scene.toml") + " --points 2 --no-causes --reference" + f("out")},
+        {"predict", f("out/model.h5") + f("out/samples.h5")},
+        {"inspect", f("out/asset.palp")},
+        {"tabulate", f("out/curves.h5") + " -o" + f("t.csv")},
+        {"report", f("out") + " -o" + f("r.html")},
+        {"bench", " laws --samples" + f("out/reference_own.h5") + " -o" + f("bench")},
+    };
+  }
+
+  static std::unique_ptr<Folder> shared;
+  const Folder& folder = *shared;
+};
+std::unique_ptr<Folder> Answers::shared;
+
+TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet) {
+  const auto all = lines();
+  const std::set<std::string> known = commands(palpate(folder, "--help").out);
+  EXPECT_EQ(known.size(), all.size());
+  for (const std::string& command : known) {
+    SCOPED_TRACE(command);
+    ASSERT_TRUE(all.contains(command)) << "give it a line";
+    if (command == "bench") continue;  // its own program: below
+    const auto fresh = [&] { fs::remove(folder / "new.toml"); };
+    fresh();
+    const Outcome json = palpate(folder, command + " --json" + all.at(command));
+    if (command == "report" && json.status == 1) continue;  // the page is not built
+    EXPECT_EQ(json.status, 0) << json.err;
+    const Json object = Json::parse(json.out, nullptr, false);
+    ASSERT_TRUE(object.is_object()) << json.out;
+    EXPECT_EQ(object.at("command"), command);
+    EXPECT_GE(object.size(), 3u) << json.out;
+    for (const Json& file : object.value("wrote", Json::array()))
+      EXPECT_EQ(file.at("bytes"), fs::file_size(file.at("file").get<std::string>()));
+    fresh();
+    const Outcome quiet = palpate(folder, command + " --quiet" + all.at(command));
+    EXPECT_EQ(quiet.status, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+  }
+}
+
+TEST_F(Answers, name_with_json_what_was_wrong) {
+  const Outcome outcome = palpate(folder, "fit none.h5 -o c.h5 --json --quiet");
+  EXPECT_EQ(outcome.status, 1);
+  const Json error = Json::parse(outcome.out).at("errors").at(0);
+  EXPECT_EQ(error.at("where"), "none.h5");
+  EXPECT_NE(error.at("what"), "");
+  EXPECT_NE(error.at("remedy"), "");
+  EXPECT_NE(outcome.err.find("palpate: error: none.h5: "), std::string::npos)
+      << "an error is said, however quiet";
+}
+
+TEST_F(Answers, say_failed_items_however_quiet_with_status_3) {
+  const fs::path bad = folder.write("b.press.csv", "t,d,F\n0,0,0\n0,x,1\n");
+  const std::string line =
+      "import " + (folder / "manifest.toml").string() + " -o " + (folder / "i.h5").string();
+  const Outcome quiet = palpate(folder, line + " --quiet");
+  EXPECT_EQ(quiet.status, 3);
+  EXPECT_TRUE(quiet.err.starts_with("refused: ")) << quiet.err;
+  const Outcome json = palpate(folder, line + " --json");
+  EXPECT_EQ(json.status, 3);
+  EXPECT_EQ(Json::parse(json.out).at("failures").size(), 1u) << json.out;
+  fs::remove(bad);
+}
+
+TEST_F(Answers, of_run_end_with_a_table_of_eighty_columns) {
+  const Outcome outcome = run("out");
+  EXPECT_NE(outcome.out.find("median"), std::string::npos) << outcome.out;
+  std::istringstream lines_of(outcome.out);
+  for (std::string line; std::getline(lines_of, line);) EXPECT_LE(line.size(), 80u) << line;
+  EXPECT_EQ(outcome.out.find('\033'), std::string::npos) << "this is no terminal";
+}
+
+TEST_F(Answers, come_with_times_when_verbose) {
+  const Outcome outcome = run("out", "-v");
+  EXPECT_TRUE(std::regex_search(outcome.err, std::regex("(^|\n)\\[ +[0-9]+\\.[0-9] s\\] ")))
+      << outcome.err;
+}
+
+TEST(Colours, are_for_terminals_that_do_not_refuse_them) {
+  EXPECT_TRUE(wants_colour(true, nullptr, "xterm"));
+  EXPECT_TRUE(wants_colour(true, "", nullptr)) << "set to nothing is not set";
+  EXPECT_FALSE(wants_colour(true, "1", "xterm"));
+  EXPECT_FALSE(wants_colour(true, nullptr, "dumb"));
+  EXPECT_FALSE(wants_colour(false, nullptr, "xterm"));
+}
+
+}  // namespace
+}  // namespace palpate::tools

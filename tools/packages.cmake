@@ -1,0 +1,33 @@
+# Debian packages: `cpack -G DEB` in a finished build folder writes palpate (the program, its page,
+# man pages, completion, scenes), libpalpate-engineN (the C library) and libpalpate-engine-dev.
+get_target_property(abi palpate_engine_shared SOVERSION)
+set(CPACK_PACKAGE_NAME palpate)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_PACKAGE_CONTACT "Palpate contributors <palpate@invalid>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL program engine engine-dev)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME palpate)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_ENGINE_PACKAGE_NAME libpalpate-engine${abi})
+set(CPACK_DEBIAN_ENGINE_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_ENGINE-DEV_PACKAGE_NAME libpalpate-engine-dev)
+set(CPACK_DEBIAN_ENGINE-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_ENGINE-DEV_PACKAGE_DEPENDS "libpalpate-engine${abi} (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+    "Turns a soft body, simulated or measured, into a haptic asset with a statement of its error")
+set(CPACK_COMPONENT_ENGINE_DESCRIPTION "Replays Palpate's assets in a haptic loop: the C library")
+set(CPACK_COMPONENT_ENGINE-DEV_DESCRIPTION
+    "Headers, CMake package and pkg-config file of Palpate's engine (C and C++)")
+include(CPack)
+
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/palpate COMPONENT program)
+install(FILES ${PROJECT_SOURCE_DIR}/libfit/runtime/LICENSE DESTINATION share/doc/libpalpate-engine${abi}
+        COMPONENT engine)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/scenes ${PROJECT_SOURCE_DIR}/data/bodies
+        DESTINATION share/palpate COMPONENT program)
