@@ -73,8 +73,8 @@ public static unsafe class Palpate
         public double RangeM;
         public ulong Checksum;
         public byte* Law;
-        public int HasGuard;
-        public fixed int Reserved[5];
+        public int HasGuard, HasShape;
+        public fixed int Reserved[4];
         public byte* MetaJson;
         public ulong MetaBytes;
     }
@@ -94,6 +94,11 @@ public static unsafe class Palpate
     [DllImport(Library)]
     public static extern int palpate_tick(in Asset asset, ref Contact contact, in Input input,
                                           out Output output);
+
+    // For the thread that draws: contact is a copy; displacementM has three floats a vertex.
+    [DllImport(Library)]
+    public static extern int palpate_deform(in Asset asset, in Contact contact, int first, int count,
+                                            float* displacementM);
 
     public static string Sentence(int status) => Marshal.PtrToStringAnsi(palpate_sentence(status));
 }

@@ -14,11 +14,19 @@ namespace {
 
 using runtime::Header;
 
+/// The shape response as its section holds it; no points: none.
+struct AssetShape {
+  runtime::ShapeHeader header{};
+  std::vector<std::int32_t> blend_point;
+  std::vector<float> blend_weight, point, drag, mode;
+};
+
 struct AssetParts {
   AssetSurface surface;
   Tree tree;
   std::array<std::vector<double>, runtime::kMaxParts> table;  ///< of the family's curves
   std::vector<runtime::CheckTick> check;
+  AssetShape shape;
 };
 
 std::vector<std::int32_t> solid_triangles(const AssetSurface& surface) {
@@ -36,6 +44,36 @@ std::vector<double> table_of(const CurveBasis& basis) {
   return out;
 }
 
+template <class Matrix>
+std::vector<float> floats_of(const Matrix& values) {
+  std::vector<float> out;
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    out.push_back(static_cast<float>(values.data()[i]));
+  return out;
+}
+
+AssetShape shape_of(const Model& model, const AssetSurface& surface) {
+  AssetShape out;
+  const ShapeResponse& shape = model.shape;
+  if (shape.point.rows() == 0) return out;
+  out.header.points = static_cast<std::int32_t>(shape.point.rows());
+  out.header.intervals = shape.intervals;
+  out.header.modes = shape.modes;
+  out.header.radius_power = shape.radius_power;
+  out.header.depth_m = shape.depth_m;
+  out.header.radius_m = shape.radius_m;
+  for (Eigen::Index v = 0; v < model.blend_point.rows(); ++v)
+    for (int k = 0; k < 3; ++k) {
+      const bool answers = surface.covered[static_cast<std::size_t>(v)] != 0;
+      out.blend_point.push_back(answers ? model.blend_point(v, k) : 0);
+      out.blend_weight.push_back(answers ? static_cast<float>(model.blend_weight(v, k)) : 0.0F);
+    }
+  out.point = floats_of(shape.point);
+  out.drag = floats_of(shape.drag);
+  out.mode = floats_of(shape.mode);
+  return out;
+}
+
 AssetParts make_parts(const Model& model, const ExportOptions& options) {
   AssetParts parts;
   parts.surface = make_asset_surface(model, options);
@@ -50,6 +88,7 @@ AssetParts make_parts(const Model& model, const ExportOptions& options) {
                   "Fit with fewer pieces.");
     parts.table[part] = table_of(basis);
   }
+  parts.shape = shape_of(model, parts.surface);
   parts.check = make_check_path(parts.surface, model.curves.basis[0].knots_m.back(), options.seed);
   return parts;
 }
@@ -81,6 +120,13 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
                 "Export a coarser surface.");
   header.file_bytes = runtime::lay_out(header, header.offset);
+  if (parts.shape.header.points == 0) return header;
+  if (!runtime::has_possible_shape(parts.shape.header))
+    throw Error("model shape", "it has more points, intervals or modes than an asset can hold",
+                "Make the model again with `palpate refine`.");
+  header.flags |= runtime::kFlagShape;
+  std::uint64_t offset[runtime::kShapeParts];
+  header.file_bytes += runtime::lay_out_shape(parts.shape.header, header.vertices, offset);
   return header;
 }
 
@@ -91,6 +137,25 @@ void put(AssetBytes& bytes, const Header& header, int section, const std::vector
                 "Report this: the model's arrays passed their checks.");
   if (values.empty()) return;  // no lean, no meta: nothing to copy, and no address to copy from
   std::memcpy(bytes.data() + header.offset[section], values.data(), values.size() * sizeof(T));
+}
+
+void put_shape(AssetBytes& bytes, const Header& header, const AssetShape& shape) {
+  std::uint64_t sections[runtime::kSections], offset[runtime::kShapeParts];
+  unsigned char* base = bytes.data() + runtime::lay_out(header, sections);
+  std::memcpy(base, &shape.header, sizeof shape.header);
+  runtime::lay_out_shape(shape.header, header.vertices, offset);
+  const auto put_part = [&](int part, const auto& values) {
+    const std::size_t size = values.size() * sizeof values[0];
+    if (size != runtime::shape_part_bytes(shape.header, header.vertices, part))
+      throw Error("model shape", "part " + std::to_string(part) + " has the wrong size",
+                  "Make the model again with `palpate refine`.");
+    if (size > 0) std::memcpy(base + offset[part], values.data(), size);
+  };
+  put_part(runtime::kShapeBlendPoint, shape.blend_point);
+  put_part(runtime::kShapeBlendWeight, shape.blend_weight);
+  put_part(runtime::kShapePoint, shape.point);
+  put_part(runtime::kShapeDrag, shape.drag);
+  put_part(runtime::kShapeMode, shape.mode);
 }
 
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
@@ -108,6 +173,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
     put(bytes, header, runtime::kPartTable + part, parts.table[static_cast<std::size_t>(part)]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
+  if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 
 void seal(AssetBytes& bytes, Header header) {

@@ -117,6 +117,18 @@ struct FittedCurves {
   std::optional<ProbeSpec> probe;  ///< of the samples
 };
 
+/// How the surface moves under a tool (docs/method.md, section 20), P test points, V vertices, K
+/// modes; all numbers exact in float32. No rows of `point` where it is not known.
+struct ShapeResponse {
+  int intervals = 0, modes = 0;
+  int radius_power = 1;  ///< a = radius_m (d / depth_m)^(radius_power / 2)
+  double depth_m = 0;    ///< deepest press
+  double radius_m = 0;   ///< contact radius there
+  Controls point;        ///< P x runtime::shape_numbers
+  Eigen::VectorXd drag;  ///< runtime::shape_drag_numbers
+  Controls mode;         ///< V x 3 K, of each mode x, y, z
+};
+
 /// Curves on every fine node: model.h5 in memory. V vertices of the fine surface.
 struct Model {
   Surface surface;
@@ -127,6 +139,7 @@ struct Model {
   Triangles blend_point;
   Points blend_weight;
   std::optional<ProbeSpec> probe;  ///< of the experiments; none where unknown
+  ShapeResponse shape;
 };
 
 /// What a warm start needs besides the curves of the earlier fit, so that points whose rows did not

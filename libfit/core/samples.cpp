@@ -55,9 +55,11 @@ void append_row(Samples& to, const Samples& from, Eigen::Index row, std::int32_t
   to.force.row(at) = from.force.row(row);
   to.torque.row(at) = from.torque.row(row);
   to.force_error[at] = from.force_error[row];
+  if (to.surface.cols() > 0) to.surface.row(at) = from.surface.row(row);
 }
 
-void resize_rows(Samples& samples, Eigen::Index rows) {
+void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_columns) {
+  samples.surface.conservativeResize(surface_columns > 0 ? rows : 0, surface_columns);
   samples.deflection.conservativeResize(rows, 3);
   samples.force.conservativeResize(rows, 3);
   samples.torque.conservativeResize(rows, 3);
@@ -97,7 +99,7 @@ Samples take_points(const Samples& from, const TestPoints& wanted, int per_point
   out.point_normal = wanted.normal;
   out.point_name = wanted.name;
   out.point_normal_gradient.setZero(wanted.position.rows(), 9);
-  resize_rows(out, rows);
+  resize_rows(out, rows, from.surface.cols());
   for (Eigen::Index p = 0; p < from.points(); ++p)
     if (new_number[static_cast<std::size_t>(p)] >= 0 && from.point_normal_gradient.rows() != 0)
       out.point_normal_gradient.row(new_number[static_cast<std::size_t>(p)]) =
@@ -118,7 +120,11 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
   out.point_normal.bottomRows(second.points()) = second.point_normal;
   out.point_normal_gradient.bottomRows(second.points()) = second.point_normal_gradient;
   out.point_name.insert(out.point_name.end(), second.point_name.begin(), second.point_name.end());
-  resize_rows(out, first.rows() + second.rows());
+  // Rows of which the surface's motion is not known leave none to the others.
+  const auto lacks = [](const Samples& s) { return s.rows() > 0 && s.surface.cols() == 0; };
+  resize_rows(
+      out, first.rows() + second.rows(),
+      lacks(first) || lacks(second) ? 0 : std::max(first.surface.cols(), second.surface.cols()));
   out.step_check.resize(out.point.size(), StepCheck::none);  // where nothing was checked in `first`
   for (Eigen::Index row = 0; row < second.rows(); ++row)
     append_row(out, second, row,

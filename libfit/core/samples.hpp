@@ -78,6 +78,9 @@ struct MeasuredRecordings {
   std::size_t size() const { return experiment.size(); }
 };
 
+/// Displacements of a surface's vertices, a row per state.
+using SurfaceMotion = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Experiments at test points, simulated or measured: samples.h5 in memory (docs/formats.md).
 /// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
 /// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
@@ -100,6 +103,9 @@ struct Samples {
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
   std::vector<StepCheck> step_check;     ///< N, or none at all where nothing checked
+  /// N x 3V [m], of simulated rows: x, y, z of each vertex of the fine surface in turn, how far it
+  /// has moved; 0 of rows that are not good. No rows where it was not kept. A file of its own.
+  SurfaceMotion surface;
 
   std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown

@@ -68,6 +68,10 @@ class Asset : public AssetView {
     *status = check_envelope(bytes, size, header);
     if (*status != Status::ok) return Asset();
     static_cast<AssetView&>(asset) = view_of(bytes, header);
+    std::uint64_t offset[kSections];
+    const std::uint64_t end = lay_out(header, offset);
+    if (end < header.file_bytes)
+      asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header.vertices);
     *status = check_sections(asset, header);
     if (*status != Status::ok) return Asset();
     asset.skin_m = skin_of(asset);

@@ -4,6 +4,7 @@
 // What is checked before the engine trusts an asset's bytes. Safe on any bytes: every index is
 // tested before it is used, and all work is bounded by the counts.
 
+#include "shape.hpp"
 #include "status.hpp"
 #include "view.hpp"
 
@@ -28,9 +29,12 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
     return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~kFlagGuard) != 0) return Status::layout_wrong;
+  if ((header.flags & ~(kFlagGuard | kFlagShape)) != 0) return Status::layout_wrong;
   std::uint64_t offset[kSections];
-  if (lay_out(header, offset) != header.file_bytes) return Status::layout_wrong;
+  const std::uint64_t end = lay_out(header, offset);
+  std::uint64_t shape_bytes = 0;
+  if (!measure_shape(bytes, header, end, shape_bytes) || end + shape_bytes != header.file_bytes)
+    return Status::layout_wrong;
   for (int section = 0; section < kSections; ++section)
     if (offset[section] != header.offset[section]) return Status::layout_wrong;
   if (header.checksum != asset_checksum(bytes, size)) return Status::checksum_wrong;
@@ -302,6 +306,7 @@ inline Status check_sections(const AssetView& view, const Header& header) noexce
   if (status == Status::ok) status = check_triangles(view);
   if (status == Status::ok) status = check_normals(view);
   if (status == Status::ok) status = check_tree(view, header.tree_nodes, header.tree_items);
+  if (status == Status::ok && view.shape.points > 0) status = check_shape(view);
   return status;
 }
 

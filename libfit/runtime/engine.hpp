@@ -13,5 +13,6 @@
 // One Contact must not be used by two threads at once; assets may be shared freely.
 
 #include "asset.hpp"
+#include "deform.hpp"
 #include "tick.hpp"
 #include "tool.hpp"

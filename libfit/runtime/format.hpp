@@ -3,8 +3,8 @@
 
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
-// next multiple of 64 with zeros between; the whole size is a multiple of 64. Nothing else is
-// allowed.
+// next multiple of 64 with zeros between, and with kFlagShape a shape response (shape.hpp); the
+// whole size is a multiple of 64. Nothing else is allowed.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +22,7 @@ constexpr std::int32_t kLawRevision = 1;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagShape = 2;  ///< a shape response follows the sections
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves

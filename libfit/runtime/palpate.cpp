@@ -76,6 +76,8 @@ palpate_status to_c(rt::Status status) noexcept {
       return PALPATE_CHECKSUM_WRONG;
     case rt::Status::replay_differs:
       return PALPATE_REPLAY_DIFFERS;
+    case rt::Status::no_shape:
+      return PALPATE_NO_SHAPE;
     default:
       return PALPATE_CONTENT_WRONG;
   }
@@ -141,6 +143,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return "The contact was not started with palpate_start; the force is zero.";
     case PALPATE_TOOL_WRONG:
       return rt::sentence(rt::Status::tool_wrong);
+    case PALPATE_VERTICES_WRONG:
+      return "Not all of these vertices exist; no displacement was written.";
     case PALPATE_CONTENT_WRONG:
       return "Numbers, curves, triangles, normals or the tree of the asset are not what they must "
              "be.";
@@ -178,6 +182,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->checksum = a.checksum;
   info->law = rt::row_of(static_cast<rt::Family>(a.curves.family)).name;
   info->has_guard = a.has_guard;
+  info->has_shape = a.shape.points > 0;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;
@@ -258,4 +263,21 @@ palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact
                      answer, in->wants_tangent != 0 ? out->stiffness_N_m : nullptr);
   fill(answer, *out);
   return refuse(out, to_c(status));
+}
+
+palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact* contact,
+                              std::int32_t first, std::int32_t count,
+                              float* displacement_m) noexcept {
+  if (displacement_m == nullptr) return PALPATE_NULL_ARGUMENT;
+  if (first < 0 || count < 0) return PALPATE_VERTICES_WRONG;
+  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  if (opened != nullptr && count > opened->asset.vertices - first) return PALPATE_VERTICES_WRONG;
+  for (std::int64_t i = 0; i < 3 * std::int64_t{count}; ++i) displacement_m[i] = 0;
+  if (asset == nullptr || contact == nullptr) return PALPATE_NULL_ARGUMENT;
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  const auto* started = held<StartedContact>(contact, kContactMark);
+  if (started == nullptr) return PALPATE_NOT_STARTED;
+  const rt::ToolContact& tool = started->tool;
+  return to_c(
+      rt::deform(opened->asset, tool.contact, tool.shape.radius_m, first, count, displacement_m));
 }

@@ -75,6 +75,8 @@ enum {
   PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
   PALPATE_TIME_STEP_WRONG = 9,  /* the tool has a damper or a ramp and dt_s is not in range */
   PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
+  PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
+  PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -193,7 +195,8 @@ typedef struct palpate_info {
   uint64_t checksum;                 /* of the asset's bytes */
   const char* law;                   /* "rings", ...: the curve family; static */
   int32_t has_guard;                 /* slips may not create energy */
-  int32_t reserved[5];               /* 0 */
+  int32_t has_shape;                 /* palpate_deform answers */
+  int32_t reserved[4];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -257,6 +260,24 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
                                         const palpate_input* in,
                                         palpate_output* out) PALPATE_NOEXCEPT;
+
+/* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
+   body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.
+   For the thread that draws. `contact` is a copy that the force thread made after a tick (a plain
+   copy of the structure, handed over as the program likes); it is only read. All zero in the air.
+   Continuous in the tool's place while it touches and slides. No vertex is left inside the tool's
+   ball, or inside the ball that the curves were measured with where the tool is a tip; triangles
+   between vertices may cut into it by about (edge length)^2 / (8 radius). Displacements of several
+   tools are added by the caller, an approximation. The error that an asset states for it is
+   shape_error of its meta_json.
+   Work: at most 9 test points' numbers once, then some 0.1 us a vertex. Vertices may be shared out
+   over calls and threads.
+   PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN, PALPATE_NOT_STARTED,
+   PALPATE_CONTACT_FOREIGN, PALPATE_NO_SHAPE or PALPATE_VERTICES_WRONG, which writes nothing; all
+   others but a null displacement_m write zeros. */
+PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
+                                          const palpate_contact* contact, int32_t first,
+                                          int32_t count, float* displacement_m) PALPATE_NOEXCEPT;
 
 /* The commonest tools and inputs, ready to pass. */
 static inline palpate_tool palpate_tip(void) {

@@ -16,6 +16,7 @@ enum class Status {
   pose_wrong,
   time_step_wrong,
   tool_wrong,
+  no_shape,  // displacements are zero
   // opening an asset
   bytes_missing,
   bytes_misaligned,
@@ -33,6 +34,7 @@ enum class Status {
   neighbours_wrong,
   normals_wrong,
   tree_wrong,
+  shape_wrong,
   replay_differs,
 };
 
@@ -62,6 +64,8 @@ inline const char* sentence(Status status) noexcept {
              "force is zero.";
     case Status::tool_wrong:
       return "The tool's offset, radius, damping or damper depth is not a finite number in range.";
+    case Status::no_shape:
+      return "The asset does not say how its surface moves; displacements are zero.";
     case Status::bytes_missing:
       return "There are too few bytes for an asset's header.";
     case Status::bytes_misaligned:
@@ -96,6 +100,8 @@ inline const char* sentence(Status status) noexcept {
       return "An inward normal is not a unit vector or does not point through its triangle.";
     case Status::tree_wrong:
       return "The bounding tree is not a tree around all triangles that can be touched.";
+    case Status::shape_wrong:
+      return "The shape response has a length, index, weight or number that is impossible.";
     case Status::replay_differs:
       return "The engine does not reproduce the asset's check forces bit for bit: build it with "
              "-ffp-contract=off and without -ffast-math.";

@@ -10,6 +10,17 @@
 namespace palpate {
 namespace runtime {
 
+/// How the surface moves under a tool (deform.hpp); no points where the asset does not say.
+struct ShapeView {
+  int points = 0, intervals = 0, modes = 0, radius_power = 0;
+  double depth_m = 0, radius_m = 0;
+  const std::int32_t* blend_point = nullptr;
+  const float* blend_weight = nullptr;
+  const float* point = nullptr;
+  const float* drag = nullptr;
+  const float* mode = nullptr;
+};
+
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
 struct AssetView {
@@ -39,6 +50,7 @@ struct AssetView {
   double max_fitted_m = 0;  ///< last knot of the normal curves
   double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
   bool has_guard = true;
+  ShapeView shape;
 
   Vec3d vertex_at(int v) const noexcept {
     return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};

@@ -83,6 +83,43 @@ std::vector<NamedError> named_errors(const nlohmann::ordered_json& json) {
   return errors;
 }
 
+struct ShapeField {
+  std::string_view name;
+  double ShapeErrorFigures::*member;
+};
+constexpr ShapeField kShapeFields[] = {
+    {"median_m", &ShapeErrorFigures::median_m}, {"p95_m", &ShapeErrorFigures::p95_m},
+    {"max_m", &ShapeErrorFigures::max_m},       {"median_rel", &ShapeErrorFigures::median_rel},
+    {"p95_rel", &ShapeErrorFigures::p95_rel},   {"max_rel", &ShapeErrorFigures::max_rel},
+};
+struct ShapePartField {
+  std::string_view name;
+  ShapeErrorFigures ShapeError::*member;
+};
+constexpr ShapePartField kShapeParts[] = {{"near", &ShapeError::near}, {"all", &ShapeError::all}};
+
+nlohmann::ordered_json json_of(const ShapeError& shape) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  if (shape.rows == 0) return json;
+  for (const auto& [part, figures] : kShapeParts)
+    for (const auto& [name, member] : kShapeFields)
+      json[std::string(part)][std::string(name)] = shape.*figures.*member;
+  json["penetration_m"] = shape.penetration_m;
+  json["rows"] = shape.rows;
+  return json;
+}
+
+ShapeError shape_of(const nlohmann::ordered_json& json) {
+  ShapeError shape;
+  if (json.empty()) return shape;
+  for (const auto& [part, figures] : kShapeParts)
+    for (const auto& [name, member] : kShapeFields)
+      shape.*figures.*member = json.at(std::string(part)).at(std::string(name));
+  shape.penetration_m = json.at("penetration_m");
+  shape.rows = json.at("rows");
+  return shape;
+}
+
 nlohmann::ordered_json json_of(const Statement& statement) {
   nlohmann::ordered_json json;
   for (const auto& [name, member] : kErrorFields)
@@ -91,6 +128,7 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kListFields)
     json[std::string(name)] = json_of(statement.*member);
+  json["shape_error"] = json_of(statement.shape);
   return json;
 }
 
@@ -174,6 +212,7 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
     for (const auto& [name, member] : kListFields)
       s.*member = named_errors(json.at(std::string(name)));
+    if (json.contains("shape_error")) s.shape = shape_of(json["shape_error"]);
   } catch (const nlohmann::json::exception& e) {
     throw Error(where, e.what(), "Make it again with palpate run.");
   }
@@ -196,6 +235,12 @@ std::string in_words(const Statement& s) {
         "this compares noise in part: at {} of rows the error is within the\n"
         "reference's own; force_tolerance of [validate] asks for a finer reference\n",
         percent(s.within_reference, 0));
+  if (const ShapeErrorFigures& near = s.shape.near; s.shape.rows > 0)
+    words += fmt::format(
+        "the surface is shown within {:.2f} mm near the tool, {} of the depth (median;\n"
+        "p95 {:.2f} mm, {}), and within {} over the whole body (p95)\n",
+        1e3 * near.median_m, percent(near.median_rel), 1e3 * near.p95_m, percent(near.p95_rel),
+        percent(s.shape.all.p95_rel));
   return words + fmt::format("{:.0f} ns per tick, {} bytes", s.tick_ns, s.asset_bytes);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/shape/shape_error.hpp"
 
 namespace palpate::validation {
 
@@ -38,6 +39,7 @@ struct Statement {
   std::vector<NamedError> by_path;    ///< by kind of path
   std::vector<NamedError> causes;     ///< what the error is made of; empty when not asked for
   std::vector<NamedError> baselines;  ///< of simpler responses on the same rows
+  ShapeError shape = {};              ///< of the surface that is shown; no rows where none is
 };
 
 /// Error figures of the rows (M11a); the other fields are the caller's. Quantiles are nearest-rank.

@@ -30,10 +30,11 @@ const std::vector<Row> kLayers{
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
     {"libfit/assets", {"libfit/core", "libfit/runtime", "libfit/io"}},
+    {"libfit/shape", {"libfit/core", "libfit/runtime"}},
     {"libfit/recordings", {"libfit/core", "libfit/io", "libfit/refine"}},
     {"libfit/validation",
-     {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine",
-      "libfit/assets"}},
+     {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
+      "libfit/shape"}},
     {"libfit/certify", {"libfit/core", "libfit/runtime"}},
     {"libfem/probes", {"libfit/core"}},
     {"libfem/materials", {"libfit/core"}},
@@ -46,7 +47,7 @@ const std::vector<Row> kLayers{
     {"data/generators", {"libfit/core", "libfem/mesh"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
-      "libfit/recordings", "libfit/validation", "libfit/certify", "libfem/probes",
+      "libfit/shape", "libfit/recordings", "libfit/validation", "libfit/certify", "libfem/probes",
       "libfem/materials", "libfem/mesh", "libfem/contact", "libfem/elements", "libfem/solve"}},
 };
 

@@ -340,6 +340,11 @@ TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
   expect_native_forces(path("touch.csv"), path("touch.csv"));
 }
 
+TEST_F(Report, the_body_gives_way_under_the_tool) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("the_body_gives_way_under_the_tool", "");
+}
+
 TEST_F(Report, keys_alone_reach_everything) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("keys_alone_reach_everything", "-");

@@ -18,8 +18,8 @@ using namespace testing_support;
 
 class Run : public BlockRun {};
 
-const char* const kFiles[] = {"body.h5",    "samples.h5",    "curves.h5",     "model.h5",
-                              "asset.palp", "stiffness.vtu", "validation.csv"};
+const char* const kFiles[] = {"body.h5",  "samples.h5", "samples.surface.h5", "curves.h5",
+                              "model.h5", "asset.palp", "stiffness.vtu",      "validation.csv"};
 
 TEST_F(Run, makes_everything_once_then_only_what_changed) {
   const Outcome first = run("out");
@@ -98,6 +98,7 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   EXPECT_EQ(resumed.status, 0) << resumed.err;
   EXPECT_NE(resumed.err.find("resuming"), std::string::npos) << resumed.err;
   EXPECT_TRUE(content_of(cut) == content_of(folder / "whole.h5"));
+  EXPECT_TRUE(content_of(folder / "cut.surface.h5") == content_of(folder / "whole.surface.h5"));
   EXPECT_FALSE(fs::exists(partial));
 }
 

@@ -68,11 +68,12 @@ TEST_F(TravellingProbe, stage_by_stage_from_files_alone_gives_the_bytes_of_run) 
   fs::remove_all(folder / "scenes");  // nothing but files of before from here on
   do_command("simulate " + at("step/body.h5") + " -o " + at("step/samples.h5"));
   do_command("fit " + at("step/samples.h5") + " -o " + at("step/curves.h5"));
-  do_command("refine " + at("step/curves.h5") + " --body " + at("step/body.h5") + " -o " +
-             at("step/model.h5"));
+  do_command("refine " + at("step/curves.h5") + " --body " + at("step/body.h5") + " --samples " +
+             at("step/samples.h5") + " -o " + at("step/model.h5"));
   do_command("export " + at("step/model.h5") + " -o " + at("step/asset.palp"));
   do_command("export " + at("step/model.h5") + " --format vtu -o " + at("step/stiffness.vtu"));
-  for (const char* file : {"body.h5", "samples.h5", "curves.h5", "model.h5", "stiffness.vtu"})
+  for (const char* file :
+       {"body.h5", "samples.h5", "samples.surface.h5", "curves.h5", "model.h5", "stiffness.vtu"})
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "step" / file)) << file;
   const std::string ran = content_of(folder / "out" / "asset.palp");
   const std::string stepped = content_of(folder / "step" / "asset.palp");

@@ -24,6 +24,7 @@ void bench_peers(const BenchRequest& request);
 void bench_refine(const BenchRequest& request);
 void bench_fit(const BenchRequest& request);
 void bench_curves(const BenchRequest& request);
+void bench_deform(const BenchRequest& request);
 void bench_laws(const BenchRequest& request);
 
 }  // namespace palpate::tools

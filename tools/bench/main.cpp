@@ -52,6 +52,8 @@ constexpr CommandRow kBenchmarks[] = {
      declare<bench_fit>},
     {"curves", "Error of held-out rows against pieces, degree, bytes and time",
      declare<bench_curves>},
+    {"deform", "Time to move the surface's vertices, by their number and that of fields",
+     declare<bench_deform>},
     {"laws", "Each contact law at a test point, by kind of path", declare<bench_laws>},
 };
 

@@ -6,6 +6,8 @@
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/sample_cache.hpp"
+#include "tools/stages/shape.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -16,6 +18,9 @@ class Refine final : public Command {
     arguments.positional("curves", curves_, "Curves to interpolate, curves.h5");
     arguments.option("--body", body_, "body.h5 whose surface the curves are interpolated onto",
                      true);
+    arguments.option("--samples", samples_,
+                     "samples.h5 of the curves; samples.surface.h5 beside it tells how the surface "
+                     "moves, and the asset can then deform");
     arguments.output("-o,--output", output_, "model.h5 to write", {kModelSchema.name});
     arguments.option("--slope-share", slope_share_,
                      "Share of the test points' slopes that counts between them, 0 to 0.5; auto "
@@ -28,12 +33,14 @@ class Refine final : public Command {
   int run(Reply& reply) override {
     say("refine {}", curves_);
     RefineOptions options;
-    std::string made_from = model_fingerprint(curves_, body_);
+    const std::filesystem::path surface = samples_.empty() ? "" : surface_path(samples_);
+    std::string made_from = model_fingerprint(curves_, body_, surface);
     options.slope_share = slope_share_choice(slope_share_);
     if (options.slope_share) made_from += " slopes " + slope_share_;
     options.follows_shape = follow_shape_choice(follow_shape_);
     if (options.follows_shape) made_from += " shape " + follow_shape_;
-    const Model model = refine_body(read_curves(curves_), read_body(body_), options);
+    Model model = refine_body(read_curves(curves_), read_body(body_), options);
+    if (!samples_.empty()) add_shape(model, read_with_surface(samples_));
     write_model(output_, model, {{kInputsAttribute, made_from}});
     say("wrote {}", output_);
     const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
@@ -43,7 +50,7 @@ class Refine final : public Command {
   }
 
  private:
-  std::string curves_, body_, output_, slope_share_ = "auto", follow_shape_ = "auto";
+  std::string curves_, body_, samples_, output_, slope_share_ = "auto", follow_shape_ = "auto";
 };
 
 }  // namespace

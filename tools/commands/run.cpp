@@ -16,6 +16,7 @@
 #include "tools/stages/fit.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
+#include "tools/stages/shape.hpp"
 #include "tools/stages/simulate.hpp"
 #include "tools/stages/validate.hpp"
 
@@ -91,13 +92,18 @@ class Run final : public Command {
   void simulate() {
     const fs::path output = file("samples.h5");
     const std::string wanted = samples_fingerprint(scene_, body_);
-    const bool is_placed =
-        !scene_.experiments.placement || stored_in_hdf5(file("placed.h5")) == wanted;
-    if (!is_stale("simulate", output, is_placed ? stored_in_hdf5(output) : std::nullopt, wanted))
+    const bool has_surface = keeps_surface(scene_, body_);
+    const bool is_whole =
+        (!scene_.experiments.placement || stored_in_hdf5(file("placed.h5")) == wanted) &&
+        (!has_surface || stored_in_hdf5(surface_path(output)) == wanted);
+    if (!is_stale("simulate", output, is_whole ? stored_in_hdf5(output) : std::nullopt, wanted))
       return;
     const std::string point = point_fingerprint(scene_, body_);
-    const SimulateRequest request{
-        .jobs = jobs_, .output = output, .fingerprint = point, .resume = !force_};
+    const SimulateRequest request{.jobs = jobs_,
+                                  .output = output,
+                                  .fingerprint = point,
+                                  .resume = !force_,
+                                  .has_surface = has_surface};
     Samples samples;
     if (scene_.experiments.placement) {
       Placement placement = place_and_simulate(scene_, body_, request);
@@ -109,8 +115,8 @@ class Run final : public Command {
     } else {
       samples = simulate_body(scene_, body_, request);
     }
-    write_samples(output, samples,
-                  {{kInputsAttribute, wanted}, {kPointFingerprintAttribute, point}});
+    write_with_surface(output, samples,
+                       {{kInputsAttribute, wanted}, {kPointFingerprintAttribute, point}});
     remove_partial(output);
     say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);
@@ -133,9 +139,13 @@ class Run final : public Command {
 
   void refine() {
     const fs::path output = file("model.h5");
-    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body());
+    const fs::path samples = file("samples.h5");
+    const bool has_surface = keeps_surface(scene_, body_);
+    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(),
+                                                 has_surface ? surface_path(samples) : fs::path());
     if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
-    const Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
+    Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
+    if (has_surface) add_shape(model, read_with_surface(samples));
     write_model(output, model, {{kInputsAttribute, wanted}});
   }
 

@@ -38,11 +38,12 @@ class Simulate final : public Command {
       attributes_ = {{kInputsAttribute, samples_fingerprint(scene_, body_)},
                      {kPointFingerprintAttribute, fingerprint}};
     const bool is_placing = scene_.experiments.placement && points_.empty() && paths_.empty();
-    const Samples samples =
-        !paths_.empty() ? follow_paths()
-        : is_placing    ? place({jobs_, output_, fingerprint, resume_})
-                        : simulate_body(scene_, body_, {jobs_, output_, fingerprint, resume_});
-    write_samples(output_, samples, attributes_);
+    const SimulateRequest request{jobs_, output_, fingerprint, resume_,
+                                  keeps_surface(scene_, body_)};
+    const Samples samples = !paths_.empty() ? follow_paths()
+                            : is_placing    ? place(request)
+                                            : simulate_body(scene_, body_, request);
+    write_with_surface(output_, samples, attributes_);
     remove_partial(output_);
     say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
     say_force_errors(samples, scene_.experiments.force_tolerance);

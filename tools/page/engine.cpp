@@ -91,5 +91,17 @@ PAGE_EXPORT(tick) std::int32_t page_tick(double x, double y, double z) {
   return status;
 }
 
+// How many vertices `deform` answers for; 0 where the asset has no shape response.
+PAGE_EXPORT(vertices) std::int32_t page_vertices() {
+  palpate_info info;
+  return palpate_describe(&asset, &info) == PALPATE_OK && info.has_shape ? info.vertices : 0;
+}
+
+// Displacements [m] of the first so many vertices under the tool of the latest tick; at rest
+// without interpolation.
+PAGE_EXPORT(deform) std::int32_t page_deform(float* displacement_m, std::int32_t count) {
+  return palpate_deform(&asset, &contact, 0, count, displacement_m);
+}
+
 PAGE_EXPORT(answer) const double* page_answer() { return answer; }
 }

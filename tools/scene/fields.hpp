@@ -112,13 +112,14 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
-  auto& [test_points, placement, points_file, region, each, force_tolerance] = section;
+  auto& [test_points, placement, points_file, region, each, force_tolerance, surface] = section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
   f(Stage::prepare, "region", region, Any{});
   visit(each, f);
   f(Stage::simulate, "force_tolerance", force_tolerance, Number{});
+  f(Stage::surface, "surface", surface, Any{});
 }
 
 template <class Visitor>

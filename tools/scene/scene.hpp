@@ -16,7 +16,7 @@ namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
 /// through the files before them.
-enum class Stage { prepare, simulate, place, fit, export_, validate };
+enum class Stage { prepare, simulate, surface, place, fit, export_, validate };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
@@ -51,6 +51,7 @@ struct ExperimentsSection {
   std::optional<Region> region;
   Experiments each;            ///< made at every test point
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
+  bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
 };
 
 struct FitSection {

@@ -72,8 +72,11 @@ std::string curves_fingerprint(const FitSection& fit, const std::filesystem::pat
 }
 
 std::string model_fingerprint(const std::filesystem::path& curves,
-                              const std::filesystem::path& body) {
-  return stage_hash("model").add_file(curves).add_file(body).hex();
+                              const std::filesystem::path& body,
+                              const std::filesystem::path& surface) {
+  ContentHash hash = stage_hash("model").add_file(curves).add_file(body);
+  if (!surface.empty()) hash.add_file(surface);
+  return hash.hex();
 }
 
 std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model) {

@@ -23,8 +23,10 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 /// simulated for one file may be used for another.
 std::string point_fingerprint(const Scene& scene, const Body& body);
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples);
+/// surface: motion of the surface, empty where it is not known.
 std::string model_fingerprint(const std::filesystem::path& curves,
-                              const std::filesystem::path& body);
+                              const std::filesystem::path& body,
+                              const std::filesystem::path& surface);
 std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model);
 /// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,

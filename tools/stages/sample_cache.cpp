@@ -10,20 +10,11 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kKeepInterval_s = 5;  // an interruption by force loses no more than this
+constexpr double kKeepInterval_s = 5;  // an interruption by force loses hardly more than this
+constexpr double kKeepShare = 0.05;    // of the time, spent on keeping
 
 std::filesystem::path partial_of(const std::filesystem::path& output) {
   return output.string() + ".partial";
-}
-
-// Samples of a file whose points come from the same things; none otherwise.
-Samples read_known(const std::filesystem::path& path, const std::string& fingerprint) {
-  if (stored_in_hdf5(path, kPointFingerprintAttribute) != fingerprint) return {};
-  try {
-    return read_samples(path);
-  } catch (const Error&) {  // damaged: simulated anew
-    return {};
-  }
 }
 
 int experiments_per_point(const fem::Experiments& experiments) {
@@ -31,6 +22,16 @@ int experiments_per_point(const fem::Experiments& experiments) {
 }
 
 }  // namespace
+
+// Samples of a file whose points come from the same things; none otherwise.
+Samples SampleCache::read_known(const std::filesystem::path& path) const {
+  if (stored_in_hdf5(path, kPointFingerprintAttribute) != request_.fingerprint) return {};
+  try {
+    return request_.has_surface ? read_with_surface(path) : read_samples(path);
+  } catch (const Error&) {  // damaged, or without a surface: simulated anew
+    return {};
+  }
+}
 
 SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
   if (request.output.empty()) return;
@@ -41,7 +42,7 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
     return;
   }
   if (has_partial) {
-    interrupted_ = read_known(partial, request.fingerprint);
+    interrupted_ = read_known(partial);
     if (interrupted_.points() == 0)
       say("  {} was made from something else and is not used", partial.string());
     else
@@ -50,7 +51,7 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
               static_cast<Eigen::Index>(points_without_rows(interrupted_).size()));
   }
   if (!std::filesystem::exists(request.output)) return;
-  earlier_ = read_known(request.output, request.fingerprint);
+  earlier_ = read_known(request.output);
   if (earlier_.points() != 0)
     say("  {} points of {} need not be simulated again where they are wanted", earlier_.points(),
         request.output.string());
@@ -75,11 +76,13 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
   if (points_without_rows(known).empty()) return known;
   // What is known of other points stays known: rounds of a placement come back to them.
   const Samples others = samples_beyond(interrupted_, points, per_point, is_dragged);
-  double kept_s = 0;  // the first finished point is kept at once
+  double next_s = 0;  // the first finished point is kept at once
   const auto on_done = [&](const std::function<Samples()>& so_far) {
-    if (wall_seconds() - kept_s < kKeepInterval_s) return;
+    const double from_s = wall_seconds();
+    if (from_s < next_s) return;
     keep(joined(so_far(), others, per_point));
-    kept_s = wall_seconds();
+    const double spent_s = wall_seconds() - from_s;
+    next_s = from_s + std::max(kKeepInterval_s, spent_s / kKeepShare);
   };
   ConsoleProgress progress(what);
   Samples samples = fem::simulate(simulator, points, experiments,
@@ -100,12 +103,29 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
 
 void SampleCache::keep(const Samples& samples) const {
   if (request_.output.empty()) return;
-  write_samples(partial_of(request_.output), samples,
-                {{kPointFingerprintAttribute, request_.fingerprint}});
+  write_with_surface(partial_of(request_.output), samples,
+                     {{kPointFingerprintAttribute, request_.fingerprint}});
+}
+
+void write_with_surface(const std::filesystem::path& path, const Samples& samples,
+                        const Attributes& attributes) {
+  std::error_code ignored;
+  if (samples.surface.rows() > 0)
+    write_surface_motion(surface_path(path), samples, attributes);
+  else
+    std::filesystem::remove(surface_path(path), ignored);
+  write_samples(path, samples, attributes);
+}
+
+Samples read_with_surface(const std::filesystem::path& path) {
+  Samples samples = read_samples(path);
+  read_surface_motion(surface_path(path), samples);
+  return samples;
 }
 
 void remove_partial(const std::filesystem::path& output) {
   std::error_code ignored;
+  std::filesystem::remove(surface_path(partial_of(output)), ignored);
   std::filesystem::remove(partial_of(output), ignored);
 }
 

@@ -6,6 +6,7 @@
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/io/files/files.hpp"
 
 namespace palpate::tools {
 
@@ -16,6 +17,7 @@ struct SimulateRequest {
                                  ///< Empty: nothing is kept, nothing known
   std::string fingerprint;       ///< point_fingerprint of what is simulated
   bool resume = true;            ///< use what earlier runs simulated
+  bool has_surface = false;      ///< what is known must tell how the surface moved
 };
 
 /// Points that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the samples
@@ -34,6 +36,7 @@ class SampleCache {
              std::vector<char> is_dragged = {});
 
  private:
+  Samples read_known(const std::filesystem::path& path) const;
   Samples known_at(const TestPoints& points, int per_point,
                    const std::vector<char>& is_dragged) const;
   void keep(const Samples& samples) const;
@@ -41,6 +44,13 @@ class SampleCache {
   SimulateRequest request_;
   Samples interrupted_, earlier_;
 };
+
+/// Samples with what is known of their surface beside them (surface_path), each whole or not at
+/// all; a file of another surface is removed. The surface goes first: it is never older.
+void write_with_surface(const std::filesystem::path& path, const Samples& samples,
+                        const Attributes& attributes);
+/// Samples with the motion of their surface. Throws Error where either is missing or damaged.
+Samples read_with_surface(const std::filesystem::path& path);
 
 /// Deletes what an unfinished simulate kept.
 void remove_partial(const std::filesystem::path& output);

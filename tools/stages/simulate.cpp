@@ -44,6 +44,10 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   return setup;
 }
 
+bool keeps_surface(const Scene& scene, const Body& body) {
+  return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
+}
+
 fem::Experiments experiments_of(const Scene& scene) {
   fem::Experiments experiments = scene.experiments.each;
   if (experiments.drag_directions == 0) experiments.drag_depths_m.clear();
@@ -64,6 +68,7 @@ fem::Simulator make_simulator(const Scene& scene, const Body& body) {
 fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance) {
   fem::SimulationSetup setup = make_setup(scene, body);
   setup.options.force_tolerance = force_tolerance;
+  setup.keeps_surface = keeps_surface(scene, body);
   return fem::Simulator(std::move(setup));
 }
 

@@ -13,10 +13,16 @@
 
 namespace palpate::tools {
 
-/// The simulator of a scene's body, material, inclusions and probe.
+/// The simulator of a scene's body, material, inclusions and probe. It keeps how the surface moves
+/// where the scene wants it; one of make_setup does not.
 fem::Simulator make_simulator(const Scene& scene, const Body& body);
 /// The same asked for another force error, relative; 0: as it comes.
 fem::Simulator make_simulator(const Scene& scene, const Body& body, double force_tolerance);
+
+/// A row of the surface's motion takes some 3 bytes a vertex; a finer surface is not kept.
+inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
+/// Whether a scene's samples tell how the surface moves.
+bool keeps_surface(const Scene& scene, const Body& body);
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);

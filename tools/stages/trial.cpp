@@ -61,7 +61,7 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   trial.point = body.test_points.name[static_cast<std::size_t>(point)];
   trial.position = places.row(point);
   const Vec3 normal = body.test_points.normal.row(point);
-  const fem::Simulator simulator = make_simulator(scene, body);
+  const fem::Simulator simulator(make_setup(scene, body));
   const double started_s = thread_seconds();
   Progress progress;
   progress.is_stopped = [] { return is_interrupted(); };

@@ -11,6 +11,7 @@
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
+#include "libfit/shape/contact_states.hpp"
 #include "libfit/validation/causes.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -94,6 +95,9 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
       baseline_errors(asset, reference, depth_m, depth_m / scene.experiments.each.press_steps,
                       request.curves, request.model);
   statement.tick_ns = time_ticks_ns(asset, reference.held_out, depth_m);
+  if (asset.shape.points > 0 && reference.paths.surface.cols() == 3 * asset.vertices)
+    statement.shape =
+        shape_error(asset, reference.paths, contact_states(asset, reference.paths, depth_m));
   statement.asset_bytes = asset.file_bytes;
   return statement;
 }
@@ -116,10 +120,11 @@ std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& hel
   return hash.hex();
 }
 
-Samples read_if_same(const std::filesystem::path& path, const std::string& fingerprint) {
+Samples read_if_same(const std::filesystem::path& path, const std::string& fingerprint,
+                     bool has_surface) {
   if (stored_in_hdf5(path) != fingerprint) return {};
   try {
-    return read_samples(path);
+    return has_surface ? read_with_surface(path) : read_samples(path);
   } catch (const Error&) {  // damaged: simulated anew
     return {};
   }
@@ -131,7 +136,8 @@ Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& 
   const std::filesystem::path output = request.folder / "reference.h5";
   const bool is_kept = !request.folder.empty();
   fem::SimulateOptions options{.jobs = job_count(request.jobs), .already_done = {}};
-  if (is_kept && request.resume) options.already_done = read_if_same(output, fingerprint);
+  if (is_kept && request.resume)
+    options.already_done = read_if_same(output, fingerprint, simulator.setup().keeps_surface);
   Samples samples;
   {
     ConsoleProgress progress("validate");
@@ -140,7 +146,7 @@ Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& 
   }
   add_origin(samples, simulator);
   // An interrupted file has rows of some paths only: the rest is simulated next time.
-  if (is_kept) write_samples(output, samples, {{kInputsAttribute, fingerprint}});
+  if (is_kept) write_with_surface(output, samples, {{kInputsAttribute, fingerprint}});
   if (is_interrupted()) throw Interrupted("validate: there is no statement yet");
   return samples;
 }
@@ -158,7 +164,7 @@ Reference simulate_reference(const Scene& scene, const Body& body,
       make_simulator(scene, body, tolerance > 0 ? tolerance : scene.experiments.force_tolerance),
       reference.held_out, request);
   if (!request.settings.causes) return reference;
-  const fem::Simulator simulator = make_simulator(scene, body);
+  const fem::Simulator simulator(make_setup(scene, body));
   const std::filesystem::path output =
       request.folder.empty() ? request.folder : request.folder / "reference_own.h5";
   SampleCache known({request.jobs, output, request.fingerprint, request.resume});

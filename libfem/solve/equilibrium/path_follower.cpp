@@ -117,22 +117,24 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, bool
 }
 
 /// The row of an accepted state: sums of the equilibrium after an Uzawa update (method, 10).
-PathRow record(Following& following, const PathState& moving, const Vec3& deflection) {
+PathRow record(Following& following, const PathState& moving, const PathTarget& target,
+               const OnRow& on_row) {
   const StepRules& rules = following.rules;
   const BodyState& state = moving.state;
   PathRow row;
   if (moving.falls) row.step_check = StepCheck::falls;
-  const double depth = deflection.dot(state.pose.axis);
+  const double depth = target.deflection.dot(state.pose.axis);
   row.status = depth > 0 && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
   row.force_N = state.contact.force_N;
   row.torque_Nm = state.contact.torque_Nm;
   row.greatest_penetration_m = state.contact.greatest_penetration_m;
   row.min_J = state.min_J;
+  BodyState rigid;
+  bool is_rigid = false;
   if (state.contact.points > 0) {
-    BodyState rigid;
-    const bool is_rigid = rules.uzawa_update &&
-                          following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
-                          rigid.contact.force_N.dot(state.pose.axis) > 0;
+    is_rigid = rules.uzawa_update &&
+               following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
+               rigid.contact.force_N.dot(state.pose.axis) > 0;
     if (is_rigid) {
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
@@ -148,6 +150,7 @@ PathRow record(Following& following, const PathState& moving, const Vec3& deflec
     }
   }
   row.solver_error_N = rules.solver_residual * row.force_N.norm();
+  if (on_row) on_row(target.row, is_rigid ? rigid.u : state.u);
   return row;
 }
 
@@ -179,7 +182,8 @@ StepCheck check_step(const BodyState& before, const BodyState& after, bool must_
 
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
-                                  int rows, const PathOptions& options, const Progress& progress) {
+                                  int rows, const PathOptions& options, const Progress& progress,
+                                  const OnRow& on_row) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
                         equilibrium.options().residual,
@@ -211,7 +215,7 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
         note_failure(path, i, outcome, out);
         break;
       }
-      if (target.row >= 0) out[target.row] = record(following, moving, target.deflection);
+      if (target.row >= 0) out[target.row] = record(following, moving, target, on_row);
       const auto keep = kept.find({static_cast<int>(t), static_cast<int>(i)});
       if (keep != kept.end()) keep->second = moving;
     }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -67,12 +68,16 @@ struct PathOptions {
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
                                     const ProbePose& pose, double back_off_m, double reach_m);
 
+/// Told of each row that is recorded: its number, and the displacement of all nodes [m] in the
+/// equilibrium whose force the row holds.
+using OnRow = std::function<void(int row, const Points& u)>;
+
 /// Follows all paths from first touch at `touch`. rows: how many there are.
 /// A step that fails is halved up to max_cuts times; what cannot be reached stays not_reached, and
 /// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
                                   int rows, const PathOptions& options,
-                                  const Progress& progress = {});
+                                  const Progress& progress = {}, const OnRow& on_row = {});
 
 }  // namespace palpate::fem

@@ -27,6 +27,7 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   row.force_error = samples.force_error[i];
   row.status = samples.status[i];
   if (!samples.step_check.empty()) row.step_check = samples.step_check[i];
+  if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
 
@@ -49,6 +50,8 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   out.force.resize(rows, 3);
   out.torque.resize(rows, 3);
   out.force_error.resize(rows);
+  if (simulator.setup().keeps_surface)
+    out.surface.setZero(rows, 3 * simulator.setup().surface.vertices.rows());
   Eigen::Index i = 0;
   for (const auto& item : items)
     for (const SampleRow& sample : item) {
@@ -62,6 +65,8 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
       out.force.row(i) = sample.row.force.transpose();
       out.torque.row(i) = sample.row.torque.transpose();
       out.force_error[i] = sample.row.force_error;
+      if (sample.row.surface.size() > 0 && out.surface.rows() > 0)
+        out.surface.row(i) = sample.row.surface.transpose();
       ++i;
     }
   return out;

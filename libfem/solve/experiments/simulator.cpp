@@ -9,6 +9,7 @@
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
+#include "libfem/solve/experiments/surface_places.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
@@ -29,9 +30,13 @@ struct Fineness {
   const std::vector<char>& halved;
 };
 
+/// Displacements of the surface are rounded to 2^-13 of the probe's length: a micrometre of 8 mm.
+constexpr int kSurfaceBits = 13;
+
 /// A plan followed on one mesh.
 struct MeshRun {
   std::vector<PathRow> rows;
+  std::vector<Eigen::VectorXf> surface;  ///< of each row, where it is kept
   double touch_m = 0;
   int nodes = 0;
   SolverCounts counts;
@@ -47,6 +52,7 @@ struct Simulator::State {
   SmoothSurface surface;
   std::vector<Material> materials;
   Probe probe;
+  Points outward;  // of the surface's vertices
 
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         const Fineness& fineness) const;
@@ -54,7 +60,7 @@ struct Simulator::State {
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
   MeshRun run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-              const Fineness& fineness, const Progress& progress) const;
+              const Fineness& fineness, bool keeps_surface, const Progress& progress) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
@@ -132,13 +138,14 @@ Simulator::Simulator(SimulationSetup setup) {
   const Vec3 origin = middle_of(setup.volume.nodes);
   SmoothSurface surface(moved(setup.surface, -origin));
   auto state =
-      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}});
+      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}, {}});
   state->volume = state->setup.volume;
   state->volume.nodes.rowwise() -= origin.transpose();
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
     state->materials.push_back(make_material(
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
   state->probe = make_probe(state->setup.probe, "[probe]");
+  state->outward = vertex_normals(state->setup.surface);
   state_ = std::move(state);
 }
 
@@ -203,7 +210,8 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
 }
 
 MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                              const Fineness& fineness, const Progress& progress) const {
+                              const Fineness& fineness, bool keeps_surface,
+                              const Progress& progress) const {
   MeshRun out;
   const QuadraticMesh mesh = mesh_at(position, normal, plan, fineness);
   out.nodes = static_cast<int>(mesh.nodes.rows());
@@ -218,8 +226,19 @@ MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, 
   out.touch_m = *touch;
   Equilibrium equilibrium(mesh, materials, region_about(position), here, setup.options.contact,
                           setup.options.equilibrium);
+  OnRow on_row;
+  if (keeps_surface) {
+    out.surface.resize(plan.rows.size());
+    Points places = setup.surface.vertices;
+    places.rowwise() -= position.transpose();
+    const SurfacePlaces surface_places(mesh, places, outward);
+    const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - kSurfaceBits);
+    on_row = [&out, surface_places, quantum_m](int row, const Points& u) {
+      out.surface[static_cast<std::size_t>(row)] = surface_places.displacement(u, quantum_m);
+    };
+  }
   out.rows = follow_paths(equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
-                          static_cast<int>(plan.rows.size()), setup.options.path, progress);
+                          static_cast<int>(plan.rows.size()), setup.options.path, progress, on_row);
   out.counts = equilibrium.counts();
   out.is_complete = !progress.stopped();
   return out;
@@ -279,11 +298,15 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
     for (PointRow& row : out.rows) row.force_error += base.error * row.force.norm();
+    for (std::size_t row = 0; row < fine.surface.size(); ++row)
+      if (out.rows[row].status == RowStatus::good) out.rows[row].surface = fine.surface[row];
     return out;
   };
-  MeshRun fine = run(plan, position, normal, {1, base.halved}, progress), coarse;
-  if (fine.is_complete && ratio > 0)
-    coarse = run(plan, position, normal, {ratio, base.halved}, progress);
+  const auto run_at = [&](double coarsening, bool keeps_surface) {
+    return run(plan, position, normal, {coarsening, base.halved}, keeps_surface, progress);
+  };
+  MeshRun fine = run_at(1, setup.keeps_surface), coarse;
+  if (fine.is_complete && ratio > 0) coarse = run_at(ratio, false);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
@@ -294,7 +317,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
       break;
     coarse = std::move(fine);
     coarsening /= ratio;
-    fine = run(plan, position, normal, {coarsening, base.halved}, progress);
+    fine = run_at(coarsening, setup.keeps_surface);
     PointRows next = recorded(fine, coarse);
     if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
       break;  // what solved is not given up

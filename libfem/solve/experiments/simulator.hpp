@@ -38,8 +38,9 @@ inline constexpr int kMaxFiner = 2;
 
 /// A body, its materials and the probe.
 /// volume, is_held: base mesh. held_at: what is held between its nodes, too; may be empty.
-/// surface: fine, outward. materials: [0] is the body's own; region_at
-/// tells which one fills a place of the rest body, empty means 0 everywhere.
+/// surface: fine, outward. materials: [0] is the body's own; region_at tells which one fills a
+/// place of the rest body, empty means 0 everywhere. keeps_surface: rows tell how the vertices of
+/// `surface` move.
 struct SimulationSetup {
   TetMesh volume;
   std::vector<char> is_held;
@@ -49,11 +50,14 @@ struct SimulationSetup {
   RegionAt region_at;
   ProbeSpec probe;
   SolverOptions options;
+  bool keeps_surface = false;
 };
 
 /// One row as experiments record it; see Samples. Force and torque are extrapolated to size
 /// zero and to a rigid probe (method, 10). force_error is NaN unless the row is good. step_check:
-/// of the step that failed, where the status is rejected or inverted.
+/// of the step that failed, where the status is rejected or inverted. surface: 3V [m], displacement
+/// of the surface's vertices on the finest mesh, where SimulationSetup::keeps_surface asks for it
+/// and the row is good; empty elsewhere.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags
@@ -64,6 +68,7 @@ struct PointRow {
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
   StepCheck step_check = StepCheck::none;
+  Eigen::VectorXf surface = {};
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the

@@ -31,6 +31,17 @@ Samples read_samples(const std::filesystem::path& path);
 void write_samples(const std::filesystem::path& path, const Samples& samples,
                    const Attributes& attributes = {});
 
+/// Where the motion of the surface is kept beside samples: samples.h5, samples.surface.h5.
+std::filesystem::path surface_path(std::filesystem::path samples_path);
+
+/// Reads the motion of the surface of these samples into samples.surface. Throws Error on a
+/// malformed file, and where its rows are not those of the samples.
+void read_surface_motion(const std::filesystem::path& path, Samples& samples);
+
+/// Stores it, whole or not at all. Refuses what read_surface_motion would refuse.
+void write_surface_motion(const std::filesystem::path& path, const Samples& samples,
+                          const Attributes& attributes = {});
+
 inline constexpr std::array<std::string_view, 4> kFitStatusNames{"good", "underdetermined", "poor",
                                                                  "failed"};
 
@@ -71,12 +82,14 @@ struct FileSchema {
 inline constexpr FileSchema kBodySchema{"palpate-body", "Make it again with `palpate prepare`."};
 inline constexpr FileSchema kSamplesSchema{
     "palpate-samples", "Make it again with `palpate simulate` or `palpate import`."};
+inline constexpr FileSchema kSurfaceSchema{"palpate-surface",
+                                           "Delete it and run `palpate simulate` again."};
 inline constexpr FileSchema kCurvesSchema{"palpate-curves", "Make it again with `palpate fit`."};
 inline constexpr FileSchema kFitCacheSchema{"palpate-fit-cache", "Delete it: it saves time only."};
 inline constexpr FileSchema kModelSchema{"palpate-model", "Make it again with `palpate refine`."};
 
-inline constexpr std::array kFileSchemas{kBodySchema, kSamplesSchema, kCurvesSchema,
-                                         kFitCacheSchema, kModelSchema};
+inline constexpr std::array kFileSchemas{kBodySchema,   kSamplesSchema,  kSurfaceSchema,
+                                         kCurvesSchema, kFitCacheSchema, kModelSchema};
 
 struct DataSetDescription {
   std::string name;  ///< "rows/force"

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "libfit/io/files/columns.hpp"
+#include "libfit/runtime/shape.hpp"
 
 namespace palpate {
 
@@ -22,6 +23,68 @@ void columns(M& model, F& f) {
   f("is_covered", model.is_covered);
   f("blend_point", model.blend_point);
   f("blend_weight", model.blend_weight);
+}
+
+ShapeResponse read_shape(const h5::Reader& reader, Eigen::Index vertices) {
+  ShapeResponse shape;
+  if (!reader.has("shape/point")) return shape;
+  const auto whole = [&](const char* name) {
+    return static_cast<int>(reader.integer_attribute("shape", name));
+  };
+  shape.intervals = whole("intervals");
+  shape.modes = whole("modes");
+  shape.radius_power = whole("radius_power");
+  const std::vector<double> lengths = reader.numbers("shape/lengths", "m", {2, 0});
+  shape.depth_m = lengths[0];
+  shape.radius_m = lengths[1];
+  const auto rows = static_cast<Eigen::Index>(reader.shape_of("shape/point").rows);
+  const auto columns = static_cast<Eigen::Index>(reader.shape_of("shape/point").columns);
+  shape.point = read_table(reader, "shape/point", kNoUnit, rows, columns);
+  const std::vector<double> drag = reader.numbers("shape/drag", kNoUnit, {kAny, 0});
+  shape.drag =
+      Eigen::Map<const Eigen::VectorXd>(drag.data(), static_cast<Eigen::Index>(drag.size()));
+  if (shape.modes > 0)
+    shape.mode = read_table(reader, "shape/mode", kNoUnit, vertices, 3 * shape.modes);
+  return shape;
+}
+
+void write_shape(h5::Writer& writer, const ShapeResponse& shape) {
+  if (shape.point.rows() == 0) return;
+  write_table(writer, "shape/point", kNoUnit, shape.point);
+  const double lengths[2] = {shape.depth_m, shape.radius_m};
+  writer.numbers("shape/lengths", "m", lengths, {2, 0});
+  writer.numbers("shape/drag", kNoUnit, shape.drag.data(),
+                 {static_cast<std::size_t>(shape.drag.size()), 0});
+  if (shape.modes > 0) write_table(writer, "shape/mode", kNoUnit, shape.mode);
+  writer.attribute("shape", "intervals", shape.intervals);
+  writer.attribute("shape", "modes", shape.modes);
+  writer.attribute("shape", "radius_power", shape.radius_power);
+}
+
+// As the engine will want it of the asset.
+void check_shape(const h5::Complain& complain, const Model& model) {
+  const ShapeResponse& shape = model.shape;
+  if (shape.point.rows() == 0) return;
+  if (shape.intervals < 1 || shape.intervals > runtime::kMaxShapeIntervals || shape.modes < 0 ||
+      shape.modes > runtime::kMaxShapeModes || shape.radius_power < 0 || shape.radius_power > 2)
+    throw complain("shape", "has intervals, modes or a radius_power that are out of range");
+  if (!(shape.depth_m > 0 && shape.radius_m > 0))
+    throw complain("shape/lengths", "are not positive");
+  if (shape.point.cols() != runtime::shape_numbers(shape.intervals, shape.modes) ||
+      shape.drag.size() != runtime::shape_drag_numbers(shape.intervals, shape.modes) ||
+      (shape.modes > 0 && (shape.mode.rows() != model.surface.vertices.rows() ||
+                           shape.mode.cols() != 3 * shape.modes)))
+    throw complain("shape/point", "has other sizes than its intervals and modes say");
+  if (model.blend_point.rows() > 0 && model.blend_point.maxCoeff() >= shape.point.rows())
+    throw complain("shape/point", "has fewer points than vertices blend");
+  const auto is_good = [](const auto& values) {
+    return values.size() == 0 ||
+           (values.allFinite() && values.cwiseAbs().maxCoeff() <= runtime::kMaxShapeNumber &&
+            rounded_to_float(values) == values);
+  };
+  if (!is_good(shape.point)) throw complain("shape/point", "is not finite, small and a float32");
+  if (!is_good(shape.drag)) throw complain("shape/drag", "is not finite, small and a float32");
+  if (!is_good(shape.mode)) throw complain("shape/mode", "is not finite, small and a float32");
 }
 
 // Unit length, or zero at a vertex without triangle.
@@ -56,6 +119,7 @@ void check(const Model& model, const h5::Complain& complain) {
   check_flags(complain, "is_covered", model.is_covered);
   check_curve_set(complain, model.curves, vertices);
   check_blend(complain, model);
+  check_shape(complain, model);
 }
 
 }  // namespace
@@ -67,6 +131,7 @@ Model read_model(const std::filesystem::path& path) {
   columns(model, in);
   model.curves = read_curve_set(reader, model.is_covered.size());
   model.probe = read_probe(reader);
+  model.shape = read_shape(reader, model.surface.vertices.rows());
   check(model, complain_about(reader));
   return model;
 }
@@ -79,6 +144,7 @@ void write_model(const std::filesystem::path& path, const Model& model,
   columns(model, out);
   write_curve_set(writer, model.curves);
   write_probe(writer, model.probe, complain_about(path));
+  write_shape(writer, model.shape);
   writer.commit();
 }
 

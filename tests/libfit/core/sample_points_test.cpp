@@ -80,6 +80,26 @@ TEST(SamplePoints, what_checks_found_goes_with_the_rows) {
   }
 }
 
+TEST(SamplePoints, how_the_surface_moved_goes_with_the_rows_and_is_dropped_where_some_lack_it) {
+  Samples kept = samples_at({1, 2}, 0), more = samples_at({3}, 100);
+  const auto fill = [](Samples& samples, float from) {
+    samples.surface.resize(samples.rows(), 6);
+    for (Eigen::Index i = 0; i < samples.surface.size(); ++i)
+      samples.surface.data()[i] = from + static_cast<float>(i);
+  };
+  fill(kept, 0);
+  fill(more, 1000);
+  const Samples taken = take_points(kept, points_at({2, 1}), 2);
+  ASSERT_EQ(taken.surface.rows(), taken.rows());
+  EXPECT_EQ(taken.surface.row(0), kept.surface.row(4));
+  const Samples both = joined(kept, more, 2);
+  ASSERT_EQ(both.surface.rows(), 12);
+  EXPECT_EQ(both.surface.row(8), more.surface.row(0));
+  EXPECT_EQ(joined(kept, take_points({}, points_at({7}), 2), 2).surface, kept.surface);
+  EXPECT_EQ(joined(kept, samples_at({3}, 0), 2).surface.rows(), 0);
+  EXPECT_EQ(joined(samples_at({3}, 0), kept, 2).surface.rows(), 0);
+}
+
 TEST(SamplePoints, what_lies_beyond_some_points_is_what_they_do_not_hold) {
   const Samples beyond = samples_beyond(samples_at({1, 2, 3}, 0), points_at({2, 7}), 2);
   ASSERT_EQ(beyond.points(), 2);

@@ -8,6 +8,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/runtime/shape.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the
 // largest double, a negative zero, names in UTF-8, empty names, NaN where it is allowed.
@@ -194,6 +195,29 @@ inline Model example_model() {
   for (auto& control : model.curves.control) control.row(4).setZero();
   model.probe = example_probe();
   return model;
+}
+
+/// A shape response of example_model's five vertices.
+inline ShapeResponse example_shape() {
+  ShapeResponse shape;
+  shape.intervals = 4;
+  shape.modes = 3;
+  shape.radius_power = 2;
+  shape.depth_m = 1.0 / 3;
+  shape.radius_m = 5e-324;
+  std::mt19937 random(31);
+  std::uniform_real_distribution<float> draw(-2, 2);
+  const auto fill = [&](auto& values) {
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      values.data()[i] = static_cast<double>(draw(random));
+  };
+  shape.point.resize(5, runtime::shape_numbers(4, 3));
+  shape.drag.resize(runtime::shape_drag_numbers(4, 3));
+  shape.mode.resize(5, 9);
+  fill(shape.point);
+  fill(shape.drag);
+  fill(shape.mode);
+  return shape;
 }
 
 }  // namespace palpate::testing_io

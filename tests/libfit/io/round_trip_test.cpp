@@ -256,6 +256,60 @@ TEST_F(RoundTrip, model_comes_back_bit_for_bit) {
   expect_same(a.probe, b.probe);
 }
 
+TEST_F(RoundTrip, a_shape_response_comes_back_bit_for_bit_and_an_impossible_one_is_refused) {
+  Model a = example_model();
+  a.shape = example_shape();
+  write_model(at("m.h5"), a);
+  const ShapeResponse b = read_model(at("m.h5")).shape;
+  EXPECT_EQ(a.shape.intervals, b.intervals);
+  EXPECT_EQ(a.shape.modes, b.modes);
+  EXPECT_EQ(a.shape.radius_power, b.radius_power);
+  EXPECT_EQ(a.shape.depth_m, b.depth_m);
+  EXPECT_EQ(a.shape.radius_m, b.radius_m);
+  EXPECT_TRUE(same_bits(a.shape.point, b.point));
+  EXPECT_TRUE(same_bits(a.shape.drag, b.drag));
+  EXPECT_TRUE(same_bits(a.shape.mode, b.mode));
+  const auto refusal = [&](auto change) {
+    Model bad = a;
+    change(bad.shape);
+    return error_of([&] { write_model(at("bad.h5"), bad); });
+  };
+  using Shape = ShapeResponse;
+  EXPECT_NE(refusal([](Shape& s) { s.point(1, 2) = 0.1; }).find("float32"), std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) { s.mode(1, 2) = 1e7; }).find("shape/mode"), std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) { s.drag[0] = std::nan(""); }).find("shape/drag"),
+            std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) { s.modes = 2; }).find("other sizes"), std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) { s.intervals = 99; }).find("out of range"), std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) { s.depth_m = 0; }).find("not positive"), std::string::npos);
+  EXPECT_NE(refusal([](Shape& s) {
+              s.point.conservativeResize(2, Eigen::NoChange);
+            }).find("fewer points"),
+            std::string::npos);
+}
+
+TEST_F(RoundTrip, the_motion_of_a_surface_comes_back_with_the_samples_it_is_of) {
+  Samples a = example_samples();
+  a.surface.resize(a.rows(), 12);
+  for (Eigen::Index i = 0; i < a.surface.size(); ++i)
+    a.surface.data()[i] = static_cast<float>(i - 30) / (1 << 20);
+  const std::filesystem::path path = surface_path(at("s.h5"));
+  EXPECT_EQ(path.filename(), "s.surface.h5");
+  write_surface_motion(path, a, kAttributes);
+  Samples b = example_samples();
+  read_surface_motion(path, b);
+  EXPECT_TRUE(same_bits(a.surface, b.surface));
+  EXPECT_EQ(read_attributes(path), kAttributes);
+  b.step[1] = 9;  // other samples
+  EXPECT_NE(error_of([&] { read_surface_motion(path, b); }).find("not those of the samples"),
+            std::string::npos);
+  a.surface(3, 4) = std::numeric_limits<float>::infinity();
+  EXPECT_NE(error_of([&] { write_surface_motion(path, a); }).find("not finite"), std::string::npos);
+  a.surface.resize(a.rows(), 11);
+  EXPECT_NE(error_of([&] { write_surface_motion(path, a); }).find("three columns"),
+            std::string::npos);
+}
+
 TEST_F(RoundTrip, columns_longer_than_a_chunk_come_back) {
   Samples s;
   const Eigen::Index rows = 50000;  // 1.2 MB a column: six chunks

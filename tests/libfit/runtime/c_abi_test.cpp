@@ -306,13 +306,61 @@ TEST(c_abi, bad_poses_are_refused_with_zero_force_and_contact_begins_anew) {
 TEST(c_abi, every_status_has_its_sentence) {
   std::set<std::string> seen;
   for (palpate_status status = 0; status <= PALPATE_REPLAY_DIFFERS; ++status) {
-    if (status > PALPATE_TOOL_WRONG && status < PALPATE_BYTES_MISSING) continue;
+    if (status > PALPATE_VERTICES_WRONG && status < PALPATE_BYTES_MISSING) continue;
     const std::string text = palpate_sentence(status);
     EXPECT_NE(text, "Unknown status.") << status;
     EXPECT_TRUE(seen.insert(text).second) << status << ": " << text;
   }
   EXPECT_STREQ(palpate_sentence(-7), "Unknown status.");
   EXPECT_STREQ(palpate_sentence(15), "Unknown status.");
+}
+
+TEST(c_abi, a_copied_contact_moves_the_surface_and_every_misuse_has_its_status) {
+  Player plain(palpate_tip());
+  Model model = sphere_model(0.03, 20, uniform(400, 300, 0.3));
+  make_shaped(model, 6, 2, 3);
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  palpate_asset asset;
+  ASSERT_EQ(palpate_open(&asset, bytes.data(), bytes.size()), PALPATE_OK);
+  palpate_info info;
+  palpate_describe(&plain.asset, &info);
+  EXPECT_EQ(info.has_shape, 0);
+  palpate_describe(&asset, &info);
+  EXPECT_EQ(info.has_shape, 1);
+  palpate_contact contact;
+  const palpate_tool tip = palpate_tip();
+  palpate_start(&contact, &tip);
+  palpate_output out;
+  for (int i = 0; i <= 30; ++i) {
+    const palpate_input in = palpate_input_at(0, 0.0003, 0.031 - 1e-4 * i);
+    palpate_tick(&asset, &contact, &in, &out);
+  }
+  const palpate_contact copied = contact;
+  std::vector<float> moved(3 * static_cast<std::size_t>(info.vertices), 1);
+  const auto are_zero = [&] {
+    return std::all_of(moved.begin(), moved.end(), [](float x) { return x == 0; });
+  };
+  float* const to = moved.data();
+  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, to), PALPATE_OK);
+  EXPECT_EQ(std::memcmp(&copied, &contact, sizeof copied), 0);
+  const float deepest = *std::min_element(moved.begin(), moved.end());
+  EXPECT_LT(deepest, -0.0008);
+  EXPECT_GT(deepest, -0.003);
+  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, nullptr), PALPATE_NULL_ARGUMENT);
+  for (const auto& [first, count] :
+       {std::pair{-1, 2}, {0, -1}, {0, info.vertices + 1}, {info.vertices, 1}, {1, 1 << 30}}) {
+    moved.assign(moved.size(), 1);
+    EXPECT_EQ(palpate_deform(&asset, &copied, first, count, to), PALPATE_VERTICES_WRONG) << first;
+    EXPECT_EQ(moved[0], 1);
+  }
+  EXPECT_EQ(palpate_deform(nullptr, &copied, 0, info.vertices, to), PALPATE_NULL_ARGUMENT);
+  EXPECT_TRUE(are_zero());
+  const palpate_contact raw{};
+  EXPECT_EQ(palpate_deform(&asset, &raw, 0, info.vertices, to), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_deform(&plain.asset, &copied, 0, info.vertices, to), PALPATE_NO_SHAPE);
+  EXPECT_TRUE(are_zero());
+  palpate_close(&asset);
+  EXPECT_EQ(palpate_deform(&asset, &copied, 0, info.vertices, to), PALPATE_ASSET_NOT_OPEN);
 }
 
 TEST(c_abi, contacts_are_plain_copies) {

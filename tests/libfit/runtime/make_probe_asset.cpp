@@ -17,7 +17,9 @@ int main(int argc, char** argv) {
   };
   palpate::ExportOptions options;
   options.engine_dir = folder / "engine";
-  palpate::export_palp(palpate::test::sphere_model(0.03, 24, curves), folder / "probe.palp",
-                       options);
+  palpate::Model model = palpate::test::sphere_model(0.03, 24, curves);
+  palpate::test::make_shaped(model, 12, 3, 2);
+  model.probe = palpate::sphere_spec(0.004);
+  palpate::export_palp(model, folder / "probe.palp", options);
   return 0;
 }

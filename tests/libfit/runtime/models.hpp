@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -276,6 +277,60 @@ inline void make_rings(Model& model, double friction, double radius_m,
         curvature(0, 1), curvature(0, 2), curvature(1, 2);
   }
   model.curves = std::move(rings);
+}
+
+/// A smooth shape response of points at some vertices, which others blend by their distance: a
+/// seeded dent about as deep as the press, and modes that are sines in space.
+inline void make_shaped(Model& model, const std::vector<Eigen::Index>& at, int modes,
+                        unsigned seed) {
+  const auto points = static_cast<int>(at.size());
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  ShapeResponse& shape = model.shape;
+  shape.intervals = 10;
+  shape.modes = modes;
+  shape.depth_m = 0.005;
+  shape.radius_m = 0.006;
+  const Eigen::Index vertices = model.surface.vertices.rows();
+  shape.point = Controls::Zero(points, runtime::shape_numbers(shape.intervals, modes));
+  shape.drag = Eigen::VectorXd::Zero(runtime::shape_drag_numbers(shape.intervals, modes));
+  for (Eigen::Index i = 0; i < shape.point.size(); ++i) shape.point.data()[i] = 0.05 * draw(random);
+  for (Eigen::Index i = 0; i < shape.drag.size(); ++i) shape.drag[i] = 0.05 * draw(random);
+  for (int j = 0; j < shape.intervals; ++j) {
+    const double fall = std::exp(-0.3 * j);
+    shape.point.col(j).array() += fall;
+    shape.drag[j] += fall;
+  }
+  shape.mode = Controls::Zero(vertices, 3 * modes);
+  for (Eigen::Index v = 0; v < vertices; ++v)
+    for (int i = 0; i < 3 * modes; ++i)
+      shape.mode(v, i) = 0.2 * std::sin(100 * (i + 1) * model.surface.vertices(v, i % 3) + i);
+  shape.point = rounded_to_float(shape.point);
+  shape.drag = rounded_to_float(shape.drag);
+  shape.mode = rounded_to_float(shape.mode);
+  model.blend_point = Triangles::Zero(vertices, 3);
+  model.blend_weight = Points::Zero(vertices, 3);
+  for (Eigen::Index v = 0; v < vertices; ++v) {
+    std::vector<std::pair<double, int>> nearest;
+    for (int p = 0; p < points; ++p) {
+      const Vec3 place = model.surface.vertices.row(at[static_cast<std::size_t>(p)]),
+                 x = model.surface.vertices.row(v);
+      nearest.emplace_back((place - x).norm(), p);
+    }
+    std::sort(nearest.begin(), nearest.end());
+    for (int k = 0; k < 3; ++k) {
+      model.blend_point(v, k) = nearest[static_cast<std::size_t>(k)].second;
+      model.blend_weight(v, k) = 1 / (1e-3 + nearest[static_cast<std::size_t>(k)].first);
+    }
+    if (nearest[0].first == 0) model.blend_weight.row(v) << 1, 0, 0;
+    model.blend_weight.row(v) /= model.blend_weight.row(v).sum();
+  }
+}
+/// The same of so many points all over the body.
+inline void make_shaped(Model& model, int points, int modes, unsigned seed) {
+  std::vector<Eigen::Index> at;
+  for (int p = 0; p < points; ++p) at.push_back(p * model.surface.vertices.rows() / points);
+  make_shaped(model, at, modes, seed);
 }
 
 /// An asset with its bytes.

@@ -34,6 +34,21 @@ static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
   return hash;
 }
 
+// The surface as it is shown under tip and ball.
+static std::uint64_t hash_of_shape(const Asset& asset, const Contact& tip, const Contact& ball) {
+  constexpr int kVertices = 64;
+  float moved[2][3 * kVertices];
+  std::uint64_t hash = 0;
+  for (int v = 0; v < asset.vertices; v += kVertices) {
+    const int count = v + kVertices < asset.vertices ? kVertices : asset.vertices - v;
+    std::memset(moved, 0, sizeof moved);
+    deform(asset, tip, 0, v, count, moved[0]);
+    deform(asset, ball, 0.002, v, count, moved[1]);
+    hash = hash * 31 + checksum(moved, sizeof moved);
+  }
+  return hash;
+}
+
 int main(int argc, char** argv) {
   std::FILE* file = argc > 1 ? std::fopen(argv[1], "rb") : nullptr;
   if (!file) return 2;
@@ -74,6 +89,8 @@ int main(int argc, char** argv) {
                               tangent[0],
                               tangent[5]};
     hash = hash * 31 + checksum(words, sizeof words);
+    if (asset.shape.points > 0 && tick % 64 == 0)
+      hash = hash * 31 + hash_of_shape(asset, contact, ball_contact);
     touching += out.state != ContactState::air;
     slipping += out.state == ContactState::slip;
   }

@@ -81,6 +81,22 @@ TEST(statement, causes_baselines_and_paths_are_read_back_by_name_and_in_order) {
   EXPECT_NE(in_words(back).find("by cause\n  interpolation"), std::string::npos) << in_words(back);
 }
 
+TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentence) {
+  Statement s = summarize({row(1, 0.02)});
+  EXPECT_EQ(in_words(s).find("surface"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(to_json(s)).at("shape_error").empty());
+  s.shape = {{1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}, {4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}, 7e-5, 12};
+  const Statement back = parse_statement(to_json(s), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+  EXPECT_EQ(back.shape.rows, 12u);
+  EXPECT_NEAR(back.shape.all.p95_rel, 0.05, 1e-12);
+  EXPECT_NEAR(back.shape.penetration_m, 7e-5, 1e-15);
+  EXPECT_NE(in_words(back).find("within 0.10 mm near the tool, 1.0 % of the depth (median;\n"
+                                "p95 0.20 mm, 2.0 %), and within 5.0 % over the whole body"),
+            std::string::npos)
+      << in_words(back);
+}
+
 TEST(statement, words_fit_eighty_columns) {
   Statement s = summarize({row(1, 0.02), row(200, 150)});
   s.probes = 1000;
@@ -90,6 +106,7 @@ TEST(statement, words_fit_eighty_columns) {
   s.by_path = {named_error("back_and_forth", {row(1, 99.9)})};
   s.causes = {named_error("float_precision", {row(100, 1e-9)})};
   s.baselines = {named_error("one_response", {row(200, 199)})};
+  s.shape = {{0.01, 0.02, 0.03, 0.5, 0.9, 2}, {0.01, 0.02, 0.03, 0.5, 0.9, 2}, 1, 10000};
   std::istringstream words(in_words(s));
   for (std::string text; std::getline(words, text);) EXPECT_LE(text.size(), 80u) << text;
 }

@@ -128,6 +128,37 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
+  async the_body_gives_way_under_the_tool() {
+    await open();
+    await canvas.scrollIntoViewIfNeeded();
+    await page.check("#poke-on");
+    const [x, y] = await touchable();
+    const [px, py] = await at(x, y);
+    const clip = { x: px - 40, y: py - 40, width: 80, height: 80 };
+    await page.mouse.move(px, py);
+    await until("#poke-dent", (s) => Number.parseFloat(s) === 0);
+    await page.mouse.down();
+    await until("#poke-dent", (s) => Number.parseFloat(s) > 1);
+    await page.waitForTimeout(400);
+    const [moved, pressed] = [await text("#poke-dent"), await text("#poke-depth-now")].map(Number.parseFloat);
+    const away = await page.locator("#poke-dent").getAttribute("data-from_tip_m");
+    assert.ok(moved > 0.6 * pressed && moved < 1.3 * pressed, `${moved} mm of ${pressed}`);
+    // The vertex that moves most is one under the tool: no farther from the tip than a cell of this mesh.
+    assert.ok(Number(away) < 0.009, `${away} m from the tip`);
+    const dented = await page.screenshot({ clip });
+    for (const [dx, dy] of [[0.05, 0.02], [0.02, -0.04]]) {
+      await page.mouse.move(...(await at(x + dx, y + dy)), { steps: 15 });
+      await page.waitForTimeout(300);
+      const there = Number(await page.locator("#poke-dent").getAttribute("data-from_tip_m"));
+      assert.ok(there < 0.009, `${there} m from the tip after a drag`);
+    }
+    await page.mouse.up();
+    await until("#poke-dent", (s) => Number.parseFloat(s) === 0);
+    assert.notDeepEqual(await page.screenshot({ clip }), dented);
+    if (output) await page.screenshot({ path: path.join(output, "after.png") });
+    assert.deepEqual(errors, []);
+  },
+
   async keys_alone_reach_everything() {
     await open();
     const wanted = await page.evaluate(() => {

@@ -1,11 +1,12 @@
 // The section of the body: its view and controls, the tool, the curves of the point chosen.
 
-import { BodyView, type MapName, type MarkerMode } from "./body";
+import { BodyView, type MarkerMode } from "./body";
 import { css, kSetUpColours, kUncovered, viridis, viridisGradient } from "./colours";
 import { type Contents, floats, nearest, vector } from "./contents";
 import type { PointSection } from "./curves";
 import { choice, html, section, swatch } from "./dom";
 import { Poke } from "./poke";
+import type { MapName } from "./surface";
 import { millimetres, percent, quantity } from "./words";
 
 const kMaps: [MapName, string, string][] = [

@@ -1,49 +1,31 @@
-// The body in three dimensions: its map of colours, markers, the tool that touches it.
+// The body in three dimensions: its surface, markers, the tool that touches it, and the look at them.
 
 import {
   AmbientLight,
   Box3,
-  BufferAttribute,
-  BufferGeometry,
-  Color,
   DirectionalLight,
-  DoubleSide,
   type Group,
   InstancedMesh,
   Mesh,
   MeshBasicMaterial,
-  MeshLambertMaterial,
   Object3D,
   PerspectiveCamera,
   Raycaster,
   Scene,
   SphereGeometry,
-  SRGBColorSpace,
   Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { kUncovered, viridis } from "./colours";
+import { type Contents, floats, nearest, vector } from "./contents";
 import type { PlaceCurve } from "./curves";
-import { type Contents, floats, integers, nearest, vector } from "./contents";
 import { setUpGroup, ToolGlyph } from "./glyphs";
+import { BodySurface, linear, type MapName, type Place } from "./surface";
 
-export type MapName = "stiffness_N_m" | "force_N" | "friction";
 export type MarkerMode = "points" | "held_out" | "none";
 
-/** Where a ray from the eye meets the resting surface. */
-export interface Place {
-  position: Vector3;
-  /** Outward, unit, blended over the triangle. */
-  outward: Vector3;
-}
-
 const kMarkerShare = 0.01; // of the view's radius
-
-function linear(rgb: [number, number, number]): Color {
-  return new Color().setRGB(...rgb, SRGBColorSpace);
-}
 
 export class BodyView {
   readonly radius: number;
@@ -55,11 +37,7 @@ export class BodyView {
   private readonly scene = new Scene();
   private readonly camera: PerspectiveCamera;
   private readonly controls: OrbitControls;
-  private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
-  private readonly covered: Int32Array;
-  /** As `Contents.maps` has them, read once. */
-  private readonly maps: Record<MapName, Float32Array>;
-  private readonly normals: Float32Array;
+  private readonly surface: BodySurface;
   private markers: InstancedMesh | undefined;
   private readonly selection: Mesh;
   private readonly setUp: Group;
@@ -70,33 +48,15 @@ export class BodyView {
     private readonly contents: Contents,
     readonly canvas: HTMLCanvasElement,
   ) {
-    const surface = contents.surface;
-    if (!surface) throw new Error("There is no surface.");
+    this.surface = new BodySurface(contents);
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-    const geometry = new BufferGeometry();
-    const vertices = floats(surface.vertices_m);
-    geometry.setAttribute("position", new BufferAttribute(vertices, 3));
-    geometry.setIndex(new BufferAttribute(new Uint32Array(integers(surface.triangles).buffer), 1));
-    geometry.computeVertexNormals();
-    geometry.computeBoundingSphere();
-    this.normals = surface.inward_normal
-      ? floats(surface.inward_normal).map((v) => -v)
-      : (geometry.getAttribute("normal").array as Float32Array);
-    geometry.setAttribute("color", new BufferAttribute(new Float32Array(vertices.length), 3));
-    this.mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide }));
-    this.covered = integers(contents.maps?.vertices);
-    this.maps = {
-      stiffness_N_m: floats(contents.maps?.stiffness_N_m),
-      force_N: floats(contents.maps?.force_N),
-      friction: floats(contents.maps?.friction),
-    };
-    this.radius = this.frame(vertices);
+    this.radius = this.frame(this.surface.vertices);
     this.camera = new PerspectiveCamera(35, 1, this.radius / 50, this.radius * 50);
     this.camera.up.set(0, 0, 1);
     const light = new DirectionalLight(0xffffff, 2.4);
     light.position.set(-0.5, 0.8, 1);
     this.camera.add(light);
-    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.mesh);
+    this.scene.add(new AmbientLight(0xffffff, 1.1), this.camera, this.surface.mesh);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
     const size = kMarkerShare * this.radius;
@@ -112,24 +72,24 @@ export class BodyView {
 
   /** What the first look is turned to: the window, or the whole body. Returns the body's radius. */
   private frame(vertices: Float32Array): number {
-    const sphere = this.mesh.geometry.boundingSphere;
+    const sphere = this.surface.mesh.geometry.boundingSphere;
     const whole = sphere?.radius ?? 1;
     this.focus.copy(sphere?.center ?? new Vector3());
     this.facing.set(-0.3, -1, 0.9);
     this.distance = 2.5 * whole;
-    const seen = this.covered.length ? this.covered : this.besideTestPoints(vertices);
+    const seen = this.surface.covered.length ? this.surface.covered : this.besideTestPoints(vertices);
     const box = new Box3();
     const mean = new Vector3();
     for (const v of seen) {
       box.expandByPoint(new Vector3(...vector(vertices, v)));
-      mean.add(new Vector3(...vector(this.normals, v)));
+      mean.add(new Vector3(...vector(this.surface.normals, v)));
     }
     const window_m = seen.length ? box.getSize(new Vector3()).length() / 2 : whole;
     if (mean.length() < 0.3 * seen.length || window_m > 0.6 * whole) return whole;
     // A little from the front, so that what is up stays up.
     this.facing.copy(mean.normalize()).add(new Vector3(-0.25, -0.75, 0));
     this.focus.lerp(box.getCenter(new Vector3()), 0.8);
-    if (this.covered.length) this.distance = Math.max(2 * whole, 3.2 * window_m);
+    if (this.surface.covered.length) this.distance = Math.max(2 * whole, 3.2 * window_m);
     return whole;
   }
 
@@ -141,10 +101,10 @@ export class BodyView {
 
   showSetUp(isShown: boolean): void {
     this.setUp.visible = isShown;
-    this.mesh.material.transparent = isShown;
-    this.mesh.material.opacity = isShown ? 0.45 : 1;
-    this.mesh.material.depthWrite = !isShown;
-    this.mesh.material.needsUpdate = true;
+    this.surface.mesh.material.transparent = isShown;
+    this.surface.mesh.material.opacity = isShown ? 0.45 : 1;
+    this.surface.mesh.material.depthWrite = !isShown;
+    this.surface.mesh.material.needsUpdate = true;
     this.draw();
   }
 
@@ -173,57 +133,23 @@ export class BodyView {
     this.controls.enabled = isOn;
   }
 
-  /** Values of a map at each covered vertex, between the depths that are stored. */
-  private values(name: MapName, depth_m: number): Float32Array | undefined {
-    const maps = this.contents.maps;
-    if (!maps) return undefined;
-    const all = this.maps[name];
-    const count = this.covered.length;
-    const last = maps.depths_m.length - 1;
-    const at = Math.min(Math.max((depth_m / maps.depths_m[last]) * (last + 1) - 1, 0), last);
-    const k = Math.min(Math.floor(at), last - 1);
-    const t = last > 0 ? at - k : 0;
-    const upper = last > 0 ? k + 1 : k;
-    return Float32Array.from(
-      { length: count },
-      (_, i) => (1 - t) * all[Math.max(k, 0) * count + i] + t * all[upper * count + i],
-    );
-  }
-
   /** Normal force over depth at the covered vertex nearest to a place; none where the place is not covered. */
   curveAt(place: Vector3): PlaceCurve | undefined {
-    const maps = this.contents.maps;
-    if (!maps) return undefined;
-    const vertices = this.mesh.geometry.getAttribute("position").array;
-    const i = this.covered.indexOf(nearest(vertices, place.toArray()));
-    if (i < 0) return undefined;
-    const force = this.maps.force_N;
-    return {
-      depth_m: [0, ...maps.depths_m],
-      force_N: [0, ...maps.depths_m.map((_, k) => force[k * this.covered.length + i])],
-    };
+    return this.surface.curveAt(place);
   }
 
   /** Colours the surface; returns the values at the two ends of the colour bar. */
   colour(name: MapName, depth_m: number): [number, number] | undefined {
-    const attribute = this.mesh.geometry.getAttribute("color") as BufferAttribute;
-    const grey = linear(kUncovered);
-    for (let v = 0; v < attribute.count; ++v) attribute.setXYZ(v, grey.r, grey.g, grey.b);
-    const values = this.values(name, depth_m);
-    let ends: [number, number] | undefined;
-    if (values?.some(Number.isFinite)) {
-      const finite = Array.from(values.filter((v) => Number.isFinite(v) && v !== 0)).sort((a, b) => a - b);
-      ends = [finite[0] ?? 0, finite[finite.length - 1] ?? 1];
-      const [low, high] = ends;
-      this.covered.forEach((v, i) => {
-        if (!Number.isFinite(values[i])) return;
-        const c = linear(viridis(high > low ? (values[i] - low) / (high - low) : 0.5));
-        attribute.setXYZ(v, c.r, c.g, c.b);
-      });
-    }
-    attribute.needsUpdate = true;
+    const ends = this.surface.colour(name, depth_m);
     this.draw();
     return ends;
+  }
+
+  /** Moves the surface's vertices by three numbers each [m], none: to rest. Returns the one that moves most. */
+  deform(displacement: Float32Array | undefined): { by_m: number; at: Vector3 } {
+    const most = this.surface.deform(displacement);
+    this.draw();
+    return most;
   }
 
   /** Balls at places [m], coloured each. */
@@ -258,23 +184,14 @@ export class BodyView {
       new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height),
       this.camera,
     );
-    return this.hit(caster);
+    return this.surface.hit(caster);
   }
 
   /** Where a ray against an outward normal, through a point [m] near the surface, meets it from outside. */
   beside(point: Vector3, outward: Vector3): Place | undefined {
-    return this.hit(new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()));
-  }
-
-  private hit(caster: Raycaster): Place | undefined {
-    const hit = caster.intersectObject(this.mesh)[0];
-    if (!hit?.face || !hit.barycoord) return undefined;
-    const outward = new Vector3();
-    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
-      outward.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
-    });
-    if (outward.lengthSq() < 1e-12) outward.copy(hit.face.normal);
-    return { position: hit.point, outward: outward.normalize() };
+    return this.surface.hit(
+      new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()),
+    );
   }
 
   /** The screen's right and up as directions in space. */

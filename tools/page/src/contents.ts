@@ -12,6 +12,15 @@ export interface ErrorFigures {
   p95_rel: number;
 }
 
+export interface ShapeFigures {
+  median_m: number;
+  p95_m: number;
+  max_m: number;
+  median_rel: number;
+  p95_rel: number;
+  max_rel: number;
+}
+
 export interface Statement {
   force_error: ErrorFigures & { max_N: number; max_rel: number; within_jnd: number };
   probes: number;
@@ -25,6 +34,8 @@ export interface Statement {
   by_path: Record<string, ErrorFigures>;
   causes: Record<string, ErrorFigures>;
   baselines: Record<string, ErrorFigures>;
+  /** Empty where the asset does not say how its surface moves. */
+  shape_error?: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
 }
 
 export type Setting = { text: string } | { numbers: number[]; unit: string };

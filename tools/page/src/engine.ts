@@ -8,6 +8,8 @@ interface Exports {
   start(interpolates: number): number;
   tick(x: number, y: number, z: number): number;
   answer(): number;
+  vertices(): number;
+  deform(address: number, count: number): number;
 }
 
 /** Where each number of a tick's answer stands; forces act on the tool. */
@@ -26,6 +28,10 @@ export const Answer = {
 } as const;
 
 export class Engine {
+  /** Of its displacements in the engine's memory; 0 where the asset does not say how its surface moves. */
+  private displacement = 0;
+  private numbers = 0;
+
   private constructor(private readonly wasm: Exports) {}
 
   /** Throws an Error with the engine's sentence where it refuses the asset. */
@@ -38,6 +44,8 @@ export class Engine {
     const engine = new Engine(wasm);
     const status = wasm.open(address, asset.length);
     if (status !== 0) throw new Error(engine.sentence(status));
+    engine.numbers = 3 * wasm.vertices();
+    if (engine.numbers > 0) engine.displacement = wasm.reserve(4 * engine.numbers);
     engine.start();
     return engine;
   }
@@ -56,6 +64,17 @@ export class Engine {
   /** One tick with the tip at a place [m]; returns the status, 0 for good. */
   tick(x: number, y: number, z: number): number {
     return this.wasm.tick(x, y, z);
+  }
+
+  /** Whether the engine knows how the surface moves. */
+  get deforms(): boolean {
+    return this.displacement !== 0;
+  }
+
+  /** How far the tool has moved each vertex [m], three numbers each; a view that the next call writes anew. */
+  deform(): Float32Array {
+    this.wasm.deform(this.displacement, this.numbers / 3);
+    return new Float32Array(this.wasm.memory.buffer, this.displacement, this.numbers);
   }
 
   /** The latest tick's numbers; a view that the next tick writes anew. */

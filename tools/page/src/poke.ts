@@ -2,32 +2,34 @@
 
 import { Vector3 } from "three";
 import workerSource from "worker-source";
-import type { BodyView, Place } from "./body";
+import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest } from "./contents";
 import { html, swatch } from "./dom";
 import { Answer } from "./engine";
 import { ForceGraph } from "./force-graph";
+import type { Place } from "./surface";
+import { kKeyStep, listenForTool, type Tool } from "./tool-input";
 import type { Batch, News, Order, Vector } from "./worker";
 import { millimetres, quantity } from "./words";
 
 const kStates = ["in the air", "sticks", "slides", "touches"];
-const kKeyStep = 0.05; // of the range, a key
 const kHelp =
   "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
-  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. " +
-  "The engine moves no surface: the body is drawn at rest.";
+  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. ";
+const kDeforms = "The surface moves as the engine shows it; its error is stated above.";
+const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
-export class Poke {
+export class Poke implements Tool {
   readonly panel: HTMLElement;
-  readonly help = html("p", { class: "small hint" }, kHelp);
+  readonly help = html("p", { class: "small hint" });
   isPoking = false;
   private worker: Worker | undefined;
-  private readonly range_m: number;
+  readonly range_m: number;
   private readonly ball_m: number;
   private readonly fullForce_N: number;
   private place: Place | undefined;
-  private isPressed = false;
+  isPressed = false;
   /** Of the last touch. */
   private isBlended = true;
   private readonly depth: HTMLInputElement;
@@ -38,7 +40,6 @@ export class Poke {
   private readonly pressButton: HTMLButtonElement;
   private readonly pokeBox: HTMLInputElement;
   private readonly blendBox: HTMLInputElement;
-  private second: { id: number; y: number; depth: number } | undefined;
 
   constructor(
     private readonly contents: Contents,
@@ -86,6 +87,7 @@ export class Poke {
         ...row("force", "force"),
         ...row("normal", "normal, lateral"),
         ...row("depth-now", "deflections"),
+        ...row("dent", "surface moved"),
         ...row("stored", "stored"),
         ...row("dissipated", "dissipated"),
         ...row("rate", "ticks per second"),
@@ -103,9 +105,10 @@ export class Poke {
       ),
       this.message,
     );
+    this.help.textContent = kHelp;
     this.showDepth();
     this.open(engine);
-    this.listen(view.canvas);
+    listenForTool(view, this);
   }
 
   private order(order: Order, transfer: Transferable[] = []): void {
@@ -135,8 +138,10 @@ export class Poke {
 
   private hear(news: News): void {
     if (news.news === "refused") this.disable(`The engine refuses the asset: ${news.sentence}`);
-    else if (news.news === "ready") this.panel.dataset.ready = "yes";
-    else if (news.news === "batch") this.show(news.batch);
+    else if (news.news === "ready") {
+      this.panel.dataset.ready = "yes";
+      this.help.textContent = kHelp + (news.deforms ? kDeforms : kAtRest);
+    } else if (news.news === "batch") this.show(news.batch);
     else if (news.news === "measured")
       this.message.textContent = news.ticks_per_s
         ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
@@ -184,6 +189,10 @@ export class Poke {
     return this.at(-0.3 * this.range_m);
   }
 
+  get depth_m(): number {
+    return Number(this.depth.value);
+  }
+
   private showDepth(): void {
     this.depthText.textContent = millimetres(Number(this.depth.value));
   }
@@ -193,7 +202,7 @@ export class Poke {
     if (this.isPressed && this.place) this.order({ order: "move", to: this.at(Number(this.depth.value)) });
   }
 
-  private press(place: Place): void {
+  press(place: Place): void {
     this.place = place;
     this.isPressed = true;
     this.pressButton.textContent = "Lift";
@@ -206,7 +215,7 @@ export class Poke {
     });
   }
 
-  private pressHere(): void {
+  pressHere(): void {
     if (!this.place) {
       this.message.textContent = "Choose a test point first.";
       return;
@@ -216,94 +225,26 @@ export class Poke {
     this.press(this.place);
   }
 
-  private lift(): void {
+  lift(): void {
     if (!this.isPressed) return;
     this.isPressed = false;
     this.pressButton.textContent = "Press";
     if (this.place) this.order({ order: "move", to: this.lifted() });
   }
 
-  private drag(place: Place | undefined): void {
+  drag(place: Place | undefined): void {
     if (!place || !this.isPressed) return;
     this.place = place;
     this.follow();
   }
 
-  private setDepth(depth_m: number): void {
+  setDepth(depth_m: number): void {
     this.depth.value = String(Math.min(Math.max(depth_m, 0), this.range_m));
     this.follow();
   }
 
-  private listen(canvas: HTMLCanvasElement): void {
-    let held: number | undefined;
-    // Before the view's own listeners: a pointer that presses does not turn the body.
-    canvas.addEventListener(
-      "pointerdown",
-      (event) => {
-        if (!this.isPoking || event.button !== 0) return;
-        if (held !== undefined) {
-          this.second = { id: event.pointerId, y: event.clientY, depth: Number(this.depth.value) };
-          return;
-        }
-        const place = this.view.under(event.clientX, event.clientY);
-        if (!place) return;
-        this.view.setOrbit(false);
-        canvas.setPointerCapture(event.pointerId);
-        held = event.pointerId;
-        this.press(place);
-      },
-      { capture: true },
-    );
-    canvas.addEventListener("pointermove", (event) => {
-      if (this.second?.id === event.pointerId) {
-        this.setDepth(this.second.depth + ((event.clientY - this.second.y) / 150) * this.range_m);
-        return;
-      }
-      if (event.pointerId !== held) return;
-      if (event.pointerType === "pen" && event.pressure > 0) this.setDepth(event.pressure * this.range_m);
-      this.drag(this.view.under(event.clientX, event.clientY));
-    });
-    const end = (event: PointerEvent) => {
-      if (this.second?.id === event.pointerId) this.second = undefined;
-      if (event.pointerId !== held) return;
-      held = undefined;
-      this.lift();
-      this.view.setOrbit(true);
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener(
-      "wheel",
-      (event) => {
-        if (!this.isPressed) return;
-        event.preventDefault();
-        event.stopImmediatePropagation();
-        this.setDepth(Number(this.depth.value) - Math.sign(event.deltaY) * 0.03 * this.range_m);
-      },
-      { capture: true, passive: false },
-    );
-    canvas.addEventListener("keydown", (event) => {
-      if (!this.isPoking || event.ctrlKey || event.metaKey || event.altKey) return;
-      const move = (right: number, up: number) => this.moveBy(right * kKeyStep, up * kKeyStep);
-      const keys: Record<string, () => void> = {
-        " ": () => (this.isPressed ? this.lift() : this.pressHere()),
-        Escape: () => this.lift(),
-        ArrowLeft: () => move(-1, 0),
-        ArrowRight: () => move(1, 0),
-        ArrowUp: () => move(0, 1),
-        ArrowDown: () => move(0, -1),
-        PageDown: () => this.setDepth(Number(this.depth.value) + kKeyStep * this.range_m),
-        PageUp: () => this.setDepth(Number(this.depth.value) - kKeyStep * this.range_m),
-      };
-      const act = keys[event.key];
-      if (!act) return;
-      event.preventDefault();
-      act();
-    });
-  }
-
   /** Moves the tool along the surface by shares of the range, as the screen has right and up. */
-  private moveBy(right: number, up: number): void {
+  moveBy(right: number, up: number): void {
     if (!this.place) return;
     const [x, y] = this.view.screenAxes();
     const way = x.multiplyScalar(right).addScaledVector(y, up);
@@ -339,6 +280,14 @@ export class Poke {
     const tip = new Vector3(...batch.tip);
     const outward = state === 0 ? (this.place as Place).outward : new Vector3().fromArray(a, Answer.normal).negate();
     const isAway = !this.isPressed && state === 0 && tip.distanceTo(new Vector3(...this.lifted())) < 1e-5;
+    if (batch.displacement || isAway) {
+      const most = this.view.deform(isAway ? undefined : batch.displacement);
+      const dent = this.values.get("dent");
+      if (dent) {
+        dent.textContent = millimetres(most.by_m);
+        dent.dataset.from_tip_m = String(most.at.distanceTo(tip)); // for those who look closer
+      }
+    }
     this.view.showTool(isAway ? undefined : tip, outward, this.ball_m, force, this.fullForce_N);
     if (isAway) this.order({ order: "rest" });
   }

@@ -30,6 +30,13 @@ function sentences(s: Statement, contents: Contents): string[] {
     out.push(
       `This compares noise in part: at ${percent(s.within_reference, 0)} of the rows the error is within the reference's own.`,
     );
+  const shape = s.shape_error;
+  if (shape?.near && shape.all)
+    out.push(
+      `The surface is shown within ${percent(shape.near.median_rel)} of the depth (95th percentile ${percent(shape.near.p95_rel)}, ` +
+        `${quantity(shape.near.p95_m, "m")}) within three contact radii of the tool, over the whole body within ` +
+        `${percent(shape.all.p95_rel)} (95th percentile).`,
+    );
   if (s.reference_failures > 0)
     out.push(
       `${counted(s.reference_failures, "reference row", "reference rows")} could not be solved and ${s.reference_failures === 1 ? "is" : "are"} left out.`,

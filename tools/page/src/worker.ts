@@ -18,6 +18,8 @@ export type Order =
 export interface Batch {
   tip: Vector;
   answer: Float64Array;
+  /** Of each vertex [m], three numbers; none where the engine does not say, or said it just now. */
+  displacement: Float32Array | undefined;
   /** A tick of the batch slid. */
   slid: boolean;
   pressing_N: Float32Array;
@@ -26,7 +28,7 @@ export interface Batch {
 }
 
 export type News =
-  | { news: "ready" }
+  | { news: "ready"; deforms: boolean }
   | { news: "refused"; sentence: string }
   | { news: "batch"; batch: Batch }
   | { news: "record"; tip_m: Float64Array; force_N: Float64Array }
@@ -37,6 +39,7 @@ const kSlip = 2; // PALPATE_SLIP
 const kMaxDue = 100; // after a pause the tool goes on where it stood
 const kNews_ms = 15;
 const kNearing = 0.04; // of the way that is left, a tick: 25 ms until the tool has followed
+const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are told
 const kRecorded = 600 * kRate_Hz; // ticks; ten minutes
 
 let engine: Engine;
@@ -52,6 +55,8 @@ let forces = new Float64Array(0);
 let pressing: number[] = [];
 let sliding: number[] = [];
 let told_ms = 0;
+let deforms_ms = 0;
+let stood = ""; // where tool and contact point were when the surface was told last
 let rate: { at_ms: number; ticks: number }[] = [];
 let ticks = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
@@ -79,17 +84,31 @@ function tick(): void {
   ++ticks;
 }
 
+function deformed(now: number): Float32Array | undefined {
+  if (!engine.deforms || now < deforms_ms) return undefined;
+  const a = engine.answer();
+  const stands = [...tip, a[Answer.state], ...vector(a.subarray(Answer.contact_m), 0)].join();
+  if (stands === stood) return undefined;
+  stood = stands;
+  const displacement = engine.deform().slice();
+  const spent = performance.now() - now;
+  deforms_ms = now + spent / kDeformShare;
+  return displacement;
+}
+
 function tell(now: number): void {
   if (now - told_ms < kNews_ms || pressing.length === 0) return;
   told_ms = now;
   rate.push({ at_ms: now, ticks });
   rate = rate.filter((r) => now - r.at_ms < 1500);
   const [first, last] = [rate[0], rate[rate.length - 1]];
+  const displacement = deformed(now);
   say({
     news: "batch",
     batch: {
       tip,
       answer: engine.answer().slice(),
+      displacement,
       slid,
       pressing_N: Float32Array.from(pressing),
       sliding_N: Float32Array.from(sliding),
@@ -121,6 +140,7 @@ function begin(from: Vector, to: Vector, interpolates: boolean): void {
   }
   engine.start(interpolates);
   recorded = 0;
+  stood = "";
   [tip, target] = [from, to];
   if (timer !== undefined) return;
   [started_ms, done, rate] = [performance.now(), 0, []];
@@ -147,7 +167,7 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     try {
       engine = await Engine.open(data.module, new Uint8Array(data.asset));
       step_m = data.speed_m_s / kRate_Hz;
-      say({ news: "ready" });
+      say({ news: "ready", deforms: engine.deforms });
     } catch (failure) {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }

@@ -1,0 +1,80 @@
+#include "libfit/shape/shape_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/core/geometry.hpp"
+#include "libfit/core/statistics.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kNearRadii = 3;
+constexpr double kLeastDepth = 0.1;  // of the deepest
+
+struct Errors {
+  std::vector<double> error_m, share;
+
+  void add(double error, double depth_m) {
+    error_m.push_back(error);
+    share.push_back(error / depth_m);
+  }
+  ShapeErrorFigures figures() const {
+    return {quantile(error_m, 0.5), quantile(error_m, 0.95), quantile(error_m, 1),
+            quantile(share, 0.5),   quantile(share, 0.95),   quantile(share, 1)};
+  }
+};
+
+double deepest_in_ball(const runtime::AssetView& asset, const runtime::DentState& state,
+                       const std::vector<runtime::Vec3d>& at) {
+  double deepest = 0;
+  const auto look = [&](const runtime::Vec3d& place) {
+    const runtime::Vec3d away = place - state.centre;
+    deepest = std::max(deepest, state.radius_m - std::sqrt(runtime::dot(away, away)));
+  };
+  for (int t = 0; t < asset.triangles; ++t) {
+    const runtime::Vec3d corner[3] = {at[asset.corner(t, 0)], at[asset.corner(t, 1)],
+                                      at[asset.corner(t, 2)]};
+    for (int k = 0; k < 3; ++k) look((corner[k] + corner[(k + 1) % 3]) * 0.5);
+    look((corner[0] + corner[1] + corner[2]) * (1.0 / 3));
+  }
+  return deepest;
+}
+
+}  // namespace
+
+ShapeError shape_error(const runtime::AssetView& asset, const Samples& samples,
+                       const std::vector<std::optional<runtime::Contact>>& contacts,
+                       const std::vector<char>& counts, bool is_shown) {
+  Errors near, all;
+  ShapeError out;
+  std::vector<runtime::Vec3d> at(static_cast<std::size_t>(asset.vertices));
+  for (std::size_t row = 0; row < contacts.size(); ++row) {
+    runtime::DentState state;
+    if (!contacts[row] || (!counts.empty() && !counts[row])) continue;
+    if (!runtime::shape_state(asset, *contacts[row], 0, state)) continue;
+    if (!is_shown) state.radius_m = 0;
+    const runtime::Deformation deformation(asset, *contacts[row], state);
+    const double depth_m = std::max(state.normal_m, kLeastDepth * asset.shape.depth_m);
+    const double reach_m = kNearRadii * runtime::shape_radius_m(asset.shape, state.normal_m);
+    const float* moved = samples.surface.row(static_cast<Eigen::Index>(row)).data();
+    for (int v = 0; v < asset.vertices; ++v) {
+      const runtime::Vec3d u = deformation.at(v), rest = asset.vertex_at(v);
+      const runtime::Vec3d off = u - runtime::Vec3d{double(moved[3 * v]), double(moved[3 * v + 1]),
+                                                    double(moved[3 * v + 2])};
+      const double error_m = std::sqrt(runtime::dot(off, off));
+      const runtime::Vec3d way = rest - state.point;
+      all.add(error_m, depth_m);
+      if (runtime::dot(way, way) <= reach_m * reach_m) near.add(error_m, depth_m);
+      at[static_cast<std::size_t>(v)] = rest + u;
+    }
+    if (state.radius_m > 0)
+      out.penetration_m = std::max(out.penetration_m, deepest_in_ball(asset, state, at));
+    ++out.rows;
+  }
+  out.near = near.figures();
+  out.all = all.figures();
+  return out;
+}
+
+}  // namespace palpate

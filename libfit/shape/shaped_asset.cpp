@@ -1,0 +1,38 @@
+#include "libfit/shape/shaped_asset.hpp"
+
+namespace palpate {
+namespace {
+
+std::vector<float> floats_of(const double* from, Eigen::Index count) {
+  std::vector<float> out;
+  for (Eigen::Index i = 0; i < count; ++i) out.push_back(static_cast<float>(from[i]));
+  return out;
+}
+
+}  // namespace
+
+ShapedAsset::ShapedAsset(const runtime::AssetView& asset, const ShapeResponse& shape,
+                         const Triangles& blend_point, const Points& blend_weight)
+    : view_(asset) {
+  for (int v = 0; v < asset.vertices; ++v)
+    for (int k = 0; k < 3; ++k) {
+      blend_point_.push_back(asset.covered[v] ? blend_point(v, k) : 0);
+      blend_weight_.push_back(asset.covered[v] ? static_cast<float>(blend_weight(v, k)) : 0.0F);
+    }
+  point_ = floats_of(shape.point.data(), shape.point.size());
+  drag_ = floats_of(shape.drag.data(), shape.drag.size());
+  mode_ = floats_of(shape.mode.data(), shape.mode.size());
+  view_.shape = {static_cast<int>(shape.point.rows()),
+                 shape.intervals,
+                 shape.modes,
+                 shape.radius_power,
+                 shape.depth_m,
+                 shape.radius_m,
+                 blend_point_.data(),
+                 blend_weight_.data(),
+                 point_.data(),
+                 drag_.data(),
+                 mode_.data()};
+}
+
+}  // namespace palpate

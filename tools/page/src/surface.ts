@@ -1,0 +1,175 @@
+// The surface of the body: its map of colours, its rest and how a tool moves it.
+
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  DoubleSide,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  type Raycaster,
+  SRGBColorSpace,
+  Vector3,
+} from "three";
+import { kUncovered, viridis } from "./colours";
+import { type Contents, floats, integers, nearest, vector } from "./contents";
+import type { PlaceCurve } from "./curves";
+
+export type MapName = "stiffness_N_m" | "force_N" | "friction";
+
+/** Where a ray from the eye meets the resting surface. */
+export interface Place {
+  position: Vector3;
+  /** Outward, unit, blended over the triangle. */
+  outward: Vector3;
+}
+
+export function linear(rgb: [number, number, number]): Color {
+  return new Color().setRGB(...rgb, SRGBColorSpace);
+}
+
+export class BodySurface {
+  /** What is drawn. */
+  readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
+  /** Of each vertex: outward. */
+  readonly normals: Float32Array;
+  readonly covered: Int32Array;
+  /** Its edges, which show how it bends; seen while it is moved. */
+  private readonly wires: Mesh<BufferGeometry, MeshBasicMaterial>;
+  /** As it rests: what rays meet, whatever a tool does to the body. */
+  private readonly rest: Mesh<BufferGeometry, MeshBasicMaterial>;
+  /** As `Contents.maps` has them, read once. */
+  private readonly maps: Record<MapName, Float32Array>;
+
+  constructor(private readonly contents: Contents) {
+    const surface = contents.surface;
+    if (!surface) throw new Error("There is no surface.");
+    const vertices = floats(surface.vertices_m);
+    const index = new BufferAttribute(new Uint32Array(integers(surface.triangles).buffer), 1);
+    const made = (positions: Float32Array) => {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute("position", new BufferAttribute(positions, 3));
+      geometry.setIndex(index);
+      geometry.computeBoundingSphere();
+      return geometry;
+    };
+    const geometry = made(vertices.slice());
+    geometry.computeVertexNormals();
+    this.normals = surface.inward_normal
+      ? floats(surface.inward_normal).map((v) => -v)
+      : (geometry.getAttribute("normal").array as Float32Array).slice();
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(vertices.length), 3));
+    this.mesh = new Mesh(
+      geometry,
+      new MeshLambertMaterial({
+        vertexColors: true,
+        side: DoubleSide,
+        polygonOffset: true,
+        polygonOffsetFactor: 1,
+        polygonOffsetUnits: 1,
+      }),
+    );
+    this.wires = new Mesh(
+      geometry,
+      new MeshBasicMaterial({ color: 0x000000, wireframe: true, transparent: true, opacity: 0.22, depthWrite: false }),
+    );
+    this.wires.visible = false;
+    this.mesh.add(this.wires);
+    this.rest = new Mesh(made(vertices), new MeshBasicMaterial({ side: DoubleSide }));
+    this.covered = integers(contents.maps?.vertices);
+    this.maps = {
+      stiffness_N_m: floats(contents.maps?.stiffness_N_m),
+      force_N: floats(contents.maps?.force_N),
+      friction: floats(contents.maps?.friction),
+    };
+  }
+
+  /** At rest [m], three numbers a vertex. */
+  get vertices(): Float32Array {
+    return this.rest.geometry.getAttribute("position").array as Float32Array;
+  }
+
+  /** Moves the vertices by three numbers each [m], none: to rest. Returns the one that moves most, where it is now. */
+  deform(displacement: Float32Array | undefined): { by_m: number; at: Vector3 } {
+    const attribute = this.mesh.geometry.getAttribute("position") as BufferAttribute;
+    const at = attribute.array as Float32Array;
+    const rest = this.vertices;
+    if (displacement?.length === rest.length) for (let i = 0; i < at.length; ++i) at[i] = rest[i] + displacement[i];
+    else at.set(rest);
+    this.wires.visible = displacement !== undefined;
+    attribute.needsUpdate = true;
+    this.mesh.geometry.computeVertexNormals();
+    let [most, squared] = [0, 0];
+    for (let v = 0; v < at.length / 3; ++v) {
+      const [x, y, z] = vector(at, v);
+      const [a, b, c] = vector(rest, v);
+      const here = (x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2;
+      if (here > squared) [most, squared] = [v, here];
+    }
+    return { by_m: Math.sqrt(squared), at: new Vector3(...vector(at, most)) };
+  }
+
+  /** Where a ray meets the resting surface first. */
+  hit(caster: Raycaster): Place | undefined {
+    const hit = caster.intersectObject(this.rest)[0];
+    if (!hit?.face || !hit.barycoord) return undefined;
+    const outward = new Vector3();
+    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
+      outward.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
+    });
+    if (outward.lengthSq() < 1e-12) outward.copy(hit.face.normal);
+    return { position: hit.point, outward: outward.normalize() };
+  }
+
+  /** Values of a map at each covered vertex, between the depths that are stored. */
+  private values(name: MapName, depth_m: number): Float32Array | undefined {
+    const maps = this.contents.maps;
+    if (!maps) return undefined;
+    const all = this.maps[name];
+    const count = this.covered.length;
+    const last = maps.depths_m.length - 1;
+    const at = Math.min(Math.max((depth_m / maps.depths_m[last]) * (last + 1) - 1, 0), last);
+    const k = Math.min(Math.floor(at), last - 1);
+    const t = last > 0 ? at - k : 0;
+    const upper = last > 0 ? k + 1 : k;
+    return Float32Array.from(
+      { length: count },
+      (_, i) => (1 - t) * all[Math.max(k, 0) * count + i] + t * all[upper * count + i],
+    );
+  }
+
+  /** Normal force over depth at the covered vertex nearest to a place; none where the place is not covered. */
+  curveAt(place: Vector3): PlaceCurve | undefined {
+    const maps = this.contents.maps;
+    if (!maps) return undefined;
+    const i = this.covered.indexOf(nearest(this.vertices, place.toArray()));
+    if (i < 0) return undefined;
+    const force = this.maps.force_N;
+    return {
+      depth_m: [0, ...maps.depths_m],
+      force_N: [0, ...maps.depths_m.map((_, k) => force[k * this.covered.length + i])],
+    };
+  }
+
+  /** Colours the surface; returns the values at the two ends of the colour bar. */
+  colour(name: MapName, depth_m: number): [number, number] | undefined {
+    const attribute = this.mesh.geometry.getAttribute("color") as BufferAttribute;
+    const grey = linear(kUncovered);
+    for (let v = 0; v < attribute.count; ++v) attribute.setXYZ(v, grey.r, grey.g, grey.b);
+    const values = this.values(name, depth_m);
+    let ends: [number, number] | undefined;
+    if (values?.some(Number.isFinite)) {
+      const finite = Array.from(values.filter((v) => Number.isFinite(v) && v !== 0)).sort((a, b) => a - b);
+      ends = [finite[0] ?? 0, finite[finite.length - 1] ?? 1];
+      const [low, high] = ends;
+      this.covered.forEach((v, i) => {
+        if (!Number.isFinite(values[i])) return;
+        const c = linear(viridis(high > low ? (values[i] - low) / (high - low) : 0.5));
+        attribute.setXYZ(v, c.r, c.g, c.b);
+      });
+    }
+    attribute.needsUpdate = true;
+    return ends;
+  }
+}
