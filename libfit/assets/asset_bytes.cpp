@@ -64,7 +64,7 @@ AssetShape shape_of(const Model& model, const AssetSurface& surface) {
   out.header.radius_m = shape.radius_m;
   for (Eigen::Index v = 0; v < model.blend_point.rows(); ++v)
     for (int k = 0; k < 3; ++k) {
-      const bool answers = surface.covered[static_cast<std::size_t>(v)] != 0;
+      const bool answers = surface.covered[static_cast<std::size_t>(v)] == runtime::kMeasured;
       out.blend_point.push_back(answers ? model.blend_point(v, k) : 0);
       out.blend_weight.push_back(answers ? static_cast<float>(model.blend_weight(v, k)) : 0.0F);
     }

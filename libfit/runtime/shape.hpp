@@ -37,7 +37,7 @@ static_assert(sizeof(ShapeHeader) == 64, "the header of the shape response is pa
 
 enum ShapePart : int {
   kShapeBlendPoint,   ///< int32 V x 3: test points whose numbers a vertex blends
-  kShapeBlendWeight,  ///< float V x 3, sum 1; 0 where not covered
+  kShapeBlendWeight,  ///< float V x 3, sum 1; 0 where not measured
   kShapePoint,        ///< float P x shape_numbers
   kShapeDrag,         ///< float shape_drag_numbers
   kShapeMode,         ///< float V x modes x 3: fields of the whole body
@@ -146,7 +146,8 @@ inline Status check_shape(const AssetView& view) noexcept {
       sum += weight;
       if (!(std::fabs(double(view.normal[3 * v + k])) <= 2)) return Status::shape_wrong;
     }
-    if (!(std::fabs(sum - (view.covered[v] ? 1 : 0)) <= kSumTolerance)) return Status::shape_wrong;
+    if (!(std::fabs(sum - (view.covered[v] == kMeasured ? 1 : 0)) <= kSumTolerance))
+      return Status::shape_wrong;
   }
   return Status::ok;
 }

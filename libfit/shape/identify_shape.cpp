@@ -146,11 +146,12 @@ class Identification {
   std::size_t rows() const { return known_.size(); }
 
  private:
-  // Whether test points answer for a contact point: in the rim numbers fade.
+  // Whether test points answer for a contact point: in the skirt numbers fade.
   bool is_known(const runtime::Contact& contact) const {
     double known = 0;
     for (int k = 0; k < 3; ++k)
-      if (asset_.covered[asset_.corner(contact.triangle, k)]) known += contact.weight[k];
+      if (asset_.covered[asset_.corner(contact.triangle, k)] == runtime::kMeasured)
+        known += contact.weight[k];
     return known > kKnown;
   }
 

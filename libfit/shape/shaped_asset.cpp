@@ -16,8 +16,9 @@ ShapedAsset::ShapedAsset(const runtime::AssetView& asset, const ShapeResponse& s
     : view_(asset) {
   for (int v = 0; v < asset.vertices; ++v)
     for (int k = 0; k < 3; ++k) {
-      blend_point_.push_back(asset.covered[v] ? blend_point(v, k) : 0);
-      blend_weight_.push_back(asset.covered[v] ? static_cast<float>(blend_weight(v, k)) : 0.0F);
+      const bool answers = asset.covered[v] == runtime::kMeasured;
+      blend_point_.push_back(answers ? blend_point(v, k) : 0);
+      blend_weight_.push_back(answers ? static_cast<float>(blend_weight(v, k)) : 0.0F);
     }
   point_ = floats_of(shape.point.data(), shape.point.size());
   drag_ = floats_of(shape.drag.data(), shape.drag.size());
