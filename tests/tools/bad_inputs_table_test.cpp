@@ -69,7 +69,7 @@ std::vector<BadInput> bad_inputs() {
       {"an empty scene", "run bad.toml -o o", 1, {{"bad.toml", ""}}},
       {"a folder as a scene", "run out -o o"},
       {"a mesh as a scene", "check block.off"},
-      {"an asset as a scene", "check out/asset.palp.copy"},
+      {"an asset as a scene", "run out/asset.palp.copy -o o"},
       {"a scene cut in the middle", "run bad.toml -o o", 1, {{"bad.toml", kScene.substr(0, 90)}}},
       in_scene("a key misspelt", "depth =", "detph ="),
       in_scene("a section misspelt", "[probe]", "[prob]"),
