@@ -9,6 +9,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "libfem/mesh/read/read.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfit/core/statistics.hpp"
 #include "tests/support/shared_data.hpp"
