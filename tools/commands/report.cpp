@@ -19,7 +19,8 @@ class Report final : public Command {
   int run(Reply& reply) override {
     write_page(output_, contents_of_folders(folders_));
     say("wrote {}: open it in a browser", output_);
-    reply.json = nlohmann::ordered_json{{"folders", folders_}}.dump();
+    reply.json = nlohmann::ordered_json{{"folders", folders_}}.dump(
+        -1, ' ', false, nlohmann::json::error_handler_t::replace);  // paths may be any bytes
     return kDone;
   }
 
