@@ -26,15 +26,8 @@ std::set<std::string> commands(const std::string& help) {
   return names;
 }
 
-const std::string kManifest = R"([[recording]]
-file = "*.press.csv"
-columns = { time = "t", depth = "d", force = "F" }
-units = { time = "s", position = "mm", force = "N" }
-force_on = "body"
-position = [0, 0, 40]
-normal = [0, 0, -1]
-probe = { shape = "flat", radius = "10 mm" }
-)";
+const std::string kManifest =
+    press_manifest("*.press.csv") + "probe = { shape = \"flat\", radius = \"10 mm\" }\n";
 
 std::string press(double stiffness_N_m) {
   std::string text = "t,d,F\n";

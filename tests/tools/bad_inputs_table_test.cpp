@@ -38,14 +38,7 @@ BadInput in_manifest(const char* what, const std::string& manifest,
   return {what, "import bad.toml -o s.h5", 1, {{"bad.toml", manifest}, {"a.csv", recording}}};
 }
 
-const std::string kManifest = R"([[recording]]
-file = "a.csv"
-columns = { time = "t", depth = "d", force = "F" }
-units = { time = "s", position = "mm", force = "N" }
-force_on = "body"
-position = [0, 0, 40]
-normal = [0, 0, -1]
-)";
+const std::string kManifest = press_manifest("a.csv");
 
 std::vector<BadInput> bad_inputs() {
   const std::string fixed = "fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n";

@@ -11,6 +11,17 @@
 
 namespace palpate::tools::testing_support {
 
+/// A manifest of presses on the block's top, from the CSV files that `file` matches.
+inline std::string press_manifest(const std::string& file) {
+  return "[[recording]]\nfile = \"" + file + R"("
+columns = { time = "t", depth = "d", force = "F" }
+units = { time = "s", position = "mm", force = "N" }
+force_on = "body"
+position = [0, 0, 40]
+normal = [0, 0, -1]
+)";
+}
+
 inline const std::string kScene = R"([body]
 surface = "block.off"
 length_unit = "mm"

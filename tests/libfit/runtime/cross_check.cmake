@@ -2,12 +2,7 @@
 # -DASSETS= -P this. loop.c opens the asset, and opening replays its check path bit for bit.
 set(engine ${SOURCE}/libfit/runtime)
 set(flags -O2 -ffp-contract=off -Wall -Wextra -Werror)
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out)
-  if(status)
-    message(FATAL_ERROR "${ARGV}\n${out}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 # compiler(NAME): ${NAME}g++ and ${NAME}gcc, or this test is skipped.
 macro(compiler prefix)
   find_program(CXX ${prefix}g++)

@@ -1,11 +1,6 @@
 # use_engine(PREFIX): a project of five lines that uses the engine installed in PREFIX, by
 # find_package and by pkg-config. Wants SOURCE, WORK, ASSET, VERSION.
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE out)
-  if(status)
-    message(FATAL_ERROR "${ARGV}\n${out}")
-  endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 function(use_engine prefix)
   file(WRITE ${WORK}/user/CMakeLists.txt

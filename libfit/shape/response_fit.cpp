@@ -1,0 +1,303 @@
+#include "libfit/shape/response_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/shape/contact_states.hpp"
+
+namespace palpate {
+namespace {
+
+using runtime::Deformation;
+using runtime::DentState;
+using runtime::ShapePlace;
+using runtime::Vec3d;
+
+constexpr int kDepths = runtime::kShapeDepths;
+// Priors, of the mean diagonal of the normal equations.
+constexpr double kSmoothness = 1e-3;  // of second differences of splines
+constexpr double kEven = 1e3;         // that the dent has no tip
+// Functions that no datum bounds at the contact point go to 0 there: of a mesh whose cells are
+// wider than the contact, they had no bound and moved vertices by twice the depth.
+constexpr double kToZero = 1e-4;
+constexpr double kToMean = 1e-3;    // of a point towards the body's mean
+constexpr int kMaxGramRows = 400;   // that modes are found from
+constexpr int kRounds = 2;          // near functions and modes are found by turns
+constexpr double kAnswered = 0.99;  // share of a contact point that measured curves answer for
+
+}  // namespace
+
+ResponseFit::ResponseFit(const runtime::AssetView& asset, const Samples& samples,
+                         const Triangles& blend_point, const Points& blend_weight,
+                         const ShapeOptions& options)
+    : asset_(asset),
+      samples_(samples),
+      blend_point_(blend_point),
+      blend_weight_(blend_weight),
+      mode_scale_(std::sqrt(double(asset.vertices))),
+      contacts_(contact_states(asset, samples, options.depth_m)) {
+  shape_.intervals = options.intervals;
+  shape_.radius_power = options.radius_power;
+  shape_.depth_m = options.depth_m;
+  shape_.radius_m = options.radius_m;
+}
+
+ShapeResponse ResponseFit::of(const std::vector<char>& counts, int modes) {
+  take_rows(counts);
+  shape_.modes = 0;
+  shape_.mode.resize(asset_.vertices, 0);
+  shape_.point.setZero(samples_.points(), runtime::shape_numbers(shape_.intervals, 0));
+  shape_.drag.setZero(runtime::shape_drag_numbers(shape_.intervals, 0));
+  fit_presses();
+  fit_drags();
+  if (modes > 0 && !rows_.empty()) {
+    find_modes(modes);
+    for (int round = 0; round < kRounds; ++round) {
+      fit_press_amplitudes();
+      fit_drag_amplitudes();
+      fit_presses();
+      fit_drags();
+    }
+  }
+  shape_.point = rounded_to_float(shape_.point);
+  shape_.drag = rounded_to_float(shape_.drag);
+  shape_.mode = rounded_to_float(shape_.mode);
+  return shape_;
+}
+
+bool ResponseFit::can_tell(std::size_t row) const {
+  if (!contacts_[row]) return false;
+  double answered = 0;
+  for (int k = 0; k < 3; ++k)
+    if (asset_.covered[asset_.corner(contacts_[row]->triangle, k)] == runtime::kMeasured)
+      answered += contacts_[row]->weight[k];
+  return answered > kAnswered;
+}
+
+void ResponseFit::take_rows(const std::vector<char>& counts) {
+  rows_.clear();
+  for (std::size_t row = 0; row < contacts_.size(); ++row) {
+    DentState state;
+    if (!can_tell(row) || (!counts.empty() && !counts[row])) continue;
+    if (!runtime::shape_state(asset_, *contacts_[row], 0, state)) continue;
+    state.radius_m = 0;  // what the ball pushes out is not the response's
+    rows_.push_back({static_cast<Eigen::Index>(row), samples_.kind[row] == ExperimentKind::press,
+                     &*contacts_[row], state});
+  }
+}
+
+/// What the engine's response leaves of a vertex's motion [m].
+Vec3d ResponseFit::left_of(const Deformation& shown, const Row& row, int v) const {
+  const float* moved = samples_.surface.data() + row.row * samples_.surface.cols() + 3 * v;
+  return Vec3d{double(moved[0]), double(moved[1]), double(moved[2])} - shown.at(v);
+}
+
+/// The same of all vertices, 3V.
+Eigen::VectorXf ResponseFit::left_of(const runtime::AssetView& shown, const Row& row) const {
+  const Deformation deformation(shown, *row.contact, row.state);
+  Eigen::VectorXf out(3 * asset_.vertices);
+  for (int v = 0; v < asset_.vertices; ++v) {
+    const Vec3d left = left_of(deformation, row, v);
+    out.segment<3>(3 * v) = Vec3(left.x, left.y, left.z).cast<float>();
+  }
+  return out;
+}
+
+/// use(v, place, weight) of vertices near a contact point: those under the tool count most.
+template <class Use>
+void ResponseFit::each_near(const DentState& state, const Use& use) const {
+  runtime::ShapeView lengths;
+  lengths.depth_m = shape_.depth_m;
+  lengths.radius_m = shape_.radius_m;
+  lengths.radius_power = shape_.radius_power;
+  const double a = runtime::shape_radius_m(lengths, state.normal_m);
+  ShapePlace place;
+  for (int v = 0; v < asset_.vertices; ++v) {
+    const Vec3d X = asset_.vertex_at(v);
+    if (!see_place(state, a, shape_.intervals, X, asset_.normal_at(v), place)) continue;
+    const Vec3d way = X - state.point;
+    const double s2 = runtime::dot(way, way) / (a * a);
+    use(v, place, 1 / ((1 + s2 / 9) * state.normal_m * state.normal_m));
+  }
+}
+
+/// The dent along u and the way in and out (M31), each by itself, since they are perpendicular, of
+/// what the modes leave.
+void ResponseFit::fit_presses() {
+  const int M = shape_.intervals, size = kDepths * M;
+  const auto points = static_cast<std::size_t>(samples_.points());
+  std::vector<NormalEquations> dent(points, NormalEquations(size)), out = dent;
+  shape_.point.leftCols(runtime::shape_numbers(M, 0)).setZero();
+  shape_.drag.head(runtime::shape_drag_numbers(M, 0)).setZero();
+  const ShapedAsset far(asset_, shape_, blend_point_, blend_weight_);
+  for (const Row& row : rows_) {
+    if (!row.is_press) continue;
+    const Deformation shown(far.view(), *row.contact, row.state);
+    const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
+    const double d = row.state.normal_m, x = d / shape_.depth_m;
+    each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
+      const Vec3d left = left_of(shown, row, v);
+      const auto add = [&](NormalEquations& to, double scale, double value) {
+        double entry[4 * kDepths];
+        int column[4 * kDepths], count = 0;
+        for (int power = 0; power < kDepths; ++power, scale *= x)
+          for (int j = 0; j < 4 && place.first + j < M; ++j) {
+            entry[count] = scale * place.w[j];
+            column[count++] = power * M + place.first + j;
+          }
+        to.add(entry, column, count, value, weight);
+      };
+      const double length = std::sqrt(runtime::dot(place.out, place.out));
+      add(dent[p], d * place.facing, runtime::dot(left, row.state.normal));
+      if (length > 1e-9)
+        add(out[p], d * place.facing * length, runtime::dot(left, place.out) / length);
+    });
+  }
+  Eigen::MatrixXd smooth = kSmoothness * second_differences(M, kDepths), even = smooth;
+  for (int block = 0; block < kDepths && M > 2; ++block) {
+    Eigen::VectorXd tip = Eigen::VectorXd::Zero(size);
+    tip[block * M] = 1;
+    tip[block * M + 2] = -1;
+    even += kEven * tip * tip.transpose();
+  }
+  even.diagonal().tail(size - M).array() += kToZero;
+  store(dent, even, 0);
+  smooth.diagonal().array() += kToZero;
+  store(out, smooth, size);
+}
+
+/// Each point's own numbers, held to the mean of all points, which stands for points without rows.
+void ResponseFit::store(const std::vector<NormalEquations>& of_points, const Eigen::MatrixXd& prior,
+                        int at) {
+  NormalEquations all(prior.rows());
+  for (const NormalEquations& one : of_points) all += one;
+  const Eigen::VectorXd mean = all.solve(prior);
+  for (std::size_t p = 0; p < of_points.size(); ++p)
+    shape_.point.row(static_cast<Eigen::Index>(p)).segment(at, prior.rows()) =
+        of_points[p].is_empty() ? mean : of_points[p].solve(prior, kToMean, mean);
+}
+
+/// How the surface follows a tool sideways (M31): functions of the body.
+void ResponseFit::fit_drags() {
+  const int M = shape_.intervals;
+  NormalEquations equations(runtime::kShapeDragged * M);
+  const ShapedAsset pressed(asset_, shape_, blend_point_, blend_weight_);
+  for (const Row& row : rows_) {
+    if (row.is_press) continue;
+    const Deformation shown(pressed.view(), *row.contact, row.state);
+    const Vec3d q = row.state.carried_m, u = row.state.normal;
+    each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
+      const Vec3d left = left_of(shown, row, v);
+      const double along = runtime::dot(q, place.out);
+      const Vec3d term[runtime::kShapeDragged] = {q, place.out * along, u * along};
+      for (const auto part : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+        double entry[4 * runtime::kShapeDragged];
+        int column[4 * runtime::kShapeDragged], count = 0;
+        for (int i = 0; i < runtime::kShapeDragged; ++i)
+          for (int j = 0; j < 4 && place.first + j < M; ++j) {
+            entry[count] = place.facing * term[i].*part * place.w[j];
+            column[count++] = i * M + place.first + j;
+          }
+        equations.add(entry, column, count, left.*part, weight);
+      }
+    });
+  }
+  if (!equations.is_empty()) {
+    Eigen::MatrixXd prior = kSmoothness * second_differences(M, runtime::kShapeDragged);
+    prior.diagonal().array() += kToZero;
+    shape_.drag.head(equations.b.size()) = equations.solve(prior);
+    return;
+  }
+  // Without a drag: what sticks to the tool goes as far as it dents.
+  const auto dent = shape_.point.colwise().mean();
+  for (int j = 0; j < M; ++j)
+    for (int power = 0; power < kDepths; ++power) shape_.drag[j] += dent[power * M + j];
+}
+
+/// Modes, fields of the whole body (M32): principal components of what is left of rows, over their
+/// depth.
+void ResponseFit::find_modes(int modes) {
+  const ShapedAsset near(asset_, shape_, blend_point_, blend_weight_);
+  const std::size_t stride = (rows_.size() + kMaxGramRows - 1) / kMaxGramRows;
+  Eigen::MatrixXf left((rows_.size() + stride - 1) / stride, 3 * asset_.vertices);
+  for (std::size_t i = 0; i < rows_.size(); i += stride)
+    left.row(static_cast<Eigen::Index>(i / stride)) =
+        left_of(near.view(), rows_[i]).transpose() / static_cast<float>(rows_[i].state.normal_m);
+  const Eigen::MatrixXd gram = (left * left.transpose()).cast<double>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const auto count = static_cast<int>(std::min<Eigen::Index>(modes, gram.rows()));
+  modes_.resize(3 * asset_.vertices, count);
+  int found = 0;
+  for (int k = 0; k < count; ++k) {
+    const Eigen::Index at = gram.rows() - 1 - k;
+    if (!(solver.eigenvalues()[at] > 1e-12 * solver.eigenvalues()[gram.rows() - 1])) break;
+    modes_.col(found++) =
+        (left.transpose() * solver.eigenvectors().col(at).cast<float>()).normalized();
+  }
+  modes_.conservativeResize(Eigen::NoChange, found);
+  shape_.modes = found;
+  shape_.mode.resize(asset_.vertices, 3 * found);
+  for (int v = 0; v < asset_.vertices; ++v)
+    for (int k = 0; k < found; ++k)
+      for (int i = 0; i < 3; ++i)
+        shape_.mode(v, 3 * k + i) = rounded_to_float(mode_scale_ * double(modes_(3 * v + i, k)));
+  shape_.point.conservativeResize(Eigen::NoChange, runtime::shape_numbers(shape_.intervals, found));
+  shape_.drag.conservativeResize(runtime::shape_drag_numbers(shape_.intervals, found));
+  shape_.point.rightCols(kDepths * found).setZero();
+  shape_.drag.tail(3 * found).setZero();
+}
+
+/// How far each mode goes with the depth of a press, by test point, of what the near functions
+/// leave.
+void ResponseFit::fit_press_amplitudes() {
+  const auto found = modes_.cols();
+  const int at = runtime::shape_numbers(shape_.intervals, 0);
+  shape_.point.rightCols(kDepths * found).setZero();
+  shape_.drag.tail(3 * found).setZero();
+  const ShapedAsset near(asset_, shape_, blend_point_, blend_weight_);
+  const auto points = static_cast<std::size_t>(samples_.points());
+  std::vector<Eigen::Matrix2d> A(points, Eigen::Matrix2d::Zero());
+  std::vector<Eigen::MatrixXd> b(points, Eigen::MatrixXd::Zero(2, found));
+  for (const Row& row : rows_) {
+    if (!row.is_press) continue;
+    const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
+    const double d = row.state.normal_m;
+    const Eigen::Vector2d powers(1, d / shape_.depth_m);
+    A[p] += powers * powers.transpose();
+    b[p] += powers * (left_of(near.view(), row).transpose() * modes_).cast<double>() /
+            (mode_scale_ * d);
+  }
+  for (std::size_t p = 0; p < points; ++p) {
+    if (!(A[p].trace() > 0)) continue;
+    A[p].diagonal().array() += 1e-6 * A[p].trace();
+    const Eigen::MatrixXd amplitude = A[p].ldlt().solve(b[p]);
+    for (int power = 0; power < kDepths; ++power)
+      shape_.point.row(static_cast<Eigen::Index>(p)).segment(at + power * found, found) =
+          amplitude.row(power);
+  }
+}
+
+/// How far each mode goes with a drag, of what presses leave.
+void ResponseFit::fit_drag_amplitudes() {
+  const auto found = modes_.cols();
+  Mat3 A = Mat3::Zero();
+  Eigen::MatrixXd b = Eigen::MatrixXd::Zero(3, found);
+  const ShapedAsset pressed(asset_, shape_, blend_point_, blend_weight_);
+  for (const Row& row : rows_) {
+    if (row.is_press) continue;
+    const double d = row.state.normal_m;
+    const Vec3d& carried = row.state.carried_m;
+    const Vec3 q = Vec3(carried.x, carried.y, carried.z) / d;
+    A += q * q.transpose();
+    b += q * (left_of(pressed.view(), row).transpose() * modes_).cast<double>() / (mode_scale_ * d);
+  }
+  if (!(A.trace() > 0)) return;
+  A.diagonal().array() += 1e-3 * A.trace();
+  const Eigen::MatrixXd amplitude = A.ldlt().solve(b);
+  for (Eigen::Index k = 0; k < found; ++k)
+    shape_.drag.segment(runtime::kShapeDragged * shape_.intervals + 3 * k, 3) = amplitude.col(k);
+}
+
+}  // namespace palpate
