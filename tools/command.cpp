@@ -171,7 +171,7 @@ class Session {
  private:
   nlohmann::ordered_json object(const nlohmann::ordered_json& ended) const {
     nlohmann::ordered_json object{{"command", command_}};
-    if (!reply_.json.empty()) object.update(nlohmann::ordered_json::parse(reply_.json));
+    if (!reply_.json.is_null()) object.update(reply_.json);
     for (const std::string& file : wrote_)
       if (std::error_code missing; !file.empty() && std::filesystem::exists(file, missing))
         object["wrote"].push_back(

@@ -2,6 +2,7 @@
 
 #include <initializer_list>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,8 +42,8 @@ class Arguments {
 
 /// What a command says on stdout: the text, or with --json one object and nothing else.
 struct Reply {
-  std::string text;  ///< lines for people, the last without its end; empty: none
-  std::string json;  ///< an object for programs; run_program adds what all commands tell
+  std::string text;             ///< lines for people, the last without its end; empty: none
+  nlohmann::ordered_json json;  ///< an object for programs; run_program adds what all tell
 };
 
 /// A parsed command, ready to run. Every command takes --json, --quiet and --verbose.

@@ -60,8 +60,7 @@ class Check final : public Command {
     try {
       if (is_asset_file(scene_path_)) {
         AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, jobs_});
-        reply = {std::move(answer.text),
-                 answer.json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+        reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
       }
       inspect();
@@ -74,7 +73,7 @@ class Check final : public Command {
       fmt::print(stderr, "palpate: {}: {}\n", error_word(), e.what());
     }
     reply.text = std::move(text_);
-    reply.json = report_.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    reply.json = report_;
     return errors_.empty() ? kDone : kBadInput;
   }
 

@@ -34,8 +34,7 @@ class Export final : public Command {
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
                                         {"mean_vertices", report.mean_vertices},
-                                        {"remarks", report.remarks}}
-                     .dump();
+                                        {"remarks", report.remarks}};
     return kDone;
   }
 

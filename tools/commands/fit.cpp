@@ -72,11 +72,9 @@ class Fit final : public Command {
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
     const std::size_t bad = list_bad_points(curves);
-    reply.json = nlohmann::ordered_json{
-        {"points", curves.position.rows()},
-        {"family", name_of(curves.curves.family)},
-        {"without_curves_of_their_own",
-         bad}}.dump();
+    reply.json = nlohmann::ordered_json{{"points", curves.position.rows()},
+                                        {"family", name_of(curves.curves.family)},
+                                        {"without_curves_of_their_own", bad}};
     return bad ? kSomeFailed : kDone;
   }
 

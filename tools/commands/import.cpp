@@ -54,7 +54,7 @@ class Import final : public Command {
     assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
-    reply.json = summary_json(manifest.items, results, assembled);
+    reply.json = nlohmann::ordered_json::parse(summary_json(manifest.items, results, assembled));
     report(manifest, results, assembled);
     if (assembled.samples.rows() == 0)
       throw Error(manifest_,

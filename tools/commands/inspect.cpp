@@ -32,7 +32,7 @@ Reply answer_of(const FileDescription& file) {
                                  {"shape", h5::to_string(set.shape)},
                                  {"unit", unit}});
   }
-  return {text, json.dump()};
+  return {text, json};
 }
 
 Reply answer_of(const AssetFile& file) {
@@ -70,7 +70,7 @@ Reply answer_of(const AssetFile& file) {
       {"probe_radius_m", asset.probe_radius_m},
       {"has_guard", asset.has_guard},
       {"meta", nlohmann::ordered_json::parse(file.meta_json(), nullptr, false)}};
-  return {text, json.dump()};
+  return {text, json};
 }
 
 class Inspect final : public Command {

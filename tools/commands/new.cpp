@@ -55,10 +55,8 @@ class New final : public Command {
     parse_scene(proposed.text, output_);
     write_file_atomically(output_, proposed.text);
     say("wrote {}; next: palpate check {}", output_, output_);
-    reply.json =
-        nlohmann::ordered_json{
-            {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}}
-            .dump();
+    reply.json = nlohmann::ordered_json{
+        {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}};
     return kDone;
   }
 

@@ -66,7 +66,7 @@ class Predict final : public Command {
                   "Give samples at points that the model covers and was not fitted at.");
     Statement statement = summarize(compare(samples, replayed));
     statement.probes = predicted;
-    reply.json = to_json(statement);
+    reply.json = nlohmann::ordered_json::parse(to_json(statement));
     reply.text = fmt::format("{} points predicted, {} that the model does not cover\n{}", predicted,
                              uncovered, in_words(statement));
     return kDone;

@@ -30,8 +30,7 @@ class Prepare final : public Command {
     say("wrote {}", output_);
     reply.json = nlohmann::ordered_json{{"vertices", body.surface.vertices.rows()},
                                         {"tets", body.volume.tets.rows()},
-                                        {"test_points", body.test_points.position.rows()}}
-                     .dump();
+                                        {"test_points", body.test_points.position.rows()}};
     return kDone;
   }
 

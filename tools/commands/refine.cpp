@@ -45,7 +45,7 @@ class Refine final : public Command {
     say("wrote {}", output_);
     const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
     reply.json =
-        nlohmann::ordered_json{{"vertices", model.is_covered.size()}, {"covered", covered}}.dump();
+        nlohmann::ordered_json{{"vertices", model.is_covered.size()}, {"covered", covered}};
     return kDone;
   }
 

@@ -62,8 +62,7 @@ class Replay final : public Command {
     say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(),
         faults, guarded);
     reply.json =
-        nlohmann::ordered_json{{"ticks", rows.size()}, {"faults", faults}, {"guarded", guarded}}
-            .dump();
+        nlohmann::ordered_json{{"ticks", rows.size()}, {"faults", faults}, {"guarded", guarded}};
     return faults ? kSomeFailed : kDone;
   }
 

@@ -19,8 +19,7 @@ class Report final : public Command {
   int run(Reply& reply) override {
     write_page(output_, contents_of_folders(folders_));
     say("wrote {}: open it in a browser", output_);
-    reply.json = nlohmann::ordered_json{{"folders", folders_}}.dump(
-        -1, ' ', false, nlohmann::json::error_handler_t::replace);  // paths may be any bytes
+    reply.json = nlohmann::ordered_json{{"folders", folders_}};
     return kDone;
   }
 

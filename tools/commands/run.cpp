@@ -215,8 +215,7 @@ class Run final : public Command {
         nlohmann::ordered_json{{"folder", folder_},
                                {"stages_done", stages_done_},
                                {"items_failed", failed + statement.reference_failures},
-                               {"statement", nlohmann::ordered_json::parse(to_json(statement))}}
-            .dump();
+                               {"statement", nlohmann::ordered_json::parse(to_json(statement))}};
     return failed || statement.reference_failures ? kSomeFailed : kDone;
   }
 

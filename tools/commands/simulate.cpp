@@ -49,10 +49,7 @@ class Simulate final : public Command {
     say_force_errors(samples, scene_.experiments.force_tolerance);
     const std::size_t bad = list_bad_experiments(samples);
     reply.json = nlohmann::ordered_json{
-        {"rows", samples.rows()},
-        {"points", samples.points()},
-        {"experiments_not_good",
-         bad}}.dump();
+        {"rows", samples.rows()}, {"points", samples.points()}, {"experiments_not_good", bad}};
     return bad ? kSomeFailed : kDone;
   }
 

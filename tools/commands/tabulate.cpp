@@ -83,7 +83,7 @@ class Tabulate final : public Command {
     const std::vector<CurveTableRow> rows = read_and_tabulate();
     write_curve_rows(output_, rows);
     say("wrote {}: {} rows", output_, rows.size());
-    reply.json = nlohmann::ordered_json{{"rows", rows.size()}}.dump();
+    reply.json = nlohmann::ordered_json{{"rows", rows.size()}};
     return kDone;
   }
 

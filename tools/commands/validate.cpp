@@ -61,7 +61,7 @@ class Validate final : public Command {
       request_.model = &model;
     }
     const Statement statement = validate_asset(asset_, scene, body, request_);
-    reply = {in_words(statement), to_json(statement)};
+    reply = {in_words(statement), nlohmann::ordered_json::parse(to_json(statement))};
     return statement.reference_failures ? kSomeFailed : kDone;
   }
 

@@ -43,8 +43,7 @@ void add_shape(Model& model, const Samples& samples) {
                      options_for(fem::make_probe(*samples.probe, "[probe]"), depth_m), &report);
   if (model.shape.point.rows() == 0) return;
   say("  shape: {} fields of the whole body beside the dent, from {} rows ({:.1f} s); points left "
-      "out "
-      "are shown to within (p95, % of the depth, within three contact radii | everywhere)",
+      "out are shown to within (p95, % of the depth, within three contact radii | everywhere)",
       model.shape.modes, report.rows, wall_seconds() - from_s);
   for (const ShapeReport::Count& count : report.tried)
     say("  shape: {:>2} fields {:.2f} | {:.2f}", count.modes, 100 * count.near_p95,

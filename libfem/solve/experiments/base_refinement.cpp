@@ -12,7 +12,7 @@
 namespace palpate::fem {
 namespace {
 
-/// Share of the distortion whose tets stay whole. On a muscle, a sheet and a palm 0.1 catches all
+/// Share of the distortion whose tets stay whole. On a spindle, a sheet and a palm 0.1 catches all
 /// but 0.3 % of what halving every tet changes, with a third to a tenth of its nodes.
 constexpr double kUnseen = 0.1;
 
