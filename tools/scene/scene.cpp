@@ -240,6 +240,9 @@ ExperimentsSection read_experiments(SceneTable table, const std::filesystem::pat
 
 Scene parse_scene(const std::string& text, const std::filesystem::path& path,
                   std::vector<Error>* errors) {
+  if (text.find('\0') != std::string::npos)  // no text has one; assets and HDF5 files do
+    throw Error(path.string(), "is no text",
+                "Name a scene, such as `palpate new` writes; `palpate inspect` says what it is.");
   toml::table parsed;
   try {
     parsed = toml::parse(text, path.string());
