@@ -100,7 +100,7 @@ const claims = {
 
   async grey_means_uncovered_only_beside_a_map() {
     await open();
-    assert.doesNotMatch(await text("#body"), /not covered/);
+    assert.doesNotMatch(await text("#body"), /not measured/);
     assert.deepEqual(errors, []);
   },
 

@@ -149,7 +149,7 @@ class BodySection {
         html("div", { class: "gradient", style: `background: ${viridisGradient}` }),
         html("div", { class: "ends" }, html("span", {}, text(ends[0])), html("span", {}, text(ends[1]))),
       );
-    const patches = this.contents.maps ? [swatch("not covered", css(kUncovered))] : [];
+    const patches = this.contents.maps ? [swatch("not measured", css(kUncovered))] : [];
     if (this.setUpBox?.checked) {
       const keys = Object.keys(this.contents.set_up?.settings ?? {});
       patches.push(swatch("held nodes", kSetUpColours.held));
@@ -168,7 +168,7 @@ class BodySection {
   private mark(): void {
     const { jnd, maps, points } = this.contents;
     let [places, colours]: [Float32Array, [number, number, number][]] = [new Float32Array(0), []];
-    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}.${maps ? " Grey is not covered: nothing is known there." : ""}`;
+    this.hint.textContent = `Drag to turn, wheel or two fingers to come nearer${points ? "; click a test point for its curves" : ""}.${maps ? " Grey is not measured: the body answers with its mean there, or not at all." : ""}`;
     if (this.markerMode === "points") {
       places = this.positions;
       colours = Array.from({ length: places.length / 3 }, (_, i) => kStatusColours[points?.status[i] ?? "good"]);

@@ -72,7 +72,7 @@ export class BodySurface {
     );
     this.wires = new Mesh(
       geometry,
-      new MeshBasicMaterial({ color: 0x000000, wireframe: true, transparent: true, opacity: 0.22, depthWrite: false }),
+      new MeshBasicMaterial({ color: 0x000000, wireframe: true, transparent: true, opacity: 0.1, depthWrite: false }),
     );
     this.wires.visible = false;
     this.mesh.add(this.wires);
