@@ -14,6 +14,9 @@ namespace {
 
 using runtime::Header;
 
+/// A hand at 2.5 m/s in a loop of 50 Hz, the slowest in use; at 1 kHz 50 m/s, which no hand does.
+constexpr double kMaxStep_m = 0.05;
+
 /// The shape response as its section holds it; no points: none.
 struct AssetShape {
   runtime::ShapeHeader header{};
@@ -62,7 +65,7 @@ AssetShape shape_of(const Model& model, const AssetSurface& surface) {
   out.header.radius_power = shape.radius_power;
   out.header.depth_m = shape.depth_m;
   out.header.radius_m = shape.radius_m;
-  for (Eigen::Index v = 0; v < model.blend_point.rows(); ++v)
+  for (std::int32_t v : surface.recorded)
     for (int k = 0; k < 3; ++k) {
       const bool answers = surface.covered[static_cast<std::size_t>(v)] == runtime::kMeasured;
       out.blend_point.push_back(answers ? model.blend_point(v, k) : 0);
@@ -101,6 +104,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.version = runtime::kVersion;
   header.law_revision = runtime::kLawRevision;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
+  header.records = static_cast<std::int32_t>(parts.surface.recorded.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
   header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
@@ -113,7 +117,8 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
     header.pieces[part] = model.curves.basis[part].pieces();
   }
   for (int k = 0; k < 3; ++k) header.origin_m[k] = parts.surface.origin[k];
-  header.max_step_m = options.max_step_m > 0 ? options.max_step_m : 2 * parts.surface.diagonal_m;
+  header.max_step_m = options.max_step_m > 0 ? options.max_step_m
+                                             : std::min(kMaxStep_m, 2 * parts.surface.diagonal_m);
   header.probe_radius_m = ball_radius_m(model.probe);
   header.meta_bytes = options.meta_json.size();
   if (!runtime::has_possible_counts(header))
@@ -126,7 +131,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
                 "Make the model again with `palpate refine`.");
   header.flags |= runtime::kFlagShape;
   std::uint64_t offset[runtime::kShapeParts];
-  header.file_bytes += runtime::lay_out_shape(parts.shape.header, header.vertices, offset);
+  header.file_bytes += runtime::lay_out_shape(parts.shape.header, header, offset);
   return header;
 }
 
@@ -143,10 +148,10 @@ void put_shape(AssetBytes& bytes, const Header& header, const AssetShape& shape)
   std::uint64_t sections[runtime::kSections], offset[runtime::kShapeParts];
   unsigned char* base = bytes.data() + runtime::lay_out(header, sections);
   std::memcpy(base, &shape.header, sizeof shape.header);
-  runtime::lay_out_shape(shape.header, header.vertices, offset);
+  runtime::lay_out_shape(shape.header, header, offset);
   const auto put_part = [&](int part, const auto& values) {
     const std::size_t size = values.size() * sizeof values[0];
-    if (size != runtime::shape_part_bytes(shape.header, header.vertices, part))
+    if (size != runtime::shape_part_bytes(shape.header, header, part))
       throw Error("model shape", "part " + std::to_string(part) + " has the wrong size",
                   "Make the model again with `palpate refine`.");
     if (size > 0) std::memcpy(base + offset[part], values.data(), size);
@@ -163,6 +168,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
   put(bytes, header, runtime::kNormals, parts.surface.normal);
   put(bytes, header, runtime::kCovered, parts.surface.covered);
+  put(bytes, header, runtime::kRecords, parts.surface.record);
   put(bytes, header, runtime::kControls, parts.surface.control);
   put(bytes, header, runtime::kTriangles, parts.surface.triangle);
   put(bytes, header, runtime::kNeighbours, parts.surface.neighbour);

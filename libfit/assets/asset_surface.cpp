@@ -127,9 +127,22 @@ std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
   return mean;
 }
 
+// Which vertices share a row of controls.
+void make_records(AssetSurface& out) {
+  std::int32_t shared[runtime::kMean + 1] = {-1, -1, -1};  // by what covers a vertex
+  for (std::size_t v = 0; v < out.covered.size(); ++v) {
+    std::int32_t& row = shared[out.covered[v]];
+    if (row < 0 || out.covered[v] == runtime::kMeasured) {
+      row = static_cast<std::int32_t>(out.recorded.size());
+      out.recorded.push_back(static_cast<std::int32_t>(v));
+    }
+    out.record.push_back(row);
+  }
+}
+
 void round_controls(const Model& model, AssetSurface& out) {
   const std::vector<Eigen::RowVectorXd> mean = mean_controls(model);
-  for (Eigen::Index v = 0; v < model.surface.vertices.rows(); ++v)
+  for (std::int32_t v : out.recorded)
     for (std::size_t part = 0; part < mean.size(); ++part)
       for (Eigen::Index j = 0; j < mean[part].size(); ++j) {
         const std::uint8_t covered = out.covered[static_cast<std::size_t>(v)];
@@ -223,6 +236,7 @@ AssetSurface make_asset_surface(const Model& model, const ExportOptions& options
   surface.triangle.assign(triangles.data(), triangles.data() + triangles.size());
   surface.neighbour = triangle_neighbours(triangles);
   if (options.fades_borders) fade_borders(surface);
+  make_records(surface);
   round_controls(model, surface);
   bound_depths(surface);
   if (surface.measured_triangles.empty())

@@ -11,11 +11,14 @@ namespace palpate {
 /// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
 /// Arrays as in libfit/runtime/format.hpp. counts say what could not be walked on.
 struct AssetSurface {
-  Vec3 origin;                                    ///< [m], centre of the bounding box
-  std::vector<float> vertex;                      ///< V x 3 [m] about the origin
-  std::vector<float> normal;                      ///< V x 3, inward unit
-  std::vector<std::uint8_t> covered;              ///< V: kMeasured, kMean or 0
-  std::vector<float> control;                     ///< V x the family's parts, 0 where covered is
+  Vec3 origin;                        ///< [m], centre of the bounding box
+  std::vector<float> vertex;          ///< V x 3 [m] about the origin
+  std::vector<float> normal;          ///< V x 3, inward unit
+  std::vector<std::uint8_t> covered;  ///< V: kMeasured, kMean or 0
+  /// V: row of control. Measured vertices have one each, the mean and nothing one if there are any.
+  std::vector<std::int32_t> record;
+  std::vector<float> control;                     ///< R x the family's parts, 0 for nothing
+  std::vector<std::int32_t> recorded;             ///< R: a vertex that answers so
   std::vector<std::int32_t> triangle, neighbour;  ///< F x 3
   std::vector<float> max_depth_m;                 ///< F, 0: air
   std::vector<std::int32_t> measured_triangles;   ///< solid ones with a measured corner

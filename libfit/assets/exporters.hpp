@@ -20,7 +20,8 @@ struct ExportOptions {
   bool has_mean_elsewhere = false;
   std::string meta_json = "{}";           ///< for people: error statement, scene hash
   std::filesystem::path engine_dir = {};  ///< where the engine's folder goes; empty: not copied
-  double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: two diagonals
+  double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: 50 mm, or two
+                           ///< diagonals of a smaller body
   std::uint64_t seed = 1;  ///< of the check path
 };
 

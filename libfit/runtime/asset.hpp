@@ -71,7 +71,7 @@ class Asset : public AssetView {
     std::uint64_t offset[kSections];
     const std::uint64_t end = lay_out(header, offset);
     if (end < header.file_bytes)
-      asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header.vertices);
+      asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header);
     *status = check_sections(asset, header);
     if (*status != Status::ok) return Asset();
     asset.skin_m = skin_of(asset);

@@ -138,11 +138,13 @@ inline Status check_spline(const SplineView& spline) noexcept {
   return Status::ok;
 }
 
-/// Of every part what the family says; all zero where a vertex answers with nothing.
+/// Records that exist; of every part what the family says, all zero where a vertex answers with
+/// nothing.
 inline Status check_controls(const AssetView& view, const Header& h) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
-    const float* control = view.control + static_cast<std::ptrdiff_t>(v) * view.controls_per_vertex;
-    if (view.covered[v] > kMean) return Status::controls_wrong;
+    if (view.covered[v] > kMean || view.record[v] < 0 || view.record[v] >= view.records)
+      return Status::controls_wrong;
+    const float* control = view.node(v);
     for (int part = 0; part < family_of(h).parts; ++part)
       if (!is_good_part(family_of(h).part[part], control + view.control_offset[part],
                         part_size(h, part), !view.covered[v]))

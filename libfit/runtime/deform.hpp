@@ -126,12 +126,12 @@ class Deformation {
     const double x = state.normal_m / shape.depth_m;
     double known = 0;
     for (int k = 0; k < 3; ++k) {
-      const int v = asset.corner(contact.triangle, k);
+      const int blend = 3 * asset.record[asset.corner(contact.triangle, k)];
       for (int j = 0; j < 3; ++j) {
-        const double weight = contact.weight[k] * double(shape.blend_weight[3 * v + j]);
+        const double weight = contact.weight[k] * double(shape.blend_weight[blend + j]);
         if (!(weight > 0)) continue;
         known += weight;
-        add_point(shape.point + std::ptrdiff_t{shape.blend_point[3 * v + j]} *
+        add_point(shape.point + std::ptrdiff_t{shape.blend_point[blend + j]} *
                                     shape_numbers(shape.intervals, shape.modes),
                   weight * state.normal_m, x);
       }

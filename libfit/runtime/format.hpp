@@ -41,7 +41,8 @@ enum Section : int {
   kVertices,  ///< float V x 3 [m], relative to the origin
   kNormals,   ///< float V x 3, inward unit u_l
   kCovered,   ///< uint8 V: kMeasured, kMean or 0
-  /// float V x the numbers of the family's parts in turn, control value by control value: bounds
+  kRecords,   ///< int32 V: row of kControls; vertices that answer alike share one
+  /// float R x the numbers of the family's parts in turn, control value by control value: bounds
   /// and order as the parts say (families/part.hpp)
   kControls,
   kTriangles,   ///< int32 F x 3, counter-clockwise from outside
@@ -81,6 +82,7 @@ struct Header {
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
   std::int32_t family, law_revision;           ///< row of families/families.hpp; kLawRevision
+  std::int32_t records, reserved;              ///< R: rows of kControls; 0
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
@@ -90,7 +92,7 @@ struct Header {
 };
 static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
-static_assert(sizeof(Header) == 176 + 8 * kSections, "the header is packed");
+static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
 /// The parts of the asset's family; the number is possible.
@@ -126,8 +128,11 @@ inline std::uint64_t section_bytes(const Header& h, int section) noexcept {
       return 12 * v;
     case kCovered:
       return v;
+    case kRecords:
+      return 4 * v;
     case kControls:
-      return 4 * v * static_cast<std::uint64_t>(controls_per_vertex(h));
+      return 4 * static_cast<std::uint64_t>(h.records) *
+             static_cast<std::uint64_t>(controls_per_vertex(h));
     case kTriangles:
     case kNeighbours:
       return 12 * f;
@@ -153,6 +158,7 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
 /// Whether all counts are possible, so that sizes can be computed from them.
 inline bool has_possible_counts(const Header& h) noexcept {
   if (h.vertices < 3 || h.vertices > kMaxVertices) return false;
+  if (h.records < 1 || h.records > h.vertices || h.reserved != 0) return false;
   if (h.triangles < 1 || h.triangles > kMaxTriangles) return false;
   if (h.tree_nodes < 1 || h.tree_items < 1 || h.tree_items > h.triangles) return false;
   if (h.tree_nodes >= 2 * h.tree_items) return false;

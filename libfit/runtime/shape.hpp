@@ -36,21 +36,21 @@ struct ShapeHeader {
 static_assert(sizeof(ShapeHeader) == 64, "the header of the shape response is packed");
 
 enum ShapePart : int {
-  kShapeBlendPoint,   ///< int32 V x 3: test points whose numbers a vertex blends
-  kShapeBlendWeight,  ///< float V x 3, sum 1; 0 where not measured
+  kShapeBlendPoint,   ///< int32 R x 3: test points whose numbers the vertex of a record blends
+  kShapeBlendWeight,  ///< float R x 3, sum 1; 0 where not measured
   kShapePoint,        ///< float P x shape_numbers
   kShapeDrag,         ///< float shape_drag_numbers
   kShapeMode,         ///< float V x modes x 3: fields of the whole body
   kShapeParts
 };
 
-inline std::uint64_t shape_part_bytes(const ShapeHeader& s, std::int32_t vertices,
+inline std::uint64_t shape_part_bytes(const ShapeHeader& s, const Header& asset,
                                       int part) noexcept {
-  const auto v = static_cast<std::uint64_t>(vertices);
+  const auto v = static_cast<std::uint64_t>(asset.vertices);
   switch (part) {
     case kShapeBlendPoint:
     case kShapeBlendWeight:
-      return 12 * v;
+      return 12 * static_cast<std::uint64_t>(asset.records);
     case kShapePoint:
       return 4 * static_cast<std::uint64_t>(s.points) *
              static_cast<std::uint64_t>(shape_numbers(s.intervals, s.modes));
@@ -69,12 +69,12 @@ inline bool has_possible_shape(const ShapeHeader& s) noexcept {
 }
 
 /// Fills where each part begins from the beginning of the header, and returns the whole size.
-inline std::uint64_t lay_out_shape(const ShapeHeader& s, std::int32_t vertices,
+inline std::uint64_t lay_out_shape(const ShapeHeader& s, const Header& asset,
                                    std::uint64_t offset[kShapeParts]) noexcept {
   std::uint64_t at = aligned(sizeof(ShapeHeader));
   for (int part = 0; part < kShapeParts; ++part) {
     offset[part] = at;
-    at += aligned(shape_part_bytes(s, vertices, part));
+    at += aligned(shape_part_bytes(s, asset, part));
   }
   return at;
 }
@@ -92,16 +92,16 @@ inline bool measure_shape(const void* bytes, const Header& header, std::uint64_t
   std::memcpy(&shape, static_cast<const unsigned char*>(bytes) + sections_end, sizeof shape);
   if (!has_possible_shape(shape)) return false;
   std::uint64_t offset[kShapeParts];
-  shape_bytes = lay_out_shape(shape, header.vertices, offset);
+  shape_bytes = lay_out_shape(shape, header, offset);
   return true;
 }
 
 /// Points the view at a shape response at `bytes` whose header was measured.
-inline ShapeView shape_view_of(const void* bytes, std::int32_t vertices) noexcept {
+inline ShapeView shape_view_of(const void* bytes, const Header& asset) noexcept {
   ShapeHeader header;
   std::memcpy(&header, bytes, sizeof header);
   std::uint64_t offset[kShapeParts];
-  lay_out_shape(header, vertices, offset);
+  lay_out_shape(header, asset, offset);
   const auto* base = static_cast<const unsigned char*>(bytes);
   ShapeView view;
   view.points = header.points;
@@ -139,8 +139,8 @@ inline Status check_shape(const AssetView& view) noexcept {
   for (int v = 0; v < view.vertices; ++v) {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t point = shape.blend_point[3 * v + k];
-      const double weight = double(shape.blend_weight[3 * v + k]);
+      const std::int32_t at = 3 * view.record[v] + k, point = shape.blend_point[at];
+      const double weight = double(shape.blend_weight[at]);
       if (point < 0 || point >= shape.points || !(weight >= 0 && weight <= 1))
         return Status::shape_wrong;
       sum += weight;

@@ -14,7 +14,7 @@ namespace runtime {
 struct ShapeView {
   int points = 0, intervals = 0, modes = 0, radius_power = 0;
   double depth_m = 0, radius_m = 0;
-  const std::int32_t* blend_point = nullptr;
+  const std::int32_t* blend_point = nullptr;  ///< three of each record
   const float* blend_weight = nullptr;
   const float* point = nullptr;
   const float* drag = nullptr;
@@ -27,11 +27,13 @@ struct AssetView {
   std::uint32_t version = 0;  ///< of the bytes
   int law_revision = 0;       ///< of the engine that recorded the check path
   int vertices = 0, triangles = 0;
+  int records = 0;  ///< rows of controls
   int controls_per_vertex = 0;
   int control_offset[kMaxParts] = {};  ///< where each part begins in a vertex's controls
   const float* vertex = nullptr;
   const float* normal = nullptr;
   const std::uint8_t* covered = nullptr;
+  const std::int32_t* record = nullptr;  ///< of a vertex: its row of controls
   const float* control = nullptr;
   const std::int32_t* triangle = nullptr;
   const std::int32_t* neighbour = nullptr;
@@ -62,7 +64,7 @@ struct AssetView {
   int corner(int t, int k) const noexcept { return triangle[3 * t + k]; }
   /// The controls of a vertex.
   const float* node(int v) const noexcept {
-    return control + std::ptrdiff_t{v} * controls_per_vertex;
+    return control + std::ptrdiff_t{record[v]} * controls_per_vertex;
   }
   /// A triangle that can be touched and slid over: the others are air.
   bool is_solid(int t) const noexcept { return max_depth_m[t] > 0; }
@@ -82,10 +84,12 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   view.law_revision = h.law_revision;
   view.vertices = h.vertices;
   view.triangles = h.triangles;
+  view.records = h.records;
   view.controls_per_vertex = controls_per_vertex(h);
   view.vertex = reinterpret_cast<const float*>(at(kVertices));
   view.normal = reinterpret_cast<const float*>(at(kNormals));
   view.covered = at(kCovered);
+  view.record = reinterpret_cast<const std::int32_t*>(at(kRecords));
   view.control = reinterpret_cast<const float*>(at(kControls));
   view.triangle = reinterpret_cast<const std::int32_t*>(at(kTriangles));
   view.neighbour = reinterpret_cast<const std::int32_t*>(at(kNeighbours));

@@ -14,11 +14,13 @@ std::vector<float> floats_of(const double* from, Eigen::Index count) {
 ShapedAsset::ShapedAsset(const runtime::AssetView& asset, const ShapeResponse& shape,
                          const Triangles& blend_point, const Points& blend_weight)
     : view_(asset) {
+  blend_point_.assign(3 * static_cast<std::size_t>(asset.records), 0);
+  blend_weight_.assign(blend_point_.size(), 0.0F);
   for (int v = 0; v < asset.vertices; ++v)
-    for (int k = 0; k < 3; ++k) {
-      const bool answers = asset.covered[v] == runtime::kMeasured;
-      blend_point_.push_back(answers ? blend_point(v, k) : 0);
-      blend_weight_.push_back(answers ? static_cast<float>(blend_weight(v, k)) : 0.0F);
+    for (int k = 0; k < 3 && asset.covered[v] == runtime::kMeasured; ++k) {
+      const auto at = static_cast<std::size_t>(3 * asset.record[v] + k);
+      blend_point_[at] = blend_point(v, k);
+      blend_weight_[at] = static_cast<float>(blend_weight(v, k));
     }
   point_ = floats_of(shape.point.data(), shape.point.size());
   drag_ = floats_of(shape.drag.data(), shape.drag.size());

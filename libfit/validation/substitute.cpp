@@ -21,13 +21,13 @@ std::vector<float> row_of(const CurveSet& curves, Eigen::Index row) {
 
 std::vector<float> controls_of(const runtime::AssetView& asset) {
   return {asset.control,
-          asset.control + std::size_t(asset.vertices) * std::size_t(asset.controls_per_vertex)};
+          asset.control + std::size_t(asset.records) * std::size_t(asset.controls_per_vertex)};
 }
 
 // Faded vertices at a border are all zero and vertices without test points answer with the mean:
 // they stay so.
 bool answers(const runtime::AssetView& asset, int vertex) {
-  const float* first = asset.control + std::size_t(vertex) * std::size_t(asset.controls_per_vertex);
+  const float* first = asset.node(vertex);
   return asset.covered[vertex] == runtime::kMeasured &&
          std::any_of(first, first + asset.controls_per_vertex,
                      [](float value) { return value != 0; });
@@ -67,10 +67,12 @@ SubstitutedAsset SubstitutedAsset::with_one_response(const runtime::AssetView& a
     out.view_.control_offset[part] = offset;
     offset += static_cast<int>(curves.control[part].cols());
   }
-  for (int v = 0; v < asset.vertices; ++v)
-    out.control_.insert(out.control_.end(), values.begin(), values.end());
+  out.control_ = values;
+  out.record_.assign(static_cast<std::size_t>(asset.vertices), 0);
   out.covered_.assign(static_cast<std::size_t>(asset.vertices), 1);
   out.view_.control = out.control_.data();
+  out.view_.record = out.record_.data();
+  out.view_.records = 1;
   out.view_.covered = out.covered_.data();
   return out;
 }
@@ -83,12 +85,12 @@ SubstitutedAsset SubstitutedAsset::with_mean_response(const runtime::AssetView& 
   for (int v = 0; v < asset.vertices; ++v) {
     if (!answers(asset, v)) continue;
     ++count;
-    for (std::size_t j = 0; j < stride; ++j) sum[j] += asset.control[std::size_t(v) * stride + j];
+    for (std::size_t j = 0; j < stride; ++j) sum[j] += asset.node(v)[j];
   }
   out.control_ = controls_of(asset);
   for (int v = 0; v < asset.vertices; ++v)
     for (std::size_t j = 0; j < stride && answers(asset, v); ++j)
-      out.control_[std::size_t(v) * stride + j] = static_cast<float>(sum[j] / count);
+      out.control_[std::size_t(asset.record[v]) * stride + j] = static_cast<float>(sum[j] / count);
   out.view_.control = out.control_.data();
   return out;
 }
@@ -103,8 +105,9 @@ SubstitutedAsset SubstitutedAsset::with_nearest_point(const runtime::AssetView& 
     Eigen::Index strongest = 0;
     model.blend_weight.row(v).maxCoeff(&strongest);
     const std::vector<float> values = row_of(curves, model.blend_point(v, strongest));
-    std::copy(values.begin(), values.end(),
-              out.control_.begin() + static_cast<std::ptrdiff_t>(std::size_t(v) * stride));
+    std::copy(
+        values.begin(), values.end(),
+        out.control_.begin() + static_cast<std::ptrdiff_t>(std::size_t(asset.record[v]) * stride));
   }
   out.view_.control = out.control_.data();
   return out;
@@ -120,8 +123,8 @@ SubstitutedAsset SubstitutedAsset::linear(const runtime::AssetView& asset, doubl
     if (basis.knots_m.empty()) continue;
     const std::vector<double> at = greville_abscissae(basis);
     const int width = parts[part].width;
-    for (int v = 0; v < asset.vertices; ++v) {
-      float* control = out.control_.data() + std::size_t(v) * stride + asset.control_offset[part];
+    for (int r = 0; r < asset.records; ++r) {
+      float* control = out.control_.data() + std::size_t(r) * stride + asset.control_offset[part];
       for (int k = 0; k < width; ++k) {
         std::vector<double> values;
         for (int j = 0; j < basis.size(); ++j) values.push_back(control[width * j + k]);

@@ -38,6 +38,7 @@ class SubstitutedAsset {
   runtime::AssetView view_;
   std::unique_ptr<fit::Bases> bases_;
   std::vector<float> vertex_, normal_, control_;
+  std::vector<std::int32_t> record_;
   std::vector<std::uint8_t> covered_;
 };
 

@@ -47,7 +47,8 @@ std::vector<const unsigned char*> lines_of_a_tick(const runtime::AssetView& asse
     need(asset.vertex + 3 * v, 12);
     need(asset.normal + 3 * v, 12);
     need(asset.covered + v, 1);
-    const float* controls = asset.control + v * asset.controls_per_vertex;
+    need(asset.record + v, 4);
+    const float* controls = asset.node(static_cast<int>(v));
     const runtime::FamilyRow& family =
         runtime::row_of(static_cast<runtime::Family>(asset.curves.family));
     for (int part = 0; part < family.parts; ++part) {  // of a curve those alive at the depth

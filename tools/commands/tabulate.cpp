@@ -55,8 +55,7 @@ std::vector<CurveTableRow> tabulate_asset(const runtime::AssetView& asset, int s
        ++kind)
     for (int vertex = 0; vertex < asset.vertices; ++vertex) {
       if (asset.covered[vertex] != runtime::kMeasured) continue;
-      const float* control = asset.control + std::ptrdiff_t{vertex} * asset.controls_per_vertex +
-                             asset.control_offset[kind];
+      const float* control = asset.node(vertex) + asset.control_offset[kind];
       append_curve(rows, vertex, "", static_cast<CurveKind>(kind), asset.curves.view[kind], control,
                    steps, kNoDeviation);
     }

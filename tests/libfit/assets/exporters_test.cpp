@@ -99,8 +99,7 @@ TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
                    x.z + file.asset().origin_m[2]);
     EXPECT_LT((got - expected).norm(), 4e-9) << v;
     for (int j = 0; j < 9; ++j)
-      EXPECT_EQ(file.asset().control[v * file.asset().controls_per_vertex + j],
-                static_cast<float>(model.curves.control[0](v, j)));
+      EXPECT_EQ(file.asset().node(v)[j], static_cast<float>(model.curves.control[0](v, j)));
   }
 }
 

@@ -159,6 +159,12 @@ TEST(hostile_bytes, each_fault_has_its_status) {
             Status::controls_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kControls, 0, 1.0F); }),
             Status::controls_wrong);
+  for (const std::int32_t record : {-1, 1 << 30})
+    EXPECT_EQ(open_changed([=](D d, Header& h) { poke(d, h, runtime::kRecords, 4, record); }),
+              Status::controls_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.records = 0; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.reserved = 1; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }),
             Status::controls_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable, 2, 0.0); }),
@@ -267,7 +273,7 @@ Status open_shape_changed(int part, std::size_t index, T value) {
   unsigned char* shape = bytes.data() + runtime::lay_out(header, sections);
   runtime::ShapeHeader counts;
   std::memcpy(&counts, shape, sizeof counts);
-  runtime::lay_out_shape(counts, header.vertices, parts);
+  runtime::lay_out_shape(counts, header, parts);
   const std::uint64_t at = part < 0 ? 0 : parts[part];
   std::memcpy(shape + at + index * sizeof value, &value, sizeof value);
   fix_checksum(bytes, bytes.size());

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {
@@ -61,6 +63,17 @@ TEST_P(Elsewhere, answers_with_the_mean_of_the_covered_curves_and_says_so) {
       ++covered;
     }
   EXPECT_NEAR(force_N, sum_N / covered, 0.02 * force_N);
+}
+
+TEST_P(Elsewhere, all_of_it_costs_one_row_of_controls) {
+  const auto covered = std::count(model.is_covered.begin(), model.is_covered.end(), 1);
+  for (const Loaded* body : {&none, &mean}) {
+    EXPECT_EQ(body->asset.records, covered + 1);
+    std::set<const float*> rows;
+    for (int v = 0; v < body->asset.vertices; ++v)
+      if (body->asset.covered[v] != runtime::kMeasured) rows.insert(body->asset.node(v));
+    EXPECT_EQ(rows.size(), 1U);
+  }
 }
 
 TEST_P(Elsewhere, changes_no_bit_of_what_is_measured) {

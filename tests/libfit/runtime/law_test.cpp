@@ -152,8 +152,8 @@ TEST(law, the_fitters_replay_and_the_engine_agree_bit_for_bit_while_a_contact_st
   std::array<std::vector<double>, 3> control;  // the asset's floats, as doubles
   for (int curve = 0; curve < 3; ++curve)
     for (int j = 0; j < asset.curves.view[curve].size(); ++j)
-      control[std::size_t(curve)].push_back(double(
-          asset.control[node * asset.controls_per_vertex + asset.control_offset[curve] + j]));
+      control[std::size_t(curve)].push_back(
+          double(asset.node(node)[asset.control_offset[curve] + j]));
   const runtime::Quadric flat{{0, 0, -1}, {}};
   std::mt19937 random(11);
   std::uniform_real_distribution<double> share(-1, 1);

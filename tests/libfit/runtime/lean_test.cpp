@@ -85,9 +85,8 @@ TEST(lean, zero_lean_brings_the_bits_of_the_separable_family) {
 // The byte offset of the lean's value j at vertex v.
 std::size_t lean_offset(const Loaded& plate, int v, int j) {
   const auto& view = plate.asset;
-  const auto* at =
-      reinterpret_cast<const unsigned char*>(view.control + v * view.controls_per_vertex +
-                                             view.control_offset[runtime::Leaning::kLean] + j);
+  const auto* at = reinterpret_cast<const unsigned char*>(
+      view.node(v) + view.control_offset[runtime::Leaning::kLean] + j);
   return static_cast<std::size_t>(at - plate.bytes.data());
 }
 

@@ -19,8 +19,7 @@ static std::uint64_t hash_of_fitters_replay(const Asset& asset) {
   std::uint64_t hash = 0;
   for (int v = 0; v < asset.vertices && asset.controls_per_vertex <= kMax; ++v) {
     double control[kMax];
-    for (int j = 0; j < asset.controls_per_vertex; ++j)
-      control[j] = double(asset.control[v * asset.controls_per_vertex + j]);
+    for (int j = 0; j < asset.controls_per_vertex; ++j) control[j] = double(asset.node(v)[j]);
     ControlPointers<double> controls{};
     for (int part = 0; part < kMaxParts; ++part)
       controls.part[part] = control + asset.control_offset[part];

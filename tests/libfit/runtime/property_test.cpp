@@ -102,11 +102,9 @@ double blended(const Asset& asset, const Output& out, int curve, double at_m) {
   double sum = 0;
   for (int k = 0; k < 3; ++k)
     sum += out.weight[k] *
-           runtime::curve_value(asset.curves.view[curve],
-                                asset.control +
-                                    asset.corner(out.triangle, k) * asset.controls_per_vertex +
-                                    asset.control_offset[curve],
-                                at_m);
+           runtime::curve_value(
+               asset.curves.view[curve],
+               asset.node(asset.corner(out.triangle, k)) + asset.control_offset[curve], at_m);
   return sum;
 }
 

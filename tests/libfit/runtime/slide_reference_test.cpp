@@ -109,7 +109,7 @@ TEST(slide, lateral_force_never_exceeds_the_limit_at_any_speed) {
 
 TEST(slide, a_long_slip_goes_on_at_the_next_ticks) {
   // 60 mm in one tick over 1.25 mm triangles: more segments than a tick may take.
-  const Loaded plate = load(plate_model(0.1, 80, uniform(400, 300, 0.3)));
+  const Loaded plate = load(plate_model(0.1, 80, uniform(400, 300, 0.3)), {.max_step_m = 0.1});
   Tool tool(plate.asset);
   tool.go({-0.03, 0.001, 0.001}, {-0.03, 0.001, -0.002}, 1e-4);
   const Vec3 there(0.03, 0.0012, -0.002);

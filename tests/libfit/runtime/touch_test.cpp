@@ -10,7 +10,9 @@
 namespace palpate::test {
 namespace {
 
-Loaded load_sphere() { return load(sphere_model(0.03, 20, uniform(400, 300, 0.3))); }
+Loaded load_sphere() {
+  return load(sphere_model(0.03, 20, uniform(400, 300, 0.3)), {.max_step_m = 0.1});
+}
 
 TEST(touch, no_speed_tunnels_through) {
   const Loaded sphere = load_sphere();

@@ -188,8 +188,8 @@ TEST_F(Substituted, a_linear_response_is_proportional_to_depth_and_right_at_its_
   const auto linear = SubstitutedAsset::linear(body.asset, 0.002);
   const auto& curved = body.asset.curves.view[0];
   for (const int vertex : {0, 700, 1500}) {
-    const float* own = body.asset.control + vertex * body.asset.controls_per_vertex;
-    const float* straight = linear.view().control + vertex * body.asset.controls_per_vertex;
+    const float* own = body.asset.node(vertex);
+    const float* straight = linear.view().node(vertex);
     const double at_2mm = runtime::curve_value(curved, own, 0.002);
     for (const double depth_m : {0.001, 0.002, 0.005})
       EXPECT_NEAR(runtime::curve_value(curved, straight, depth_m), at_2mm * depth_m / 0.002,
