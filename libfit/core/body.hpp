@@ -33,7 +33,8 @@ using Settings = std::map<std::string, Setting>;
 /// and how experiments are made on it.
 struct Body {
   Surface surface;                 ///< fine, mended, outward; closed unless made --surface-only
-  std::vector<char> is_reachable;  ///< per surface vertex: a tool can touch it
+  std::vector<char> in_region;     ///< per surface vertex: curves are wanted here
+  std::vector<char> is_reachable;  ///< of these, where the tool can touch; the rest are gaps between
   TestPoints test_points;
   TetMesh volume;                   ///< base mesh, coarse; empty when made --surface-only
   std::vector<char> is_held;        ///< per volume node: held fixed

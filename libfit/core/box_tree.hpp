@@ -73,6 +73,26 @@ class BoxTree {
     }
   }
 
+  /// Calls visit(primitive) for primitives in boxes of which may_hold(centre, half_diagonal_m) says
+  /// that they are worth a look; what it answers may change from one visit to the next.
+  template <class MayHold, class Visit>
+  void visit_where(MayHold&& may_hold, Visit&& visit) const {
+    if (nodes_.empty()) return;
+    std::array<std::int32_t, 64> stack;
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+      const std::int32_t index = stack[--size];
+      const Node& node = nodes_[index];
+      if (!may_hold(Vec3((node.lower + node.upper) / 2), (node.upper - node.lower).norm() / 2))
+        continue;
+      for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k]);
+      if (node.count > 0) continue;
+      stack[size++] = node.first;
+      stack[size++] = index + 1;
+    }
+  }
+
  private:
   struct Node {
     Vec3 lower, upper;

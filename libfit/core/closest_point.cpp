@@ -89,4 +89,17 @@ std::optional<double> ray_distance_m(const Surface& surface, const BoxTree& boxe
   return skip_m + first;
 }
 
+bool is_inside(const Surface& closed, const BoxTree& boxes, const Vec3& place) {
+  // Not along an axis, where meshes have edges.
+  static const Vec3 kDirection = Vec3(0.1237, 0.0719, 1).normalized();
+  int crossings = 0;
+  double farthest = std::numeric_limits<double>::max();
+  boxes.visit_along(place, kDirection, farthest, [&](std::int32_t f, double&) {
+    const auto corner = [&](int k) { return Vec3(closed.vertices.row(closed.triangles(f, k))); };
+    const double hit = ray_hit_m(place, kDirection, corner(0), corner(1), corner(2));
+    if (hit >= 0 && std::isfinite(hit)) ++crossings;
+  });
+  return crossings % 2 == 1;
+}
+
 }  // namespace palpate

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace palpate {
 
@@ -55,6 +57,38 @@ double volume_m3(const Surface& surface) {
 Vec3 extent_m(const Points& points) {
   if (points.rows() == 0) return Vec3::Zero();
   return (points.colwise().maxCoeff() - points.colwise().minCoeff()).transpose();
+}
+
+std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,
+                                                  const std::vector<char>& is_in) {
+  std::vector<std::int32_t> parent(is_in.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](std::int32_t v) {
+    while (parent[static_cast<std::size_t>(v)] != v) {
+      std::int32_t& up = parent[static_cast<std::size_t>(v)];
+      v = up = parent[static_cast<std::size_t>(up)];
+    }
+    return v;
+  };
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = t[k], b = t[(k + 1) % 3];
+      if (!is_in[static_cast<std::size_t>(a)] || !is_in[static_cast<std::size_t>(b)]) continue;
+      const auto [first, second] = std::minmax({root(a), root(b)});
+      parent[static_cast<std::size_t>(second)] = first;
+    }
+  std::vector<std::vector<std::int32_t>> patches;
+  std::vector<std::int32_t> number(is_in.size(), -1);
+  for (std::size_t v = 0; v < is_in.size(); ++v) {
+    if (!is_in[v]) continue;
+    std::int32_t& patch = number[static_cast<std::size_t>(root(static_cast<std::int32_t>(v)))];
+    if (patch < 0) {
+      patch = static_cast<std::int32_t>(patches.size());
+      patches.emplace_back();
+    }
+    patches[static_cast<std::size_t>(patch)].push_back(static_cast<std::int32_t>(v));
+  }
+  return patches;
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
 namespace palpate {
 
@@ -36,6 +37,11 @@ double volume_m3(const Surface& surface);
 
 /// Extent of the axis-aligned bounding box [m]; zero without vertices.
 Vec3 extent_m(const Points& points);
+
+/// Patches of vertices that hang together over edges whose ends are both in, each ascending; in the
+/// order of their first vertices.
+std::vector<std::vector<std::int32_t>> patches_of(const Surface& surface,
+                                                  const std::vector<char>& is_in);
 
 /// A volume filled with four-node tetrahedra at rest. nodes #N x 3 [m], tets #T x 4, positive.
 /// Quadratic nodes are made by the solver. region: #T, index of the tet's material (0: the body's

@@ -167,7 +167,7 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
 Model refine(const FittedCurves& curves, const Body& body, const RefineOptions& options,
              RefineReport* report) {
   const double size_m = extent_m(body.surface.vertices).norm();
-  return refine(curves, body.surface, body.is_reachable,
+  return refine(curves, body.surface, body.in_region,
                 match_triangles(curves.position, body.test_points, size_m), options, report);
 }
 

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <tuple>
+#include <utility>
 
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -21,7 +23,8 @@ constexpr int kDownRows = 4, kForthRows = 4, kBackRows = 6;
 constexpr int kWaypoints = 6, kRowsToWaypoint = 2;    // after a press of as many rows
 constexpr double kShallowest = 0.2, kDeepest = 0.95;  // of the range
 constexpr double kBeyond = 0.5;                       // of the drag, past where it began
-constexpr int kMaxTurns = 32;  // directions tried for a slide that stays where one can reach
+constexpr int kMaxDraws = 1000;  // of one point, until the tool can touch there
+constexpr int kMaxTurns = 32;    // directions tried for a slide that stays where one can reach
 
 // std::uniform_real_distribution may differ between libraries; this does not.
 class Uniform {
@@ -59,6 +62,22 @@ ReachableArea reachable_area(const Body& body) {
     throw Error("validate", "no triangle of the body can be reached",
                 "Widen the region of [experiments].");
   return area;
+}
+
+// A point uniform by area, and the blended inward normal there.
+std::pair<Vec3, Vec3> draw_point(const Body& body, const ReachableArea& area, const Points& outward,
+                                 Uniform& uniform) {
+  const double at = uniform(0, area.sum_m2.back());
+  const auto found = std::upper_bound(area.sum_m2.begin(), area.sum_m2.end() - 1, at);
+  const auto corner = body.surface.triangles.row(area.triangle[found - area.sum_m2.begin()]);
+  const double root = std::sqrt(uniform(0, 1)), split = uniform(0, 1);
+  const double weight[3] = {1 - root, root * (1 - split), root * split};
+  Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    position += weight[k] * body.surface.vertices.row(corner[k]).transpose();
+    normal -= weight[k] * outward.row(corner[k]).transpose();
+  }
+  return {position, normal.normalized()};
 }
 
 // Whether the contact point stays reachable when it follows a tip this way from there.
@@ -183,17 +202,14 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
   out.points.position.resize(points, 3);
   out.points.normal.resize(points, 3);
   for (int i = 0; i < points; ++i) {
-    const double at = uniform(0, area.sum_m2.back());
-    const auto found = std::upper_bound(area.sum_m2.begin(), area.sum_m2.end() - 1, at);
-    const auto corner = body.surface.triangles.row(area.triangle[found - area.sum_m2.begin()]);
-    const double root = std::sqrt(uniform(0, 1)), split = uniform(0, 1);
-    const double weight[3] = {1 - root, root * (1 - split), root * split};
-    Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
-    for (int k = 0; k < 3; ++k) {
-      position += weight[k] * body.surface.vertices.row(corner[k]).transpose();
-      normal -= weight[k] * outward.row(corner[k]).transpose();
-    }
-    normal.normalize();
+    Vec3 position, normal;
+    int draws = 0;
+    do {
+      if (draws++ == kMaxDraws)
+        throw Error("validate", "the tool can touch at no point of the region that was drawn",
+                    "Widen the region of [experiments], or take a smaller tool.");
+      std::tie(position, normal) = draw_point(body, area, outward, uniform);
+    } while (range.can_touch && !range.can_touch(position, normal));
     out.points.position.row(i) = position;
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -31,6 +32,8 @@ struct HeldOut {
 struct HeldOutRange {
   double depth_m = 0;          ///< deepest press; paths reach 0.5 to 0.95 of it
   double drag_distance_m = 0;  ///< longest drag; slides reach 0.5 to 1 of it
+  /// Whether the tool can touch there; another point is drawn where not. Empty: everywhere.
+  std::function<bool(const Vec3& position, const Vec3& inward)> can_touch = {};
 };
 
 /// Contact points uniform by area over triangles whose three vertices are reachable, each with one
@@ -39,7 +42,8 @@ struct HeldOutRange {
 /// back beyond where it began, each in a random tangential direction; a press that wanders over six
 /// random places within the drag distance, by turns retracted in part, down to 0.2 of the depth,
 /// and pressed on. Seeded, and nothing but the body counts: every asset of a body meets the same
-/// ones. Throws Error when no triangle is reachable.
+/// ones. Throws Error when no triangle is reachable, or the tool can touch at none of kMaxDraws
+/// points drawn one after the other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 
 }  // namespace palpate::validation

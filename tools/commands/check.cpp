@@ -34,6 +34,7 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
   }
   VtuWriter vtu;
   vtu.add("is_held", 1, is_held);
+  vtu.add("in_region", 1, body.in_region);
   vtu.add("is_reachable", 1, body.is_reachable);
   vtu.add("is_test_point", 1, is_test_point);
   write_file_atomically(path, vtu.text(body.surface, "is_reachable"));

@@ -1,5 +1,7 @@
 #include "tools/stages/fingerprint.hpp"
 
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "libfit/assets/asset_file.hpp"
@@ -40,6 +42,9 @@ std::string import_fingerprint() { return stage_hash("import").hex(); }
 std::string body_fingerprint(const Scene& scene) {
   ContentHash hash = stage_hash("body");
   hash.add(canonical(scene, Stage::prepare));
+  ProbeSpec shape = scene.probe.spec;  // what it reaches depends on the tool and how deep it goes
+  shape.friction = 0;
+  hash.add(canonical(shape)).add(fmt::format("{}", scene.experiments.each.depth_m));
   hash.add_file(scene.body.surface ? *scene.body.surface : *scene.body.tetmesh);
   if (scene.experiments.points_file) hash.add_file(*scene.experiments.points_file);
   return hash.hex();

@@ -63,7 +63,10 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
   NextPointsOptions options;
   options.count = count;
   if (tolerance > 0) options.gap_error = tolerance / 4;
-  return next_points(body.surface, model.is_covered, seeds, expected_error, options);
+  std::vector<char> is_candidate = model.is_covered;
+  for (std::size_t v = 0; v < is_candidate.size(); ++v)
+    is_candidate[v] = is_candidate[v] && body.is_reachable[v];
+  return next_points(body.surface, is_candidate, seeds, expected_error, options);
 }
 
 // kFirstDrags points, by the force of their deepest row: how the constants of a body's rings go
@@ -139,7 +142,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     }
     RefineReport refined;
     const Model model =
-        refine(curves, body.surface, body.is_reachable, placement.points.triangles, {}, &refined);
+        refine(curves, body.surface, body.in_region, placement.points.triangles, {}, &refined);
     const std::vector<double> expected = expected_errors(curves, model, refined, kForceFloor_N);
     const Grown grown =
         grow(placement.points, model,

@@ -43,20 +43,6 @@ void check_material(const fem::MaterialParameters& material, const std::string& 
         where, 1e-9 * young, 1e-9 * young));
 }
 
-bool is_inside(const Surface& surface, const BoxTree& boxes, const Vec3& place) {
-  // Not along an axis, where meshes have edges.
-  static const Vec3 kDirection = Vec3(0.1237, 0.0719, 1).normalized();
-  int crossings = 0;
-  double farthest = std::numeric_limits<double>::infinity();
-  boxes.visit_along(place, kDirection, farthest, [&](std::int32_t f, double&) {
-    const auto corner = surface.triangles.row(f);
-    const double t_m = ray_hit_m(place, kDirection, surface.vertices.row(corner[0]),
-                                 surface.vertices.row(corner[1]), surface.vertices.row(corner[2]));
-    if (t_m >= 0 && std::isfinite(t_m)) ++crossings;
-  });
-  return crossings % 2 == 1;
-}
-
 Box bounds_of(const Region& region, const Points& vertices) {
   Box box{vertices.colwise().minCoeff(), vertices.colwise().maxCoeff()};
   if (const auto* ball = std::get_if<Ball>(&region))

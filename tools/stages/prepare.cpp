@@ -11,7 +11,6 @@
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
-#include "libfem/mesh/surface/test_points.hpp"
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
@@ -19,6 +18,7 @@
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/plausibility.hpp"
+#include "tools/stages/reach.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
@@ -136,31 +136,19 @@ void hold(const Scene& scene, Body& body) {
   say("  held: {} of {} nodes", held, nodes.rows());
 }
 
-void choose_points(const Scene& scene, Body& body) {
+void choose_points(const Scene& scene, bool surface_only, Body& body) {
   const ExperimentsSection& experiments = scene.experiments;
-  const Points& vertices = body.surface.vertices;
-  body.is_reachable.assign(static_cast<std::size_t>(vertices.rows()), 0);
-  for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-    const Vec3 vertex = vertices.row(v);
-    body.is_reachable[static_cast<std::size_t>(v)] =
-        !any_contains(scene.body.fixed, vertex) &&
-        (!experiments.region || contains(*experiments.region, vertex));
-  }
   const auto reachable = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
-  if (reachable < 3)
-    throw Error(scene.path.string() + ": [experiments] region",
-                fmt::format("{} of {} surface vertices are reachable", reachable, vertices.rows()),
-                "Move the region onto the surface, and not into what is fixed.");
   if (experiments.points_file) {
     body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
                                     experiments.points_file->string());
+    if (!surface_only) leave_out_of_reach(scene, body);
   } else {
     body.test_points =
-        choose_test_points(body.surface, body.is_reachable,
-                           experiments.test_points.value_or(static_cast<int>(reachable)));
+        spread_test_points(body, experiments.test_points.value_or(static_cast<int>(reachable)));
   }
   say("  test points: {} on {} reachable vertices of {}", body.test_points.position.rows(),
-      reachable, vertices.rows());
+      reachable, body.surface.vertices.rows());
 }
 
 }  // namespace
@@ -198,7 +186,8 @@ Body prepare_body(const Scene& scene, bool surface_only) {
     if (body.volume.tets.rows() == 0) fill(scene, body);
     hold(scene, body);
   }
-  choose_points(scene, body);
+  find_reachable(scene, surface_only, body);
+  choose_points(scene, surface_only, body);
   return body;
 }
 

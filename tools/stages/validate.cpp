@@ -15,6 +15,7 @@
 #include "libfit/validation/causes.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/reach.hpp"
 #include "tools/stages/sample_cache.hpp"
 #include "tools/stages/simulate.hpp"
 
@@ -156,9 +157,13 @@ Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& 
 Reference simulate_reference(const Scene& scene, const Body& body,
                              const ReferenceRequest& request) {
   Reference reference;
-  reference.held_out =
-      draw_held_out(body, {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m},
-                    request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
+  const fem::ToolReach reach = make_reach(scene, body.surface);
+  const auto can_touch = [&](const Vec3& position, const Vec3& inward) {
+    return reach.is_free(position, inward);
+  };
+  reference.held_out = draw_held_out(
+      body, {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m, can_touch},
+      request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
   const double tolerance = request.settings.force_tolerance;
   reference.paths = simulate_held_out_paths(
       make_simulator(scene, body, tolerance > 0 ? tolerance : scene.experiments.force_tolerance),

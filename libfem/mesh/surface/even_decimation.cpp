@@ -50,8 +50,10 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
     min_facing_ = min_facing;
     min_roundness_ = min_roundness;
   }
-  void set_normals(const Points& normals, OpenMesh::VPropHandleT<int> origin) {
+  void set_vertices(const Points& normals, const std::vector<char>& may_stand,
+                    OpenMesh::VPropHandleT<int> origin) {
     normals_ = &normals;
+    may_stand_ = &may_stand;
     origin_ = origin;
   }
 
@@ -64,15 +66,18 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
   }
 
   float collapse_priority(const CollapseInfo& collapse) override {
-    if (is_guarded(collapse)) return float(Base::ILLEGAL_COLLAPSE);
+    const bool goes = !may_stand(collapse.v0), stays = may_stand(collapse.v1);
+    if ((!goes && !stays) || is_guarded(collapse)) return float(Base::ILLEGAL_COLLAPSE);
     // A tenth of an edge of stray counts like the edge itself.
     constexpr double kStrayWeight = 100;
+    constexpr double kFirst = 1e-9;  // all of them before any other
     const auto& mesh = Base::mesh();
     const Vec3 kept = position(mesh, collapse.v1);
     const double squared_edge = (kept - position(mesh, collapse.v0)).squaredNorm();
     ErrorQuadric both = mesh.property(quadric_, collapse.v0);
     both.add(mesh.property(quadric_, collapse.v1));
-    return float(squared_edge + kStrayWeight * both.mean_squared_distance(kept));
+    const double priority = squared_edge + kStrayWeight * both.mean_squared_distance(kept);
+    return float(goes ? kFirst * priority : priority);
   }
 
   void postprocess_collapse(const CollapseInfo& collapse) override {
@@ -127,9 +132,14 @@ class ModEvenSpacing : public OpenMesh::Decimater::ModBaseT<MeshT> {
     return false;
   }
 
+  bool may_stand(VertexHandle v) {
+    return (*may_stand_)[static_cast<std::size_t>(Base::mesh().property(origin_, v))] != 0;
+  }
+
   OpenMesh::VPropHandleT<ErrorQuadric> quadric_;
   OpenMesh::VPropHandleT<int> origin_;
   const Points* normals_ = nullptr;
+  const std::vector<char>* may_stand_ = nullptr;
   double min_facing_ = 0, min_roundness_ = 0;
 };
 
@@ -141,8 +151,8 @@ constexpr Guards kStages[] = {{0.5, 0.3}, {0.3, 0.1}, {0.0, 0.02}};
 
 }  // namespace
 
-void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, int count,
-                     OpenMesh::VPropHandleT<int> origin) {
+void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, const std::vector<char>& may_stand,
+                     int count, OpenMesh::VPropHandleT<int> origin) {
   for (const Guards& guards : kStages) {
     const auto left = static_cast<int>(mesh.n_vertices());
     if (left <= count) return;
@@ -150,7 +160,7 @@ void decimate_evenly(HalfEdgeMesh& mesh, const Points& normals, int count,
     ModEvenSpacing<HalfEdgeMesh>::Handle handle;
     decimater.add(handle);
     decimater.module(handle).set_guards(guards.facing, guards.roundness);
-    decimater.module(handle).set_normals(normals, origin);
+    decimater.module(handle).set_vertices(normals, may_stand, origin);
     decimater.initialize();
     decimater.decimate(static_cast<std::size_t>(left - count));
     mesh.garbage_collection();

@@ -36,8 +36,13 @@ PartGraph graph_of(const Surface& part) {
 class EvenOut {
  public:
   EvenOut(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
-          OpenMesh::VPropHandleT<int> origin)
-      : mesh_(mesh), part_(part), normals_(normals), origin_(origin), graph_(graph_of(part)) {
+          const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin)
+      : mesh_(mesh),
+        part_(part),
+        normals_(normals),
+        may_stand_(may_stand),
+        origin_(origin),
+        graph_(graph_of(part)) {
     is_used_.assign(graph_.neighbours.size(), 0);
     for (const auto v : mesh_.vertices()) is_used_[std::size_t(mesh_.property(origin_, v))] = 1;
   }
@@ -50,6 +55,7 @@ class EvenOut {
       for (const auto v : mesh_.vertices()) hop(v);
     }
     flip_edges();
+    for (const auto v : mesh_.vertices()) leave(v);
   }
 
  private:
@@ -136,11 +142,33 @@ class EvenOut {
     const int old = mesh_.property(origin_, v);
     const Vec3 goal = (wanted(v) + position(mesh_, v)) / 2;  // half-way: neighbours move too
     const int next = walk(old, goal, mesh_.is_boundary(v));
-    if (is_used_[std::size_t(next)]) return;
+    if (is_used_[std::size_t(next)] || !may_stand_[std::size_t(next)]) return;
     if (!mesh_.is_boundary(v) && graph_.is_border[std::size_t(next)]) return;
     const double before = worst_around(v);
     place(v, next);
     if (worst_around(v) < std::min(before, 0.5)) place(v, old);
+  }
+
+  /// From where no point may stand to the nearest vertex of the part, by edges, where one may.
+  void leave(VertexHandle v) {
+    const int old = mesh_.property(origin_, v);
+    if (may_stand_[std::size_t(old)]) return;
+    std::vector<int> found{old};
+    std::vector<char> is_found(graph_.neighbours.size(), 0);
+    is_found[std::size_t(old)] = 1;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const int at = found[i];
+      if (may_stand_[std::size_t(at)] && !is_used_[std::size_t(at)]) {
+        place(v, at);
+        if (worst_around(v) >= 0) return;
+        place(v, old);
+      }
+      for (const int w : graph_.neighbours[std::size_t(at)])
+        if (!is_found[std::size_t(w)]) {
+          is_found[std::size_t(w)] = 1;
+          found.push_back(w);
+        }
+    }
   }
 
   void flip_edges() {
@@ -176,6 +204,7 @@ class EvenOut {
   HalfEdgeMesh& mesh_;
   const Surface& part_;
   const Points& normals_;
+  const std::vector<char>& may_stand_;
   OpenMesh::VPropHandleT<int> origin_;
   PartGraph graph_;
   std::vector<char> is_used_;
@@ -184,8 +213,8 @@ class EvenOut {
 }  // namespace
 
 void even_out(HalfEdgeMesh& mesh, const Surface& part, const Points& normals,
-              OpenMesh::VPropHandleT<int> origin) {
-  EvenOut(mesh, part, normals, origin).run();
+              const std::vector<char>& may_stand, OpenMesh::VPropHandleT<int> origin) {
+  EvenOut(mesh, part, normals, may_stand, origin).run();
 }
 
 }  // namespace palpate

@@ -92,7 +92,8 @@ ReachablePart reachable_part(const Surface& fine, const std::vector<char>& is_re
 
   const Points normals = vertex_normals(fine);
   ReachablePart part{{Points(count, 3), Triangles(static_cast<Eigen::Index>(kept.size()), 3)},
-                     Points(count, 3)};
+                     Points(count, 3),
+                     std::vector<std::int32_t>(static_cast<std::size_t>(count))};
   for (std::size_t i = 0; i < kept.size(); ++i)
     for (int k = 0; k < 3; ++k) {
       const std::int32_t from = fine.triangles(kept[i], k);
@@ -100,6 +101,7 @@ ReachablePart reachable_part(const Surface& fine, const std::vector<char>& is_re
       part.surface.triangles(static_cast<Eigen::Index>(i), k) = to;
       part.surface.vertices.row(to) = fine.vertices.row(from);
       part.normals.row(to) = normals.row(from);
+      part.vertex[static_cast<std::size_t>(to)] = from;
     }
   return part;
 }

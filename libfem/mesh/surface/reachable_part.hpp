@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "libfit/core/geometry.hpp"
@@ -10,6 +11,7 @@ namespace palpate {
 struct ReachablePart {
   Surface surface;  ///< vertices in the order of the whole surface, unused ones left out
   Points normals;   ///< per vertex of `surface`, outward unit, of the WHOLE surface
+  std::vector<std::int32_t> vertex;  ///< of the whole surface, per vertex of `surface`
 };
 
 /// Triangles whose three vertices are reachable, without those that would make a vertex join two

@@ -13,12 +13,14 @@
 namespace palpate {
 namespace {
 
-void refuse_bad_input(const Surface& fine, const std::vector<char>& is_reachable, int count) {
+void refuse_bad_input(const Surface& fine, const std::vector<char>& in_region,
+                      const std::vector<char>& is_reachable, int count) {
   if (count < kMinTestPoints || count > kMaxTestPoints)
     throw Error("test_points", std::to_string(count) + " is not a number of test points",
                 "Ask for " + std::to_string(kMinTestPoints) + " to " +
                     std::to_string(kMaxTestPoints) + ".");
-  if (static_cast<Eigen::Index>(is_reachable.size()) != fine.vertices.rows())
+  if (static_cast<Eigen::Index>(in_region.size()) != fine.vertices.rows() ||
+      is_reachable.size() != in_region.size())
     throw Error("test_points", "reachable flags do not match the surface's vertices",
                 "Give one flag per vertex.");
 }
@@ -58,20 +60,26 @@ TestPoints collect(const HalfEdgeMesh& mesh, const ReachablePart& part,
 
 }  // namespace
 
-TestPoints choose_test_points(const Surface& fine, const std::vector<char>& is_reachable,
-                              int count) {
-  refuse_bad_input(fine, is_reachable, count);
-  const ReachablePart part = reachable_part(fine, is_reachable);
+TestPoints choose_test_points(const Surface& fine, const std::vector<char>& in_region,
+                              const std::vector<char>& is_reachable, int count) {
+  refuse_bad_input(fine, in_region, is_reachable, count);
+  const ReachablePart part = reachable_part(fine, in_region);
   HalfEdgeMesh mesh = to_half_edges(part.surface);
   if (mesh.n_faces() != static_cast<std::size_t>(part.surface.triangles.rows()))
     throw Error("surface", "an edge of the reachable part has more than two triangles",
                 "Mend the surface first.");
   OpenMesh::VPropHandleT<int> origin;
   mesh.add_property(origin);
-  for (const auto v : mesh.vertices()) mesh.property(origin, v) = v.idx();
+  std::vector<char> may_stand;
+  for (const auto v : mesh.vertices()) {
+    mesh.property(origin, v) = v.idx();
+    may_stand.push_back(is_reachable[static_cast<std::size_t>(part.vertex[std::size_t(v.idx())])]);
+  }
+  const auto most = static_cast<int>(std::count(may_stand.begin(), may_stand.end(), 1));
+  count = std::min(count, std::max(most, 1));
   if (static_cast<std::size_t>(count) < mesh.n_vertices()) {
-    decimate_evenly(mesh, part.normals, count, origin);
-    even_out(mesh, part.surface, part.normals, origin);
+    decimate_evenly(mesh, part.normals, may_stand, count, origin);
+    even_out(mesh, part.surface, part.normals, may_stand, origin);
   }
   return collect(mesh, part, origin);
 }

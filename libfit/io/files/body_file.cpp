@@ -12,6 +12,7 @@ namespace {
 template <class B, class F>
 void columns(B& body, F& f) {
   f.first("surface/vertices", body.surface.vertices, {"m"});
+  f("surface/in_region", body.in_region);
   f("surface/is_reachable", body.is_reachable);
   f.first("surface/triangles", body.surface.triangles);
   f.first("test_points/position", body.test_points.position, {"m"});
@@ -36,6 +37,7 @@ void check(const Body& body, const h5::Complain& complain) {
   columns(body, rows);
   check_finite(complain, "surface/vertices", body.surface.vertices);
   check_cells(complain, "surface/triangles", body.surface.triangles, body.surface.vertices.rows());
+  check_flags(complain, "surface/in_region", body.in_region);
   check_flags(complain, "surface/is_reachable", body.is_reachable);
   const TestPoints& points = body.test_points;
   check_finite(complain, "test_points/position", points.position);

@@ -76,6 +76,7 @@ inline Body example_body() {
   body.surface.vertices = awkward_points(5, 6);
   body.surface.triangles.resize(2, 3);
   body.surface.triangles << 0, 1, 2, 4, 3, 2;
+  body.in_region = {1, 0, 1, 1, 1};
   body.is_reachable = {1, 0, 1, 1, 0};
   body.test_points.position = awkward_points(3, 7);
   body.test_points.normal = unit_vectors(3, 8);

@@ -91,6 +91,7 @@ TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
   const Body b = read_body(at("b.h5"));
   EXPECT_TRUE(same_bits(a.surface.vertices, b.surface.vertices));
   EXPECT_TRUE(same_bits(a.surface.triangles, b.surface.triangles));
+  EXPECT_EQ(a.in_region, b.in_region);
   EXPECT_EQ(a.is_reachable, b.is_reachable);
   EXPECT_TRUE(same_bits(a.test_points.position, b.test_points.position));
   EXPECT_TRUE(same_bits(a.test_points.normal, b.test_points.normal));
@@ -116,6 +117,7 @@ TEST_F(RoundTrip, body_comes_back_bit_for_bit) {
 TEST_F(RoundTrip, body_without_volume_and_test_points_comes_back) {
   Body a;
   a.surface = example_body().surface;
+  a.in_region.assign(5, 1);
   a.is_reachable.assign(5, 1);
   write_body(at("b.h5"), a);
   const Body b = read_body(at("b.h5"));

@@ -45,7 +45,7 @@ TEST(MatchTriangles, other_points_have_none) {
 TEST(MatchTriangles, a_body_is_refined_on_its_own_triangulation) {
   Body body;
   body.surface = icosphere(4, 0.03);
-  body.is_reachable = all(body.surface);
+  body.in_region = all(body.surface);
   const Surface points = icosphere(1, 0.03);
   body.test_points.position = points.vertices;
   body.test_points.triangles = points.triangles;

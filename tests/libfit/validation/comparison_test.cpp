@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "libfit/core/error.hpp"
 #include "libfit/runtime/quadric.hpp"
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
@@ -19,7 +20,7 @@ using tools::BenchAsset;
 using tools::kCylinderRadius_m;
 using tools::make_bench_asset;
 
-constexpr HeldOutRange kRange{0.006, 0.004};
+const HeldOutRange kRange{0.006, 0.004};
 
 Body cylinder_body() {
   Body body;
@@ -65,6 +66,23 @@ TEST(HeldOut, slides_stay_where_one_can_reach) {
     }
   }
   EXPECT_GT(near_border, 5) << "points from which not every direction stays";
+}
+
+TEST(HeldOut, points_lie_where_the_tool_can_touch_and_stay_where_they_all_do) {
+  const Body body = cylinder_body();
+  HeldOutRange range = kRange;
+  range.can_touch = [](const Vec3& position, const Vec3& inward) {
+    EXPECT_NEAR(inward.norm(), 1, 1e-12);
+    return position.y() > 0;
+  };
+  const HeldOut held_out = draw_held_out(body, range, 100, 3);
+  EXPECT_GT(held_out.points.position.col(1).minCoeff(), 0);
+  EXPECT_LT(draw_held_out(body, kRange, 100, 3).points.position.col(1).minCoeff(), 0);
+  range.can_touch = [](const Vec3&, const Vec3&) { return true; };
+  EXPECT_EQ(draw_held_out(body, range, 100, 3).points.position,
+            draw_held_out(body, kRange, 100, 3).points.position);
+  range.can_touch = [](const Vec3&, const Vec3&) { return false; };
+  EXPECT_THROW(draw_held_out(body, range, 1, 3), Error);
 }
 
 TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {

@@ -41,7 +41,7 @@ TEST(TestPointsOnASphere, have_the_asked_number_and_close_around_it) {
   const Surface fine = sphere(0.05, 4);
   for (const int count : {4, 5, 12, 60, 250}) {
     SCOPED_TRACE(count);
-    const TestPoints points = choose_test_points(fine, all_of(fine), count);
+    const TestPoints points = choose_test_points(fine, all_of(fine), all_of(fine), count);
     ASSERT_EQ(points.position.rows(), count);
     EXPECT_EQ(points.triangles.rows(), 2 * count - 4);  // Euler, genus 0
     EXPECT_EQ(why_not_closed({points.position, points.triangles}), std::nullopt);
@@ -57,7 +57,7 @@ TEST(TestPointsOnASphere, may_be_ten_to_ten_thousand) {
   const Surface fine = sphere(0.05, 6);
   for (const int count : {10, 100, 1000, 10000}) {
     SCOPED_TRACE(count);
-    const TestPoints points = choose_test_points(fine, all_of(fine), count);
+    const TestPoints points = choose_test_points(fine, all_of(fine), all_of(fine), count);
     ASSERT_EQ(points.position.rows(), count);
     EXPECT_EQ(points.triangles.rows(), 2 * count - 4);
     EXPECT_GT(smallest_angle_deg(points), 10);
@@ -66,7 +66,7 @@ TEST(TestPointsOnASphere, may_be_ten_to_ten_thousand) {
 
 TEST(TestPointsOnASphere, are_evenly_spread) {
   const Surface fine = sphere(0.05, 5);
-  const TestPoints points = choose_test_points(fine, all_of(fine), 100);
+  const TestPoints points = choose_test_points(fine, all_of(fine), all_of(fine), 100);
   EXPECT_GT(smallest_angle_deg(points), 25);
   // Every fine vertex has a point within the covering radius of a hexagonal packing, with slack
   // for what no triangulation of 100 points on a sphere avoids.
@@ -84,7 +84,7 @@ TEST(TestPointsOnASphere, are_evenly_spread) {
 
 TEST(TestPoints, are_vertices_of_the_fine_surface_and_none_twice) {
   const Surface fine = sphere(0.05, 3);
-  const TestPoints points = choose_test_points(fine, all_of(fine), 40);
+  const TestPoints points = choose_test_points(fine, all_of(fine), all_of(fine), 40);
   std::set<Eigen::Index> used;
   for (const auto& p : points.position.rowwise()) {
     Eigen::Index nearest = 0;
@@ -96,7 +96,7 @@ TEST(TestPoints, are_vertices_of_the_fine_surface_and_none_twice) {
 
 TEST(TestPoints, cover_a_part_with_a_border_up_to_the_border) {
   const Surface fine = sphere(0.05, 4);
-  const TestPoints points = choose_test_points(fine, upper_half_of(fine), 50);
+  const TestPoints points = choose_test_points(fine, upper_half_of(fine), upper_half_of(fine), 50);
   ASSERT_EQ(points.position.rows(), 50);
   EXPECT_GE(points.position.col(2).minCoeff(), -1e-9);
   const double area = area_m2({points.position, points.triangles});
@@ -109,7 +109,7 @@ TEST(TestPoints, cover_a_part_with_a_border_up_to_the_border) {
 TEST(TestPoints, are_spread_over_every_piece) {
   const Surface one = sphere(0.05, 3);
   const Surface two = joined(one, moved(one, Vec3(0.2, 0, 0)));
-  const TestPoints points = choose_test_points(two, all_of(two), 40);
+  const TestPoints points = choose_test_points(two, all_of(two), all_of(two), 40);
   ASSERT_EQ(points.position.rows(), 40);
   const auto left = (points.position.col(0).array() < 0.1).count();
   EXPECT_NEAR(static_cast<double>(left), 20, 4);
@@ -118,12 +118,12 @@ TEST(TestPoints, are_spread_over_every_piece) {
 TEST(TestPoints, come_as_near_to_the_number_as_topology_lets_them) {
   const Surface one = sphere(0.05, 2);
   const Surface two = joined(one, moved(one, Vec3(0.2, 0, 0)));
-  EXPECT_EQ(choose_test_points(two, all_of(two), 5).position.rows(), 8);  // two tetrahedra
+  EXPECT_EQ(choose_test_points(two, all_of(two), all_of(two), 5).position.rows(), 8);  // two tetrahedra
 }
 
 TEST(TestPoints, more_than_there_are_vertices_means_every_vertex) {
   const Surface fine = sphere(0.05, 1);  // 18 vertices
-  const TestPoints points = choose_test_points(fine, all_of(fine), 5000);
+  const TestPoints points = choose_test_points(fine, all_of(fine), all_of(fine), 5000);
   EXPECT_EQ(points.position, fine.vertices);
   EXPECT_EQ(points.triangles, fine.triangles);
 }
@@ -134,25 +134,26 @@ TEST(TestPoints, a_region_pinched_at_a_vertex_is_triangulated_without_the_pinch)
   // Two caps that meet in vertex 4 (the north pole) only: opposite quadrants without their rims.
   for (Eigen::Index v = 0; v < fine.vertices.rows(); ++v)
     is_reachable[std::size_t(v)] = v == 4 || fine.vertices(v, 0) * fine.vertices(v, 1) > 1e-9;
-  const TestPoints points = choose_test_points(fine, is_reachable, 20);
+  const TestPoints points = choose_test_points(fine, is_reachable, is_reachable, 20);
   EXPECT_EQ(points.position.rows(), 20);
 }
 
 TEST(TestPoints, the_same_input_gives_the_same_bits) {
   const Surface fine = sphere(0.05, 4);
-  const TestPoints a = choose_test_points(fine, all_of(fine), 77);
-  const TestPoints b = choose_test_points(fine, all_of(fine), 77);
+  const TestPoints a = choose_test_points(fine, all_of(fine), all_of(fine), 77);
+  const TestPoints b = choose_test_points(fine, all_of(fine), all_of(fine), 77);
   EXPECT_EQ(a.position, b.position);
   EXPECT_EQ(a.triangles, b.triangles);
 }
 
 TEST(TestPoints, nothing_to_reach_and_silly_numbers_are_refused) {
   const Surface fine = sphere(0.05, 2);
-  EXPECT_THROW(choose_test_points(fine, all_of(fine), 3), Error);
-  EXPECT_THROW(choose_test_points(fine, all_of(fine), 10001), Error);
-  EXPECT_THROW(choose_test_points(fine, {1, 1}, 10), Error);
+  EXPECT_THROW(choose_test_points(fine, all_of(fine), all_of(fine), 3), Error);
+  EXPECT_THROW(choose_test_points(fine, all_of(fine), all_of(fine), 10001), Error);
+  EXPECT_THROW(choose_test_points(fine, {1, 1}, {1, 1}, 10), Error);
+  const std::vector<char> none(all_of(fine).size(), 0);
   try {
-    choose_test_points(fine, std::vector<char>(all_of(fine).size(), 0), 10);
+    choose_test_points(fine, none, none, 10);
     FAIL() << "nothing reachable went through";
   } catch (const Error& error) {
     EXPECT_EQ(error.fact(), "no triangle of the surface can be touched");

@@ -1,0 +1,84 @@
+// What `prepare` makes of a region and of what the tool can reach there.
+
+#include <gtest/gtest.h>
+
+#include "libfit/io/files/files.hpp"
+#include "tests/support/voxels.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+using palpate::testing_support::voxel_surface;
+
+std::string off_of(const Surface& surface) {
+  std::string text = "OFF\n" + std::to_string(surface.vertices.rows()) + " " +
+                     std::to_string(surface.triangles.rows()) + " 0\n";
+  for (const auto& p : surface.vertices.rowwise())
+    text += std::to_string(1e3 * p[0]) + " " + std::to_string(1e3 * p[1]) + " " +
+            std::to_string(1e3 * p[2]) + "\n";
+  for (const auto& t : surface.triangles.rowwise())
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            "\n";
+  return text;
+}
+
+// A body held below, a ball of 5 mm that presses 3 mm deep.
+class Region : public testing::Test {
+ protected:
+  Outcome prepare(const Surface& surface, const std::string& experiments) {
+    folder.write("body.off", off_of(surface));
+    folder.write("scene.toml",
+                 "[body]\nsurface = \"body.off\"\nlength_unit = \"mm\"\n"
+                 "fixed = [ { below = { axis = \"z\", at = \"0.5 mm\" } } ]\n"
+                 "[material]\nyoung = \"10 kPa\"\n[probe]\nradius = \"5 mm\"\n"
+                 "[experiments]\ndepth = \"3 mm\"\ndrag_depths = []\n" +
+                     experiments);
+    return palpate(folder, "prepare " + (folder / "scene.toml").string() + " -o " +
+                               (folder / "body.h5").string());
+  }
+  Body body() const { return read_body(folder / "body.h5"); }
+  Folder folder;
+};
+
+// 40 x 40 x 24 mm with a groove along y, 4 mm wide and 6 mm deep.
+Surface grooved() {
+  return voxel_surface({20, 20, 12}, 2e-3, [](const Vec3& x) {
+    return std::abs(x.x() - 0.02) > 2e-3 || x.z() < 0.018;
+  });
+}
+
+TEST_F(Region, test_points_leave_out_a_groove_that_the_ball_bridges_and_curves_go_across_it) {
+  const Outcome made = prepare(grooved(), "test_points = 12\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find("out of reach: "), std::string::npos) << made.err;
+  const Body grooved_body = body();
+  for (const auto& at : grooved_body.test_points.position.rowwise())
+    EXPECT_FALSE(std::abs(at.x() - 0.02) < 2.5e-3 && at.z() > 0.0179 &&
+                 std::abs(at.y() - 0.02) < 0.0199)
+        << at;
+  int gap = 0;
+  for (std::size_t v = 0; v < grooved_body.in_region.size(); ++v) {
+    EXPECT_LE(grooved_body.is_reachable[v], grooved_body.in_region[v]);
+    gap += grooved_body.in_region[v] && !grooved_body.is_reachable[v];
+  }
+  EXPECT_GT(gap, 100);
+  EXPECT_EQ(grooved_body.test_points.position.rows(), 12);
+}
+
+TEST_F(Region, given_points_that_the_tool_cannot_touch_are_left_out_and_listed) {
+  folder.write("points.csv", "x_m,y_m,z_m\n0.01,0.02,0.024\n0.02,0.02,0.018\n0.03,0.02,0.024\n");
+  const Outcome made = prepare(grooved(), "test_points = \"points.csv\"\n");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find("left out: p0002 at (20.0, 20.0, 18.0) mm"), std::string::npos)
+      << made.err;
+  EXPECT_EQ(body().test_points.name, (std::vector<std::string>{"p0001", "p0003"}));
+  folder.write("points.csv", "x_m,y_m,z_m\n0.02,0.02,0.018\n");
+  const Outcome none = prepare(grooved(), "test_points = \"points.csv\"\n");
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.err.find("the tool can touch at none"), std::string::npos) << none.err;
+}
+
+}  // namespace
+}  // namespace palpate::tools

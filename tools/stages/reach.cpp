@@ -1,0 +1,200 @@
+#include "tools/stages/reach.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "libfem/mesh/surface/test_points.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/refine/edge_paths.hpp"
+#include "tools/console.hpp"
+#include "tools/scene/fields.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Overlap over depth, at first touch: a ball that begins a tenth of the way in feels 3 % of its
+// force too early (0.1^1.5).
+constexpr double kOverlapShare = 0.1;
+
+std::string region_place(const Scene& scene) {
+  return scene.path.string() + ": [experiments] region";
+}
+
+std::string in_mm(const Vec3& place_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * place_m[0], 1e3 * place_m[1],
+                     1e3 * place_m[2]);
+}
+
+std::vector<char> region_of(const Scene& scene, const Surface& surface) {
+  const std::optional<Region>& region = scene.experiments.region;
+  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const Vec3 vertex = surface.vertices.row(v);
+    is_in[static_cast<std::size_t>(v)] =
+        !any_contains(scene.body.fixed, vertex) && (!region || contains(*region, vertex));
+  }
+  return is_in;
+}
+
+// A third of each triangle to each of its corners [m^2].
+std::vector<double> area_of_vertices(const Surface& surface) {
+  std::vector<double> area(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (const auto& t : surface.triangles.rowwise()) {
+    const Vec3 a = surface.vertices.row(t[0]), b = surface.vertices.row(t[1]),
+               c = surface.vertices.row(t[2]);
+    for (int k = 0; k < 3; ++k)
+      area[static_cast<std::size_t>(t[k])] += (b - a).cross(c - a).norm() / 6;
+  }
+  return area;
+}
+
+double area_of(const Surface& surface, const std::vector<char>& is_in) {
+  const std::vector<double> area = area_of_vertices(surface);
+  double sum = 0;
+  for (std::size_t v = 0; v < is_in.size(); ++v) sum += is_in[v] ? area[v] : 0;
+  return sum;
+}
+
+// Takes patches out that have less than least_m2, but for the largest.
+void drop_specks(const Surface& surface, double least_m2, std::vector<char>& is_in) {
+  const std::vector<double> area = area_of_vertices(surface);
+  const auto patches = patches_of(surface, is_in);
+  std::vector<double> patch_m2;
+  for (const auto& patch : patches) {
+    patch_m2.push_back(0);
+    for (const std::int32_t v : patch) patch_m2.back() += area[static_cast<std::size_t>(v)];
+  }
+  if (patches.empty()) return;
+  const double kept_m2 = std::min(least_m2, *std::max_element(patch_m2.begin(), patch_m2.end()));
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    if (patch_m2[i] < kept_m2)
+      for (const std::int32_t v : patches[i]) is_in[static_cast<std::size_t>(v)] = 0;
+}
+
+std::vector<double> distance_from_m(const Surface& surface, const std::vector<char>& is_source) {
+  EdgePathSeeds seeds;
+  for (std::size_t v = 0; v < is_source.size(); ++v)
+    if (is_source[v]) seeds.push_back({static_cast<std::int32_t>(v), 0.0});
+  return nearest_source(surface, {seeds}).distance_m;
+}
+
+// What is within width_m of a reachable vertex, or of such a gap: the region without wide patches
+// that cannot be reached, narrow ones closed.
+std::vector<char> with_gaps_closed(const Surface& surface, const std::vector<char>& in_region,
+                                   const std::vector<char>& is_reachable, double width_m) {
+  const std::vector<double> to_reachable = distance_from_m(surface, is_reachable);
+  std::vector<char> is_far(in_region.size(), 0), is_kept(in_region.size(), 0);
+  for (std::size_t v = 0; v < in_region.size(); ++v)
+    is_far[v] = in_region[v] && to_reachable[v] > width_m;
+  const std::vector<double> to_far = distance_from_m(surface, is_far);
+  for (std::size_t v = 0; v < in_region.size(); ++v)
+    is_kept[v] = in_region[v] && (is_reachable[v] || to_far[v] > width_m);
+  return is_kept;
+}
+
+void say_out_of_reach(const Body& body, const std::vector<char>& in_region,
+                      const std::vector<double>& overlap_m) {
+  std::size_t out = 0, worst = 0, gaps = 0;
+  for (std::size_t v = 0; v < in_region.size(); ++v) {
+    if (!in_region[v] || body.is_reachable[v]) continue;
+    ++out;
+    gaps += body.in_region[v] != 0;
+    if (overlap_m[v] >= overlap_m[worst]) worst = v;
+  }
+  if (out == 0) return;
+  const Vec3 place = body.surface.vertices.row(static_cast<Eigen::Index>(worst));
+  say("  out of reach: {} of {} vertices, where the tool would cut into the body first, by up to "
+      "{:.2g} mm at {}, or has no way in; {} of them in gaps that curves are blended across",
+      out, std::count(in_region.begin(), in_region.end(), 1), 1e3 * overlap_m[worst], in_mm(place),
+      gaps);
+}
+
+}  // namespace
+
+fem::ToolReach make_reach(const Scene& scene, const Surface& surface) {
+  const std::string where = scene.path.string() + ": [probe]";
+  return {surface, fem::make_probe(scene.probe.spec, where),
+          kOverlapShare * scene.experiments.each.depth_m};
+}
+
+void find_reachable(const Scene& scene, bool surface_only, Body& body) {
+  const auto refuse_few = [&](const std::string& remedy) {
+    const auto count = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
+    if (count < 3)
+      throw Error(region_place(scene),
+                  fmt::format("{} of {} surface vertices are reachable", count,
+                              body.surface.vertices.rows()),
+                  remedy);
+  };
+  body.is_reachable = body.in_region = region_of(scene, body.surface);
+  refuse_few("Move the region onto the surface, and not into what is fixed.");
+  if (surface_only) return;
+  const fem::Probe probe = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]");
+  const std::vector<char> wanted = body.in_region;
+  std::vector<double> overlap_m;
+  body.is_reachable =
+      make_reach(scene, body.surface).vertices(wanted, vertex_normals(body.surface), &overlap_m);
+  const double contact_m = probe.contact_radius_m(scene.experiments.each.depth_m);
+  drop_specks(body.surface, std::numbers::pi * contact_m * contact_m, body.is_reachable);
+  refuse_few(
+      "The tool would cut into the body elsewhere before it touches there: take a smaller "
+      "tool, or another region.");
+  // Test points some spacing apart cannot go around less.
+  const double spacing_m =
+      std::sqrt(area_of(body.surface, wanted) / scene.experiments.test_points.value_or(kMaxPoints));
+  body.in_region = with_gaps_closed(body.surface, wanted, body.is_reachable,
+                                    std::max(probe.half_width_m, spacing_m / 2));
+  say_out_of_reach(body, wanted, overlap_m);
+}
+
+TestPoints spread_test_points(Body& body, int count) {
+  for (;;) {
+    TestPoints points = choose_test_points(body.surface, body.in_region, body.is_reachable, count);
+    std::vector<char> is_gap(body.in_region.size(), 0);
+    for (std::size_t v = 0; v < is_gap.size(); ++v)
+      is_gap[v] = body.in_region[v] && !body.is_reachable[v];
+    bool is_done = true;
+    for (const auto& gap : patches_of(body.surface, is_gap))
+      if (std::any_of(gap.begin(), gap.end(), [&](std::int32_t v) {
+            return (points.position.rowwise() - body.surface.vertices.row(v))
+                       .rowwise()
+                       .squaredNorm()
+                       .minCoeff() == 0;
+          })) {
+        is_done = false;
+        for (const std::int32_t v : gap) body.in_region[static_cast<std::size_t>(v)] = 0;
+      }
+    if (is_done) return points;
+  }
+}
+
+void leave_out_of_reach(const Scene& scene, Body& body) {
+  const fem::ToolReach reach = make_reach(scene, body.surface);
+  TestPoints& points = body.test_points;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
+    const double overlap_m = reach.overlap_m(points.position.row(p), points.normal.row(p));
+    if (overlap_m <= kOverlapShare * scene.experiments.each.depth_m) {
+      kept.push_back(p);
+      continue;
+    }
+    say("  left out: {} at {}, where the tool would cut {:.2g} mm into the body at first touch",
+        points.name[static_cast<std::size_t>(p)], in_mm(points.position.row(p)), 1e3 * overlap_m);
+  }
+  if (static_cast<Eigen::Index>(kept.size()) == points.position.rows()) return;
+  if (kept.empty())
+    throw Error(scene.path.string() + ": [experiments] test_points",
+                "the tool can touch at none of the test points",
+                "Take a smaller tool, or other points.");
+  points.position = Points(points.position(kept, Eigen::all));
+  points.normal = Points(points.normal(kept, Eigen::all));
+  std::vector<std::string> names;
+  for (const Eigen::Index p : kept) names.push_back(points.name[static_cast<std::size_t>(p)]);
+  points.name = std::move(names);
+}
+
+}  // namespace palpate::tools

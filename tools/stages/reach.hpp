@@ -1,0 +1,28 @@
+#pragma once
+
+#include "libfem/probes/reach.hpp"
+#include "libfit/core/body.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// What the scene's tool can touch of a closed surface.
+fem::ToolReach make_reach(const Scene& scene, const Surface& surface);
+
+/// Fills in_region and is_reachable of a body that has its surface: what the scene's region holds
+/// and is not fixed; of it what the tool can touch, where not `surface_only` (recorded points were
+/// touched). Patches smaller than a contact do not count, and what lies farther than the tool's
+/// half width, and than half of what test points lie apart, from all that can be touched leaves the
+/// region; narrower gaps stay in it, so that curves are blended across. Says what is left out.
+/// Throws Error when fewer than three vertices are left.
+void find_reachable(const Scene& scene, bool surface_only, Body& body);
+
+/// choose_test_points on a body whose flags are there. A gap that a point would have to stand in
+/// leaves the region.
+TestPoints spread_test_points(Body& body, int count);
+
+/// Takes given test points out where the tool cannot touch, and lists them. Throws Error when none
+/// stays.
+void leave_out_of_reach(const Scene& scene, Body& body);
+
+}  // namespace palpate::tools
