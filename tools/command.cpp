@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <map>
@@ -288,6 +289,10 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
   } catch (const Interrupted& e) {
     fmt::print(stderr, "palpate: interrupted: {}\n", e.what());
     session.say_answer({{"interrupted", e.what()}});
+    if (has_abandoned_work()) {
+      std::fflush(nullptr);
+      std::_Exit(kInterrupted);
+    }
     return kInterrupted;
   } catch (const Error& e) {
     return refuse(session, e);

@@ -9,13 +9,15 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <future>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace palpate::tools {
 namespace {
 
-std::atomic<bool> interrupted{false};
+std::atomic<bool> interrupted{false}, abandoned{false};
 
 void on_signal(int) { interrupted.store(true); }
 
@@ -65,6 +67,22 @@ void catch_interrupts() {
 }
 
 bool is_interrupted() { return interrupted.load(); }
+
+void run_abandonably(std::function<void()> work, const std::string& lost) {
+  std::packaged_task<void()> task(std::move(work));
+  std::future<void> done = task.get_future();
+  std::thread worker(std::move(task));
+  while (done.wait_for(std::chrono::milliseconds(20)) == std::future_status::timeout) {
+    if (!is_interrupted()) continue;
+    worker.detach();
+    abandoned.store(true);
+    throw Interrupted(lost);
+  }
+  worker.join();
+  done.get();
+}
+
+bool has_abandoned_work() { return abandoned.load(); }
 
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,13 @@ class Interrupted : public std::runtime_error {
 /// First SIGINT or SIGTERM asks long work to stop and keep what is done; a second one kills.
 void catch_interrupts();
 bool is_interrupted();
+
+/// Runs work that knows no Progress (meshers) on a thread of its own and returns or throws what it
+/// does. Once interrupted it is not waited for: throws Interrupted(`lost`), and the program must
+/// end through run_program, which then leaves without destructors, and child processes with it.
+/// work: holds by value whatever it uses.
+void run_abandonably(std::function<void()> work, const std::string& lost);
+bool has_abandoned_work();
 
 /// What of it is shown: errors and failed items alone; all; all with the time since the start.
 enum class Loudness { quiet, normal, verbose };

@@ -42,6 +42,8 @@ const std::string kManifest = press_manifest("a.csv");
 
 std::vector<BadInput> bad_inputs() {
   const std::string fixed = "fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n";
+  const std::string window =
+      "region = { box = [[\"20 mm\", \"20 mm\", \"29 mm\"], [\"60 mm\", \"60 mm\", \"31 mm\"]] }";
   const auto mesh = [](const char* what, const std::string& content) {
     return BadInput{what,
                     "check bad.toml",
@@ -96,6 +98,12 @@ std::vector<BadInput> bad_inputs() {
       in_scene("held as a whole", "at = \"1 mm\"", "at = \"100 mm\""),
       in_scene("a window beside the surface", "\"29 mm\"], [\"60 mm\", \"60 mm\", \"31 mm\"]",
                "\"39 mm\"], [\"60 mm\", \"60 mm\", \"41 mm\"]"),
+      in_scene("two windows at once", "region = {",
+               "region = { disc = { center = [0.04, 0.04, 0.03], radius = \"20 mm\" },"),
+      in_scene("a window that names nothing", window, "region = {}"),
+      in_scene("a side that is none", window, "region = { facing = \"up\" }"),
+      in_scene("a disc beside the surface", window,
+               "region = { disc = { center = [0.04, 0.04, 0.1], radius = \"20 mm\" } }"),
       in_scene("an inclusion outside the body", "[probe]",
                "[[inclusion]]\nsphere = { center = [\"0 mm\", \"0 mm\", \"300 mm\"], radius = \"5 "
                "mm\" }\nmaterial = { young = \"40 kPa\" }\n[probe]"),
@@ -107,6 +115,16 @@ std::vector<BadInput> bad_inputs() {
       mesh("a mesh of words", "OFF\n8 12 0\nnot numbers\n"),
       mesh("a surface without an inside",
            "OFF\n4 2 0\n0 0 0\n100 0 0\n100 100 0\n0 100 0\n3 0 1 2\n3 0 2 3\n"),
+      {"a wrap of an open sheet",
+       "check bad.toml",
+       1,
+       {{"bad.toml", scene_with("block.off\"", "bad.off\"\nwrap = \"2 mm\"")},
+        {"bad.off", "OFF\n4 2 0\n0 0 0\n100 0 0\n100 100 0\n0 100 0\n3 0 1 2\n3 0 2 3\n"}}},
+      {"points that the tool cannot touch",
+       "check bad.toml",
+       1,
+       {{"bad.toml", scene_with("test_points = 4", "test_points = \"p.csv\"")},
+        {"p.csv", "x_m,y_m,z_m,nx,ny,nz\n0.04,0.04,0.03,1,0,0\n"}}},
       {"a file as the folder of a run", "run scene.toml -o block.off"},
       {"a folder that cannot be made", "run scene.toml -o /proc/palpate/out"},
       {"a file in a folder that cannot be written", "prepare scene.toml -o /proc/palpate/body.h5"},

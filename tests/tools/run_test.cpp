@@ -102,5 +102,30 @@ TEST_F(Run, an_interrupted_simulate_keeps_what_is_done_and_resumes_to_the_same_b
   EXPECT_FALSE(fs::exists(partial));
 }
 
+// It used to notice only between its steps, and meshers run for seconds.
+TEST_F(Run, prepare_ends_at_once_when_it_is_told_to_and_writes_nothing) {
+  std::string text = kScene;
+  text.replace(text.find("\"20 mm\""), 7, "\"1 mm\"");
+  folder.write("scene.toml", text);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const std::string out = (folder / "body.h5").string();
+    const pid_t child = fork();
+    if (child == 0) {
+      execl(PALPATE_PROGRAM, "palpate", "prepare", scene.c_str(), "-o", out.c_str(), "--quiet",
+            nullptr);
+      _exit(127);
+    }
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    const auto told = std::chrono::steady_clock::now();
+    kill(child, signal);
+    int raw = 0;
+    waitpid(child, &raw, 0);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - told;
+    EXPECT_EQ(WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, 130);
+    EXPECT_LT(took.count(), 0.5) << "s";
+    EXPECT_FALSE(fs::exists(out));
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tools

@@ -30,6 +30,18 @@ bool contains(const Region& region, const Vec3& point) {
                     region);
 }
 
+std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region) {
+  if (!region) return std::nullopt;
+  if (const auto* disc = std::get_if<Disc>(&region->part)) return disc->center_m;
+  const auto* part = std::get_if<Region>(&region->part);
+  const Ball* ball = part != nullptr ? std::get_if<Ball>(part) : nullptr;
+  return ball != nullptr ? std::optional(ball->center_m) : std::nullopt;
+}
+
+Vec3 outward_of_side(std::string_view side) {
+  return (side[0] == '-' ? -1.0 : 1.0) * Vec3::Unit(side[1] - 'x');
+}
+
 bool any_contains(const std::vector<Region>& regions, const Vec3& point) {
   return std::any_of(regions.begin(), regions.end(),
                      [&](const Region& region) { return contains(region, point); });

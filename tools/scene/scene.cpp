@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <numbers>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
@@ -29,6 +30,8 @@ std::filesystem::path beside(const std::filesystem::path& scene, const std::stri
   return std::filesystem::absolute(path.is_absolute() ? path : scene.parent_path() / path)
       .lexically_normal();
 }
+
+constexpr double kFacingWithin = 60 * std::numbers::pi / 180, kWholeTurn = std::numbers::pi;
 
 HalfSpace read_half_space(SceneTable table, bool is_below) {
   static const std::vector<std::string_view> kAxes{"x", "y", "z"};
@@ -56,10 +59,12 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-// The one region a table names; nothing when it names none.
-std::optional<Region> find_region(SceneTable& table) {
+constexpr std::string_view kRegions = "below, above, box, sphere";
+
+// The one region a table names; nothing when it names none. named: how many kinds it names so far.
+std::optional<Region> find_region(SceneTable& table, int named = 0,
+                                  std::string_view kinds = kRegions) {
   std::optional<Region> region;
-  int named = 0;
   if (table.has("below")) {
     ++named;
     region = read_half_space(table.table("below", "below"), true);
@@ -78,7 +83,7 @@ std::optional<Region> find_region(SceneTable& table) {
   }
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
-                "Keep one of below, above, box, sphere.");
+                fmt::format("Keep one of {}.", kinds));
   return region;
 }
 
@@ -86,9 +91,30 @@ Region read_region(SceneTable table) {
   const auto region = find_region(table);
   if (!region)
     throw Error(table.where_table(), table.name() + " names no region",
-                "Give one of below, above, box, sphere.");
+                fmt::format("Give one of {}.", kRegions));
   table.finish();
   return *region;
+}
+
+// A disc or one of the regions above, what faces a side, or both.
+SurfaceRegion read_surface_region(SceneTable table) {
+  static const std::string kKinds = fmt::format("disc, {}", kRegions);
+  SurfaceRegion region;
+  const bool is_disc = table.has("disc");
+  if (const auto part = find_region(table, is_disc ? 1 : 0, kKinds)) region.part = *part;
+  if (is_disc) {
+    const Ball disc = read_ball(table.table("disc", "disc"));
+    region.part = Disc{disc.center_m, disc.radius_m};
+  }
+  if (table.has("facing")) {
+    region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
+    region.within_rad = table.quantity("within", Dimension::angle, kFacingWithin, 0.01, kWholeTurn);
+  }
+  if (region.facing.empty() && std::holds_alternative<std::monostate>(region.part))
+    throw Error(table.where_table(), table.name() + " names no region",
+                fmt::format("Give one of {}, or facing.", kKinds));
+  table.finish();
+  return region;
 }
 
 std::vector<InclusionSection> read_inclusions(SceneTable& root) {
@@ -145,8 +171,8 @@ class SectionReader {
     for (SceneTable& region : table_.tables(key, name_of(key)))
       value.push_back(read_region(std::move(region)));
   }
-  void operator()(Stage, std::string_view key, std::optional<Region>& value, Any) {
-    if (table_.has(key)) value = read_region(table_.table(key, name_of(key)));
+  void operator()(Stage, std::string_view key, std::optional<SurfaceRegion>& value, Any) {
+    if (table_.has(key)) value = read_surface_region(table_.table(key, name_of(key)));
   }
   void operator()(Stage, std::string_view key, std::optional<double>& value, SmoothingChoice) {
     const toml::node* node = table_.node(key);

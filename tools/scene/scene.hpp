@@ -48,7 +48,7 @@ struct ExperimentsSection {
   std::optional<int> test_points = 40;        ///< absent: every vertex, or the file below
   std::optional<PlacementSection> placement;  ///< with test_points = kFirstPoints
   std::optional<std::filesystem::path> points_file;
-  std::optional<Region> region;
+  std::optional<SurfaceRegion> region;
   Experiments each;            ///< made at every test point
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
   bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms

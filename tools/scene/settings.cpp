@@ -80,6 +80,17 @@ class SettingsWriter {
       put(stage, path + "sphere/radius", "m", {ball.radius_m});
     }
   }
+  void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
+    const std::string path(key);
+    if (const auto* region = std::get_if<Region>(&value.part)) (*this)(stage, key, *region, Any{});
+    if (const auto* disc = std::get_if<Disc>(&value.part)) {
+      put(stage, path + "/disc/center", "m", numbers_of(disc->center_m));
+      put(stage, path + "/disc/radius", "m", {disc->radius_m});
+    }
+    if (value.facing.empty()) return;
+    put(stage, path + "/facing", "", {}, value.facing);
+    put(stage, path + "/within", "rad", {value.within_rad});
+  }
   void operator()(Stage stage, std::string_view key, const std::vector<Region>& value, Any) {
     for (std::size_t i = 0; i < value.size(); ++i)
       (*this)(stage, fmt::format("{}/{}", key, i), value[i], Any{});
@@ -158,9 +169,19 @@ class SettingsReader {
     value.reset();
     if (has("tolerance")) visit(value.emplace(), *this);
   }
-  void operator()(Stage stage, std::string_view key, std::optional<Region>& value, Any) {
+  void operator()(Stage stage, std::string_view key, std::optional<SurfaceRegion>& value, Any) {
     value.reset();
-    if (has_below(key)) (*this)(stage, key, value.emplace(), Any{});
+    const std::string path(key);
+    if (!has_below(key)) return;
+    value.emplace();
+    if (has(path + "/disc/radius"))
+      value->part = Disc{point(path + "/disc/center"), number(path + "/disc/radius")};
+    else if (has_below(path + "/below") || has_below(path + "/above") || has_below(path + "/box") ||
+             has_below(path + "/sphere"))
+      (*this)(stage, key, value->part.emplace<Region>(), Any{});
+    if (!has(path + "/facing")) return;
+    value->facing = get(path + "/facing").text;
+    value->within_rad = number(path + "/within");
   }
   void operator()(Stage stage, std::string_view key, std::optional<fem::MaterialParameters>& value,
                   Any) {

@@ -3,7 +3,9 @@
 #include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/fill/fill_volume.hpp"
@@ -173,7 +175,9 @@ Scene open_scene(const std::filesystem::path& path) {
   return scene;
 }
 
-Body prepare_body(const Scene& scene, bool surface_only) {
+namespace {
+
+Body make_body(const Scene& scene, bool surface_only) {
   Body body;
   body.probe = scene.probe.spec;
   body.settings = settings_of(scene);
@@ -189,6 +193,15 @@ Body prepare_body(const Scene& scene, bool surface_only) {
   find_reachable(scene, surface_only, body);
   choose_points(scene, surface_only, body);
   return body;
+}
+
+}  // namespace
+
+Body prepare_body(const Scene& scene, bool surface_only) {
+  const auto body = std::make_shared<Body>();
+  run_abandonably([body, scene, surface_only] { *body = make_body(scene, surface_only); },
+                  "prepare: nothing was written");
+  return std::move(*body);
 }
 
 void check_choices(const Scene& scene) {

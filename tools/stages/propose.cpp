@@ -29,8 +29,6 @@ constexpr double kWindowShare = 0.22;    // window's radius over the extents acr
 constexpr double kProbeShare = 1.0 / 8;  // of the thickness; presses go one radius deep
 constexpr double kLargestProbe_m = 0.01;
 
-constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
-
 struct BoxSide {
   int axis = 2;
   double sign = -1;

@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
+#include "libfem/mesh/surface/geodesic.hpp"
 #include "libfem/mesh/surface/test_points.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/refine/edge_paths.hpp"
@@ -29,15 +31,98 @@ std::string in_mm(const Vec3& place_m) {
                      1e3 * place_m[2]);
 }
 
-std::vector<char> region_of(const Scene& scene, const Surface& surface) {
-  const std::optional<Region>& region = scene.experiments.region;
-  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 0);
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
-    const Vec3 vertex = surface.vertices.row(v);
-    is_in[static_cast<std::size_t>(v)] =
-        !any_contains(scene.body.fixed, vertex) && (!region || contains(*region, vertex));
+// A vertex of the patch counts as of its side up to this angle from the normal at its middle: the
+// flanks of a fold do, the back of a rim does not.
+constexpr double kSameSide = -0.17;  // cosine, 100 degrees
+constexpr int kMostAverages = 50;
+
+// Vertex normals averaged over about width_m, so that folds and noise turn no side.
+Points smoothed_normals(const Surface& surface, double width_m) {
+  const Neighbours neighbours(surface.triangles, surface.vertices.rows());
+  double sum_m = 0;
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      sum_m += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
+  const double edges = width_m * static_cast<double>(3 * surface.triangles.rows()) / sum_m;
+  Points normals = vertex_normals(surface);
+  for (int i = std::clamp(static_cast<int>(edges * edges), 1, kMostAverages); i > 0; --i) {
+    Points next = normals;
+    for (Eigen::Index v = 0; v < normals.rows(); ++v)
+      for (const std::int32_t w : neighbours.of(static_cast<std::int32_t>(v)))
+        next.row(v) += normals.row(w);
+    normals = next.rowwise().normalized();
   }
-  return is_in;
+  return normals;
+}
+
+// Of the vertices in a ball the patch that is nearest to its centre, on that side of the body.
+void keep_near_side(const Surface& surface, const Vec3& center, double width_m,
+                    std::vector<char>& is_in) {
+  const auto inside = std::count(is_in.begin(), is_in.end(), 1);
+  std::int32_t nearest = -1;
+  for (std::size_t v = 0; v < is_in.size(); ++v) {
+    const auto squared = [&](std::size_t at) {
+      return (surface.vertices.row(static_cast<Eigen::Index>(at)).transpose() - center)
+          .squaredNorm();
+    };
+    if (is_in[v] && (nearest < 0 || squared(v) < squared(static_cast<std::size_t>(nearest))))
+      nearest = static_cast<std::int32_t>(v);
+  }
+  if (nearest < 0) return;
+  const Points normals = smoothed_normals(surface, width_m);
+  for (std::size_t v = 0; v < is_in.size(); ++v)
+    is_in[v] =
+        is_in[v] && normals.row(static_cast<Eigen::Index>(v)).dot(normals.row(nearest)) > kSameSide;
+  std::vector<char> is_kept(is_in.size(), 0);
+  for (const auto& patch : patches_of(surface, is_in))
+    if (std::binary_search(patch.begin(), patch.end(), nearest))
+      for (const std::int32_t v : patch) is_kept[static_cast<std::size_t>(v)] = 1;
+  is_in = std::move(is_kept);
+  const auto kept = std::count(is_in.begin(), is_in.end(), 1);
+  if (kept < inside)
+    say("  region: {} of {} vertices in the sphere, the patch nearest to its centre; the back and "
+        "what is not joined to it are left out",
+        kept, inside);
+}
+
+std::vector<char> vertices_where(const Surface& surface,
+                                 const std::function<bool(Eigen::Index)>& is_in) {
+  std::vector<char> flags(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    flags[static_cast<std::size_t>(v)] = is_in(v);
+  return flags;
+}
+
+std::vector<char> disc_on(const Scene& scene, const Surface& surface, const Disc& disc) {
+  const SurfacePoint middle = *closest_point(surface, triangle_boxes(surface), disc.center_m);
+  if (middle.distance_m > disc.radius_m)
+    throw Error(region_place(scene),
+                fmt::format("the centre of disc lies {:.3g} mm off the surface, farther than its "
+                            "radius of {:.3g} mm",
+                            1e3 * middle.distance_m, 1e3 * disc.radius_m),
+                "Give a place on the surface, such as " + in_mm(middle.position) + ".");
+  const Eigen::VectorXd distance = geodesic_distance_m(surface, middle);
+  return vertices_where(surface, [&](Eigen::Index v) { return distance[v] <= disc.radius_m; });
+}
+
+// What the scene's region names, but for what is fixed. width_m: of the tool.
+std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m) {
+  const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
+  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 1);
+  if (const auto* disc = std::get_if<Disc>(&region.part)) is_in = disc_on(scene, surface, *disc);
+  if (const auto* part = std::get_if<Region>(&region.part)) {
+    is_in = vertices_where(
+        surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
+    if (const auto* ball = std::get_if<Ball>(part))
+      keep_near_side(surface, ball->center_m, width_m, is_in);
+  }
+  const Points normals = vertex_normals(surface);
+  const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
+  return vertices_where(surface, [&](Eigen::Index v) {
+    return is_in[static_cast<std::size_t>(v)] &&
+           !any_contains(scene.body.fixed, surface.vertices.row(v)) &&
+           (region.facing.empty() || normals.row(v).dot(side) >= std::cos(region.within_rad));
+  });
 }
 
 // A third of each triangle to each of its corners [m^2].
@@ -130,10 +215,13 @@ void find_reachable(const Scene& scene, bool surface_only, Body& body) {
                               body.surface.vertices.rows()),
                   remedy);
   };
-  body.is_reachable = body.in_region = region_of(scene, body.surface);
+  const bool has_tool = scene.probe.spec.shape != "point";  // of measured data
+  const fem::Probe probe =
+      has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
+               : fem::Probe{};
+  body.is_reachable = body.in_region = region_of(scene, body.surface, probe.half_width_m);
   refuse_few("Move the region onto the surface, and not into what is fixed.");
   if (surface_only) return;
-  const fem::Probe probe = fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]");
   const std::vector<char> wanted = body.in_region;
   std::vector<double> overlap_m;
   body.is_reachable =

@@ -52,9 +52,7 @@ void count_drags(const std::vector<fem::PointRow>& rows, const Vec3& normal, Tri
 
 Trial try_middle_point(const Scene& scene, const Body& body) {
   const Points& places = body.test_points.position;
-  const auto& region = scene.experiments.region;
-  const Ball* ball = region ? std::get_if<Ball>(&*region) : nullptr;
-  const Vec3 middle = ball ? ball->center_m : Vec3(places.colwise().mean());
+  const Vec3 middle = center_of(scene.experiments.region).value_or(places.colwise().mean());
   Eigen::Index point = 0;
   (places.rowwise() - middle.transpose()).rowwise().squaredNorm().minCoeff(&point);
   Trial trial;

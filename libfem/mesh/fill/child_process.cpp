@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -96,22 +97,25 @@ std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
 }
 
 /// Handlers, output and limits of the parent do not belong to the child.
-void isolate_child(double time_limit_s) {
+void isolate_child(double cpu_limit_s) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGALRM})
     ::signal(signal, SIG_DFL);
   ::signal(SIGINT, SIG_IGN);
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
-  ::alarm(static_cast<unsigned>(time_limit_s) + 5);  // should the parent be gone or stopped
+  const auto seconds =
+      static_cast<rlim_t>(cpu_limit_s) + 5;  // should the parent be gone or stopped
+  const rlimit cpu{seconds, seconds};
+  ::setrlimit(RLIMIT_CPU, &cpu);
   const int null = ::open("/dev/null", O_RDWR);
   for (int stream = 0; stream <= 2 && null >= 0; ++stream) ::dup2(null, stream);
 }
 
 [[noreturn]] void be_child(const std::function<TetMesh()>& mesher,
                            const std::function<std::string(int)>& thrown_int, int file,
-                           double time_limit_s) {
-  isolate_child(time_limit_s);
+                           double cpu_limit_s) {
+  isolate_child(cpu_limit_s);
   std::string reason;
   try {
     const TetMesh mesh = mesher();
@@ -126,16 +130,26 @@ void isolate_child(double time_limit_s) {
   ::_exit(write_reason(file, reason) ? kExitReason : kExitUnwritten);
 }
 
-/// Waits until the child ends; nothing when it had to be killed.
-std::optional<int> wait_for(pid_t child, double time_limit_s) {
+/// CPU time that the child has used [s].
+double cpu_seconds_of(pid_t child) {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(child, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Waits until the child ends; nothing when it had to be killed: on a busy machine only the CPU
+/// time that it used counts, but one that sleeps is not waited for without end.
+std::optional<int> wait_for(pid_t child, double cpu_limit_s) {
   using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(time_limit_s);
+  constexpr double kWallRatio = 20;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(kWallRatio * cpu_limit_s);
   for (;;) {
     int status = 0;
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
     if (ended == child) return status;
     if (ended < 0 && errno != EINTR) return 0;  // reaped elsewhere: the result's own check decides
-    if (Clock::now() > deadline) {
+    if (cpu_seconds_of(child) > cpu_limit_s || Clock::now() > deadline) {
       ::kill(child, SIGKILL);
       ::waitpid(child, &status, 0);
       return std::nullopt;
@@ -148,7 +162,7 @@ std::string described_signal(int signal) {
   return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
-std::string in_seconds(double time_s) { return number(time_s, 6) + " s"; }
+std::string in_seconds(double time_s) { return number(time_s, 6) + " CPU seconds"; }
 
 /// Closes on leaving.
 struct ScopedFile {
@@ -162,15 +176,15 @@ struct ScopedFile {
 
 std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& mesher,
                                                 const std::function<std::string(int)>& thrown_int,
-                                                double time_limit_s) {
+                                                double cpu_limit_s) {
   const ScopedFile file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
   if (file.descriptor < 0) return std::string("found no memory for its result");
   const pid_t child = ::fork();
   if (child < 0) return std::string("could not be started: ") + std::strerror(errno);
-  if (child == 0) be_child(mesher, thrown_int, file.descriptor, time_limit_s);
+  if (child == 0) be_child(mesher, thrown_int, file.descriptor, cpu_limit_s);
 
-  const auto status = wait_for(child, time_limit_s);
-  if (!status) return "took longer than " + in_seconds(time_limit_s);
+  const auto status = wait_for(child, cpu_limit_s);
+  if (!status) return "took longer than " + in_seconds(cpu_limit_s);
   if (WIFSIGNALED(*status)) return described_signal(WTERMSIG(*status));
   const int code = WEXITSTATUS(*status);
   if (code != kExitMesh && code != kExitReason)

@@ -1,5 +1,7 @@
 #include "libfem/mesh/fill/fill_volume.hpp"
 
+#include <sys/resource.h>
+
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -26,9 +28,9 @@ void refuse_bad_input(const Surface& closed, const FillOptions& options) {
     throw Error("surface", "it cannot be filled: " + *why,
                 "Mend the surface, or prepare it with --surface-only.");
   if (!(options.target_edge_m >= 0) || !(options.interior_growth >= 1) ||
-      !(options.time_limit_s > 0))
-    throw Error("fill options", "an edge, growth or time limit is out of range",
-                "Give an edge >= 0, a growth >= 1 and a time limit > 0.");
+      !(options.cpu_limit_s > 0))
+    throw Error("fill options", "an edge, growth or CPU limit is out of range",
+                "Give an edge >= 0, a growth >= 1 and a CPU limit > 0.");
 }
 
 double mean_edge_m(const Surface& surface) {
@@ -56,11 +58,21 @@ std::variant<Filled, std::string> finish(std::variant<TetMesh, std::string> resu
   return filled;
 }
 
+/// CPU time of the children that ended [s].
+double children_cpu_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
 /// TetGen's luck varies with its settings, and a run takes a few hundredths of a second: of several
 /// runs, the first that is good, else the one with the largest least angle, is kept. The
 /// boundary is never split: that gave 6 to 10 times the tets on the liver and no better angle.
 std::variant<Filled, std::string> best_of_tetgen(const Surface& closed, double interior_edge_m,
-                                                 double time_limit_s) {
+                                                 double cpu_limit_s) {
   constexpr double kVolumeTolerance = 0.01;
   constexpr double kGoodDeg = 15;
   // Sparse first: each next pair gives about a tenth more tets.
@@ -70,10 +82,13 @@ std::variant<Filled, std::string> best_of_tetgen(const Surface& closed, double i
   const double volume = volume_m3(closed);
   std::optional<Filled> best;
   std::string reason;
+  const double begun_s = children_cpu_seconds();
   for (const auto& [ratio, angle] : kRatioAndAngle) {
+    const double left_s = cpu_limit_s - (children_cpu_seconds() - begun_s);
+    if (!(left_s > 0)) break;
     const TetGenSettings settings{ratio, angle, volume_of_edge_m3(interior_edge_m)};
     auto run = finish(run_in_child([&] { return fill_with_tetgen(closed, cavities, settings); },
-                                   tetgen_failure, time_limit_s),
+                                   tetgen_failure, left_s),
                       volume, kVolumeTolerance);
     if (const auto* why = std::get_if<std::string>(&run)) {
       reason = *why;
@@ -90,7 +105,7 @@ std::variant<Filled, std::string> best_of_tetgen(const Surface& closed, double i
 }
 
 std::variant<Filled, std::string> run_mesh_3(const Surface& closed, double edge_m,
-                                             double interior_edge_m, double time_limit_s) {
+                                             double interior_edge_m, double cpu_limit_s) {
   constexpr double kVolumeTolerance = 0.1;  // its surface is its own, and crossings have no volume
   constexpr double kFacetDistance = 0.08;   // of the edge, as the simulation surface's
   return finish(run_in_child(
@@ -98,14 +113,14 @@ std::variant<Filled, std::string> run_mesh_3(const Surface& closed, double edge_
                       return fill_with_mesh_3(closed, edge_m, interior_edge_m,
                                               kFacetDistance * edge_m);
                     },
-                    [](int code) { return "threw " + std::to_string(code); }, time_limit_s),
+                    [](int code) { return "threw " + std::to_string(code); }, cpu_limit_s),
                 volume_m3(closed), kVolumeTolerance);
 }
 
 std::variant<Filled, std::string> run_tetgen(const Surface& closed, double interior_edge_m,
-                                             double time_limit_s) {
+                                             double cpu_limit_s) {
   if (is_self_intersecting(closed)) return "is not run on a surface that crosses itself";
-  return best_of_tetgen(closed, interior_edge_m, time_limit_s);
+  return best_of_tetgen(closed, interior_edge_m, cpu_limit_s);
 }
 
 void fill_report(FillReport& report, Mesher mesher, const Filled& filled, double volume) {
@@ -120,10 +135,16 @@ void fill_report(FillReport& report, Mesher mesher, const Filled& filled, double
 
 }  // namespace
 
-TetMesh fill_volume(const Surface& closed, const FillOptions& options, FillReport* report) {
-  refuse_bad_input(closed, options);
-  const double edge_m = options.target_edge_m > 0 ? options.target_edge_m : mean_edge_m(closed);
+TetMesh fill_volume(const Surface& given, const FillOptions& options, FillReport* report) {
+  refuse_bad_input(given, options);
+  const double scale = std::exp2(-std::round(std::log2(extent_m(given.vertices).maxCoeff())));
+  const Surface closed{scale * given.vertices, given.triangles};
+  const double edge_m =
+      options.target_edge_m > 0 ? scale * options.target_edge_m : mean_edge_m(closed);
   const double interior_edge_m = edge_m * options.interior_growth;
+  constexpr double kSecondsPerTet = 1e-4;
+  const double cpu_limit_s =
+      options.cpu_limit_s + kSecondsPerTet * volume_m3(closed) / volume_of_edge_m3(interior_edge_m);
   FillReport own;
   FillReport& result = report ? *report : own;
   result = {};
@@ -132,9 +153,8 @@ TetMesh fill_volume(const Surface& closed, const FillOptions& options, FillRepor
     if (options.mesher != Mesher::automatic && options.mesher != mesher) continue;
     if (best && best->quality.slivers == 0) break;  // the second only where the first falls short
     const std::string name = mesher == Mesher::tetgen ? "TetGen " : "Mesh_3 ";
-    auto run = mesher == Mesher::tetgen
-                   ? run_tetgen(closed, interior_edge_m, options.time_limit_s)
-                   : run_mesh_3(closed, edge_m, interior_edge_m, options.time_limit_s);
+    auto run = mesher == Mesher::tetgen ? run_tetgen(closed, interior_edge_m, cpu_limit_s)
+                                        : run_mesh_3(closed, edge_m, interior_edge_m, cpu_limit_s);
     if (const auto* reason = std::get_if<std::string>(&run)) {
       result.notes.push_back(name + *reason);
       continue;
@@ -146,7 +166,10 @@ TetMesh fill_volume(const Surface& closed, const FillOptions& options, FillRepor
     fill_report(result, mesher, filled, volume_m3(closed));
     best = std::move(filled);
   }
-  if (best) return std::move(best->mesh);
+  if (best) {
+    best->mesh.nodes /= scale;
+    return std::move(best->mesh);
+  }
   std::string reasons;
   for (const auto& note : result.notes) reasons += (reasons.empty() ? "" : "; ") + note;
   throw Error("filling the surface", reasons,

@@ -28,7 +28,7 @@ struct FillOptions {
   Mesher mesher = Mesher::automatic;
   double target_edge_m = 0;      ///< near the surface; 0: the surface's mean edge
   double interior_growth = 1.6;  ///< interior edge over target_edge_m
-  double time_limit_s = 120;     ///< of one mesher run
+  double cpu_limit_s = 15;       ///< of each mesher, and 0.1 ms more per tet that is expected
 };
 
 /// How a filling went.
@@ -44,8 +44,9 @@ struct FillReport {
 
 /// Fills a closed surface with tetrahedra, coarse inside, every one positive.
 /// closed: manifold, outward; pieces that point inward are cavities. TetGen keeps its triangles as
-/// the boundary. Meshers run in a child process
-/// with a time limit: their crash is a note in the report or an Error, never the caller's.
+/// the boundary. Meshers see the body scaled to about 1 m, by a power of two: their tolerances and
+/// settings do not know its unit. They run in a child process with a limit of CPU
+/// time: their crash is a note in the report or an Error, never the caller's.
 /// Throws Error when the surface bounds no volume (`why_not_closed`), when an option is out of
 /// range, and when no allowed mesher succeeds, with each one's reason. Deterministic.
 TetMesh fill_volume(const Surface& closed, const FillOptions& options = {},

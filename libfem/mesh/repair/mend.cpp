@@ -1,5 +1,6 @@
 #include "libfem/mesh/repair/mend.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -7,6 +8,7 @@
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
 #include "libfem/mesh/repair/soup.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate {
@@ -18,6 +20,8 @@ using repair::Soup;
 constexpr double kRelativeWeld = 1e-9;        // roundoff of nine digits
 constexpr double kRelativeAlpha = 1.0 / 50;   // of the diagonal: 5 mm on a liver
 constexpr double kRelativeOffset = 1.0 / 10;  // of alpha
+constexpr double kShellThickness = 3;         // of a wrap around a sheet, below which it is thin
+constexpr double kMostShell = 0.5;  // of the area that may be thin: fins and rims of solid bodies
 // Volume over area^1.5 below which a closed piece is two sheets on each other (a ball: 0.094).
 constexpr double kThinnest = 1e-9;
 // More crossings are no local flaw: a 2.6 k triangle mesh with 423 took 8 s to fail.
@@ -158,14 +162,64 @@ Mended mend(const Surface& surface, const MendOptions& options, const std::strin
   return mended;
 }
 
+// What a wrap goes around: the surface with its holes filled where they can be, for a wrap goes
+// into every opening wider than alpha and makes a shell of the body.
+Surface with_lids(const Surface& surface, const MendOptions& options, const std::string& where,
+                  Changes& changes) {
+  try {
+    Changes settling;
+    const Soup soup = settled_soup(surface, options, where, settling);
+    const Surface settled = repair::to_surface(soup.points, soup.faces);
+    if (surface_facts(settled).border_edges == 0) return surface;
+    const repair::FilledHoles holes = repair::fill_holes(settled);
+    changes.push_back("filled " + counted(holes.filled, "hole", "holes") + " (widest " +
+                      millimetres(holes.widest_m) + ") first" +
+                      (holes.left.empty() ? ""
+                                          : ", but could not fill " +
+                                                counted(holes.left.size(), "hole", "holes")));
+    return holes.surface;
+  } catch (const Error&) {
+    return surface;  // a soup: wrapped as it is
+  }
+}
+
+// Share of a closed surface's area from where, going in, its other side is no farther than thin_m.
+double thin_share(const Surface& closed, double thin_m) {
+  const BoxTree boxes = triangle_boxes(closed);
+  const double skip_m = 1e-3 * thin_m;
+  double thin = 0, all = 0;
+  for (const auto& t : closed.triangles.rowwise()) {
+    const Vec3 a = closed.vertices.row(t[0]), b = closed.vertices.row(t[1]),
+               c = closed.vertices.row(t[2]);
+    const Vec3 normal = (b - a).cross(c - a);
+    const auto across =
+        ray_distance_m(closed, boxes, (a + b + c) / 3, -normal.normalized(), skip_m);
+    all += normal.norm();
+    if (across && *across <= thin_m) thin += normal.norm();
+  }
+  return all > 0 ? thin / all : 0;
+}
+
 Mended wrap(const Surface& surface, const MendOptions& options, const std::string& where,
             const std::string& why) {
   const double diagonal_m = extent_m(surface.vertices).norm();
   const double alpha_m =
       options.wrap_alpha_m > 0 ? options.wrap_alpha_m : kRelativeAlpha * diagonal_m;
-  const repair::Wrapped wrapped = repair::wrap_surface(surface, alpha_m, kRelativeOffset * alpha_m);
+  const double offset_m = kRelativeOffset * alpha_m;
+  Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}};
+  const Surface lidded = with_lids(surface, options, where, mended.changes);
+  const repair::Wrapped wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
   verify(wrapped.surface, false, where);
-  Mended mended{wrapped.surface, {"could not mend it (" + why + "), so wrapped it"}};
+  // Around an open sheet both sides of the wrap lie an offset off it.
+  const double thin_m = kShellThickness * 2 * offset_m, share = thin_share(wrapped.surface, thin_m);
+  if (share > kMostShell)
+    throw Error(where,
+                "wrapped with alpha " + millimetres(alpha_m) + " it is a hollow shell: over " +
+                    number(std::round(100 * share)) + " % of its area the other side is within " +
+                    millimetres(thin_m) + " (" + why + ")",
+                "Close the openings in a mesh editor, or give wrap a length wider than they are; "
+                "a body as thin as that takes a smaller wrap.");
+  mended.surface = wrapped.surface;
   mended.changes.push_back(
       "wrapped with alpha " + millimetres(alpha_m) + ": " +
       counted(static_cast<std::size_t>(wrapped.surface.triangles.rows()), "triangle", "triangles") +

@@ -15,7 +15,8 @@ struct MendOptions {
   /// Pieces with less than this share of the largest piece's area are dropped.
   double smallest_component = 1e-4;
   /// When mending fails, wrap the surface instead of refusing it: a new watertight surface around
-  /// it that fills every gap narrower than alpha and lies about a tenth of alpha outside.
+  /// it that fills every gap narrower than alpha and lies about a tenth of alpha outside. Holes are
+  /// filled first where they can be; a hollow shell around an open sheet is refused.
   bool wrap = false;
   double wrap_alpha_m = 0;  ///< 0: 1/50 of the bounding box's diagonal
 };

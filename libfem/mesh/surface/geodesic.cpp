@@ -50,8 +50,8 @@ Eigen::VectorXd geodesic_distance_m(const Surface& surface, const SurfacePoint& 
   };
   // A round start needs more than its own triangle to look plane: its neighbours', too.
   for (int k = 0; k < 3; ++k)
-    for (const Eigen::Index f : around[static_cast<std::size_t>(
-             surface.triangles(from.triangle, k))])
+    for (const Eigen::Index f :
+         around[static_cast<std::size_t>(surface.triangles(from.triangle, k))])
       for (int j = 0; j < 3; ++j) {
         const std::int32_t v = surface.triangles(f, j);
         offer(v, (surface.vertices.row(v).transpose() - from.position).norm());
@@ -70,9 +70,12 @@ Eigen::VectorXd geodesic_distance_m(const Surface& surface, const SurfacePoint& 
                    at_b = surface.vertices.row(b);
         const bool has_a = is_settled[static_cast<std::size_t>(a)] != 0,
                    has_b = is_settled[static_cast<std::size_t>(b)] != 0;
-        if (has_a && has_b) offer(c, front_at(at_a, at_b, at_c, distance[a], distance[b]));
-        else if (has_a) offer(c, distance[a] + (at_c - at_a).norm());
-        else if (has_b) offer(c, distance[b] + (at_c - at_b).norm());
+        if (has_a && has_b)
+          offer(c, front_at(at_a, at_b, at_c, distance[a], distance[b]));
+        else if (has_a)
+          offer(c, distance[a] + (at_c - at_a).norm());
+        else if (has_b)
+          offer(c, distance[b] + (at_c - at_b).norm());
       }
   }
   return distance;

@@ -77,7 +77,7 @@ TEST(FillVolume, a_surface_that_crosses_itself_goes_to_mesh_3_or_is_refused) {
   }
   FillReport report;
   try {
-    const TetMesh mesh = fill_volume(crossing, {.time_limit_s = 2}, &report);
+    const TetMesh mesh = fill_volume(crossing, {.cpu_limit_s = 2}, &report);
     EXPECT_EQ(report.mesher, Mesher::mesh_3);
     EXPECT_GT(report.worst_mean_ratio, 0);
     EXPECT_NEAR(report.volume_ratio, 1, 0.1);
@@ -109,7 +109,7 @@ TEST(FillVolume, open_surfaces_and_silly_options_are_refused_before_meshing) {
   }
   EXPECT_THROW(fill_volume(cube(0.1), {.target_edge_m = -1}), Error);
   EXPECT_THROW(fill_volume(cube(0.1), {.interior_growth = 0.5}), Error);
-  EXPECT_THROW(fill_volume(cube(0.1), {.time_limit_s = 0}), Error);
+  EXPECT_THROW(fill_volume(cube(0.1), {.cpu_limit_s = 0}), Error);
 }
 
 TEST(FillVolume, the_same_input_gives_the_same_bits) {

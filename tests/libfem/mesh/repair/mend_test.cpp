@@ -239,6 +239,48 @@ TEST(Mend, wrapping_makes_one_body_of_two_through_each_other_and_tells_the_dista
   EXPECT_NEAR(surface_facts(mended.surface).volume_m3 / both, 1, 0.05);
 }
 
+// n x n squares in the plane z = 0.
+Surface sheet(double edge_m, int n) {
+  Surface flat{Points((n + 1) * (n + 1), 3), Triangles(2 * n * n, 3)};
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i)
+      flat.vertices.row(j * (n + 1) + i) << edge_m * i / n, edge_m * j / n, 0;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int a = j * (n + 1) + i, c = a + n + 2;
+      flat.triangles.row(2 * (j * n + i)) << a, a + 1, c;
+      flat.triangles.row(2 * (j * n + i) + 1) << a, c, c - 1;
+    }
+  return flat;
+}
+
+TEST(Mend, wrapping_an_open_sheet_is_refused_as_a_hollow_shell) {
+  try {
+    mend_surface(sheet(0.1, 10), {.wrap = true, .wrap_alpha_m = 0.006}, "face.obj");
+    FAIL() << "a shell went through";
+  } catch (const Error& error) {
+    EXPECT_TRUE(says(error.what(), "face.obj: wrapped with alpha 6 mm it is a hollow shell"));
+    EXPECT_TRUE(says(error.remedy(), "Close the openings"));
+  }
+}
+
+TEST(Mend, wrapping_a_box_with_an_open_bottom_fills_it_and_says_so) {
+  // A ball through its top keeps it from being mended.
+  const Surface closed = box(0.1, Vec3::Zero(), 5);
+  std::vector<Eigen::Index> bottom;
+  for (Eigen::Index f = 0; f < closed.triangles.rows(); ++f)
+    if (closed.vertices(closed.triangles(f, 0), 2) + closed.vertices(closed.triangles(f, 1), 2) +
+            closed.vertices(closed.triangles(f, 2), 2) <
+        1e-9)
+      bottom.push_back(f);
+  ASSERT_EQ(bottom.size(), 50u);
+  const Surface open = together(without(closed, bottom), ball(0.02, {0.05, 0.05, 0.1}, 24));
+  const Mended mended = mend_surface(open, {.wrap = true, .wrap_alpha_m = 0.006}, "box.obj");
+  EXPECT_TRUE(is_sound(mended.surface));
+  EXPECT_TRUE(says(all_changes(mended), "filled 1 hole (widest 141"));
+  EXPECT_NEAR(surface_facts(mended.surface).volume_m3, 1e-3, 0.06e-3);
+}
+
 TEST(Mend, wrapping_is_not_done_where_mending_is_enough) {
   const Mended mended = mend_surface(turned(box(0.1)), {.wrap = true}, "body.obj");
   EXPECT_EQ(mended.surface.triangles.rows(), 108);

@@ -20,16 +20,16 @@ TEST(Geodesic, on_a_sphere_is_the_arc) {
   const Vec3 from = Vec3(0.01, 0.02, 1).normalized();
   double worst = 0;
   for (Eigen::Index v = 0; v < ball.vertices.rows(); ++v) {
-    const double arc = 0.05 * std::acos(std::clamp(
-                                  from.dot(ball.vertices.row(v).normalized()), -1.0, 1.0));
+    const double arc =
+        0.05 * std::acos(std::clamp(from.dot(ball.vertices.row(v).normalized()), -1.0, 1.0));
     worst = std::max(worst, std::abs(distance[v] - arc));
   }
   EXPECT_LT(worst, 0.02 * 0.05 * 3.1416);  // edges are 1/16 of the radius and less
 }
 
 TEST(Geodesic, goes_round_the_rim_of_a_plate_to_its_back) {
-  const Surface plate = testing_support::voxel_surface({40, 40, 2}, 1e-3,
-                                                       [](const Vec3&) { return true; });
+  const Surface plate =
+      testing_support::voxel_surface({40, 40, 2}, 1e-3, [](const Vec3&) { return true; });
   const Eigen::VectorXd distance = geodesic_distance_m(plate, nearest(plate, {0.02, 0.02, 0.002}));
   const auto at = [&](double x, double y, double z) {
     Eigen::Index v = 0;
