@@ -122,5 +122,16 @@ TEST(FillVolume, the_same_input_gives_the_same_bits) {
   }
 }
 
+// TetGen was handed its largest volume with 15 decimals: 0 for this body, which it filled for ever.
+TEST(FillVolume, a_body_of_micrometres_is_filled_as_one_of_decimetres_is) {
+  const Surface large = sphere(0.1, 3);
+  Surface small = large;
+  small.vertices *= 0x1p-14;  // 6 um
+  const TetMesh coarse = fill_volume(large, {.target_edge_m = 0.03});
+  const TetMesh tiny = fill_volume(small, {.target_edge_m = 0.03 * 0x1p-14});
+  EXPECT_EQ(coarse.tets, tiny.tets);
+  EXPECT_EQ(Points(coarse.nodes * 0x1p-14), tiny.nodes);
+}
+
 }  // namespace
 }  // namespace palpate
