@@ -4,7 +4,7 @@
 // against the header by the project's tests (check_csharp.c).
 //
 //   size palpate_asset 1280, palpate_contact 3072, palpate_pose 56, palpate_tool 112,
-//   size palpate_input 128, palpate_output 360, palpate_info 136
+//   size palpate_input 160, palpate_output 360, palpate_info 168, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
 
@@ -37,7 +37,8 @@ public static unsafe class Palpate
     {
         public Pose Tool, Body;
         public double DtS;
-        public int WantsTangent, Reserved;
+        public int WantsTangent;
+        public fixed int Reserved[9];
     }
 
     public enum State { Air = 0, Stick = 1, Slip = 2 }
@@ -74,12 +75,13 @@ public static unsafe class Palpate
         public ulong Checksum;
         public byte* Law;
         public int HasGuard, HasShape;
-        public fixed int Reserved[4];
+        public fixed int Reserved[12];
         public byte* MetaJson;
         public ulong MetaBytes;
     }
 
     [DllImport(Library)] public static extern int palpate_abi();
+    [DllImport(Library)] static extern int palpate_sizes_fit(int abi, uint* bytes);
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
     // bytes: at a multiple of 64 (palpate_copy_aligned), unchanged while in use.
     [DllImport(Library)]
@@ -99,6 +101,15 @@ public static unsafe class Palpate
     [DllImport(Library)]
     public static extern int palpate_deform(in Asset asset, in Contact contact, int first, int count,
                                             float* displacementM);
+
+    // 0 when the library has this file's structures; ask before anything else.
+    public static int HeaderFits()
+    {
+        uint* bytes = stackalloc uint[8] { (uint)sizeof(Asset), (uint)sizeof(Contact),
+            (uint)sizeof(Pose), (uint)sizeof(Tool), (uint)sizeof(Input), (uint)sizeof(Output),
+            (uint)sizeof(Info), 96 };
+        return palpate_sizes_fit(Abi, bytes);
+    }
 
     public static string Sentence(int status) => Marshal.PtrToStringAnsi(palpate_sentence(status));
 }

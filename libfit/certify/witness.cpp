@@ -39,7 +39,9 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   out.contact.triangle = t;
   for (int k = 0; k < 3; ++k) out.contact.weight[k] = state.place.n[k];
   out.contact.arm.reach_m = radius_m;
-  for (int i = 1; i < kRings; ++i) runtime::put(q - state.ring[i], out.contact.memory + 3 * i);
+  runtime::RingAnchors<double, kRings> anchors{};
+  for (int i = 1; i < kRings; ++i) anchors.set(i, q - state.ring[i]);
+  runtime::Rings::save(anchors, out.contact.memory);
   runtime::put(x + runtime::make_vec3<double>(asset.origin_m), out.tip_m);
   return out;
 }

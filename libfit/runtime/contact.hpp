@@ -16,6 +16,7 @@ namespace runtime {
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
   bool has_tip = false;
+  bool has_lifted = false;           ///< a ball that let go and has not come out of the surface
   std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
   double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
   int triangle = -1;                 ///< -1 in the air
@@ -60,6 +61,7 @@ inline void release(Contact& contact, double law_J = 0) noexcept {
 /// Everything but the running sums is forgotten: contact begins again from outside.
 inline void forget(Contact& contact) noexcept {
   release(contact);
+  contact.has_lifted = false;
   contact.has_tip = false;
 }
 
@@ -80,10 +82,13 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 }
 
 /// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
-/// its arm (M15).
+/// its arm (M15). A ball that has lifted off may begin anew where it stands in the surface: there
+/// nothing is deflected, so nothing is stored.
 inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
                          double radius_m) noexcept {
-  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+  const BallEntry entry =
+      first_ball_entry(asset, p, x, radius_m, contact.has_lifted ? kReentryShare : kRestShare);
+  contact.has_lifted = contact.has_lifted && !entry.is_clear;
   if (entry.triangle < 0 || entry.is_inside) return;
   contact.triangle = entry.triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];

@@ -85,12 +85,13 @@ inline Vec3d carried_m(const AssetView& asset, const Contact& contact, const Vec
     spot.node[k] = asset.node(asset.corner(t, k));
   }
   const RingBed<double, kRings> bed = ring_bed<double>(asset.curves.rings, spot);
+  const auto anchors = Rings::load<double>(contact.memory);
   Vec3d sum{0, 0, 0};
   double stiffness_N_m = 0;
   for (int i = 0; i < kRings; ++i) {
     if (!(normal_m > (i == 0 ? 0 : asset.curves.rings.threshold_m[i]))) break;
     stiffness_N_m += bed.stiffness_N_m[i];
-    sum = sum + (lateral_m - make_vec3<double>(contact.memory + 3 * i)) * bed.stiffness_N_m[i];
+    sum = sum + (lateral_m - anchors.at(i)) * bed.stiffness_N_m[i];
   }
   return stiffness_N_m > 0 ? sum * (1 / stiffness_N_m) : lateral_m;
 }

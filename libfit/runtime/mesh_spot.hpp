@@ -75,13 +75,23 @@ struct Corner {
   Vec3d normal() const noexcept { return make_vec3<double>(row + kNormalAt); }
 };
 
+/// The sum of the first kCount numbers of three rows, weighted by area coordinates n (M4) or by
+/// their rates.
+template <int kCount>
+void blend_rows(const Corner* const corner[3], const double n[3], double* __restrict out) noexcept {
+  const double *p = corner[0]->row, *q = corner[1]->row, *r = corner[2]->row;
+  const double a = n[0], b = n[1], c = n[2];
+  for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
+}
+
 /// The corners of a triangle: read once, used by every spot there. Those that it shares with the
-/// triangle before stay.
+/// triangle before stay. The row of the spot that was asked for last stays as well.
 struct Corners {
   const float* of = nullptr;  ///< controls of the asset
   int triangle = -1;
   Corner node[3];           ///< in any order
   int slot[3] = {0, 1, 2};  ///< where corner k is among them
+  bool has_rings = false;
 
   const Corner& operator[](int k) const noexcept { return node[slot[k]]; }
   Corner& operator[](int k) noexcept { return node[slot[k]]; }
@@ -92,6 +102,8 @@ struct Corners {
       for (Corner& corner : node) corner.vertex = -1;
     of = asset.control;
     triangle = t;
+    has_rings = asset.curves.family == int(Family::rings);
+    at_[0] = -1;
     bool is_taken[3] = {false, false, false};
     for (int k = 0; k < 3; ++k) {
       slot[k] = -1;
@@ -105,7 +117,26 @@ struct Corners {
     }
   }
 
+  /// The row at area coordinates n [1] of the triangle; of a body without rings, place and normal.
+  const double* row_at(const double n[3]) noexcept {
+    if (at_[0] == n[0] && at_[1] == n[1] && at_[2] == n[2]) return row_;
+    for (int k = 0; k < 3; ++k) at_[k] = n[k];
+    if (has_rings)
+      blend<kRowSize>(n, row_);
+    else
+      blend<kNumbersAt>(n, row_);
+    return row_;
+  }
+  template <int kCount>
+  void blend(const double n[3], double* out) const noexcept {
+    const Corner* const corner[3] = {&(*this)[0], &(*this)[1], &(*this)[2]};
+    blend_rows<kCount>(corner, n, out);
+  }
+
  private:
+  double at_[3] = {-1, 0, 0};  ///< where row_ is; a coordinate below 0: nowhere
+  double row_[kRowSize] = {};
+
   static void read(const AssetView& asset, int v, Corner& out) noexcept {
     out.vertex = v;
     out.node = asset.node(v);
@@ -123,21 +154,12 @@ struct Corners {
   }
 };
 
-/// The sum of the first kCount numbers of the corners' rows, weighted by area coordinates n (M4)
-/// or by their rates.
-template <int kCount>
-void blend_rows(const Corners& corners, const double n[3], double* __restrict out) noexcept {
-  const double *p = corners[0].row, *q = corners[1].row, *r = corners[2].row;
-  const double a = n[0], b = n[1], c = n[2];
-  for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
-}
-
 /// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
 /// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
 /// itself.
 template <class P, bool kIsBall>
 struct MeshPath {
-  const Corners* corners;
+  Corners* corners;
   const int* offset;  ///< of each curve in the controls
   const Arm* arm;     ///< of a ball
   P n[3], rate[3];    ///< [1], [1/m]
@@ -166,7 +188,6 @@ struct MeshPath {
 
   template <class S>
   MeshSpot<S> at(const S& s) const noexcept {
-    using std::sqrt;
     MeshSpot<S> spot;
     Vec3<S> field{S(0), S(0), S(0)};
     spot.point = field;
@@ -177,6 +198,26 @@ struct MeshPath {
       field = field + corner.normal() * spot.n[k];
       spot.node[k] = corner.node;
     }
+    rest(field, spot);
+    return spot;
+  }
+  /// at(0) of a path of doubles, out of the row there.
+  MeshSpot<double> of_row(const double* row) const noexcept {
+    MeshSpot<double> spot;
+    spot.point = make_vec3<double>(row + kPlaceAt);
+    for (int k = 0; k < 3; ++k) {
+      spot.n[k] = n[k];
+      spot.node[k] = (*corners)[k].node;
+    }
+    rest(make_vec3<double>(row + kNormalAt), spot);
+    return spot;
+  }
+
+ private:
+  // Where a ball stands whose contact point is at spot.point; the rest of the spot.
+  template <class S>
+  void rest(const Vec3<S>& field, MeshSpot<S>& spot) const noexcept {
+    using std::sqrt;
     spot.length = sqrt(dot(field, field));
     spot.normal = field * (1.0 / spot.length);
     spot.offset = offset;
@@ -185,7 +226,6 @@ struct MeshPath {
       const S along = dot(skew, spot.normal);
       spot.point = spot.point - skew - spot.normal * (arm->reach_m - along);
     }
-    return spot;
   }
 };
 
@@ -194,9 +234,9 @@ struct MeshPath {
 template <bool kIsBall>
 class MeshWay {
  public:
-  MeshWay(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept {
-    blend_rows<kSlipRow>(*path.corners, path.n, value_);
-    blend_rows<kSlipRow>(*path.corners, path.rate, rate_);
+  MeshWay(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept
+      : value_(path.corners->row_at(path.n)) {
+    path.corners->template blend<kSlipRow>(path.rate, rate_);
     way_ = x - make_vec3<double>(value_ + kPlaceAt);
     if constexpr (kIsBall) {
       skew_ = make_vec3<double>(path.arm->skew_m);
@@ -244,7 +284,8 @@ class MeshWay {
 
  private:
   static constexpr int kSlipRow = kSideAt + 1;  // even
-  double value_[kSlipRow], rate_[kSlipRow];
+  const double* value_;                         ///< the corners', until they blend another
+  double rate_[kSlipRow];
   Vec3d way_, skew_{0, 0, 0};
   double reach_m_ = 0;
 };

@@ -56,7 +56,12 @@ class MeshSurface {
   bool is_spent() const noexcept { return !(value_of(budget_m_) > 0); }
   double budget_m() const noexcept { return value_of(budget_m_); }
 
-  Spot standing() const noexcept { return resting().at(T(0)); }
+  Spot standing() const noexcept {
+    if constexpr (std::is_same<T, double>::value)
+      return resting().of_row(corners_.row_at(n_));
+    else
+      return resting().at(T(0));
+  }
 
   /// The way along a lateral unit vector, projected onto the triangle (a ball: onto the triangle of
   /// its rest positions) along the spot's normal (M9), so that s metres shorten the lateral
@@ -77,14 +82,8 @@ class MeshSurface {
       return path;
     }
     set_rates(path, cross(spot.normal, lateral) * (1.0 / facing), plane);
-    for (int k = 0; k < 3; ++k)
-      if (leaves(path, k) && is_wall(k)) {
-        flags_ |= kFlagBorder;
-        follow_edge(path, k, lateral, spot.normal, plane);
-        break;
-      }
-    for (int k = 0; k < 3; ++k)
-      if (leaves(path, k) && is_wall(k)) path.blocked = true;
+    const bool is_at_edge = !(value_of(n_[0]) > 0 && value_of(n_[1]) > 0 && value_of(n_[2]) > 0);
+    if (is_at_edge) keep_to_borders(path, lateral, spot.normal, plane);
     find_end(path);
     return path;
   }
@@ -155,6 +154,18 @@ class MeshSurface {
   }
   static bool leaves(const Path& path, int k) noexcept {
     return !(value_of(path.n[k]) > 0) && value_of(path.rate[k]) < -smallest_rate(path);
+  }
+
+  void keep_to_borders(Path& path, const Vec3<T>& lateral, const Vec3<T>& normal,
+                       const Plane& plane) noexcept {
+    for (int k = 0; k < 3; ++k)
+      if (leaves(path, k) && is_wall(k)) {
+        flags_ |= kFlagBorder;
+        follow_edge(path, k, lateral, normal, plane);
+        break;
+      }
+    for (int k = 0; k < 3; ++k)
+      if (leaves(path, k) && is_wall(k)) path.blocked = true;
   }
 
   // The motion in the plane whose part across u is `lateral`, by Cramer's rule: n_1 grows by

@@ -128,6 +128,16 @@ palpate_status refuse(palpate_output* out, palpate_status status) noexcept {
 
 std::int32_t palpate_abi() noexcept { return PALPATE_ABI; }
 
+palpate_status palpate_sizes_fit(std::int32_t abi, const std::uint32_t bytes[8]) noexcept {
+  if (bytes == nullptr) return PALPATE_NULL_ARGUMENT;
+  constexpr std::size_t kBytes[8] = {
+      sizeof(palpate_asset), sizeof(palpate_contact), sizeof(palpate_pose), sizeof(palpate_tool),
+      sizeof(palpate_input), sizeof(palpate_output),  sizeof(palpate_info), sizeof(palpate_mesh)};
+  bool fits = abi == PALPATE_ABI;
+  for (std::size_t i = 0; fits && i < 8; ++i) fits = bytes[i] == kBytes[i];
+  return fits ? PALPATE_OK : PALPATE_HEADER_WRONG;
+}
+
 const char* palpate_sentence(palpate_status status) noexcept {
   for (int i = 0; i <= static_cast<int>(rt::Status::replay_differs); ++i) {
     const auto known = static_cast<rt::Status>(i);
@@ -143,6 +153,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return "The contact was not started with palpate_start; the force is zero.";
     case PALPATE_TOOL_WRONG:
       return rt::sentence(rt::Status::tool_wrong);
+    case PALPATE_HEADER_WRONG:
+      return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
       return "Not all of these vertices exist; no displacement was written.";
     case PALPATE_CONTENT_WRONG:
@@ -232,7 +244,9 @@ palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool)
   shape.lateral_damping_Ns_m = tool->lateral_damping_Ns_m;
   shape.max_force_N = tool->max_force_N;
   shape.ramp_s = tool->ramp_s;
-  const rt::Status status = rt::check_tool(shape);
+  rt::Status status = rt::check_tool(shape);
+  for (double reserved : tool->reserved)
+    if (reserved != 0) status = rt::Status::tool_wrong;
   if (status == rt::Status::ok) std::memcpy(contact->storage, &started, sizeof started);
   return to_c(status);
 }

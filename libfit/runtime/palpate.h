@@ -7,6 +7,7 @@
    An asset (*.palp) holds force-deflection curves on every node of a soft body. A tool's pose goes
    in at every tick, a force comes out. This page is the manual.
 
+     if (palpate_header_fits() != PALPATE_OK) ...                    once, before anything else
      palpate_asset asset;
      if (palpate_open(&asset, bytes, size) != PALPATE_OK) ...        once; checks every byte
      palpate_contact contact;
@@ -77,6 +78,7 @@ enum {
   PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
+  PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -120,7 +122,7 @@ typedef struct palpate_tool {
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
   double ramp_s;               /* 0: none */
-  double reserved[5];          /* 0 */
+  double reserved[5];          /* 0; another number is refused */
 } palpate_tool;
 
 /* One tick's question. */
@@ -129,7 +131,7 @@ typedef struct palpate_input {
   palpate_pose body;     /* identity for a body that rests */
   double dt_s;           /* since the previous tick, 1e-5 at least; read by damper and ramp */
   int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes several times as long */
-  int32_t reserved;      /* 0 */
+  int32_t reserved[9];   /* 0 */
 } palpate_input;
 
 enum { PALPATE_AIR = 0, PALPATE_STICK = 1, PALPATE_SLIP = 2 };
@@ -196,7 +198,7 @@ typedef struct palpate_info {
   const char* law;                   /* "rings", ...: the curve family; static */
   int32_t has_guard;                 /* slips may not create energy */
   int32_t has_shape;                 /* palpate_deform answers */
-  int32_t reserved[4];               /* 0 */
+  int32_t reserved[12];              /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -209,10 +211,16 @@ typedef struct palpate_mesh {
   const float* inward_normal; /* 3 a vertex, unit */
   const uint8_t* covered;     /* 1 a vertex: 1 measured, 2 the body's mean, 0 answers nothing */
   const int32_t* triangle;    /* 3 corners a triangle, counter-clockwise from outside */
+  uint32_t reserved[8];       /* 0 */
 } palpate_mesh;
 
-/* PALPATE_ABI of the library; compare with the header's before anything else. */
+/* PALPATE_ABI of the library. */
 PALPATE_API int32_t palpate_abi(void) PALPATE_NOEXCEPT;
+
+/* Compares a program's PALPATE_ABI and its sizes of asset, contact, pose, tool, input, output, info
+   and mesh [bytes, in this order] with the library's: PALPATE_OK, PALPATE_HEADER_WRONG or
+   PALPATE_NULL_ARGUMENT. C and C++ call palpate_header_fits() below. */
+PALPATE_API palpate_status palpate_sizes_fit(int32_t abi, const uint32_t bytes[8]) PALPATE_NOEXCEPT;
 
 /* One sentence in English, never null, for any number. */
 PALPATE_API const char* palpate_sentence(palpate_status status) PALPATE_NOEXCEPT;
@@ -279,6 +287,15 @@ PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
                                           const palpate_contact* contact, int32_t first,
                                           int32_t count, float* displacement_m) PALPATE_NOEXCEPT;
 
+/* Whether the library is the one that this header belongs to. Structures grow within what they
+   reserve; where that is not enough PALPATE_ABI is raised. */
+static inline palpate_status palpate_header_fits(void) {
+  const uint32_t bytes[8] = {sizeof(palpate_asset), sizeof(palpate_contact), sizeof(palpate_pose),
+                             sizeof(palpate_tool),  sizeof(palpate_input),   sizeof(palpate_output),
+                             sizeof(palpate_info),  sizeof(palpate_mesh)};
+  return palpate_sizes_fit(PALPATE_ABI, bytes);
+}
+
 /* The commonest tools and inputs, ready to pass. */
 static inline palpate_tool palpate_tip(void) {
   const palpate_tool tool = {{0, 0, 0}, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}};
@@ -290,7 +307,7 @@ static inline palpate_tool palpate_ball(double radius_m) {
 }
 static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {
   const palpate_input in = {
-      {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, 0.001, 0, 0};
+      {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, 0.001, 0, {0}};
   return in;
 }
 

@@ -36,9 +36,9 @@ template <class T>
 struct CurvePiece {
   int piece = -1;  ///< of the basis; -1: none
   int order = 0;
-  double knot = 0;      ///< [m]
-  T c[kMaxDegree + 1];  ///< force, [N/m^k]
-  T area_J = T(0);      ///< under the curve up to the knot
+  double knot = 0;           ///< [m]
+  T c[kMaxDegree + 1] = {};  ///< force, [N/m^k]; 0 from `order` on
+  T area_J = T(0);           ///< under the curve up to the knot
   /// Force [N] (M5); x is on the interval.
   template <class S>
   S force(const S& x) const noexcept {

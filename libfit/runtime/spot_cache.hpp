@@ -72,9 +72,11 @@ inline const CurvePiece<double>& piece_under(const CurveViews& views, const Cach
       own = piece_under(views, CornerSpot{at.node, spot.asset->control_offset}, curve, x, true);
     corner[k] = &own;
   }
-  out = *corner[0];
+  out.piece = corner[0]->piece;
+  out.order = corner[0]->order;
+  out.knot = corner[0]->knot;
   const double* n = spot.cache->weight;
-  for (int m = 0; m < out.order; ++m)
+  for (int m = 0; m <= kMaxDegree; ++m)
     out.c[m] = n[0] * corner[0]->c[m] + n[1] * corner[1]->c[m] + n[2] * corner[2]->c[m];
   out.area_J = n[0] * corner[0]->area_J + n[1] * corner[1]->area_J + n[2] * corner[2]->area_J;
   return out;
@@ -106,8 +108,7 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
   cache.length = spot.length;
   for (CurvePiece<double>& piece : cache.curve) piece.piece = -1;
   if constexpr (std::is_same_v<F, Rings>) {
-    double row[kRowSize];
-    blend_rows<kRowSize>(cache.corners, weight, row);
+    const double* row = cache.corners.row_at(weight);
     const double* number = row + kNumbersAt;
     cache.numbers.limit = {number[0], number[1], number[2]};
     for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];

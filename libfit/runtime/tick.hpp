@@ -113,13 +113,13 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
       !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, kinematics);
   if (moves) {
     const auto& under = F::under(views, kinematics);
-    before_J =
-        F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory)).stored_J;
+    before_J = F::stored_J(views, under, kinematics, memory);
     const SlideEnd end = follow<F, kIsBall>(asset, contact, x, step, kinematics, memory, out);
     kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
       release(contact, before_J);
+      contact.has_lifted = kIsBall && is_lifted;
       out.state = ContactState::air;
       return Status::ok;
     }
@@ -221,6 +221,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   const Vec3d step = x - before;
   if (!(dot(step, step) <= asset.max_step_m * asset.max_step_m)) {
     release(contact);
+    contact.has_lifted = false;
     return Status::tip_teleported;
   }
   if (contact.triangle < 0) {
@@ -274,9 +275,9 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
 /// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as
 /// touch(), but contact begins where the ball touches first (docs/method.md, section 12), and the
 /// reference point is x = p + R u(c). A ball that begins a tick deeper in the surface than
-/// kRestShare of its radius feels nothing until it has come out; one that is less deep, as after
-/// lifting off, begins contact there. radius 0 is a tip. Refuses a radius that is negative or not
-/// finite. Work in the air: the tree nodes within the radius of the way.
+/// kRestShare of its radius feels nothing until it has come out (kReentryShare of one that lifted
+/// off there); one that is less deep begins contact there. radius 0 is a tip. Refuses a radius that
+/// is negative or not finite. Work in the air: the tree nodes within the radius of the way.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double centre_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr) noexcept {
   if (radius_m == 0) return touch(asset, contact, centre_m, out, tangent_N_m);

@@ -18,8 +18,8 @@ const std::string kGolden = std::string(PALPATE_SOURCE_DIR) + "/tests/libfit/run
 
 TEST(check_asset, prints_one_object_with_the_keys_that_others_read) {
   const Folder folder;
-  const auto devices =
-      folder.write("devices.toml", "[[device]]\nname = \"mine\"\nmax_force = \"1 mN\"\n");
+  const auto devices = folder.write(
+      "devices.toml", "[[device]]\nname = \"mine\"\nmax_force = \"1 mN\"\nmass = 0.05\n");
   const Outcome outcome =
       palpate(folder, "check " + kGolden + "rings.palp --json --devices " + devices.string() +
                           " --vtu " + (folder / "map.vtu").string());
@@ -37,6 +37,7 @@ TEST(check_asset, prints_one_object_with_the_keys_that_others_read) {
     EXPECT_NEAR(json["b_min_Ns_m"][std::to_string(rate)], 0.5 * stiffness / rate, 1e-9 * stiffness);
   EXPECT_EQ(json["devices"].back()["name"], "mine");
   EXPECT_FALSE(json["devices"].back()["force_fits"]);
+  EXPECT_EQ(json["devices"].back()["hands"], 24);
   EXPECT_NE(content_of(folder / "map.vtu").find("friction_factor_tip"), std::string::npos);
 }
 

@@ -50,6 +50,8 @@ Json to_json(const DeviceVerdict& verdict) {
           {"force_fits", verdict.force_fits},
           {"stiffness_fits", verdict.stiffness_fits},
           {"resolution_fits", verdict.resolution_fits},
+          {"hands", verdict.hands},
+          {"swinging", verdict.swinging},
           {"source", verdict.device.source}};
 }
 
@@ -166,8 +168,13 @@ std::string in_words(const std::vector<DeviceVerdict>& devices) {
     add(verdict.force_fits, "force");
     add(verdict.stiffness_fits, "stiffness");
     add(verdict.resolution_fits, "friction for its resolution");
-    out += fmt::format("  {}: {}\n", verdict.device.name,
+    out += fmt::format("  {}: {}", verdict.device.name,
                        lacks.empty() ? "shows this body" : "lacks " + lacks);
+    if (verdict.swinging > 0)
+      out += fmt::format("; swings in {} of {} simulated hands", verdict.swinging, verdict.hands);
+    else if (verdict.hands > 0)
+      out += fmt::format("; at rest in {} simulated hands", verdict.hands);
+    out += '\n';
   }
   return out;
 }

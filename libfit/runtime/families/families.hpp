@@ -19,6 +19,7 @@
 //   under         what the law reads of a spot beside its curves, made once a tick
 //   slip          lets slip what slips while the contact point holds; .lost_J that this dissipated
 //   stick         the same without a slip
+//   stored_J      what answer() stores without a slip, alone
 //   answer        of what one of these two brought: force and stored energy, the one the gradient
 //                 of the other
 //   is_frictionless

@@ -57,7 +57,8 @@ template <class T, int N>
 struct RingBed {
   RingLimit<T> limit;
   T stiffness_N_m[N];  ///< lambda c_i >= 0
-  /// lambda c_i that was cut at 0 where the normal curve is concave, as its size; see ring_share().
+  /// lambda c_i that was cut at 0 where the normal curve is concave, as its size, where is_cut; see
+  /// ring_share().
   T excess_N_m[N];
   bool is_cut;
   Vec3<T> side2, side3;  ///< g = side2 d^2 + side3 d^3, tangential
@@ -108,11 +109,14 @@ void make_ring_bed(const T* c, const RingLimit<T>& limit, const T* side, const V
   bed.limit = limit;
   bed.is_cut = false;
   for (int i = 0; i < N; ++i) {
-    const T stiffness = limit.lambda * c[i];
+    bed.stiffness_N_m[i] = limit.lambda * c[i];
+    bed.is_cut |= !(value_of(bed.stiffness_N_m[i]) >= 0);
+  }
+  for (int i = 0; bed.is_cut && i < N; ++i) {
+    const T stiffness = bed.stiffness_N_m[i];
     const bool is_cut = !(value_of(stiffness) >= 0);
     bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
     bed.excess_N_m[i] = is_cut ? T(0) - stiffness : T(0);
-    bed.is_cut = bed.is_cut || is_cut;
   }
   bed.side2 = tangential<T>({side[0], side[1], side[2]}, normal);
   bed.side3 = tangential<T>({side[3], side[4], side[5]}, normal);

@@ -22,8 +22,8 @@ namespace runtime {
 template <class T>
 struct RingDeflection {
   Vec3<T> q;
-  T depth_m;    ///< d, > 0 in contact
-  Vec3<T> dip;  ///< P kappa q [1]: d falls by dip . dx where x moves sideways
+  T depth_m;       ///< d, > 0 in contact
+  Vec3<T> curved;  ///< kappa q [1]: d falls by P kappa q . dx where x moves sideways
 };
 template <class T, class Spot>
 RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Vec3<T>& x) noexcept {
@@ -31,7 +31,7 @@ RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Ve
   const T height = dot(delta, spot.normal);
   const Vec3<T> q = delta - spot.normal * height;
   const Vec3<T> curved = curvature_times(curvature, q);
-  return {q, height - 0.5 * dot(q, curved), tangential(curved, spot.normal)};
+  return {q, height - 0.5 * dot(q, curved), curved};
 }
 
 /// lambda |q| - mu(d) d [m] (B3): a slide of the contact point brings it to zero. Needs no curve.
@@ -49,17 +49,27 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
 
 /// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
 /// anchored at the contact point itself, at[0] = 0, but where the contact point could not follow.
+/// Component by component: compilers then take several rings at once.
 template <class T, int N>
 struct RingAnchors {
-  Vec3<T> at[N];
+  T x[N], y[N], z[N];
   double slip_slope = 0;  ///< see slip_along() [1]
+
+  Vec3<T> at(int i) const noexcept { return {x[i], y[i], z[i]}; }
+  void set(int i, const Vec3<T>& a) noexcept {
+    x[i] = a.x;
+    y[i] = a.y;
+    z[i] = a.z;
+  }
 };
 
 /// After the contact point moved by `way` to a place of another normal: the anchors of rings 2 to N
 /// stay where they are in space, but for what sticks out of the tangent plane.
 template <class T, int N>
 void carry_anchors(RingAnchors<T, N>& anchors, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
-  for (int i = 1; i < N; ++i) anchors.at[i] = tangential(anchors.at[i] - way, normal);
+  const Vec3<T> first = anchors.at(0);
+  for (int i = 0; i < N; ++i) anchors.set(i, tangential(anchors.at(i) - way, normal));
+  anchors.set(0, first);
 }
 
 /// What the rings of a contact do at a depth: sum of lambda c_i q_i [N], what they store [J], what
@@ -70,15 +80,26 @@ struct RingPull {
   T stored_J;
   double lost_J;
 };
+/// What they store [J].
+template <class T, int N>
+T ring_energy(const RingBed<T, N>& bed, const RingDeflection<T>& at,
+              const RingAnchors<T, N>& anchors) noexcept {
+  T twice = T(0);
+  for (int i = 0; i < N; ++i) {
+    const Vec3<T> q = at.q - anchors.at(i);
+    twice = twice + bed.stiffness_N_m[i] * dot(q, q);
+  }
+  return 0.5 * twice;
+}
 /// At anchors that hold.
 template <class T, int N>
 RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingDeflection<T>& at,
                       const RingAnchors<T, N>& anchors) noexcept {
-  const Vec3<T> q1 = at.q - anchors.at[0];
+  const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
   T twice = bed.stiffness_N_m[0] * dot(q1, q1);
   for (int i = 1; i < N; ++i) {
-    const Vec3<T> q = at.q - anchors.at[i];
+    const Vec3<T> q = at.q - anchors.at(i);
     force = force + q * bed.stiffness_N_m[i];
     twice = twice + bed.stiffness_N_m[i] * dot(q, q);
   }
@@ -90,17 +111,16 @@ template <class T, int N>
 RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
                        const RingDeflection<T>& at, RingAnchors<T, N>& anchors) noexcept {
   using std::sqrt;
-  const T lambda = bed.limit.lambda, squared_lambda = lambda * lambda,
+  const T squared_lambda = bed.limit.lambda * bed.limit.lambda,
           mu = bed.limit.friction_at(at.depth_m);
-  const Vec3<T> q1 = at.q - anchors.at[0];
+  const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
   T twice = bed.stiffness_N_m[0] * dot(q1, q1);
   double lost = 0;
   for (int i = 1; i < N; ++i) {
-    Vec3<T>& a = anchors.at[i];
     const T reach = at.depth_m - table.threshold_m[i], stiffness = bed.stiffness_N_m[i];
     const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
-    Vec3<T> q = at.q - a;
+    Vec3<T> q = at.q - anchors.at(i);
     T squared = dot(q, q);
     const T length = squared_lambda * squared;
     if (value_of(length) > value_of(limit_m) * value_of(limit_m)) {
@@ -109,9 +129,7 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
       q = q * share;
       squared = squared * (share * share);
       lost += value_of(stiffness) * (before - value_of(squared));
-      a = at.q - q;
-    } else if (!(value_of(reach) > 0)) {
-      a = at.q;
+      anchors.set(i, at.q - q);
     }
     force = force + q * stiffness;
     twice = twice + stiffness * squared;
@@ -132,8 +150,18 @@ Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
   const SideForce<T> side = side_force(bed, at.depth_m);
   // The side force works on ring 1: beyond its anchor the body counts as even.
   const T along_N = normal_N + dot(pull.q1, side.slope_N_m) + share.slope * pull.stored_J;
-  return {(normal - at.dip) * along_N + side.value_N + pull.force_N * share.value,
+  return {(normal - tangential(at.curved, normal)) * along_N + side.value_N +
+              pull.force_N * share.value,
           normal_J + dot(pull.q1, side.value_N) + lateral_J};
+}
+
+/// (B1) alone. ring_J: ring_energy().
+template <class T, int N>
+T ring_stored(const RingTable<N>& table, const RingBed<T, N>& bed, const RingDeflection<T>& at,
+              const Vec3<T>& q1, const T& ring_J, const T& normal_J) noexcept {
+  const T lateral_J = ring_share(table, bed, at.depth_m).value * ring_J;
+  if (!(value_of(at.depth_m) > 0)) return lateral_J;
+  return normal_J + dot(q1, side_force(bed, at.depth_m).value_N) + lateral_J;
 }
 
 /// A path as the excess reads it, and the excess at s with its slope. A path that can be read

@@ -51,15 +51,19 @@ struct Rings {
   template <class T>
   static Memory<T> load(const double* from) noexcept {
     Memory<T> out;
-    for (int i = 0; i < kRings; ++i) out.at[i] = make_vec3<T>(from + 3 * i);
+    for (int i = 0; i < kRings; ++i) {
+      out.x[i] = T(from[i]);
+      out.y[i] = T(from[kRings + i]);
+      out.z[i] = T(from[2 * kRings + i]);
+    }
     out.slip_slope = from[3 * kRings];
     return out;
   }
   static void save(const Memory<double>& memory, double* to) noexcept {
     for (int i = 0; i < kRings; ++i) {
-      to[3 * i] = memory.at[i].x;
-      to[3 * i + 1] = memory.at[i].y;
-      to[3 * i + 2] = memory.at[i].z;
+      to[i] = memory.x[i];
+      to[kRings + i] = memory.y[i];
+      to[2 * kRings + i] = memory.z[i];
     }
     to[3 * kRings] = memory.slip_slope;
   }
@@ -80,7 +84,7 @@ struct Rings {
             {at.depth_m, is_aside ? sqrt(squared) : T(0)},
             at,
             numbers.limit,
-            at.q - memory.at[0]};
+            at.q - memory.at(0)};
   }
 
   /// The same kinematics at a spot of the same place.
@@ -101,12 +105,12 @@ struct Rings {
   }
   template <class T>
   static bool is_out(const Memory<T>& memory) noexcept {
-    const Vec3d rest = values_of(memory.at[0]);
+    const Vec3d rest = values_of(memory.at(0));
     return dot(rest, rest) > kLateralZero_m * kLateralZero_m;
   }
   template <class T>
   static Vec3<T> rest(const Memory<T>& memory) noexcept {
-    return memory.at[0];
+    return memory.at(0);
   }
   template <class T, class Spot>
   static Pull<T> pull(const RingKinematics<T, Spot>& kinematics) noexcept {
@@ -155,7 +159,7 @@ struct Rings {
   template <class T>
   static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,
                          bool is_there) noexcept {
-    memory.at[0] = is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at[0] - way, normal);
+    memory.set(0, is_there ? Vec3<T>{T(0), T(0), T(0)} : tangential(memory.at(0) - way, normal));
   }
   /// The other anchors, once a tick.
   template <class T>
@@ -171,7 +175,7 @@ struct Rings {
     const T limit_m = slip_limit_m(kinematics),
             length = kinematics.limit.lambda * sqrt(dot(kinematics.q1, kinematics.q1));
     kinematics.q1 = kinematics.q1 * (value_of(limit_m) > 0 ? limit_m / length : T(0));
-    memory.at[0] = kinematics.at.q - kinematics.q1;
+    memory.set(0, kinematics.at.q - kinematics.q1);
   }
 
   /// The bed under the spot: made once a tick, read by what follows.
@@ -193,6 +197,19 @@ struct Rings {
     if (bed.is_cut)
       pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
     return pull;
+  }
+  /// (B1) at anchors that hold; of spots that are not uneven.
+  template <class T, class Spot>
+  static T stored_J(const CurveViews& views, const RingBed<T, kRings>& bed,
+                    const RingKinematics<T, Spot>& kinematics, const Memory<T>& memory) noexcept {
+    static_assert(!IsUneven<Spot>::value, "answer() has its energy");
+    const T d = kinematics.at.depth_m;
+    const T normal_J =
+        value_of(d) > 0
+            ? T(piece_under(views, kinematics.spot, kNormal, value_of(d), true).energy(d))
+            : T(0);
+    return ring_stored(views.rings, bed, kinematics.at, kinematics.q1,
+                       ring_energy(bed, kinematics.at, memory), normal_J);
   }
   /// (B1) and (B2).
   template <class T, class Spot>

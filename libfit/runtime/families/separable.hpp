@@ -182,6 +182,11 @@ struct OneAnchor {
                      Memory<T>&) noexcept {
     return {0};
   }
+  template <class T, class Spot>
+  static T stored_J(const CurveViews& views, const Under& under,
+                    const ContactKinematics<T, Spot>& kinematics, const Memory<T>&) noexcept {
+    return answer(views, under, kinematics, NoSlip{0}).stored_J;
+  }
   /// Z(dz) + R(dr) [J], exact polynomials (M3), and its gradient (M3b), which without a lean is
   /// (M3): (f^z - f^r u^r . dl/d(dz)) u + f^r u^r; zero where dz <= 0.
   template <class T, class Spot>

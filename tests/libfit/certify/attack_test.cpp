@@ -19,8 +19,7 @@ Kind random_kind(unsigned seed) {
 }
 
 bool is_out(const Contact& contact) {
-  const Vec3d rest = runtime::make_vec3<double>(contact.memory);
-  return dot(rest, rest) > 1e-24;
+  return runtime::Rings::is_out(runtime::Rings::load<double>(contact.memory));
 }
 constexpr unsigned kNotMeant =
     runtime::kFlagUnfinished | runtime::kFlagBlocked | runtime::kFlagBorder;

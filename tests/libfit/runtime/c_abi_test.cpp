@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <set>
 
 #include "palpate.h"
@@ -238,6 +239,25 @@ TEST(c_abi, bytes_from_anywhere_open_once_copied_to_a_multiple_of_64) {
   }
   EXPECT_EQ(palpate_copy_aligned(room.data(), size - 1, player.bytes.data(), size), nullptr);
   EXPECT_EQ(palpate_copy_aligned(nullptr, size, player.bytes.data(), size), nullptr);
+}
+
+TEST(c_abi, a_program_with_the_header_of_another_engine_is_told_so) {
+  EXPECT_EQ(palpate_header_fits(), PALPATE_OK);
+  const std::array<std::uint32_t, 8> sizes = {
+      sizeof(palpate_asset), sizeof(palpate_contact), sizeof(palpate_pose), sizeof(palpate_tool),
+      sizeof(palpate_input), sizeof(palpate_output),  sizeof(palpate_info), sizeof(palpate_mesh)};
+  EXPECT_EQ(palpate_sizes_fit(PALPATE_ABI, sizes.data()), PALPATE_OK);
+  EXPECT_EQ(palpate_sizes_fit(PALPATE_ABI + 1, sizes.data()), PALPATE_HEADER_WRONG);
+  EXPECT_EQ(palpate_sizes_fit(PALPATE_ABI, nullptr), PALPATE_NULL_ARGUMENT);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    auto other = sizes;
+    other[i] += 8;
+    EXPECT_EQ(palpate_sizes_fit(PALPATE_ABI, other.data()), PALPATE_HEADER_WRONG) << i;
+  }
+  palpate_tool newer = palpate_tip();  // of a header with one more number
+  newer.reserved[0] = 1;
+  palpate_contact contact;
+  EXPECT_EQ(palpate_start(&contact, &newer), PALPATE_TOOL_WRONG);
 }
 
 TEST(c_abi, every_misuse_has_its_status_and_no_force) {

@@ -11,7 +11,7 @@ namespace palpate::runtime {
 template <class T, int N>
 RingAnchors<T, N> no_anchors() noexcept {
   RingAnchors<T, N> out;
-  for (Vec3<T>& a : out.at) a = {T(0), T(0), T(0)};
+  for (int i = 0; i < N; ++i) out.set(i, {T(0), T(0), T(0)});
   return out;
 }
 

@@ -39,8 +39,9 @@ void expect_gradient(std::uint64_t seed) {
                                 &curve, &numbers};
     const auto bed = ring_bed<double>(table, spot);
     auto anchors = no_anchors<double, kRings>();
-    for (Vec3d& a : anchors.at) a = tangential(random_vector(random, 2e-3), spot.normal);
-    if (trial % 2 == 0) anchors.at[0] = {0, 0, 0};
+    for (int i = 0; i < kRings; ++i)
+      anchors.set(i, tangential(random_vector(random, 2e-3), spot.normal));
+    if (trial % 2 == 0) anchors.set(0, {0, 0, 0});
     const double depth = 9e-3 * std::uniform_real_distribution<double>()(random);
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
@@ -79,8 +80,9 @@ TEST(Rings, tangent_is_the_slope_of_what_a_tick_answers) {
     const Numbers numbers = random_numbers(random);
     const Vec3d normal = normalized(random_vector(random, 1));
     auto anchors = no_anchors<double, kRings>();
-    for (Vec3d& a : anchors.at) a = tangential(random_vector(random, 1e-3), normal);
-    anchors.at[0] = {0, 0, 0};
+    for (int i = 0; i < kRings; ++i)
+      anchors.set(i, tangential(random_vector(random, 1e-3), normal));
+    anchors.set(0, {0, 0, 0});
     const Vec3d x = normal * 4e-3 + random_vector(random, 3e-3);
     double held[Rings::kMemory];
     Rings::save(anchors, held);
