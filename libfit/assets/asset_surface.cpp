@@ -110,7 +110,7 @@ void fade_borders(AssetSurface& surface) {
 }
 
 // Of every part the mean over the covered vertices (M12e); of one with directions, which belong to
-// their place, nothing.
+// their place, nothing; but the body sways as a whole.
 std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
   std::vector<Eigen::RowVectorXd> mean;
   for (const Controls& control : model.curves.control)
@@ -122,8 +122,10 @@ std::vector<Eigen::RowVectorXd> mean_controls(const Model& model) {
     for (std::size_t part = 0; part < mean.size(); ++part)
       mean[part] += model.curves.control[part].row(static_cast<Eigen::Index>(v));
   }
-  for (std::size_t part = 0; part < mean.size(); ++part)
-    mean[part] *= parts_of(model.curves.family)[part].width == 1 ? 1 / covered : 0;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    const runtime::Part& part = parts_of(model.curves.family)[i];
+    mean[i] *= part.width == 1 || part.known == runtime::Known::sway ? 1 / covered : 0;
+  }
   return mean;
 }
 

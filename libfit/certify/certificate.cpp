@@ -211,7 +211,7 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
                     const Progress& progress) {
   Certificate out;
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
-  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings);
+  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings) && !asset.sways;
   out.max_depth_m = asset.max_fitted_m;
   double solid = 0;
   std::vector<int> interior;

@@ -38,7 +38,7 @@ constexpr std::size_t kWitnesses = 10;
 /// The certificate of an asset (docs/method.md, section 19).
 struct Certificate {
   std::string family;
-  bool is_rings = false;  ///< sliding is certified for this family alone
+  bool is_rings = false;  ///< of a body that does not sway: sliding is certified for no other
   bool passive_fixed = false;
   int pulling = 0;                                 ///< triangles where (M22) does not hold
   double least_slope_N_m = 0, least_friction = 0;  ///< over covered vertices and all depths

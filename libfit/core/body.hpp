@@ -34,7 +34,7 @@ using Settings = std::map<std::string, Setting>;
 struct Body {
   Surface surface;                 ///< fine, mended, outward; closed unless made --surface-only
   std::vector<char> in_region;     ///< per surface vertex: curves are wanted here
-  std::vector<char> is_reachable;  ///< of these, where the tool can touch; the rest are gaps between
+  std::vector<char> is_reachable;  ///< of these, where the tool can touch; the rest are gaps
   TestPoints test_points;
   TetMesh volume;                   ///< base mesh, coarse; empty when made --surface-only
   std::vector<char> is_held;        ///< per volume node: held fixed

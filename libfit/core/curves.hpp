@@ -57,7 +57,9 @@ inline int size_of(const runtime::Part& part, const CurveBasis& basis) {
 
 /// Whether a fit knows standard errors of a part's numbers: not those of curves, which have bands,
 /// nor of what the surface tells.
-inline bool has_deviation(const runtime::Part& part) { return !part.is_curve() && !part.is_shape; }
+inline bool has_deviation(const runtime::Part& part) {
+  return !part.is_curve() && part.known == runtime::Known::no;
+}
 
 /// Curves of many points on bases shared by the body, part by part of their family.
 struct CurveSet {

@@ -104,6 +104,12 @@ Samples take_points(const Samples& from, const TestPoints& wanted, int per_point
     if (new_number[static_cast<std::size_t>(p)] >= 0 && from.point_normal_gradient.rows() != 0)
       out.point_normal_gradient.row(new_number[static_cast<std::size_t>(p)]) =
           from.point_normal_gradient.row(p);
+  if (from.point_sway.rows() > 0) {
+    out.point_sway.setZero(wanted.position.rows(), 6);
+    for (Eigen::Index p = 0; p < from.points(); ++p)
+      if (new_number[static_cast<std::size_t>(p)] >= 0)
+        out.point_sway.row(new_number[static_cast<std::size_t>(p)]) = from.point_sway.row(p);
+  }
   for (std::size_t p = 0; p < rows_of.size(); ++p)
     for (const Eigen::Index row : rows_of[p])
       append_row(out, from, row, static_cast<std::int32_t>(p), per_point);
@@ -119,6 +125,10 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
   out.point_position.bottomRows(second.points()) = second.point_position;
   out.point_normal.bottomRows(second.points()) = second.point_normal;
   out.point_normal_gradient.bottomRows(second.points()) = second.point_normal_gradient;
+  const bool is_still =
+      first.point_sway.rows() < before || second.point_sway.rows() < second.points();
+  out.point_sway.conservativeResize(is_still ? 0 : points, 6);
+  if (!is_still) out.point_sway.bottomRows(second.points()) = second.point_sway;
   out.point_name.insert(out.point_name.end(), second.point_name.begin(), second.point_name.end());
   // Rows of which the surface's motion is not known leave none to the others.
   const auto lacks = [](const Samples& s) { return s.rows() > 0 && s.surface.cols() == 0; };

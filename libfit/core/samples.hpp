@@ -81,6 +81,15 @@ struct MeasuredRecordings {
 /// Displacements of a surface's vertices, a row per state.
 using SurfaceMotion = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// Symmetric 3 x 3 matrices, a row each: xx, yy, zz, xy, xz, yz.
+using SymmetricRows = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+inline Mat3 symmetric_of(const Eigen::Matrix<double, 1, 6>& n) {
+  return Mat3{{n[0], n[3], n[4]}, {n[3], n[1], n[5]}, {n[4], n[5], n[2]}};
+}
+inline Eigen::Matrix<double, 1, 6> numbers_of(const Mat3& m) {
+  return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)};
+}
+
 /// Experiments at test points, simulated or measured: samples.h5 in memory (docs/formats.md).
 /// P points, N rows in experiment order. deflection N x 3 [m], force N x 3 [N] of the tool ON the
 /// body, torque N x 3 [N m] about the probe's reference point, force_error N [N].
@@ -92,6 +101,10 @@ struct Samples {
   /// each point (symmetric; its null space contains the normal). On a sphere of radius R, -1/R on
   /// tangents. Lets the fit replay drags on the curved surface; absent means flat.
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> point_normal_gradient;
+
+  /// P x 6 or 0 x 6 [m/N], of simulated points: how the body moves as a whole under a force there
+  /// (docs/method.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
+  SymmetricRows point_sway;
 
   std::vector<std::int32_t> point;       ///< N, index of the test point
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path

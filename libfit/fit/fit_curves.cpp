@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 
@@ -25,6 +26,7 @@ using fit::PointResult;
 
 // By how much rings of a body's points differ from their median (docs/method.md, section 17).
 constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
+constexpr double kLeastSway = 0.05;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
@@ -91,7 +93,7 @@ void settle_nuisances(const Samples& samples, const fit::BodyData& body, const F
 // The family asked for or, by evidence, the one the body needs; bases are left as it has them.
 FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
                            const std::vector<fit::CurveRows>& rows, BodyBases& bases) {
-  FamilyReport report = options.family ? FamilyReport{*options.family, {}, "as asked"}
+  FamilyReport report = options.family ? FamilyReport{*options.family, false, {}, "as asked"}
                                        : fit::choose_family(body, rows, bases, options);
   if (options.family && options.judges_family)
     report.evidence.push_back(fit::judge_family(body, rows, bases, report.family, options));
@@ -166,6 +168,77 @@ void score_given(const Samples& samples, const fit::BodyData& body, const BodyBa
   });
 }
 
+// A body's rows as a fit reads them, and what it chose for them.
+struct Reading {
+  fit::BodyData body;
+  std::vector<fit::CurveRows> rows;
+  fit::ChosenDegree degree;
+  BodyBases bases;
+  FamilyReport family;
+};
+
+Reading read_rows(const Samples& samples, FitOptions options, bool without_sway) {
+  Reading out{fit::gather_experiments(samples, options.weight_floor, without_sway),
+              {},
+              {options.degree, ""},
+              {},
+              {}};
+  fit::add_nuisances(samples, options, out.body);
+  for (const fit::PointData& point : out.body.points) out.rows.push_back(fit::curve_rows(point));
+  if (options.degree == 0) out.degree = fit::choose_degree(out.body, out.rows, options);
+  options.degree = out.degree.degree;
+  out.bases = make_bases(samples, out.body, out.rows, options);
+  settle_nuisances(samples, out.body, options, out.rows, out.bases);
+  out.family = settle_family(out.body, options, out.rows, out.bases);
+  return out;
+}
+
+// Whether the body moves as a whole by more than kLeastSway of what the tool does, at some row.
+bool may_sway(const Samples& samples) {
+  if (samples.point_sway.rows() == 0) return false;
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
+    const Vec3 force = samples.force.row(i);
+    const Mat3 sway =
+        symmetric_of(samples.point_sway.row(samples.point[static_cast<std::size_t>(i)]));
+    if ((sway * force).norm() > kLeastSway * samples.deflection.row(i).norm()) return true;
+  }
+  return false;
+}
+
+bool sways_already(const FittedCurves& earlier) {
+  return earlier.curves.family == CurveFamily::rings &&
+         !earlier.curves.control[runtime::kSway].isZero(0);
+}
+
+// Rows as they are or without the body's sway, whichever lets held-out rows be predicted better:
+// without it the family is rings.
+Reading settle_reading(const Samples& samples, const FitOptions& options) {
+  if (options.warm_start != nullptr)
+    return read_rows(samples, options, sways_already(*options.warm_start));
+  const bool is_tried =
+      options.family.value_or(CurveFamily::rings) == CurveFamily::rings && may_sway(samples);
+  FitOptions judged = options;
+  judged.judges_family = options.judges_family || is_tried;
+  Reading plain = read_rows(samples, judged, false);
+  const bool has_drags =
+      std::ranges::any_of(plain.rows, [](const fit::CurveRows& point) { return point.drags > 0; });
+  if (!is_tried || !has_drags) return plain;
+  judged.family = CurveFamily::rings;
+  Reading local = read_rows(samples, judged, true);
+  const auto of_chosen =
+      std::ranges::find(plain.family.evidence, plain.family.family, &FamilyEvidence::family);
+  const FamilyEvidence& found = local.family.evidence.front();
+  const std::string words = "; " + fit::in_words(found);
+  if (!found.sways || !fit::is_worth_it(*of_chosen, found)) {
+    plain.family.reason += words;
+    return plain;
+  }
+  std::vector<FamilyEvidence> evidence = plain.family.evidence;
+  evidence.push_back(found);
+  local.family = {CurveFamily::rings, true, std::move(evidence), plain.family.reason + words};
+  return local;
+}
+
 }  // namespace
 
 FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
@@ -173,17 +246,10 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   const auto begin = std::chrono::steady_clock::now();
   fit::check_options(wanted);
   FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
-  fit::BodyData body = fit::gather_experiments(samples, options.weight_floor);
-  fit::add_nuisances(samples, options, body);
-  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
-  std::vector<fit::CurveRows> rows;
-  for (const fit::PointData& point : body.points) rows.push_back(fit::curve_rows(point));
-  fit::ChosenDegree degree{options.degree, ""};
-  if (options.degree == 0) degree = fit::choose_degree(body, rows, options);
+  Reading reading = settle_reading(samples, options);
+  auto& [body, rows, degree, bases, family] = reading;
   options.degree = degree.degree;
-  BodyBases bases = make_bases(samples, body, rows, options);
-  settle_nuisances(samples, body, options, rows, bases);
-  const FamilyReport family = settle_family(body, options, rows, bases);
+  std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
   settle_rings(body, rows, options, bases);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   auto results = fit_points(samples, body, rows, bases, earlier, options, progress);

@@ -36,11 +36,13 @@ struct BasisReport {
 struct FamilyEvidence {
   CurveFamily family = CurveFamily::separable;
   double median_error = 0, p95_error = 0;
+  bool sways = false;  ///< in series with the sway of the body as a whole
 };
 
 /// Why the body got its family.
 struct FamilyReport {
   CurveFamily family = CurveFamily::separable;
+  bool sways = false;  ///< its law stands in series with the sway of the body as a whole
   /// Of the families tried; of one that was asked for where FitOptions::judges_family.
   std::vector<FamilyEvidence> evidence;
   std::string reason;

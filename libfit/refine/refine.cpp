@@ -97,9 +97,11 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
   model.inward_normal = -outward_normal;
   model.curves = CurveSet(curves.curves.family);
   model.curves.basis = curves.curves.basis;
-  for (std::size_t part = 0; part < model.curves.control.size(); ++part)
+  for (std::size_t part = 0; part < model.curves.control.size(); ++part) {
+    const runtime::Part& of = parts_of(model.curves.family)[part];
     model.curves.control[part] = blend_controls(curves.curves.control[part], blend, trend,
-                                                parts_of(model.curves.family)[part].force);
+                                                of.known == runtime::Known::sway ? 0 : of.force);
+  }
   if (slope_share > 0)
     add_slopes(curves, fine, blend, slopes, slope_share, model.curves.control[0]);
   for (Eigen::Index v = 0; v < blend.weight.rows(); ++v)

@@ -75,6 +75,7 @@ class Asset : public AssetView {
     *status = check_sections(asset, header);
     if (*status != Status::ok) return Asset();
     asset.skin_m = skin_of(asset);
+    asset.sways = any_sway(asset);
     return asset;
   }
 

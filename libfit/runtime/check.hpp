@@ -6,6 +6,7 @@
 
 #include "shape.hpp"
 #include "status.hpp"
+#include "sway.hpp"
 #include "view.hpp"
 
 namespace palpate {
@@ -149,6 +150,11 @@ inline Status check_controls(const AssetView& view, const Header& h) noexcept {
       if (!is_good_part(family_of(h).part[part], control + view.control_offset[part],
                         part_size(h, part), !view.covered[v]))
         return Status::controls_wrong;
+    const int sway = sway_part_of(h.family);
+    if (sway < 0) continue;
+    double c[6];
+    for (int i = 0; i < 6; ++i) c[i] = double(control[view.control_offset[sway] + i]);
+    if (!is_nowhere_negative(c)) return Status::controls_wrong;
   }
   return Status::ok;
 }

@@ -6,6 +6,7 @@
 
 #include "ledger.hpp"
 #include "spot_cache.hpp"
+#include "sway.hpp"
 #include "sweep.hpp"
 #include "sweep_ball.hpp"
 
@@ -23,6 +24,7 @@ struct Contact {
   double weight[3] = {0, 0, 0};      ///< area coordinates of the contact point
   Arm arm;                           ///< of a ball in contact
   Ledger ledger;
+  Sway sway;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
   SpotCache cache;                    ///< saves time, changes no bit
@@ -47,10 +49,32 @@ struct Output {
   std::int64_t refused_ticks = 0;
 };
 
+/// How the body gives as a whole at a contact point.
+inline Compliance compliance_at(const AssetView& asset, int triangle,
+                                const double weight[3]) noexcept {
+  Compliance out;
+  const int part = sway_part_of(asset.curves.family);
+  if (!asset.sways || part < 0) return out;
+  for (int k = 0; k < 3; ++k) {
+    const float* c = asset.node(asset.corner(triangle, k)) + asset.control_offset[part];
+    for (int i = 0; i < 6; ++i) out.c[i] += weight[k] * double(c[i]);
+  }
+  return out;
+}
+inline bool any_sway(const AssetView& asset) noexcept {
+  const int part = sway_part_of(asset.curves.family);
+  if (part < 0) return false;
+  for (int v = 0; v < asset.vertices; ++v)
+    for (int i = 0; i < 6; ++i)
+      if (asset.node(v)[asset.control_offset[part] + i] != 0) return true;
+  return false;
+}
+
 /// Contact ends with the law's energy at law_J; the running sums and the tip stay.
 inline void release(Contact& contact, double law_J = 0) noexcept {
   contact.triangle = -1;
   contact.ledger.close(law_J);
+  contact.sway = Sway();
   contact.slip_left_m = 0;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();

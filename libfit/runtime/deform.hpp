@@ -25,6 +25,7 @@ struct DentState {
   double normal_m;  ///< deflection along it
   Vec3d carried_m;  ///< what friction has carried of it: the rings' mean deflection
   Vec3d lateral_m;  ///< and across it
+  Vec3d force_N;    ///< the law's, on the body
   Vec3d centre;     ///< of the ball, if there is one
   double radius_m;  ///< of that ball; 0: none
 };
@@ -107,8 +108,10 @@ inline bool shape_state(const AssetView& asset, const Contact& contact, double t
     out.point = out.point + asset.vertex_at(asset.corner(t, k)) * contact.weight[k];
   out.normal = blended_normal(asset, t, contact.weight);
   const Vec3d tip = make_vec3<double>(contact.tip_m);
-  const Vec3d deflection =
-      tip - out.point + out.normal * contact.arm.reach_m + make_vec3<double>(contact.arm.skew_m);
+  out.force_N = make_vec3<double>(contact.sway.force_N);
+  const Vec3d sway_m = compliance_at(asset, t, contact.weight).times(out.force_N);
+  const Vec3d deflection = tip - sway_m - out.point + out.normal * contact.arm.reach_m +
+                           make_vec3<double>(contact.arm.skew_m);
   out.normal_m = dot(deflection, out.normal);
   out.lateral_m = tangential(deflection, out.normal);
   out.carried_m = carried_m(asset, contact, out.normal, out.normal_m, out.lateral_m);
@@ -134,17 +137,13 @@ class Deformation {
         known += weight;
         add_point(shape.point + std::ptrdiff_t{shape.blend_point[blend + j]} *
                                     shape_numbers(shape.intervals, shape.modes),
-                  weight * state.normal_m, x);
+                  weight, x);
       }
     }
     const float* drag = shape.drag;
     for (int i = 0; i < kShapeDragged; ++i)
       for (int j = 0; j < shape.intervals; ++j)
         near_[j][kShapePressed + i] = known * double(*drag++);
-    for (int k = 0; k < shape.modes; ++k, drag += 3)
-      mode_[k] +=
-          known * (double(drag[0]) * state.carried_m.x + double(drag[1]) * state.carried_m.y +
-                   double(drag[2]) * state.carried_m.z);
   }
 
   /// Displacement [m] of a vertex (M31, M32), which ends outside the ball.
@@ -176,15 +175,17 @@ class Deformation {
   }
 
  private:
-  void add_point(const float* number, double scale, double x) noexcept {
+  void add_point(const float* number, double weight, double x) noexcept {
     const ShapeView& shape = asset_.shape;
     double power[kShapeDepths];
-    for (int p = 0; p < kShapeDepths; ++p) power[p] = p == 0 ? scale : power[p - 1] * x;
+    for (int p = 0; p < kShapeDepths; ++p)
+      power[p] = p == 0 ? weight * state_.normal_m : power[p - 1] * x;
     for (int i = 0; i < kShapePressed; ++i)
       for (int p = 0; p < kShapeDepths; ++p)
         for (int j = 0; j < shape.intervals; ++j) near_[j][i] += power[p] * double(*number++);
-    for (int p = 0; p < kShapeDepths; ++p)
-      for (int k = 0; k < shape.modes; ++k) mode_[k] += power[p] * double(*number++);
+    const double force_N[3] = {state_.force_N.x, state_.force_N.y, state_.force_N.z};
+    for (const double f : force_N)
+      for (int k = 0; k < shape.modes; ++k) mode_[k] += weight * f * double(*number++);
   }
 
   void push_out(const Vec3d& X, Vec3d& moved) const noexcept {

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "families/families.hpp"
+#include "sway.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -142,6 +143,56 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
   return inside - quadric.u0 * dot(inside, quadric.u0);
 }
 
+/// A contact on a quadric between two rows of a replay.
+template <class F, class T>
+struct QuadricContact {
+  QuadricSurface<T> surface;
+  typename F::template Memory<T> memory;
+  bool is_first = true, in_contact = true, has_slipped = false;
+  Vec3d before{0, 0, 0};
+
+  QuadricContact(const Quadric& quadric, const ControlPointers<T>& controls) noexcept
+      : surface{&quadric, controls, {T(0), T(0), T(0)}}, memory(F::template load<T>(no_memory())) {}
+
+  /// The force on the body of a tool that goes to x.
+  Vec3<T> go_to(const CurveViews& views, const Vec3<T>& x) noexcept {
+    const Quadric& quadric = *surface.quadric;
+    const Vec3<T> nothing{T(0), T(0), T(0)};
+    const Vec3d tip = values_of(x);
+    has_slipped = false;
+    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
+      surface.p = widened<T>(entry_shadow(quadric, before, tip));
+      memory = F::template load<T>(no_memory());
+      in_contact = true;
+    }
+    before = tip;
+    if (!in_contact) return nothing;
+    auto kinematics = F::kinematics(views, surface.standing(), x, memory);
+    const Vec3<T> from = kinematics.spot.point;
+    if (slide<F>(views, x, surface, kinematics, memory) != SlideEnd::stick) {
+      has_slipped = true;
+      F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+      kinematics = F::kinematics(views, surface.standing(), x, memory);
+    }
+    const auto& under = F::under(views, kinematics);
+    const Vec3<T> force =
+        F::answer(views, under, kinematics, F::slip(views, under, kinematics, memory)).force_N;
+    in_contact = value_of(kinematics.d.normal_m) > 0 || is_first;
+    is_first = false;
+    return force;
+  }
+};
+
+/// The compliance among a point's numbers, with plain numbers; with derivatives none: rows that a
+/// fit replays are without the sway.
+template <class F, class T>
+Compliance compliance_of(const ControlPointers<T>& controls) noexcept {
+  Compliance out;
+  if constexpr (F::kSwayPart >= 0 && std::is_same<T, double>::value)
+    for (int i = 0; i < 6; ++i) out.c[i] = controls.part[F::kSwayPart][i];
+  return out;
+}
+
 /// Forces of the tool on the body along one press, drag or path: the law predicting a record.
 /// deflection_m: rows x 3 [m], tool position relative to the test point, in order; the first touch
 /// is at the test point, later ones (after a lift) where the way enters the body. deeper_m: how
@@ -152,35 +203,26 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
 template <class F, class T>
 int replay_as(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
               const double* deflection_m, int rows, const T* deeper_m, Vec3<T>* force_N) noexcept {
-  const Vec3<T> nothing{T(0), T(0), T(0)};
-  QuadricSurface<T> surface{&quadric, controls, nothing};
-  auto memory = F::template load<T>(no_memory());
-  bool in_contact = true;
+  QuadricContact<F, T> contact(quadric, controls);
+  const Compliance give = compliance_of<F>(controls);
+  Sway sway;
   int slipped = 0;
-  Vec3d before{0, 0, 0};
   for (int row = 0; row < rows; ++row) {
     Vec3<T> x = widened<T>(make_vec3<double>(deflection_m + 3 * row));
     if (deeper_m != nullptr) x = x + widened<T>(quadric.u0) * *deeper_m;
-    const Vec3d tip = values_of(x);
-    force_N[row] = nothing;
-    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
-      surface.p = widened<T>(entry_shadow(quadric, before, tip));
-      memory = F::template load<T>(no_memory());
-      in_contact = true;
+    if constexpr (std::is_same<T, double>::value) {
+      if (give.is_any()) {
+        const QuadricContact<F, T> start = contact;
+        settle(give, sway, [&](const Vec3d& f) noexcept {
+          contact = start;
+          return force_N[row] = contact.go_to(views, x - give.times(f));
+        });
+        slipped += contact.has_slipped;
+        continue;
+      }
     }
-    before = tip;
-    if (!in_contact) continue;
-    auto kinematics = F::kinematics(views, surface.standing(), x, memory);
-    const Vec3<T> from = kinematics.spot.point;
-    if (slide<F>(views, x, surface, kinematics, memory) != SlideEnd::stick) {
-      ++slipped;
-      F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
-      kinematics = F::kinematics(views, surface.standing(), x, memory);
-    }
-    const auto& under = F::under(views, kinematics);
-    force_N[row] =
-        F::answer(views, under, kinematics, F::slip(views, under, kinematics, memory)).force_N;
-    in_contact = value_of(kinematics.d.normal_m) > 0 || row == 0;
+    force_N[row] = contact.go_to(views, x);
+    slipped += contact.has_slipped;
   }
   return slipped;
 }

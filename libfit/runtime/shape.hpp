@@ -17,13 +17,12 @@ constexpr double kMaxShapeNumber = 1e6;  ///< of any number of the response
 /// u, the way in and out. Of the body: how the surface follows a tool sideways.
 constexpr int kShapePressed = 2, kShapeDepths = 2, kShapeDragged = 3;
 
-/// What a point owns, and the body.
+/// What a point owns: near functions, then how far each mode goes by a force along x, y and z
+/// [m/N]. And the body.
 inline int shape_numbers(int intervals, int modes) noexcept {
-  return kShapePressed * kShapeDepths * intervals + kShapeDepths * modes;
+  return kShapePressed * kShapeDepths * intervals + 3 * modes;
 }
-inline int shape_drag_numbers(int intervals, int modes) noexcept {
-  return kShapeDragged * intervals + 3 * modes;
-}
+inline int shape_drag_numbers(int intervals) noexcept { return kShapeDragged * intervals; }
 
 /// Counts and lengths; 64 bytes. Behind it, each at the next multiple of 64 with zeros between:
 /// the parts of ShapePart.
@@ -55,7 +54,7 @@ inline std::uint64_t shape_part_bytes(const ShapeHeader& s, const Header& asset,
       return 4 * static_cast<std::uint64_t>(s.points) *
              static_cast<std::uint64_t>(shape_numbers(s.intervals, s.modes));
     case kShapeDrag:
-      return 4 * static_cast<std::uint64_t>(shape_drag_numbers(s.intervals, s.modes));
+      return 4 * static_cast<std::uint64_t>(shape_drag_numbers(s.intervals));
     default:
       return 12 * v * static_cast<std::uint64_t>(s.modes);
   }
@@ -130,7 +129,7 @@ inline Status check_shape(const AssetView& view) noexcept {
     return true;
   };
   const auto numbers = static_cast<std::uint64_t>(shape_numbers(shape.intervals, shape.modes));
-  const auto drag = static_cast<std::uint64_t>(shape_drag_numbers(shape.intervals, shape.modes));
+  const auto drag = static_cast<std::uint64_t>(shape_drag_numbers(shape.intervals));
   const auto modes = 3 * static_cast<std::uint64_t>(shape.modes);
   if (!are_good(shape.point, numbers * static_cast<std::uint64_t>(shape.points)) ||
       !are_good(shape.drag, drag) ||

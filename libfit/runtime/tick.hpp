@@ -103,7 +103,7 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
 template <class F, bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
-              Output& out) noexcept {
+              bool has_guard, Output& out) noexcept {
   const CurveViews& views = asset.curves;
   auto memory = F::template load<double>(contact.memory);
   out.state = ContactState::stick;
@@ -133,10 +133,11 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
     return Status::force_not_finite;
   }
   if (moves)
-    contact.ledger.book(before_J, law.stored_J, asset.has_guard);
+    contact.ledger.book(before_J, law.stored_J, has_guard);
   else if (slipped.lost_J > 0)
-    contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, asset.has_guard);
+    contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, has_guard);
   F::save(memory, contact.memory);
+  put(law.force_N, contact.sway.force_N);
   describe<kIsBall>(asset, contact, kinematics, x, out);
   put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
   out.stored_J = contact.ledger.stored_J(law.stored_J);
@@ -172,6 +173,86 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, con
     tangent_N_m[3 + k] = force.y.v[k];
     tangent_N_m[6 + k] = force.z.v[k];
   }
+}
+
+/// The law at x with nothing slipping.
+template <class F, bool kIsBall>
+Answer<double> hold(const AssetView& asset, Contact& contact, const Vec3d& x) noexcept {
+  const CurveViews& views = asset.curves;
+  const auto memory = F::template load<double>(contact.memory);
+  const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
+  const auto& under = F::under(views, kinematics);
+  return F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory));
+}
+
+/// answer() of a body that gives as a whole (M34). What a contact stores is the least of law and
+/// sway together. It is found twice: with nothing slipping, then with the slips, on copies of the
+/// contact. A contact point that has moved has another compliance, so the sway settles once more;
+/// the ledger sees all of it.
+template <class F, bool kIsBall>
+Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance& give,
+                      const Vec3d& x, const Vec3d& step, Output& out,
+                      TangentOut tangent_N_m) noexcept {
+  Contact start = contact;
+  const Vec3d before = x - step - give.times(make_vec3<double>(start.sway.force_N));
+  Sway sway = start.sway;
+  Answer<double> law;
+  bool is_settled = settle(give, sway, [&](const Vec3d& f) noexcept {
+    law = hold<F, kIsBall>(asset, start, x - give.times(f));
+    return law.force_N;
+  });
+  const double before_J = law.stored_J + give.stored_J(make_vec3<double>(sway.force_N));
+  Status status = Status::ok;
+  is_settled = settle(give, sway,
+                      [&](const Vec3d& f) noexcept {
+                        contact = start;
+                        contact.ledger = Ledger();  // the law's own answer: nothing is owed
+                        out = Output();
+                        const Vec3d y = x - give.times(f);
+                        status = answer<F, kIsBall>(asset, contact, y, y - before, false, out);
+                        return make_vec3<double>(out.force_on_tool_N) * -1.0;
+                      }) &&
+               is_settled;
+  if (status != Status::ok) return status;
+  const bool has_slipped = contact.ledger.dissipated_J != 0 || out.state == ContactState::slip;
+  contact.ledger = start.ledger;
+  if (contact.triangle < 0) {
+    contact.ledger.close(before_J);
+    return status;
+  }
+  if (tangent_N_m != nullptr) {
+    const Vec3d y = x - give.times(make_vec3<double>(sway.force_N));
+    double K[9];
+    tangent<F, kIsBall>(asset, start, y, y - before, K);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d column = unload(K, give, {K[k], K[3 + k], K[6 + k]});
+      tangent_N_m[k] = column.x;
+      tangent_N_m[3 + k] = column.y;
+      tangent_N_m[6 + k] = column.z;
+    }
+  }
+  Compliance here = give;
+  law.stored_J = out.stored_J;
+  law.force_N = make_vec3<double>(out.force_on_tool_N) * -1.0;
+  if (out.state == ContactState::slip) {
+    here = compliance_at(asset, contact.triangle, contact.weight);
+    is_settled = settle(here, sway,
+                        [&](const Vec3d& f) noexcept {
+                          law = hold<F, kIsBall>(asset, contact, x - here.times(f));
+                          return law.force_N;
+                        }) &&
+                 is_settled;
+  }
+  const Vec3d force = make_vec3<double>(sway.force_N);
+  const double after_J = law.stored_J + here.stored_J(force);
+  if (has_slipped) contact.ledger.book(before_J, after_J, asset.has_guard);
+  contact.sway = sway;
+  if (!is_settled) out.flags |= kFlagUnfinished;
+  if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+  put(make_vec3<double>(out.acts_at_m) + here.times(force), out.acts_at_m);
+  put(law.force_N * -contact.ledger.share(after_J), out.force_on_tool_N);
+  out.stored_J = contact.ledger.stored_J(after_J);
+  return Status::ok;
 }
 
 /// The tangent of what the contact bears of the law's force (M20); the debt counts as fixed.
@@ -233,8 +314,13 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   if (contact.triangle < 0) return Status::ok;
   return with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
+    if constexpr (F::kSwayPart >= 0) {
+      const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
+      if (give.is_any())
+        return answer_swaying<F, kIsBall>(asset, contact, give, x, step, out, tangent_N_m);
+    }
     if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, step, tangent_N_m);
-    return answer<F, kIsBall>(asset, contact, x, step, out);
+    return answer<F, kIsBall>(asset, contact, x, step, asset.has_guard, out);
   });
 }
 

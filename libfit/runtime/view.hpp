@@ -52,6 +52,7 @@ struct AssetView {
   double max_fitted_m = 0;  ///< last knot of the normal curves
   double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
   bool has_guard = true;
+  bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
 
   Vec3d vertex_at(int v) const noexcept {

@@ -10,7 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kDepths = runtime::kShapeDepths;
 constexpr std::array kModeCounts{0, 2, 4, 6, 8, 12, 16, 24};
 /// The fewest modes are taken whose error is within this of the best. A mode is 12 bytes a
 /// vertex: on the liver phantom 6 leave 2.7 and 1.2 % (near, everywhere), 16 leave 2.5 and 1.0 for
@@ -24,10 +23,9 @@ ShapeResponse with_modes(const ShapeResponse& shape, int modes) {
   out.modes = modes;
   out.point.resize(shape.point.rows(), runtime::shape_numbers(M, modes));
   out.point.leftCols(pressed) = shape.point.leftCols(pressed);
-  for (int depth = 0; depth < kDepths; ++depth)
-    out.point.middleCols(pressed + depth * modes, modes) =
-        shape.point.middleCols(pressed + depth * shape.modes, modes);
-  out.drag = shape.drag.head(runtime::shape_drag_numbers(M, modes));
+  for (int axis = 0; axis < 3; ++axis)
+    out.point.middleCols(pressed + axis * modes, modes) =
+        shape.point.middleCols(pressed + axis * shape.modes, modes);
   out.mode = shape.mode.leftCols(3 * modes);
   return out;
 }

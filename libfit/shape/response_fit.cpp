@@ -22,10 +22,19 @@ constexpr double kEven = 1e3;         // that the dent has no tip
 // Functions that no datum bounds at the contact point go to 0 there: of a mesh whose cells are
 // wider than the contact, they had no bound and moved vertices by twice the depth.
 constexpr double kToZero = 1e-4;
-constexpr double kToMean = 1e-3;    // of a point towards the body's mean
-constexpr int kMaxGramRows = 400;   // that modes are found from
-constexpr int kRounds = 2;          // near functions and modes are found by turns
+constexpr double kToMean = 1e-3;   // of a point towards the body's mean
+constexpr int kMaxGramRows = 400;  // that modes are found from
+constexpr int kRounds = 2;         // near functions and modes are found by turns
+constexpr double kRigidInner = 3.5, kRigidOuter = 5.5;  // contact radii, as (M33)
 constexpr double kAnswered = 0.99;  // share of a contact point that measured curves answer for
+
+// How a vertex moves with a rigid motion about a place `way` before it; rotations times a.
+Eigen::Matrix<double, 3, 6> rigid_at(const Vec3d& way, double a) {
+  const double x = way.x / a, y = way.y / a, z = way.z / a;
+  Eigen::Matrix<double, 3, 6> out;
+  out << 1, 0, 0, 0, z, -y, 0, 1, 0, -z, 0, x, 0, 0, 1, y, -x, 0;
+  return out;
+}
 
 }  // namespace
 
@@ -49,14 +58,15 @@ ShapeResponse ResponseFit::of(const std::vector<char>& counts, int modes) {
   shape_.modes = 0;
   shape_.mode.resize(asset_.vertices, 0);
   shape_.point.setZero(samples_.points(), runtime::shape_numbers(shape_.intervals, 0));
-  shape_.drag.setZero(runtime::shape_drag_numbers(shape_.intervals, 0));
+  shape_.drag.setZero(runtime::shape_drag_numbers(shape_.intervals));
+  waits_for_modes_ = modes > 0;
   fit_presses();
   fit_drags();
+  waits_for_modes_ = false;
   if (modes > 0 && !rows_.empty()) {
     find_modes(modes);
     for (int round = 0; round < kRounds; ++round) {
-      fit_press_amplitudes();
-      fit_drag_amplitudes();
+      fit_amplitudes();
       fit_presses();
       fit_drags();
     }
@@ -76,6 +86,30 @@ bool ResponseFit::can_tell(std::size_t row) const {
   return answered > kAnswered;
 }
 
+/// Translation and rotation about the contact point of the rigid motion nearest to that of the
+/// vertices between kRigidInner and kRigidOuter contact radii of it; zero where the body does not
+/// sway.
+Eigen::Matrix<double, 6, 1> ResponseFit::rigid_motion(Eigen::Index row,
+                                                      const DentState& state) const {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  if (!asset_.sways) return right;
+  const double a = shape_.radius_m;
+  Matrix6 square = 1e-9 * Matrix6::Identity();
+  for (int v = 0; v < asset_.vertices; ++v) {
+    const Vec3d way = asset_.vertex_at(v) - state.point;
+    const double r2 = runtime::dot(way, way) / (a * a);
+    if (r2 < kRigidInner * kRigidInner || r2 > kRigidOuter * kRigidOuter ||
+        runtime::dot(asset_.normal_at(v), state.normal) < 0)
+      continue;
+    const Eigen::Matrix<double, 3, 6> rigid = rigid_at(way, a);
+    square += rigid.transpose() * rigid;
+    right +=
+        rigid.transpose() * samples_.surface.row(row).segment<3>(3 * v).transpose().cast<double>();
+  }
+  return square.ldlt().solve(right);
+}
+
 void ResponseFit::take_rows(const std::vector<char>& counts) {
   rows_.clear();
   for (std::size_t row = 0; row < contacts_.size(); ++row) {
@@ -84,7 +118,7 @@ void ResponseFit::take_rows(const std::vector<char>& counts) {
     if (!runtime::shape_state(asset_, *contacts_[row], 0, state)) continue;
     state.radius_m = 0;  // what the ball pushes out is not the response's
     rows_.push_back({static_cast<Eigen::Index>(row), samples_.kind[row] == ExperimentKind::press,
-                     &*contacts_[row], state});
+                     &*contacts_[row], state, rigid_motion(static_cast<Eigen::Index>(row), state)});
   }
 }
 
@@ -92,6 +126,14 @@ void ResponseFit::take_rows(const std::vector<char>& counts) {
 Vec3d ResponseFit::left_of(const Deformation& shown, const Row& row, int v) const {
   const float* moved = samples_.surface.data() + row.row * samples_.surface.cols() + 3 * v;
   return Vec3d{double(moved[0]), double(moved[1]), double(moved[2])} - shown.at(v);
+}
+
+/// The same for near functions: as long as modes are to come, the sway is theirs.
+Vec3d ResponseFit::near_left_of(const Deformation& shown, const Row& row, int v) const {
+  const Vec3d left = left_of(shown, row, v);
+  if (!waits_for_modes_ || !asset_.sways) return left;
+  const Vec3 moved = rigid_at(asset_.vertex_at(v) - row.state.point, shape_.radius_m) * row.rigid;
+  return left - Vec3d{moved.x(), moved.y(), moved.z()};
 }
 
 /// The same of all vertices, 3V.
@@ -130,7 +172,7 @@ void ResponseFit::fit_presses() {
   const auto points = static_cast<std::size_t>(samples_.points());
   std::vector<NormalEquations> dent(points, NormalEquations(size)), out = dent;
   shape_.point.leftCols(runtime::shape_numbers(M, 0)).setZero();
-  shape_.drag.head(runtime::shape_drag_numbers(M, 0)).setZero();
+  shape_.drag.setZero();
   const ShapedAsset far(asset_, shape_, blend_point_, blend_weight_);
   for (const Row& row : rows_) {
     if (!row.is_press) continue;
@@ -138,7 +180,7 @@ void ResponseFit::fit_presses() {
     const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
     const double d = row.state.normal_m, x = d / shape_.depth_m;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = left_of(shown, row, v);
+      const Vec3d left = near_left_of(shown, row, v);
       const auto add = [&](NormalEquations& to, double scale, double value) {
         double entry[4 * kDepths];
         int column[4 * kDepths], count = 0;
@@ -189,7 +231,7 @@ void ResponseFit::fit_drags() {
     const Deformation shown(pressed.view(), *row.contact, row.state);
     const Vec3d q = row.state.carried_m, u = row.state.normal;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = left_of(shown, row, v);
+      const Vec3d left = near_left_of(shown, row, v);
       const double along = runtime::dot(q, place.out);
       const Vec3d term[runtime::kShapeDragged] = {q, place.out * along, u * along};
       for (const auto part : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
@@ -207,7 +249,7 @@ void ResponseFit::fit_drags() {
   if (!equations.is_empty()) {
     Eigen::MatrixXd prior = kSmoothness * second_differences(M, runtime::kShapeDragged);
     prior.diagonal().array() += kToZero;
-    shape_.drag.head(equations.b.size()) = equations.solve(prior);
+    shape_.drag = equations.solve(prior);
     return;
   }
   // Without a drag: what sticks to the tool goes as far as it dents.
@@ -244,60 +286,43 @@ void ResponseFit::find_modes(int modes) {
       for (int i = 0; i < 3; ++i)
         shape_.mode(v, 3 * k + i) = rounded_to_float(mode_scale_ * double(modes_(3 * v + i, k)));
   shape_.point.conservativeResize(Eigen::NoChange, runtime::shape_numbers(shape_.intervals, found));
-  shape_.drag.conservativeResize(runtime::shape_drag_numbers(shape_.intervals, found));
-  shape_.point.rightCols(kDepths * found).setZero();
-  shape_.drag.tail(3 * found).setZero();
+  shape_.point.rightCols(3 * found).setZero();
 }
 
-/// How far each mode goes with the depth of a press, by test point, of what the near functions
-/// leave.
-void ResponseFit::fit_press_amplitudes() {
+/// How far each mode goes by the force, by test point, of what the near functions leave; each held
+/// to all points' mean, which tells what a point's own forces do not.
+void ResponseFit::fit_amplitudes() {
   const auto found = modes_.cols();
   const int at = runtime::shape_numbers(shape_.intervals, 0);
-  shape_.point.rightCols(kDepths * found).setZero();
-  shape_.drag.tail(3 * found).setZero();
+  shape_.point.rightCols(3 * found).setZero();
   const ShapedAsset near(asset_, shape_, blend_point_, blend_weight_);
   const auto points = static_cast<std::size_t>(samples_.points());
-  std::vector<Eigen::Matrix2d> A(points, Eigen::Matrix2d::Zero());
-  std::vector<Eigen::MatrixXd> b(points, Eigen::MatrixXd::Zero(2, found));
+  std::vector<Mat3> A(points, Mat3::Zero());
+  std::vector<Eigen::MatrixXd> b(points, Eigen::MatrixXd::Zero(3, found));
+  Mat3 all_A = Mat3::Zero();
+  Eigen::MatrixXd all_b = Eigen::MatrixXd::Zero(3, found);
   for (const Row& row : rows_) {
-    if (!row.is_press) continue;
     const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
-    const double d = row.state.normal_m;
-    const Eigen::Vector2d powers(1, d / shape_.depth_m);
-    A[p] += powers * powers.transpose();
-    b[p] += powers * (left_of(near.view(), row).transpose() * modes_).cast<double>() /
-            (mode_scale_ * d);
+    const double weight = 1 / (row.state.normal_m * row.state.normal_m);
+    const Vec3 force(row.state.force_N.x, row.state.force_N.y, row.state.force_N.z);
+    A[p] += weight * force * force.transpose();
+    b[p] += weight * force * (left_of(near.view(), row).transpose() * modes_).cast<double>() /
+            mode_scale_;
   }
   for (std::size_t p = 0; p < points; ++p) {
-    if (!(A[p].trace() > 0)) continue;
-    A[p].diagonal().array() += 1e-6 * A[p].trace();
-    const Eigen::MatrixXd amplitude = A[p].ldlt().solve(b[p]);
-    for (int power = 0; power < kDepths; ++power)
-      shape_.point.row(static_cast<Eigen::Index>(p)).segment(at + power * found, found) =
-          amplitude.row(power);
+    all_A += A[p];
+    all_b += b[p];
   }
-}
-
-/// How far each mode goes with a drag, of what presses leave.
-void ResponseFit::fit_drag_amplitudes() {
-  const auto found = modes_.cols();
-  Mat3 A = Mat3::Zero();
-  Eigen::MatrixXd b = Eigen::MatrixXd::Zero(3, found);
-  const ShapedAsset pressed(asset_, shape_, blend_point_, blend_weight_);
-  for (const Row& row : rows_) {
-    if (row.is_press) continue;
-    const double d = row.state.normal_m;
-    const Vec3d& carried = row.state.carried_m;
-    const Vec3 q = Vec3(carried.x, carried.y, carried.z) / d;
-    A += q * q.transpose();
-    b += q * (left_of(pressed.view(), row).transpose() * modes_).cast<double>() / (mode_scale_ * d);
+  if (!(all_A.trace() > 0)) return;
+  const double hold = kToMean * all_A.trace() / static_cast<double>(points);
+  const Eigen::MatrixXd mean = (all_A + hold * Mat3::Identity()).ldlt().solve(all_b);
+  for (std::size_t p = 0; p < points; ++p) {
+    const Eigen::MatrixXd amplitude =
+        (A[p] + hold * Mat3::Identity()).ldlt().solve(b[p] + hold * mean);
+    for (int axis = 0; axis < 3; ++axis)
+      shape_.point.row(static_cast<Eigen::Index>(p)).segment(at + axis * found, found) =
+          amplitude.row(axis);
   }
-  if (!(A.trace() > 0)) return;
-  A.diagonal().array() += 1e-3 * A.trace();
-  const Eigen::MatrixXd amplitude = A.ldlt().solve(b);
-  for (Eigen::Index k = 0; k < found; ++k)
-    shape_.drag.segment(runtime::kShapeDragged * shape_.intervals + 3 * k, 3) = amplitude.col(k);
 }
 
 }  // namespace palpate

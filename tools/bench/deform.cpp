@@ -24,8 +24,8 @@ void add_shape(Model& model, int modes) {
   shape.point = Controls::Zero(1, runtime::shape_numbers(shape.intervals, modes));
   for (int j = 0; j < shape.intervals; ++j)
     shape.point(0, j) = rounded_to_float(std::exp(-0.3 * j));
-  shape.point.rightCols(runtime::kShapeDepths * modes).setConstant(0.0625);
-  shape.drag = Eigen::VectorXd::Zero(runtime::shape_drag_numbers(shape.intervals, modes));
+  shape.point.rightCols(3 * modes).setConstant(1e-4);
+  shape.drag = Eigen::VectorXd::Zero(runtime::shape_drag_numbers(shape.intervals));
   shape.mode = Controls::Zero(vertices, 3 * modes);
   for (Eigen::Index i = 0; i < shape.mode.size(); ++i)
     shape.mode.data()[i] = rounded_to_float(0.1 * std::sin(0.01 * double(i)));

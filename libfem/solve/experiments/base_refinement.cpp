@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "libfem/contact/face_rule.hpp"
+#include "libfem/solve/experiments/sway.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -66,16 +67,20 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
   body.add_stiffness(Points::Zero(mesh.nodes.rows(), 3), 1.0, force, K);
   SchurFactor factor;
   if (shares.isZero() || !factor.factor(K, {})) return out;
-  Eigen::VectorXd load = Eigen::VectorXd::Zero(K.size()), u;
-  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
-    if (const std::int32_t i = body.free_index()[n]; i >= 0)
-      load.segment<3>(3 * i) = shares[n] * normal;
-  factor.solve(load, u);
-  out.compliance_m_N = load.dot(u);
-  Points moved = Points::Zero(mesh.nodes.rows(), 3);
-  for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
-    if (const std::int32_t i = body.free_index()[n]; i >= 0)
-      moved.row(n) = u.segment<3>(3 * i).transpose();
+  std::array<Points, 3> by_axis;  // displacements under a unit force along x, y and z
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(K.size()), u;
+    for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
+      if (const std::int32_t i = body.free_index()[n]; i >= 0) load[3 * i + axis] = shares[n];
+    factor.solve(load, u);
+    by_axis[axis] = Points::Zero(mesh.nodes.rows(), 3);
+    for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n)
+      if (const std::int32_t i = body.free_index()[n]; i >= 0)
+        by_axis[axis].row(n) = u.segment<3>(3 * i).transpose();
+  }
+  const Points moved = normal[0] * by_axis[0] + normal[1] * by_axis[1] + normal[2] * by_axis[2];
+  out.compliance_m_N = shares.dot(moved * normal);
+  out.sway_m_N = sway_under(mesh, normal, radius_m, by_axis);
   out.distortion_J_N2.assign(base_tets, 0.0);
   for (Eigen::Index t = 0; t < mesh.tets.rows(); ++t) {
     Vec3 centroid = Vec3::Zero();
@@ -111,6 +116,7 @@ BaseRefinement refine_base(
   const double change = std::abs(whole.compliance_m_N / finer.compliance_m_N - 1);
   const bool is_worth_it = change > max_change;
   if (!is_worth_it) out.halved.clear();
+  out.sway_m_N = finer.sway_m_N;
   out.error = is_worth_it ? change / 3 : 4 * change / 3;  // (M13d)
   return out;
 }

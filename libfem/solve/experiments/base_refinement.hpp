@@ -11,10 +11,13 @@ namespace palpate::fem {
 /// of its surface. The force is spread as Hertz's pressure over faces within `radius_m` of the
 /// origin that look against `normal`; compliance_m_N is the mean of the displacement along it,
 /// weighted alike. distortion_J_N2: #base tets, the deviatoric energy of their parts by the
-/// displacements of corners. Zero and empty where no face is met or the body has no stiffness.
+/// displacements of corners. sway_m_N: how the body moves as a whole around the patch under a unit
+/// force along each axis (M33), symmetric and nowhere negative; zero where that is not told. Zero
+/// and empty where no face is met or the body has no stiffness.
 struct PatchResponse {
   double compliance_m_N = 0;
   std::vector<double> distortion_J_N2;
+  Mat3 sway_m_N = Mat3::Zero();
 };
 
 /// One factorization. The mesh knows its base tets (QuadraticMesh::base), `base_tets` of them.
@@ -28,6 +31,7 @@ PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
 struct BaseRefinement {
   std::vector<char> halved;
   double error = 0;
+  Mat3 sway_m_N = Mat3::Zero();  ///< of PatchResponse, on the finer mesh
 };
 
 /// Halves the base tets that hold all but a tenth of the distortion under the patch, and

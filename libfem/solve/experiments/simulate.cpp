@@ -18,6 +18,7 @@ struct SampleRow {
 };
 
 SampleRow row_of(const Samples& samples, Eigen::Index i) {
+  const auto at = static_cast<std::size_t>(i);
   PointRow row;
   row.kind = samples.kind[i];
   row.step = samples.step[i];
@@ -27,6 +28,8 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   row.force_error = samples.force_error[i];
   row.status = samples.status[i];
   if (!samples.step_check.empty()) row.step_check = samples.step_check[i];
+  if (samples.point_sway.rows() > 0)
+    row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
   if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
@@ -44,6 +47,7 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
     out.point_normal_gradient.row(p) =
         Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
   }
+  out.point_sway.setZero(points.position.rows(), 6);
   Eigen::Index rows = 0;
   for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
   out.deflection.resize(rows, 3);
@@ -65,6 +69,7 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
       out.force.row(i) = sample.row.force.transpose();
       out.torque.row(i) = sample.row.torque.transpose();
       out.force_error[i] = sample.row.force_error;
+      out.point_sway.row(sample.point) = numbers_of(sample.row.sway_m_N);
       if (sample.row.surface.size() > 0 && out.surface.rows() > 0)
         out.surface.row(i) = sample.row.surface.transpose();
       ++i;

@@ -297,7 +297,10 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
-    for (PointRow& row : out.rows) row.force_error += base.error * row.force.norm();
+    for (PointRow& row : out.rows) {
+      row.force_error += base.error * row.force.norm();
+      row.sway_m_N = base.sway_m_N;
+    }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
       if (out.rows[row].status == RowStatus::good) out.rows[row].surface = fine.surface[row];
     return out;

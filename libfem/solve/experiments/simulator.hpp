@@ -69,6 +69,7 @@ struct PointRow {
   RowStatus status = RowStatus::not_reached;
   StepCheck step_check = StepCheck::none;
   Eigen::VectorXf surface = {};
+  Mat3 sway_m_N = Mat3::Zero();  ///< of the point, the same in all its rows (sway.hpp)
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the

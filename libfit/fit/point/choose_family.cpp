@@ -33,14 +33,14 @@ void add_errors(const PointData& point, const Bases& bases, const PointCurves& c
   for (std::size_t part = kinds; part < parts.size(); ++part) {
     const int size = parts[part].is_curve() ? bases.views.view[part].size() : parts[part].count;
     const int count = count_unknowns(parts[part], size);
-    control.push_back(
-        part_controls<double>(parts[part], tangents_of(point.inward), quadric, next, count));
+    control.push_back(part_controls<double>(parts[part], tangents_of(point.inward), quadric, next,
+                                            count, point.sway));
     next += count;
   }
   for (std::size_t k = 0; k < point.experiments.size(); ++k) {
     const Experiment& e = point.experiments[k];
     std::vector<runtime::Vec3d> force(e.row.size());
-    replay<double>(bases.views, pointers_to<double>(control), quadric, e.deflection.front().data(),
+    replay<double>(bases.views, pointers_to<double>(control), quadric, tool_way(e).data(),
                    static_cast<int>(force.size()), as_array(curves.nuisance[k]),
                    is_any(curves.nuisance[k]), force.data());
     for (std::size_t i = parity; i < force.size(); i += 2) {
@@ -83,7 +83,18 @@ FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& 
       if (curves.problem.empty()) add_errors(seen, plain, curves, parity, errors);
     }
   }
-  return {family, median(errors), lower_quantile(errors, 0.95)};
+  const bool sways = std::ranges::any_of(
+      body.points, [](const PointData& point) { return !point.sway.isZero(0); });
+  return {family, median(errors), lower_quantile(errors, 0.95), sways};
+}
+
+bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second) {
+  return second.p95_error < kWorthIt * first.p95_error && second.median_error <= first.median_error;
+}
+
+std::string in_words(const FamilyEvidence& evidence) {
+  return std::string(name_of(evidence.family)) + (evidence.sways ? " on a body that sways " : " ") +
+         percent(evidence.median_error) + ", " + percent(evidence.p95_error);
 }
 
 FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& rows,
@@ -97,12 +108,9 @@ FamilyReport choose_family(const BodyData& body, const std::vector<CurveRows>& r
       continue;
     }
     const FamilyEvidence found = judge_family(body, rows, bases, row.family, options);
-    const bool is_better =
-        found.p95_error < kWorthIt * best.p95_error && found.median_error <= best.median_error;
-    if (report.evidence.empty() || is_better) best = found;
+    if (report.evidence.empty() || is_worth_it(best, found)) best = found;
     report.evidence.push_back(found);
-    tried += (tried.empty() ? "" : "; ") + std::string(row.name) + " " +
-             percent(found.median_error) + ", " + percent(found.p95_error);
+    tried += (tried.empty() ? "" : "; ") + in_words(found);
     if (best.p95_error <= options.tolerance) break;
   }
   report.family = best.family;

@@ -9,6 +9,12 @@ namespace palpate::fit {
 FamilyEvidence judge_family(const BodyData& body, const std::vector<CurveRows>& rows,
                             BodyBases bases, CurveFamily family, const FitOptions& options);
 
+/// Whether the second is worth taking instead of the first: its p95 is lower by a tenth and its
+/// median no higher.
+bool is_worth_it(const FamilyEvidence& first, const FamilyEvidence& second);
+/// Family, median and p95 in words.
+std::string in_words(const FamilyEvidence& evidence);
+
 /// Which family describes the body, by judge_family(). From separable on, a family is taken when
 /// those before it miss the tolerance, its p95 is lower by a tenth and its median no higher ("model
 /// only what a scene needs"). Without any drag, rings are not tried, nor leaning where no press

@@ -35,16 +35,18 @@ inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curve
 
 /// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
 inline int count_unknowns(const runtime::Part& part, int size) {
-  if (part.is_shape) return 0;
+  if (part.known != runtime::Known::no) return 0;
   return (part.starts_at_zero ? size - 1 : size) * (part.width == 1 ? 1 : part.width == 3 ? 2 : 3);
 }
 
 /// The numbers of a part from what is fitted of it: increments of a curve that rises, components of
 /// vectors along a point's tangents t, b, of symmetric tensors along tt, bb and tb + bt. quadric:
-/// what the point's surface is like.
+/// what the point's surface is like. sway: how the body gives there; zero where rows are without
+/// it.
 template <class T, class C>
 std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2>& tangents,
-                             const runtime::Quadric& quadric, const C* unknowns, int count) {
+                             const runtime::Quadric& quadric, const C* unknowns, int count,
+                             const Mat3& sway = Mat3::Zero()) {
   std::vector<T> control(static_cast<std::size_t>(part.starts_at_zero ? part.width : 0), T(0));
   if (part.width == 1)
     for (int j = 0; j < count; ++j)
@@ -55,8 +57,10 @@ std::vector<T> part_controls(const runtime::Part& part, const std::array<Vec3, 2
       for (int i = 0; i < 3; ++i)
         control.push_back(unknowns[j] * tangents[0][i] + unknowns[j + 1] * tangents[1][i]);
   constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-  if (part.is_shape)
+  if (part.known == runtime::Known::curvature)
     for (const auto& [r, c] : kAt) control.push_back(T(-quadric.gradient[3 * r + c]));
+  if (part.known == runtime::Known::sway)
+    for (const auto& [r, c] : kAt) control.push_back(T(sway(r, c)));
   const auto &t = tangents[0], &b = tangents[1];
   if (part.width == 6)
     for (int j = 0; j + 2 < count; j += 3)
@@ -87,6 +91,16 @@ inline runtime::Quadric quadric_of(const Vec3& inward, const Mat3& normal_gradie
   runtime::Quadric quadric{{inward.x(), inward.y(), inward.z()}, {}};
   for (int i = 0; i < 9; ++i) quadric.gradient[i] = normal_gradient(i / 3, i % 3);
   return quadric;
+}
+
+/// Where the tool of an experiment went, its body's sway included: x, y, z of each row in turn.
+inline std::vector<double> tool_way(const Experiment& e) {
+  std::vector<double> way;
+  for (std::size_t i = 0; i < e.row.size(); ++i) {
+    const Vec3 d = e.sway.empty() ? e.deflection[i] : Vec3(e.deflection[i] + e.sway[i]);
+    way.insert(way.end(), d.begin(), d.end());
+  }
+  return way;
 }
 
 /// Forces of one experiment, its sensor's reading included (M18); returns how many rows slipped.

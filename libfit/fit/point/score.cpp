@@ -27,7 +27,7 @@ Eigen::VectorXd stored_part(const runtime::Part& part, const PointData& point,
                             const Eigen::VectorXd& unknowns, double length_m) {
   const std::vector<double> control = part_controls<double>(
       part, tangents_of(point.inward), quadric_of(point.inward, point.normal_gradient),
-      unknowns.data(), static_cast<int>(unknowns.size()));
+      unknowns.data(), static_cast<int>(unknowns.size()), point.sway);
   const double unit = std::pow(length_m, part.length) * std::pow(point.force_N, part.force);
   Eigen::VectorXd stored(static_cast<Eigen::Index>(control.size()));
   for (std::size_t j = 0; j < control.size(); ++j)

@@ -28,6 +28,8 @@ void check(const Samples& s) {
     refuse("row arrays differ in length");
   if (s.point_normal.rows() != s.points() || s.point_name.size() != points)
     refuse("point arrays differ in length");
+  if (s.point_sway.rows() != 0 && s.point_sway.rows() != s.points())
+    refuse("point_sway has neither no rows nor one per point");
   if (s.point_normal_gradient.rows() != 0 && s.point_normal_gradient.rows() != s.points())
     refuse("point_normal_gradient has neither no rows nor one per point");
   for (Eigen::Index p = 0; p < s.points(); ++p) {
@@ -77,7 +79,7 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
     RowCounts& rows = body.points[p].rows;
     if (s.point[at] != point || s.experiment[at] != experiment) {
       point = s.point[at], experiment = s.experiment[at], is_cut = false;
-      experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}, {}});
+      experiments.push_back({experiment, s.kind[at], false, {}, {}, {}, {}, {}, {}});
     }
     const bool is_good = s.status[at] == RowStatus::good;
     const bool is_number = is_finite(s, i);
@@ -96,6 +98,14 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
     }
   }
   return counts;
+}
+
+// Takes the sway off the deflections.
+void take_sway_off(PointData& point) {
+  for (Experiment& e : point.experiments) {
+    for (const Vec3& force : e.force) e.sway.push_back(point.sway * force);
+    for (std::size_t i = 0; i < e.sway.size(); ++i) e.deflection[i] -= e.sway[i];
+  }
 }
 
 // Scatter of the normal force about a line through its two neighbours in each experiment.
@@ -176,8 +186,10 @@ void set_weights(const Samples& s, double weight_floor, double body_error_N, Poi
 
 void make_dimensionless(double length_m, PointData& point) {
   point.normal_gradient *= length_m;
+  point.sway *= point.force_N / length_m;
   for (Experiment& e : point.experiments) {
     for (Vec3& d : e.deflection) d /= length_m;
+    for (Vec3& d : e.sway) d /= length_m;
     for (Vec3& f : e.force) f /= point.force_N;
     double depth = 0, lateral = 0;
     for (const Vec3& d : e.deflection) {
@@ -191,7 +203,7 @@ void make_dimensionless(double length_m, PointData& point) {
 
 }  // namespace
 
-BodyData gather_experiments(const Samples& samples, double weight_floor) {
+BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway) {
   check(samples);
   BodyData body;
   body.points.resize(static_cast<std::size_t>(samples.points()));
@@ -211,6 +223,10 @@ BodyData gather_experiments(const Samples& samples, double weight_floor) {
     PointData& point = body.points[p];
     const bool has_rows = !point.experiments.empty();
     std::erase_if(point.experiments, [](const Experiment& e) { return e.row.empty(); });
+    if (without_sway) {
+      point.sway = symmetric_of(samples.point_sway.row(static_cast<Eigen::Index>(p)));
+      take_sway_off(point);
+    }
     point.problem = find_problem(samples, point, counts[p], has_rows);
     if (!point.problem.empty()) continue;
     point.force_N = typical_force_N(point);

@@ -34,6 +34,7 @@ struct Experiment {
   bool is_replayed = false;
   std::vector<Vec3> deflection;
   std::vector<Vec3> force;
+  std::vector<Vec3> sway;         ///< what was taken off the deflection; none: nothing was
   std::vector<double> weight;     ///< 1 / sqrt(force_error^2 + floor^2), in 1 / force_N
   std::vector<Eigen::Index> row;  ///< in the samples
   /// Standard deviations of what is not known of the sensor beforehand; 0: known exactly.
@@ -49,6 +50,7 @@ struct PointData {
   Vec3 inward = Vec3::Zero();
   Mat3 normal_gradient = Mat3::Zero();  ///< du/dc times length_m
   double force_N = 1;                   ///< typical force, the unit of force
+  Mat3 sway = Mat3::Zero();             ///< compliance C, lengths over forces; 0: none taken off
   double depth = 0;                     ///< deepest usable row, over length_m
   double depth_m = 0;                   ///< the same [m]
   RowCounts rows;
@@ -69,7 +71,9 @@ struct BodyData {
 /// point's own forces about smoothness.
 /// Throws Error when arrays do not belong together, an index is out of range, a normal is not a
 /// unit vector or an experiment mixes points or kinds.
-BodyData gather_experiments(const Samples& samples, double weight_floor);
+/// without_sway: deflections are those of the tool against the surface around it, with what the
+/// body moves as a whole taken off (docs/method.md, section 21); samples have point_sway then.
+BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway = false);
 
 /// Depth and lateral deflection of a row about the rest normal.
 inline double depth_of(const PointData& point, const Vec3& deflection) {

@@ -71,7 +71,7 @@ void check_shape(const h5::Complain& complain, const Model& model) {
   if (!(shape.depth_m > 0 && shape.radius_m > 0))
     throw complain("shape/lengths", "are not positive");
   if (shape.point.cols() != runtime::shape_numbers(shape.intervals, shape.modes) ||
-      shape.drag.size() != runtime::shape_drag_numbers(shape.intervals, shape.modes) ||
+      shape.drag.size() != runtime::shape_drag_numbers(shape.intervals) ||
       (shape.modes > 0 && (shape.mode.rows() != model.surface.vertices.rows() ||
                            shape.mode.cols() != 3 * shape.modes)))
     throw complain("shape/point", "has other sizes than its intervals and modes say");

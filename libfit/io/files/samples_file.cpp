@@ -25,6 +25,7 @@ void columns(S& s, F& f) {
   f("points/normal", s.point_normal);
   f("points/name", s.point_name);
   f("points/normal_gradient", s.point_normal_gradient, {.unit = "1/m", .is_optional = true});
+  f("points/sway", s.point_sway, {.unit = "m/N", .is_optional = true});
 
   f.first("rows/point", s.point);
   f("rows/experiment", s.experiment);
@@ -62,6 +63,7 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
   check_unit_length(complain, "points/normal", s.point_normal);
   if (!s.point_normal_gradient.allFinite())
     throw complain("points/normal_gradient", "is not finite");
+  if (!s.point_sway.allFinite()) throw complain("points/sway", "is not finite");
   check_finite(complain, "rows/deflection", s.deflection);
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
     const bool is_good = s.status[static_cast<std::size_t>(i)] == RowStatus::good;

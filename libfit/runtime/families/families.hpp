@@ -5,6 +5,7 @@
 // header of its own:
 //   kName, kPart, kCurves   its name, what a node owns, and how many of these parts, from the first
 //                           on, are rising curves; the first is the normal one
+//   kSwayPart               which part is the compliance of a sway (sway.hpp); -1: none
 //   kMemory, Memory, load, save   what a contact remembers beside its place, as doubles
 //                           (Contact::memory) and as the law's scalars
 //   kinematics    where a tool stands against its contact point: .spot, .d
@@ -45,13 +46,14 @@ struct FamilyRow {
   int parts;
   int curves;
   int memory;
+  int sway_part;
 };
 template <class... Each>
 struct FamilyTable {
   static constexpr int kCount = sizeof...(Each);
   static constexpr FamilyRow kRow[] = {{Each::kName, Each::kPart,
                                         int(sizeof(Each::kPart) / sizeof(Part)), Each::kCurves,
-                                        Each::kMemory}...};
+                                        Each::kMemory, Each::kSwayPart}...};
   static constexpr int max_memory() noexcept {
     int out = 1;  // an array has a length
     for (const FamilyRow& row : kRow) out = row.memory > out ? row.memory : out;
@@ -74,6 +76,11 @@ static_assert(FamilyRows::fits_an_asset(), "parts of a family");
 
 constexpr const FamilyRow& row_of(Family family) noexcept {
   return FamilyRows::kRow[static_cast<int>(family)];
+}
+
+/// The part of a family that is a sway's compliance; -1: none.
+inline int sway_part_of(int family) noexcept {
+  return row_of(static_cast<Family>(family)).sway_part;
 }
 
 /// The memory of a contact that has just begun.

@@ -11,16 +11,22 @@ namespace runtime {
 constexpr int kMaxParts = 8;         ///< of a family: an asset's header has room for as many
 constexpr double kMaxNumber = 1e15;  ///< of what a node owns: products of a few stay finite
 
+/// What of a node is known before any fit.
+enum class Known {
+  no,
+  curvature,  ///< minus the gradient of the inward normal
+  sway,       ///< how the body gives as a whole: of no tool, so no force scales it
+};
 struct Part {
-  const char* name;       ///< of its columns, such as "normal"
-  const char* unit;       ///< of its numbers, SI
-  int length, force;      ///< powers of length and force in that unit
-  int width;              ///< numbers of a control value: 1; 3: x, y, z; 6: xx, yy, zz, xy, xz, yz
-  int count;              ///< control values of a node; 0: a curve, as many as its basis has
-  bool starts_at_zero;    ///< the first control value is 0
-  bool rises;             ///< no control value is below the one before
-  double min, max;        ///< bounds of every number
-  bool is_shape = false;  ///< minus the gradient of the inward normal, known before any fit
+  const char* name;     ///< of its columns, such as "normal"
+  const char* unit;     ///< of its numbers, SI
+  int length, force;    ///< powers of length and force in that unit
+  int width;            ///< numbers of a control value: 1; 3: x, y, z; 6: xx, yy, zz, xy, xz, yz
+  int count;            ///< control values of a node; 0: a curve, as many as its basis has
+  bool starts_at_zero;  ///< the first control value is 0
+  bool rises;           ///< no control value is below the one before
+  double min, max;      ///< bounds of every number
+  Known known = Known::no;  ///< before any fit
 
   constexpr bool is_curve() const noexcept { return count == 0; }
 };

@@ -16,6 +16,7 @@ constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
 constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
 constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
 constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
+constexpr int kSway = 7;           ///< C [m/N] of sway.hpp
 
 constexpr int kRingNumbers = 15;  ///< of these, in turn
 

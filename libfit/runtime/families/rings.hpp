@@ -42,7 +42,9 @@ struct Rings {
       {"friction_slope", "1/m", -1, 0, 1, 1, false, false, -1e6, 1e6},
       {"side_square", "N/m^2", -2, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
       {"side_cube", "N/m^3", -3, 1, 3, 1, false, false, -kMaxNumber, kMaxNumber},
-      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, true}};
+      {"curvature", "1/m", -1, 0, 6, 1, false, false, -1e6, 1e6, Known::curvature},
+      {"sway", "m/N", 1, -1, 6, 1, false, false, -1e6, 1e6, Known::sway}};
+  static constexpr int kSwayPart = kSway;
   static constexpr int kCurves = 1;
   static constexpr int kMemory = 3 * kRings + 1;
 

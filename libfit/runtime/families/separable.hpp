@@ -39,6 +39,7 @@ template <class F>
 struct OneAnchor {
   static constexpr int kCurves = 3;  ///< parts that are rising curves, from the first on
   static constexpr int kMemory = 4;
+  static constexpr int kSwayPart = -1;
 
   template <class T>
   using Memory = Rest<T>;

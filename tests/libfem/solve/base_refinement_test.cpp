@@ -55,6 +55,36 @@ TEST(PressPatch, distortion_is_the_energy_of_the_load) {
   EXPECT_NEAR(sum / (out.compliance_m_N / 2), 1, 0.25);
 }
 
+// A column of 20 x 20 x 100 mm, held below, under a patch on its top: a beam of Timoshenko's.
+PatchResponse press_column(double radius_m) {
+  const TetMesh base = structured_block({0.02, 0.02, 0.1}, {4, 4, 20});
+  const Vec3 top(0.0101, 0.0099, 0.1);
+  GradeOptions grade;
+  grade.path = {{top, top, 0.4 * radius_m, radius_m}};
+  QuadraticMesh mesh =
+      grade_mesh(base, held_below(base.nodes, 1e-6),
+                 SmoothSurface({base.nodes, boundary_triangles(base.tets)}), grade);
+  mesh.nodes.rowwise() -= top.transpose();
+  return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {},
+                     ElementKind::automatic, -Vec3::UnitZ(), radius_m);
+}
+
+TEST(Sway, of_a_column_is_that_of_a_beam) {
+  const Mat3 sway = press_column(0.0015).sway_m_N;
+  const double side = 0.02, length = 0.1, shear_Pa = kYoung_Pa / (2 * (1 + kPoisson));
+  const double bending = std::pow(length, 3) / (3 * kYoung_Pa * std::pow(side, 4) / 12) +
+                         length / (5.0 / 6 * shear_Pa * side * side);
+  EXPECT_NEAR(sway(0, 0) / bending, 1, 0.06);  // the ring is 2 mm below the end
+  EXPECT_NEAR(sway(1, 1) / bending, 1, 0.06);
+  EXPECT_NEAR(sway(2, 2) / (length / (kYoung_Pa * side * side)), 1, 0.08);
+  EXPECT_LT(std::abs(sway(0, 1)), 0.01 * bending);
+  EXPECT_TRUE(sway.isApprox(sway.transpose(), 1e-12));
+}
+
+TEST(Sway, is_not_told_where_the_surface_around_the_contact_ends) {
+  EXPECT_TRUE(press_column(0.006).sway_m_N.isZero(0));
+}
+
 TEST(PressPatch, nothing_comes_of_a_patch_that_meets_no_face) {
   const TetMesh base = structured_block({0.1, 0.1, 0.06}, {2, 2, 2});
   const QuadraticMesh mesh = ungraded(base, held_below(base.nodes, 1e-6));

@@ -34,6 +34,7 @@ struct RingTruth {
     constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     control.emplace_back();
     for (const auto& at : kAt) control.back().push_back(-gradient(at[0], at[1]));
+    control.emplace_back(6, 0.0);  // it does not sway
   }
   fit::Bases bases() const {
     std::vector<CurveBasis> all(parts_of(CurveFamily::rings).size());
@@ -67,13 +68,15 @@ struct RingBody {
 
   // A press and, where it is dragged, a way there and back at two depths.
   void add(unsigned seed, bool is_dragged, std::optional<double> lambda = {},
-           std::optional<double> friction = {}, double noise_N = 0) {
+           std::optional<double> friction = {}, double noise_N = 0,
+           const std::vector<double>& sway_m_N = {}) {
     const Vec3 inward = Vec3(0.2, -1, 0.1 * seed).normalized();
     const Mat3 gradient = -(10.0 + seed) * (Mat3::Identity() - inward * inward.transpose());
     const int p = rig.add_point(inward, gradient);
     truth.emplace_back(inward, gradient, seed);
     if (lambda) truth.back().control[runtime::kLambda] = {*lambda};
     if (friction) truth.back().control[runtime::kFriction] = {*friction};
+    if (!sway_m_N.empty()) truth.back().control[runtime::kSway] = sway_m_N;
     std::mt19937 random(seed);
     std::normal_distribution<double> noise;
     const auto record = [&](ExperimentKind kind, const std::vector<Vec3>& rows) {
@@ -115,6 +118,44 @@ TEST(fitted_rings, are_those_of_a_body_that_obeys_the_law) {
             << "point " << p << " " << parts_of(CurveFamily::rings)[part].name;
     }
   }
+}
+
+// As soft as the contact itself across the normal, and across two points alike.
+TEST(fitted_rings, on_a_body_that_sways_are_those_of_the_contact) {
+  const std::vector<double> sway{0.02, 0.01, 0.012, 0.002, -0.001, 0.003};
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true, {}, {}, 0, sway);
+  FitReport report;
+  const FittedCurves blind = body.fit(&report);
+  EXPECT_GT(report.p95_relative_error, 0.05);
+  EXPECT_TRUE(blind.curves.control[runtime::kSway].isZero(0));
+
+  body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(3, 1);
+  const FittedCurves fitted = body.fit(&report);
+  EXPECT_TRUE(report.family.sways) << report.family.reason;
+  EXPECT_LT(report.p95_relative_error, 1e-3);
+  for (std::size_t p = 0; p < body.truth.size(); ++p) {
+    const auto at = static_cast<Eigen::Index>(p);
+    EXPECT_EQ(fitted.status[p], FitStatus::good) << fitted.message[p];
+    for (const int part : {runtime::kLambda, runtime::kFriction})
+      EXPECT_NEAR(fitted.curves.control[static_cast<std::size_t>(part)](at, 0),
+                  body.truth[p].control[static_cast<std::size_t>(part)][0], 3e-3);
+    for (int j = 0; j < 6; ++j)
+      EXPECT_NEAR(fitted.curves.control[runtime::kSway](at, j), sway[static_cast<std::size_t>(j)],
+                  1e-8);
+  }
+}
+
+// A body that hardly moves is not tried.
+TEST(fitted_rings, take_no_sway_off_that_is_less_than_a_twentieth) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed) body.add(seed, true);
+  body.rig.samples.point_sway = Eigen::RowVectorXd{{1e-5, 1e-5, 1e-5, 0, 0, 0}}.replicate(3, 1);
+  FitReport report;
+  const FittedCurves fitted = body.fit(&report);
+  EXPECT_FALSE(report.family.sways);
+  EXPECT_EQ(report.family.reason, "as asked");
+  EXPECT_TRUE(fitted.curves.control[runtime::kSway].isZero(0));
 }
 
 TEST(fitted_rings, of_a_point_without_drags_are_the_bodys) {

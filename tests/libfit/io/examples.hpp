@@ -141,6 +141,9 @@ inline CurveSet example_of_family(const CurveSet& curves, CurveFamily family) {
     for (Eigen::Index j = first; j < out.control[i].cols(); ++j)
       out.control[i].col(j).setConstant(
           rounded_to_float(std::clamp(1e-3 * double(j), parts[i].min, parts[i].max)));
+    if (parts[i].known == runtime::Known::sway)  // nowhere negative
+      out.control[i].rowwise() =
+          rounded_to_float(Controls{{0.03, 0.02, 0.01, 0.001, 0.002, 0.003}}).row(0);
   }
   return out;
 }
@@ -213,7 +216,7 @@ inline ShapeResponse example_shape() {
       values.data()[i] = static_cast<double>(draw(random));
   };
   shape.point.resize(5, runtime::shape_numbers(4, 3));
-  shape.drag.resize(runtime::shape_drag_numbers(4, 3));
+  shape.drag.resize(runtime::shape_drag_numbers(4));
   shape.mode.resize(5, 9);
   fill(shape.point);
   fill(shape.drag);

@@ -44,9 +44,9 @@ struct Concave : Curve {
 
 struct Numbers {
   double lambda = 0.71, friction = 0.285, slope = 16, side2[3] = {}, side3[3] = {},
-         curvature[6] = {};
+         curvature[6] = {}, sway[6] = {};
   const double* of(int part) const {
-    const double* const at[] = {nullptr, &lambda, &friction, &slope, side2, side3, curvature};
+    const double* const at[] = {nullptr, &lambda, &friction, &slope, side2, side3, curvature, sway};
     return at[part];
   }
 };

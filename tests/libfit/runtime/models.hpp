@@ -293,8 +293,9 @@ inline void make_shaped(Model& model, const std::vector<Eigen::Index>& at, int m
   shape.radius_m = 0.006;
   const Eigen::Index vertices = model.surface.vertices.rows();
   shape.point = Controls::Zero(points, runtime::shape_numbers(shape.intervals, modes));
-  shape.drag = Eigen::VectorXd::Zero(runtime::shape_drag_numbers(shape.intervals, modes));
+  shape.drag = Eigen::VectorXd::Zero(runtime::shape_drag_numbers(shape.intervals));
   for (Eigen::Index i = 0; i < shape.point.size(); ++i) shape.point.data()[i] = 0.05 * draw(random);
+  shape.point.rightCols(3 * modes) *= 0.01;  // by newtons
   for (Eigen::Index i = 0; i < shape.drag.size(); ++i) shape.drag[i] = 0.05 * draw(random);
   for (int j = 0; j < shape.intervals; ++j) {
     const double fall = std::exp(-0.3 * j);

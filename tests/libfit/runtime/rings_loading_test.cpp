@@ -153,7 +153,7 @@ TEST(Rings, a_slip_ends_at_a_limit_that_begins_on_the_way_whatever_the_guess) {
   for (int k = 0; k < 3; ++k) numbers.curvature[k] = 40;
   const CurveViews views = views_of(curve);
   ControlPointers<double> controls{{curve.control.data()}};
-  for (int part = 1; part <= kCurvature; ++part) controls.part[part] = numbers.of(part);
+  for (int part = 1; part <= kSway; ++part) controls.part[part] = numbers.of(part);
   const Vec3d x{3e-3, 0, -1e-4};
   for (const double turn : {-1e-4, 1e-4})
     for (const double guess : {0.0, -0.3, -0.71, -0.72, -1.0, -2.7, -100.0}) {

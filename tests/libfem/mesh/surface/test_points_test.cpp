@@ -118,7 +118,8 @@ TEST(TestPoints, are_spread_over_every_piece) {
 TEST(TestPoints, come_as_near_to_the_number_as_topology_lets_them) {
   const Surface one = sphere(0.05, 2);
   const Surface two = joined(one, moved(one, Vec3(0.2, 0, 0)));
-  EXPECT_EQ(choose_test_points(two, all_of(two), all_of(two), 5).position.rows(), 8);  // two tetrahedra
+  EXPECT_EQ(choose_test_points(two, all_of(two), all_of(two), 5).position.rows(),
+            8);  // two tetrahedra
 }
 
 TEST(TestPoints, more_than_there_are_vertices_means_every_vertex) {

@@ -13,8 +13,7 @@ int main(int argc, char** argv) {
       {"palpate_asset", sizeof(palpate_asset)}, {"palpate_contact", sizeof(palpate_contact)},
       {"palpate_pose", sizeof(palpate_pose)},   {"palpate_tool", sizeof(palpate_tool)},
       {"palpate_input", sizeof(palpate_input)}, {"palpate_output", sizeof(palpate_output)},
-      {"palpate_info", sizeof(palpate_info)},
-      {"palpate_mesh", sizeof(palpate_mesh)}};
+      {"palpate_info", sizeof(palpate_info)},   {"palpate_mesh", sizeof(palpate_mesh)}};
   static char text[1 << 16];
   size_t i;
   int failures = 0;
