@@ -211,7 +211,8 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
                     const Progress& progress) {
   Certificate out;
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
-  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings) && !asset.sways;
+  out.sways = asset.sways;
+  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings) && !out.sways;
   out.max_depth_m = asset.max_fitted_m;
   double solid = 0;
   std::vector<int> interior;
@@ -285,7 +286,8 @@ std::string in_words(const Certificate& c) {
     out += fmt::format("Sliding, whatever the rings of the contact do: {}. In gross slip: {}. ",
                        in_words(c.any, c.interior), in_words(c.gross, c.interior));
   else
-    out += fmt::format("Sliding is not certified for the family {}. ", c.family);
+    out += fmt::format("Sliding is not certified for the family {}{}. ", c.family,
+                       c.sways ? " on a body that sways" : "");
   out += fmt::format(
       "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces pass over to {}. It "
       "is "

@@ -22,19 +22,10 @@ constexpr double kEven = 1e3;         // that the dent has no tip
 // Functions that no datum bounds at the contact point go to 0 there: of a mesh whose cells are
 // wider than the contact, they had no bound and moved vertices by twice the depth.
 constexpr double kToZero = 1e-4;
-constexpr double kToMean = 1e-3;   // of a point towards the body's mean
-constexpr int kMaxGramRows = 400;  // that modes are found from
-constexpr int kRounds = 2;         // near functions and modes are found by turns
-constexpr double kRigidInner = 3.5, kRigidOuter = 5.5;  // contact radii, as (M33)
+constexpr double kToMean = 1e-3;    // of a point towards the body's mean
+constexpr int kMaxGramRows = 400;   // that modes are found from
+constexpr int kRounds = 2;          // near functions and modes are found by turns
 constexpr double kAnswered = 0.99;  // share of a contact point that measured curves answer for
-
-// How a vertex moves with a rigid motion about a place `way` before it; rotations times a.
-Eigen::Matrix<double, 3, 6> rigid_at(const Vec3d& way, double a) {
-  const double x = way.x / a, y = way.y / a, z = way.z / a;
-  Eigen::Matrix<double, 3, 6> out;
-  out << 1, 0, 0, 0, z, -y, 0, 1, 0, -z, 0, x, 0, 0, 1, y, -x, 0;
-  return out;
-}
 
 }  // namespace
 
@@ -59,10 +50,8 @@ ShapeResponse ResponseFit::of(const std::vector<char>& counts, int modes) {
   shape_.mode.resize(asset_.vertices, 0);
   shape_.point.setZero(samples_.points(), runtime::shape_numbers(shape_.intervals, 0));
   shape_.drag.setZero(runtime::shape_drag_numbers(shape_.intervals));
-  waits_for_modes_ = modes > 0;
   fit_presses();
   fit_drags();
-  waits_for_modes_ = false;
   if (modes > 0 && !rows_.empty()) {
     find_modes(modes);
     for (int round = 0; round < kRounds; ++round) {
@@ -86,30 +75,6 @@ bool ResponseFit::can_tell(std::size_t row) const {
   return answered > kAnswered;
 }
 
-/// Translation and rotation about the contact point of the rigid motion nearest to that of the
-/// vertices between kRigidInner and kRigidOuter contact radii of it; zero where the body does not
-/// sway.
-Eigen::Matrix<double, 6, 1> ResponseFit::rigid_motion(Eigen::Index row,
-                                                      const DentState& state) const {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  if (!asset_.sways) return right;
-  const double a = shape_.radius_m;
-  Matrix6 square = 1e-9 * Matrix6::Identity();
-  for (int v = 0; v < asset_.vertices; ++v) {
-    const Vec3d way = asset_.vertex_at(v) - state.point;
-    const double r2 = runtime::dot(way, way) / (a * a);
-    if (r2 < kRigidInner * kRigidInner || r2 > kRigidOuter * kRigidOuter ||
-        runtime::dot(asset_.normal_at(v), state.normal) < 0)
-      continue;
-    const Eigen::Matrix<double, 3, 6> rigid = rigid_at(way, a);
-    square += rigid.transpose() * rigid;
-    right +=
-        rigid.transpose() * samples_.surface.row(row).segment<3>(3 * v).transpose().cast<double>();
-  }
-  return square.ldlt().solve(right);
-}
-
 void ResponseFit::take_rows(const std::vector<char>& counts) {
   rows_.clear();
   for (std::size_t row = 0; row < contacts_.size(); ++row) {
@@ -118,7 +83,7 @@ void ResponseFit::take_rows(const std::vector<char>& counts) {
     if (!runtime::shape_state(asset_, *contacts_[row], 0, state)) continue;
     state.radius_m = 0;  // what the ball pushes out is not the response's
     rows_.push_back({static_cast<Eigen::Index>(row), samples_.kind[row] == ExperimentKind::press,
-                     &*contacts_[row], state, rigid_motion(static_cast<Eigen::Index>(row), state)});
+                     &*contacts_[row], state});
   }
 }
 
@@ -126,14 +91,6 @@ void ResponseFit::take_rows(const std::vector<char>& counts) {
 Vec3d ResponseFit::left_of(const Deformation& shown, const Row& row, int v) const {
   const float* moved = samples_.surface.data() + row.row * samples_.surface.cols() + 3 * v;
   return Vec3d{double(moved[0]), double(moved[1]), double(moved[2])} - shown.at(v);
-}
-
-/// The same for near functions: as long as modes are to come, the sway is theirs.
-Vec3d ResponseFit::near_left_of(const Deformation& shown, const Row& row, int v) const {
-  const Vec3d left = left_of(shown, row, v);
-  if (!waits_for_modes_ || !asset_.sways) return left;
-  const Vec3 moved = rigid_at(asset_.vertex_at(v) - row.state.point, shape_.radius_m) * row.rigid;
-  return left - Vec3d{moved.x(), moved.y(), moved.z()};
 }
 
 /// The same of all vertices, 3V.
@@ -180,7 +137,7 @@ void ResponseFit::fit_presses() {
     const auto p = static_cast<std::size_t>(samples_.point[static_cast<std::size_t>(row.row)]);
     const double d = row.state.normal_m, x = d / shape_.depth_m;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = near_left_of(shown, row, v);
+      const Vec3d left = left_of(shown, row, v);
       const auto add = [&](NormalEquations& to, double scale, double value) {
         double entry[4 * kDepths];
         int column[4 * kDepths], count = 0;
@@ -231,7 +188,7 @@ void ResponseFit::fit_drags() {
     const Deformation shown(pressed.view(), *row.contact, row.state);
     const Vec3d q = row.state.carried_m, u = row.state.normal;
     each_near(row.state, [&](int v, const ShapePlace& place, double weight) {
-      const Vec3d left = near_left_of(shown, row, v);
+      const Vec3d left = left_of(shown, row, v);
       const double along = runtime::dot(q, place.out);
       const Vec3d term[runtime::kShapeDragged] = {q, place.out * along, u * along};
       for (const auto part : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {

@@ -33,10 +33,8 @@ class ResponseFit {
     bool is_press;
     const runtime::Contact* contact;
     runtime::DentState state;
-    Eigen::Matrix<double, 6, 1> rigid;  ///< of a body that sways; see rigid_motion()
   };
 
-  Eigen::Matrix<double, 6, 1> rigid_motion(Eigen::Index row, const runtime::DentState& state) const;
   void take_rows(const std::vector<char>& counts);
   void fit_presses();
   void fit_drags();
@@ -44,7 +42,6 @@ class ResponseFit {
   void fit_amplitudes();
   void store(const std::vector<NormalEquations>& of_points, const Eigen::MatrixXd& prior, int at);
   runtime::Vec3d left_of(const runtime::Deformation& shown, const Row& row, int v) const;
-  runtime::Vec3d near_left_of(const runtime::Deformation& shown, const Row& row, int v) const;
   Eigen::VectorXf left_of(const runtime::AssetView& shown, const Row& row) const;
   template <class Use>
   void each_near(const runtime::DentState& state, const Use& use) const;
@@ -56,8 +53,7 @@ class ResponseFit {
   const double mode_scale_;  // of a mode's entries, so that they are about 1
   std::vector<std::optional<runtime::Contact>> contacts_;
   std::vector<Row> rows_;
-  Eigen::MatrixXf modes_;         // 3V x modes, orthonormal
-  bool waits_for_modes_ = false;  // near functions are found before the modes
+  Eigen::MatrixXf modes_;  // 3V x modes, orthonormal
   ShapeResponse shape_;
 };
 
