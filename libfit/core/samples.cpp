@@ -3,40 +3,47 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 
 namespace palpate {
 namespace {
 
 // Place and normal of a point, and what is done there: -1 where it does not matter.
-using Key = std::array<double, 7>;
+using Key = std::array<double, 8>;
 
-Key key_of(const Points& position, const Points& normal, Eigen::Index point, double drags) {
+Key key_of(const Points& position, const Points& normal, Eigen::Index point,
+           const std::optional<Effort>& effort) {
   return {position(point, 0),
           position(point, 1),
           position(point, 2),
           normal(point, 0),
           normal(point, 1),
           normal(point, 2),
-          drags};
+          effort ? effort->is_dragged : -1.0,
+          effort ? effort->scale : -1.0};
 }
 
-std::vector<Key> keys_of(const TestPoints& points, const std::vector<char>& is_dragged) {
+std::vector<Key> keys_of(const TestPoints& points, const std::vector<Effort>& effort) {
   std::vector<Key> keys;
   for (Eigen::Index p = 0; p < points.position.rows(); ++p)
-    keys.push_back(key_of(points.position, points.normal, p,
-                          is_dragged.empty() ? -1 : is_dragged[static_cast<std::size_t>(p)]));
+    keys.push_back(
+        key_of(points.position, points.normal, p,
+               effort.empty() ? std::nullopt : std::optional(effort[static_cast<std::size_t>(p)])));
   return keys;
 }
-std::vector<Key> keys_of(const Samples& samples, bool drags_matter) {
-  std::vector<char> is_dragged(static_cast<std::size_t>(samples.points()), 0);
+std::vector<Key> keys_of(const Samples& samples, bool effort_matters) {
+  std::vector<Effort> effort(static_cast<std::size_t>(samples.points()));
   for (std::size_t row = 0; row < samples.point.size(); ++row)
     if (samples.kind[row] == ExperimentKind::drag)
-      is_dragged[static_cast<std::size_t>(samples.point[row])] = 1;
+      effort[static_cast<std::size_t>(samples.point[row])].is_dragged = true;
+  for (Eigen::Index p = 0; p < samples.point_scale.size(); ++p)
+    effort[static_cast<std::size_t>(p)].scale = samples.point_scale[p];
   std::vector<Key> keys;
   for (Eigen::Index p = 0; p < samples.points(); ++p)
-    keys.push_back(key_of(samples.point_position, samples.point_normal, p,
-                          drags_matter ? is_dragged[static_cast<std::size_t>(p)] : -1));
+    keys.push_back(
+        key_of(samples.point_position, samples.point_normal, p,
+               effort_matters ? std::optional(effort[static_cast<std::size_t>(p)]) : std::nullopt));
   return keys;
 }
 
@@ -69,11 +76,11 @@ void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_colum
 }  // namespace
 
 Samples take_points(const Samples& from, const TestPoints& wanted, int per_point,
-                    const std::vector<char>& is_dragged) {
+                    const std::vector<Effort>& effort) {
   std::map<Key, std::int32_t> index;
   std::int32_t number = 0;
-  for (const Key& key : keys_of(wanted, is_dragged)) index.emplace(key, number++);
-  const std::vector<Key> keys = keys_of(from, !is_dragged.empty());
+  for (const Key& key : keys_of(wanted, effort)) index.emplace(key, number++);
+  const std::vector<Key> keys = keys_of(from, !effort.empty());
   const std::vector<std::int32_t> empty = points_without_rows(from);
   std::vector<char> is_taken(static_cast<std::size_t>(wanted.position.rows()), 0);
   std::vector<std::int32_t> new_number;
@@ -110,6 +117,10 @@ Samples take_points(const Samples& from, const TestPoints& wanted, int per_point
       if (new_number[static_cast<std::size_t>(p)] >= 0)
         out.point_sway.row(new_number[static_cast<std::size_t>(p)]) = from.point_sway.row(p);
   }
+  out.point_scale.setZero(wanted.position.rows());
+  for (Eigen::Index p = 0; p < from.point_scale.size(); ++p)
+    if (new_number[static_cast<std::size_t>(p)] >= 0)
+      out.point_scale[new_number[static_cast<std::size_t>(p)]] = from.point_scale[p];
   for (std::size_t p = 0; p < rows_of.size(); ++p)
     for (const Eigen::Index row : rows_of[p])
       append_row(out, from, row, static_cast<std::int32_t>(p), per_point);
@@ -129,6 +140,9 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
       first.point_sway.rows() < before || second.point_sway.rows() < second.points();
   out.point_sway.conservativeResize(is_still ? 0 : points, 6);
   if (!is_still) out.point_sway.bottomRows(second.points()) = second.point_sway;
+  out.point_scale.setZero(points);
+  out.point_scale.head(first.point_scale.size()) = first.point_scale;
+  out.point_scale.segment(before, second.point_scale.size()) = second.point_scale;
   out.point_name.insert(out.point_name.end(), second.point_name.begin(), second.point_name.end());
   // Rows of which the surface's motion is not known leave none to the others.
   const auto lacks = [](const Samples& s) { return s.rows() > 0 && s.surface.cols() == 0; };
@@ -153,18 +167,17 @@ std::vector<std::int32_t> points_without_rows(const Samples& samples) {
 }
 
 Samples samples_beyond(const Samples& samples, const TestPoints& points, int per_point,
-                       const std::vector<char>& is_dragged) {
-  const std::vector<Key> wanted = keys_of(points, is_dragged),
-                         keys = keys_of(samples, !is_dragged.empty());
+                       const std::vector<Effort>& effort) {
+  const std::vector<Key> wanted = keys_of(points, effort), keys = keys_of(samples, !effort.empty());
   std::set<Key> known(wanted.begin(), wanted.end());
   const std::vector<std::int32_t> empty = points_without_rows(samples);
   std::vector<Eigen::Index> beyond;
-  std::vector<char> has_drags;
+  std::vector<Effort> done;
   for (Eigen::Index p = 0; p < samples.points(); ++p) {
     const Key& key = keys[static_cast<std::size_t>(p)];
     if (std::binary_search(empty.begin(), empty.end(), p) || !known.insert(key).second) continue;
     beyond.push_back(p);
-    has_drags.push_back(key.back() > 0);
+    done.push_back({key[6] > 0, key[7]});
   }
   TestPoints out;
   out.triangles.resize(0, 3);
@@ -172,7 +185,7 @@ Samples samples_beyond(const Samples& samples, const TestPoints& points, int per
   out.normal = samples.point_normal(beyond, Eigen::all);
   for (const Eigen::Index p : beyond)
     out.name.push_back(samples.point_name[static_cast<std::size_t>(p)]);
-  return take_points(samples, out, per_point, is_dragged.empty() ? is_dragged : has_drags);
+  return take_points(samples, out, per_point, effort.empty() ? effort : done);
 }
 
 }  // namespace palpate

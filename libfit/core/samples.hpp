@@ -106,6 +106,10 @@ struct Samples {
   /// (docs/method.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
   SymmetricRows point_sway;
 
+  /// P or 0: what forces of a press on one mesh were multiplied with (docs/method.md, M13e); 0 of
+  /// points whose rows come from two meshes.
+  Eigen::VectorXd point_scale;
+
   std::vector<std::int32_t> point;       ///< N, index of the test point
   std::vector<std::int32_t> experiment;  ///< N, unique per press, drag or path
   std::vector<ExperimentKind> kind;      ///< N
@@ -134,13 +138,19 @@ struct ToolPath {
   Points deflections;
 };
 
+/// What is simulated at a test point.
+struct Effort {
+  bool is_dragged = false;  ///< or pressed alone
+  double scale = 0;         ///< of a press on one mesh (Samples::point_scale); 0: on two
+};
+
 /// Samples at the wanted points: the rows `from` has at the very same positions and normals (equal
 /// bits), renumbered to their order; a point that `from` does not have gets no row, of one that it
 /// has twice the first with rows counts. Experiments are numbered per_point * point + their number
 /// within it, as simulated samples are. `from` must be numbered so itself. Recordings are left out.
-/// is_dragged: of each wanted point, whether it must have drags or none; empty: either will do.
+/// effort: what must have been simulated at each wanted point; empty: anything will do.
 Samples take_points(const Samples& from, const TestPoints& wanted, int per_point,
-                    const std::vector<char>& is_dragged = {});
+                    const std::vector<Effort>& effort = {});
 
 /// Points and rows of both, those of `first` in front; experiment numbers likewise. per_point as
 /// above. Points of both come twice.
@@ -151,6 +161,6 @@ std::vector<std::int32_t> points_without_rows(const Samples& samples);
 
 /// The samples at places with rows that are not among `points`, as above.
 Samples samples_beyond(const Samples& samples, const TestPoints& points, int per_point,
-                       const std::vector<char>& is_dragged = {});
+                       const std::vector<Effort>& effort = {});
 
 }  // namespace palpate

@@ -38,7 +38,7 @@ struct BodySection {
 /// test_points = "auto": points are added where prediction fails (docs/method.md, section 7).
 struct PlacementSection {
   double tolerance = 0.07;  ///< relative force error at new points, p95; 0: spend the budget
-  int budget = 100;         ///< most points simulated
+  int budget = 200;         ///< most points simulated
   /// few: presses everywhere, drags where they tell most; all: drags at every point.
   std::string drag_points = "few";
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 
+#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
@@ -22,7 +23,10 @@ namespace {
 using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
+// Where presses are quick, fits are what takes time, and it adds half.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
+constexpr double kShare = 0.25, kQuickShare = 0.5;
+constexpr int kMostDragged = 48;  // points, where all have to be dragged: ten times the time
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
 FittedCurves fit_so_far(const Scene& scene, const Samples& samples, int jobs,
@@ -69,26 +73,46 @@ std::vector<std::int32_t> choose(const Body& body, const TestPoints& points, con
   return next_points(body.surface, is_candidate, seeds, expected_error, options);
 }
 
-// kFirstDrags points, by the force of their deepest row: how the constants of a body's rings go
-// with the force is a line.
-std::vector<char> first_drags(const Samples& samples) {
+// Compares presses on one mesh with those on two, at points that have these (M13e). No scale where
+// they are further off than wanted.
+fem::QuickScale try_quick(const fem::Simulator& simulator, const TestPoints& points,
+                          const fem::Experiments& experiments, const Samples& two_meshes,
+                          double wanted, SampleCache& known) {
+  const std::vector<Effort> one_mesh(static_cast<std::size_t>(points.position.rows()), {false, 1});
+  fem::QuickScale quick = fem::compare_quick(
+      two_meshes, known.at(simulator, points, experiments, "press on one mesh", one_mesh));
+  if (!(quick.scale > 0)) return quick;
+  say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two: {}",
+      quick.scale, 100 * quick.p95, quick.p95 <= wanted ? "new points are pressed so" : "too far");
+  if (quick.p95 > wanted) quick.scale = 0;
+  return quick;
+}
+
+// kFirstDrags points whose presses came to their end, by the force of their deepest row: how the
+// constants of a body's rings go with the force is a line. The very least and the very greatest
+// force belong to folds and edges as often as not.
+std::vector<Effort> first_drags(const Samples& samples) {
   std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
+  std::vector<char> is_cut(force_N.size(), 0);
   std::vector<std::size_t> order;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);
-    if (samples.status[r] != RowStatus::good) continue;
-    double& most = force_N[static_cast<std::size_t>(samples.point[r])];
+    const auto point = static_cast<std::size_t>(samples.point[r]);
+    if (samples.status[r] != RowStatus::good) is_cut[point] = 1;
+    double& most = force_N[point];
     most = std::max(most, samples.force.row(row).norm());
   }
   for (std::size_t p = 0; p < force_N.size(); ++p)
-    if (force_N[p] > 0) order.push_back(p);
+    if (force_N[p] > 0 && !is_cut[p]) order.push_back(p);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return force_N[a] < force_N[b]; });
-  std::vector<char> is_dragged(force_N.size(), 0);
-  if (order.empty()) return is_dragged;
-  const std::array<std::size_t, kFirstDrags> places{0, order.size() / 2, order.size() - 1};
-  for (const std::size_t at : places) is_dragged[order[at]] = 1;
-  return is_dragged;
+  std::vector<Effort> effort(force_N.size());
+  if (order.empty()) return effort;
+  const std::size_t from_end = order.size() / 8;
+  const std::array<std::size_t, kFirstDrags> places{from_end, order.size() / 2,
+                                                    order.size() - 1 - from_end};
+  for (const std::size_t at : places) effort[order[at]].is_dragged = true;
+  return effort;
 }
 
 PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
@@ -115,29 +139,40 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   const bool has_drags = !experiments.drag_depths_m.empty();
   const bool are_few = has_drags && wanted.drag_points == "few" &&
                        (scene.fit.family == "auto" || scene.fit.family == "rings");
-  std::vector<char> is_dragged(static_cast<std::size_t>(placement.points.position.rows()),
-                               has_drags && !are_few);
+  std::vector<Effort> effort(static_cast<std::size_t>(placement.points.position.rows()),
+                             {has_drags && !are_few, 0});
+  fem::QuickScale quick;
   const auto simulate = [&](const TestPoints& points) {
-    placement.samples = known.at(simulator, points, experiments, "simulate", is_dragged);
+    placement.samples = known.at(simulator, points, experiments, "simulate", effort, quick.error);
   };
   simulate(placement.points);
   if (are_few) {
-    is_dragged = first_drags(placement.samples);
+    effort = first_drags(placement.samples);
     simulate(placement.points);
   }
   FitCache cache;
   FittedCurves curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
-  const bool are_rings = curves.curves.family == CurveFamily::rings;
-  if (are_few && !are_rings) {  // other families are not told by a few drags
-    std::fill(is_dragged.begin(), is_dragged.end(), 1);
+  const auto are_rings = [&] { return curves.curves.family == CurveFamily::rings; };
+  if (are_few && !are_rings()) {  // other families are not told by a few drags
+    std::fill(effort.begin(), effort.end(), Effort{true, 0});
     simulate(placement.points);
     curves = fit_so_far(scene, placement.samples, request.jobs, nullptr, cache);
   }
+  const bool press_alone = !has_drags || (are_few && are_rings());
+  const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
+  if (press_alone)
+    quick = try_quick(simulator, placement.points, experiments, placement.samples,
+                      scene.experiments.force_tolerance > 0 ? scene.experiments.force_tolerance
+                      : wanted.tolerance > 0                ? wanted.tolerance
+                                                            : PlacementSection{}.tolerance,
+                      known);
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
-    const int batch = std::min(std::clamp(count / 4, kMinBatch, kMaxBatch), wanted.budget - count);
+    const double share = quick.scale > 0 ? kQuickShare : kShare;
+    const int batch =
+        std::min(std::clamp(static_cast<int>(share * count), kMinBatch, kMaxBatch), budget - count);
     if (batch <= 0) {
-      placement.ended = fmt::format("the budget of {} points is spent", wanted.budget);
+      placement.ended = fmt::format("the budget of {} points is spent", budget);
       break;
     }
     RefineReport refined;
@@ -151,12 +186,12 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
       placement.ended = "every vertex that can be reached is a test point";
       break;
     }
-    is_dragged.resize(static_cast<std::size_t>(grown.points.position.rows()),
-                      has_drags && !(are_few && are_rings));
+    effort.resize(static_cast<std::size_t>(grown.points.position.rows()),
+                  {!press_alone, quick.scale});
     simulate(grown.points);
     placement.points = grown.points;
     PlacementRound round = judge(placement.samples, model, grown);
-    round.dragged = static_cast<int>(std::count(is_dragged.begin(), is_dragged.end(), 1));
+    round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
     placement.rounds.push_back(round);
     say("  {} points predict {} new ones to {:.1f} % (median), {:.1f} % (p95), {:.1f} % (max); {} "
         "points are dragged",

@@ -9,7 +9,7 @@
 
 namespace palpate::tools {
 
-/// Where drag_points = "few" begins: the points with the least, the median and the greatest force.
+/// Where drag_points = "few" begins: points of little, median and great force.
 inline constexpr int kFirstDrags = 3;
 
 /// One round of a placement: how well the points before it predicted the new ones.

@@ -214,7 +214,7 @@ std::string experiments_text(const Window& window) {
       "[experiments]\n"
       "test_points = \"auto\"            # placed where prediction fails\n"
       "tolerance = 0.07                # relative force error at new points, p95\n"
-      "budget = 36                     # most points simulated\n"
+      "budget = 200                    # most points simulated, a second or two each\n"
       "region = {{ sphere = {{ center = [\"{:.4g} mm\", \"{:.4g} mm\", \"{:.4g} mm\"], radius = "
       "\"{:.3g} mm\" }} }}   # the window that is touched\n"
       "depth = \"{:.3g} mm\"\n"

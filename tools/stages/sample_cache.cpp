@@ -58,24 +58,24 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
 }
 
 Samples SampleCache::known_at(const TestPoints& points, int per_point,
-                              const std::vector<char>& is_dragged) const {
+                              const std::vector<Effort>& effort) const {
   const Samples& known = interrupted_.points() == 0 ? earlier_
                          : earlier_.points() == 0   ? interrupted_
                                                     : joined(interrupted_, earlier_, per_point);
-  return take_points(known, points, per_point, is_dragged);
+  return take_points(known, points, per_point, effort);
 }
 
 Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& points,
                         const fem::Experiments& experiments, const std::string& what,
-                        std::vector<char> is_dragged) {
+                        std::vector<Effort> effort, const std::vector<double>& quick_error) {
   const int per_point = experiments_per_point(experiments);
-  if (is_dragged.empty())
-    is_dragged.assign(static_cast<std::size_t>(points.position.rows()), per_point > 1);
-  Samples known = known_at(points, per_point, is_dragged);
+  if (effort.empty())
+    effort.assign(static_cast<std::size_t>(points.position.rows()), {per_point > 1, 0});
+  Samples known = known_at(points, per_point, effort);
   add_origin(known, simulator);
   if (points_without_rows(known).empty()) return known;
   // What is known of other points stays known: rounds of a placement come back to them.
-  const Samples others = samples_beyond(interrupted_, points, per_point, is_dragged);
+  const Samples others = samples_beyond(interrupted_, points, per_point, effort);
   double next_s = 0;  // the first finished point is kept at once
   const auto on_done = [&](const std::function<Samples()>& so_far) {
     const double from_s = wall_seconds();
@@ -88,7 +88,8 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
   Samples samples = fem::simulate(simulator, points, experiments,
                                   {.jobs = job_count(request_.jobs),
                                    .already_done = std::move(known),
-                                   .is_dragged = is_dragged},
+                                   .effort = effort,
+                                   .quick_error = quick_error},
                                   on_done, progress.progress());
   add_origin(samples, simulator);
   interrupted_ = joined(samples, others, per_point);

@@ -29,16 +29,16 @@ class SampleCache {
 
   /// Experiments at the points, in parallel; those that are known are not simulated again. What is
   /// done is kept in `OUTPUT.partial`, rewritten at most every few seconds; an interruption
-  /// (exception Interrupted) leaves it there. what: names the work in its progress. is_dragged: of
-  /// each point; those that are not are pressed alone. Empty: all are, if any drag is wanted.
+  /// (exception Interrupted) leaves it there. what: names the work in its progress. effort: of each
+  /// point; empty: all are dragged, if any drag is wanted. quick_error: of presses on one mesh.
   Samples at(const fem::Simulator& simulator, const TestPoints& points,
              const fem::Experiments& experiments, const std::string& what,
-             std::vector<char> is_dragged = {});
+             std::vector<Effort> effort = {}, const std::vector<double>& quick_error = {});
 
  private:
   Samples read_known(const std::filesystem::path& path) const;
   Samples known_at(const TestPoints& points, int per_point,
-                   const std::vector<char>& is_dragged) const;
+                   const std::vector<Effort>& effort) const;
   void keep(const Samples& samples) const;
 
   SimulateRequest request_;

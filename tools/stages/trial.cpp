@@ -66,6 +66,8 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   const fem::PointRows done =
       simulator.press_and_drag(trial.position, normal, experiments_of(scene), progress);
   trial.cpu_s = thread_seconds() - started_s;
+  simulator.press_quickly(trial.position, normal, experiments_of(scene), progress);
+  trial.quick_s = thread_seconds() - started_s - trial.cpu_s;
   if (!done.is_complete) throw Interrupted("check: the trial was not finished");
   trial.nodes = done.cost.nodes;
   trial.rows = done.rows.size();
@@ -90,10 +92,22 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   return trial;
 }
 
+namespace {
+
+// Of the placement; 0 where test points are as the body has them.
+int placed_points(const Scene& scene, const Body& body) {
+  if (!scene.experiments.placement) return 0;
+  int candidates = 0;
+  for (std::size_t v = 0; v < body.is_reachable.size(); ++v)
+    candidates += body.is_reachable[v] && body.in_region[v];
+  return std::min(scene.experiments.placement->budget, std::max(candidates, kFirstPoints));
+}
+
+}  // namespace
+
 int points_of_run(const Scene& scene, const Body& body) {
-  const auto& placement = scene.experiments.placement;
-  const int own =
-      placement ? placement->budget : static_cast<int>(body.test_points.position.rows());
+  const int own = scene.experiments.placement ? placed_points(scene, body)
+                                              : static_cast<int>(body.test_points.position.rows());
   return own + scene.validate.points * (scene.validate.causes ? 2 : 1);
 }
 
@@ -102,8 +116,9 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
   const auto& placement = scene.experiments.placement;
   if (!placement || placement->drag_points != "few" || trial.rows == 0) return points * trial.cpu_s;
   const double press = static_cast<double>(trial.pressed) / static_cast<double>(trial.rows);
-  const int pressed_only = std::max(placement->budget - kFirstDrags, 0);
-  return (points - pressed_only * (1 - press)) * trial.cpu_s;
+  const int placed = placed_points(scene, body);
+  const double full = points - placed + kFirstPoints * press + kFirstDrags * (1 - press);
+  return full * trial.cpu_s + placed * trial.quick_s;
 }
 
 std::vector<std::string> advice(const Scene& scene, const Trial& trial) {

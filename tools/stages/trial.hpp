@@ -21,6 +21,7 @@ struct Trial {
   std::size_t sticking = 0, slipping = 0;       ///< good rows of drags
   int nodes = 0;                                ///< of the mesh that its rows come from
   double cpu_s = 0;                             ///< of this thread
+  double quick_s = 0;                           ///< of a press on one mesh, likewise
 };
 
 /// Throws Interrupted when the user stopped it.
@@ -30,8 +31,9 @@ Trial try_middle_point(const Scene& scene, const Body& body);
 /// path, and twice where the error is split by cause.
 int points_of_run(const Scene& scene, const Body& body);
 
-/// CPU seconds of such a run, by the trial. With drag_points = "few" most points are pressed only;
-/// presses count by their share of the rows.
+/// CPU seconds of such a run, by the trial. With drag_points = "few" most points are pressed only,
+/// and but for the first ones on one mesh, if rings are what the first drags tell; presses on two
+/// count by their share of the rows.
 double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial);
 
 /// What the trial says about the scene, a sentence each with the key to change; none: it will do.

@@ -3,6 +3,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -30,6 +32,7 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   if (!samples.step_check.empty()) row.step_check = samples.step_check[i];
   if (samples.point_sway.rows() > 0)
     row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
+  if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
   if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
@@ -48,6 +51,7 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
         Eigen::Map<const Eigen::Matrix<double, 1, 9>>(gradient.data());
   }
   out.point_sway.setZero(points.position.rows(), 6);
+  out.point_scale.setZero(points.position.rows());
   Eigen::Index rows = 0;
   for (const auto& item : items) rows += static_cast<Eigen::Index>(item.size());
   out.deflection.resize(rows, 3);
@@ -70,11 +74,28 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
       out.torque.row(i) = sample.row.torque.transpose();
       out.force_error[i] = sample.row.force_error;
       out.point_sway.row(sample.point) = numbers_of(sample.row.sway_m_N);
+      out.point_scale[sample.point] = sample.row.scale;
       if (sample.row.surface.size() > 0 && out.surface.rows() > 0)
         out.surface.row(i) = sample.row.surface.transpose();
       ++i;
     }
   return out;
+}
+
+/// Rows of a press on one mesh as those on two are expected to be.
+PointRows scaled(PointRows quick, double scale, const std::vector<double>& error) {
+  for (PointRow& row : quick.rows) {
+    row.scale = scale;
+    row.force *= scale;
+    row.torque *= scale;
+    row.force_error =
+        error.empty() ? std::numeric_limits<double>::quiet_NaN()
+                      : scale * row.force_error +
+                            error[std::min(static_cast<std::size_t>(row.step), error.size() - 1)] *
+                                row.force.norm();
+    if (row.status != RowStatus::good) row.force_error = std::numeric_limits<double>::quiet_NaN();
+  }
+  return quick;
 }
 
 /// Runs items that have no rows yet, each by `work`, on `jobs` threads; returns early when stopped.
@@ -126,15 +147,17 @@ Samples simulate(const Simulator& simulator, const TestPoints& points,
       1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
   Experiments press = experiments;
   press.drag_depths_m.clear();
-  const auto is_dragged = [&](std::size_t p) {
-    return options.is_dragged.empty() || options.is_dragged[p] != 0;
+  const auto experiments_at = [&](std::size_t p) {
+    const Vec3 position = points.position.row(p), normal = points.normal.row(p);
+    const Effort effort = options.effort.empty() ? Effort{true, 0} : options.effort[p];
+    if (effort.scale > 0)
+      return scaled(simulator.press_quickly(position, normal, experiments, progress), effort.scale,
+                    options.quick_error);
+    return simulator.press_and_drag(position, normal, effort.is_dragged ? experiments : press,
+                                    progress);
   };
   run_items(
-      items, point_of, options.jobs,
-      [&](std::size_t p) {
-        return simulator.press_and_drag(points.position.row(p), points.normal.row(p),
-                                        is_dragged(p) ? experiments : press, progress);
-      },
+      items, point_of, options.jobs, experiments_at,
       [&](std::size_t p, const PointRow& row) {
         return static_cast<std::int32_t>(p) * per_point + row.experiment;
       },

@@ -10,11 +10,13 @@ namespace palpate::fem {
 
 /// jobs: threads, 0 for one per processor. already_done: rows of an earlier run on the same points;
 /// a point that has rows there keeps them and is not simulated again.
-/// is_dragged: of each test point, whether it is dragged or pressed alone; empty: all are dragged.
+/// effort: of each test point; empty: all are dragged. quick_error: relative, of each row of a
+/// press on one mesh; none where it is not known.
 struct SimulateOptions {
   int jobs = 0;
   Samples already_done;
-  std::vector<char> is_dragged = {};
+  std::vector<Effort> effort = {};
+  std::vector<double> quick_error = {};
 };
 
 /// Called when a test point (or a path) is finished, one call at a time. `so_far` gathers all that

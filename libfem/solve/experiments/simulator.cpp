@@ -57,6 +57,8 @@ struct Simulator::State {
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         const Fineness& fineness) const;
   RegionAt region_about(const Vec3& position) const;
+  PatchResponse patch_at(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
+                         const Fineness& fineness) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
   MeshRun run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
@@ -249,19 +251,25 @@ RegionAt Simulator::State::region_about(const Vec3& position) const {
   return [this, position](const Vec3& x) { return setup.region_at(x + position); };
 }
 
+/// A unit load, spread over the contact at the deepest depth.
+PatchResponse Simulator::State::patch_at(const ExperimentPlan& plan, const Vec3& position,
+                                         const Vec3& normal, const Fineness& fineness) const {
+  const Probe here = pressed_to(probe, plan.depth_m);
+  const double reach_m = here.contact_reach_m(plan.depth_m);
+  return press_patch(mesh_at(position, normal, plan, fineness),
+                     static_cast<std::size_t>(volume.tets.rows()), materials,
+                     region_about(position), setup.options.equilibrium.element, normal,
+                     reach_m > 0 ? reach_m : here.half_width_m);
+}
+
 /// Both grids of a point share the base mesh, so their difference tells nothing of it.
 BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3& position,
                                          const Vec3& normal) const {
   const SolverOptions& options = setup.options;
   if (!(options.max_base_change > 0 && options.coarse_ratio > 0)) return {};
-  const Probe here = pressed_to(probe, plan.depth_m);
-  const double reach_m = here.contact_reach_m(plan.depth_m);
   return refine_base(
       [&](const std::vector<char>& halved) {
-        return press_patch(mesh_at(position, normal, plan, {options.coarse_ratio, halved}),
-                           static_cast<std::size_t>(volume.tets.rows()), materials,
-                           region_about(position), options.equilibrium.element, normal,
-                           reach_m > 0 ? reach_m : here.half_width_m);
+        return patch_at(plan, position, normal, {options.coarse_ratio, halved});
       },
       options.force_tolerance > 0
           ? std::min(options.max_base_change, kBaseShare * options.force_tolerance)
@@ -333,6 +341,38 @@ PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
                                     const Experiments& experiments,
                                     const Progress& progress) const {
   return state_->experiment(press_and_drag_plan(experiments, normal), position, normal, progress);
+}
+
+PointRows Simulator::press_quickly(const Vec3& position, const Vec3& normal,
+                                   const Experiments& experiments, const Progress& progress) const {
+  Experiments press = experiments;
+  press.drag_depths_m.clear();
+  const ExperimentPlan plan = press_and_drag_plan(press, normal);
+  const std::vector<char> none_halved;
+  const double ratio = state_->setup.options.coarse_ratio;
+  const Fineness fineness{ratio > 0 ? ratio : 1, none_halved};
+  const MeshRun run =
+      state_->run(plan, position, normal, fineness, state_->setup.keeps_surface, progress);
+  PointRows out;
+  out.is_complete = run.is_complete;
+  out.touch_offset_m = run.touch_m;
+  out.cost = {run.nodes, 0, run.counts, {}};
+  out.rows = plan.rows;
+  if (!run.is_complete) return out;
+  const Mat3 sway = state_->patch_at(plan, position, normal, fineness).sway_m_N;
+  for (std::size_t i = 0; i < out.rows.size(); ++i) {
+    const PathRow& solved = run.rows[i];
+    PointRow& row = out.rows[i];
+    row.status = solved.status;
+    row.step_check = solved.step_check;
+    row.sway_m_N = sway;
+    if (solved.status != RowStatus::good) continue;
+    row.force = solved.force_N;
+    row.torque = solved.torque_Nm;
+    row.force_error = solved.penalty_error_N + solved.solver_error_N;
+    if (!run.surface.empty()) row.surface = run.surface[i];
+  }
+  return out;
 }
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Points& deflections,

@@ -70,6 +70,7 @@ struct PointRow {
   StepCheck step_check = StepCheck::none;
   Eigen::VectorXf surface = {};
   Mat3 sway_m_N = Mat3::Zero();  ///< of the point, the same in all its rows (sway.hpp)
+  double scale = 0;              ///< Samples::point_scale of the point
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
@@ -105,6 +106,11 @@ class Simulator {
   /// position on the surface [m], normal inward unit.
   PointRows press_and_drag(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                            const Progress& progress = {}) const;
+
+  /// The press alone on one coarse mesh, at a tenth of the cost or less: forces are too large by
+  /// much the same share all over a body (M13e), and force_error is the solver's alone.
+  PointRows press_quickly(const Vec3& position, const Vec3& normal, const Experiments& experiments,
+                          const Progress& progress = {}) const;
 
   /// The probe follows successive deflections (N x 3 [m]) from first touch: one experiment `path`.
   PointRows follow(const Vec3& position, const Vec3& normal, const Points& deflections,

@@ -183,9 +183,12 @@ Eigen::Vector4d start_side(const PointData& point) {
   return {g(0, 0), g(0, 1), g(1, 0), g(1, 1)};
 }
 
-void start_rings(const PointData& point, const CurveBasis& normal, const RingPrior& prior,
-                 PointCurves& out) {
+void start_rings(const PointData& point, const CurveRows& rows, const CurveBasis& normal,
+                 const RingPrior& prior, PointCurves& out) {
   constexpr double kLeastLambda = 0.05, kMost = 3, kMostSide = 10;
+  // A press on a body that sways moves sideways, too, but by what the sway is known to: without
+  // drags lambda and the friction stay the body's.
+  constexpr double kHeld = 1e-3;
   out.log_force = std::log(point.force_N * value(normal, out.increments[0], normal.knots_m.back()));
   const auto [lambda, friction, friction_slope] = prior.at(out.log_force);
   out.more.resize(7);
@@ -196,6 +199,7 @@ void start_rings(const PointData& point, const CurveBasis& normal, const RingPri
   out.more_deviation.resize(7);
   out.more_deviation << prior.deviation[0], prior.deviation[1], prior.deviation[2],
       Eigen::Vector4d::Ones();
+  if (rows.drags == 0) out.more_deviation.head<3>() *= kHeld;
   out.more_lower.resize(7);
   out.more_lower << kLeastLambda, 0, -0.5 * friction, Eigen::Vector4d::Constant(-kMostSide);
   out.more_upper.resize(7);
@@ -214,7 +218,7 @@ PointCurves start_values(const PointData& point, const CurveRows& rows, const Bo
   start_normal(rows, bases[0], options, out);
   if (!out.problem.empty()) return out;
   if (body.family == CurveFamily::rings) {
-    start_rings(point, bases[0], body.rings, out);
+    start_rings(point, rows, bases[0], body.rings, out);
     return out;
   }
   start_lateral(point, rows, bases[0], bases[1], options, out);

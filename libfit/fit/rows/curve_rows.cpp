@@ -123,8 +123,8 @@ void add_drag(const PointData& point, const Experiment& e, CurveRows& out) {
     return;
   }
   const std::size_t slip = plateau_begin(way);
-  ++out.drags;
-  out.slipping_drags += slip < way.row.size();
+  out.drags += e.is_drag;
+  out.slipping_drags += e.is_drag && slip < way.row.size();
   const double hold = way.dr[std::min(slip, way.row.size() - 1)];
   out.lateral_reach = std::max(out.lateral_reach, hold);
   for (std::size_t k = 0; k < way.row.size(); ++k) {

@@ -32,6 +32,9 @@ struct Experiment {
   ExperimentKind kind = ExperimentKind::press;
   /// A press that never leaves the normal is f^z alone; everything else is replayed as a path.
   bool is_replayed = false;
+  /// The tool itself leaves the normal. A press on a body that sways is replayed, and tells nothing
+  /// of friction.
+  bool is_drag = false;
   std::vector<Vec3> deflection;
   std::vector<Vec3> force;
   std::vector<Vec3> sway;         ///< what was taken off the deflection; none: nothing was

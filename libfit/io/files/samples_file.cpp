@@ -26,6 +26,7 @@ void columns(S& s, F& f) {
   f("points/name", s.point_name);
   f("points/normal_gradient", s.point_normal_gradient, {.unit = "1/m", .is_optional = true});
   f("points/sway", s.point_sway, {.unit = "m/N", .is_optional = true});
+  f("points/scale", s.point_scale, {.is_optional = true});
 
   f.first("rows/point", s.point);
   f("rows/experiment", s.experiment);
@@ -64,6 +65,7 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
   if (!s.point_normal_gradient.allFinite())
     throw complain("points/normal_gradient", "is not finite");
   if (!s.point_sway.allFinite()) throw complain("points/sway", "is not finite");
+  if (!s.point_scale.allFinite()) throw complain("points/scale", "is not finite");
   check_finite(complain, "rows/deflection", s.deflection);
   for (Eigen::Index i = 0; i < s.rows(); ++i) {
     const bool is_good = s.status[static_cast<std::size_t>(i)] == RowStatus::good;

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "block.hpp"
+#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 
 namespace palpate::fem {
@@ -105,6 +106,45 @@ TEST(Simulate, a_point_stopped_half_way_leaves_no_rows) {
                                    {.jobs = 1, .already_done = {}}, {}, progress);
   EXPECT_EQ(stopped.rows(), 0);
   EXPECT_EQ(stopped.points(), 3);
+}
+
+// (M13e): of a body whose points are alike, what one mesh lacks is the same everywhere.
+TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) {
+  SimulationSetup setup = block_setup(0.3);
+  setup.options.coarse_ratio = 1.6;
+  const Simulator with_error(setup);
+  const TestPoints points = three_points();
+  const Experiments experiments = short_experiments();
+  const std::vector<Effort> pressed(3);
+  const Samples full =
+      simulate(with_error, points, experiments, {.jobs = 1, .already_done = {}, .effort = pressed});
+  SimulateOptions one_mesh{.jobs = 1, .already_done = {}, .effort = {3, Effort{false, 1}}};
+  const Samples raw = simulate(with_error, points, experiments, one_mesh);
+  ASSERT_EQ(raw.rows(), 6);
+  EXPECT_EQ(raw.point_scale, Eigen::VectorXd::Ones(3));
+  EXPECT_TRUE(raw.force_error.array().isNaN().all()) << "an error that nobody knows";
+  const QuickScale quick = compare_quick(full, raw);
+  EXPECT_GT(quick.scale, 0.9);
+  EXPECT_LT(quick.scale, 1) << "a coarse mesh is too stiff";
+  EXPECT_LT(quick.p95, 0.02);
+  ASSERT_EQ(quick.error.size(), 2u);
+
+  one_mesh.effort.assign(3, {false, quick.scale});
+  one_mesh.quick_error = quick.error;
+  const Samples scaled = simulate(with_error, points, experiments, one_mesh);
+  EXPECT_NE(scaled.point_sway.norm(), 0) << "as points on two meshes";
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    ASSERT_EQ(scaled.step[at], full.step[at]);
+    EXPECT_LT((scaled.force.row(i) - full.force.row(i)).norm(), scaled.force_error[i]);
+    EXPECT_LT(scaled.force_error[i], 0.05 * scaled.force.row(i).norm());
+  }
+}
+
+TEST(Simulate, presses_without_a_row_in_common_tell_no_factor) {
+  Samples failed = uninterrupted();
+  std::fill(failed.status.begin(), failed.status.end(), RowStatus::rejected);
+  EXPECT_EQ(compare_quick(failed, uninterrupted()).scale, 0);
 }
 
 TEST(Simulate, a_path_repeats_the_press_it_describes) {

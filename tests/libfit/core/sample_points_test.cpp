@@ -114,13 +114,26 @@ TEST(SamplePoints, of_a_place_that_is_pressed_alone_and_dragged_too_are_told_apa
   for (std::size_t row = 1; row < dragged.kind.size(); row += 2)
     dragged.kind[row] = ExperimentKind::drag;
   const Samples both = joined(pressed, dragged, 2);
-  const Samples press = take_points(both, points_at({1, 2, 3}), 2, {0, 0, 0});
+  const Samples press = take_points(both, points_at({1, 2, 3}), 2, {{}, {}, {}});
   EXPECT_EQ(points_without_rows(press), (std::vector<std::int32_t>{2}));
-  const Samples drag = take_points(both, points_at({1, 2, 3}), 2, {1, 1, 1});
+  const Samples drag = take_points(both, points_at({1, 2, 3}), 2, {{true}, {true}, {true}});
   EXPECT_EQ(points_without_rows(drag), (std::vector<std::int32_t>{0}));
-  const Samples beyond = samples_beyond(both, points_at({2, 3}), 2, {1, 1});
+  const Samples beyond = samples_beyond(both, points_at({2, 3}), 2, {{true}, {true}});
   ASSERT_EQ(beyond.points(), 2);  // 1 and 2, pressed alone
   EXPECT_EQ(std::count(beyond.kind.begin(), beyond.kind.end(), ExperimentKind::drag), 0);
+}
+
+TEST(SamplePoints, presses_on_one_mesh_are_used_again_under_the_same_factor_alone) {
+  Samples quick = samples_at({1, 2}, 0);
+  std::fill(quick.kind.begin(), quick.kind.end(), ExperimentKind::press);
+  quick.point_scale = Eigen::Vector2d(0.98, 0);
+  const TestPoints points = points_at({1, 2});
+  const Samples same = take_points(quick, points, 2, {{false, 0.98}, {}});
+  EXPECT_TRUE(points_without_rows(same).empty());
+  EXPECT_EQ(same.point_scale, quick.point_scale);
+  const Samples other = take_points(quick, points, 2, {{false, 0.97}, {false, 0.98}});
+  EXPECT_EQ(points_without_rows(other), (std::vector<std::int32_t>{0, 1}));
+  EXPECT_EQ(joined(same, quick, 2).point_scale, (Eigen::Vector4d{0.98, 0, 0.98, 0}));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "libfit/fit/ring_constants.hpp"
+#include "libfit/fit/rows/experiments.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
@@ -144,6 +145,35 @@ TEST(fitted_rings, on_a_body_that_sways_are_those_of_the_contact) {
       EXPECT_NEAR(fitted.curves.control[runtime::kSway](at, j), sway[static_cast<std::size_t>(j)],
                   1e-8);
   }
+}
+
+// Its presses move sideways against the surface around them, but as the sway says: they tell no
+// lambda.
+TEST(fitted_rings, of_a_press_on_a_body_that_sways_are_those_of_the_drags) {
+  const std::vector<double> sway{0.02, 0.01, 0.012, 0.002, -0.001, 0.003};
+  RingBody body;
+  for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, seed < 4, 0.7, 0.3, 0, sway);
+  // The sway is not known exactly, least of all where nothing was dragged.
+  body.rig.samples.point_sway = Eigen::RowVectorXd::Map(sway.data(), 6).replicate(4, 1);
+  body.rig.samples.point_sway(3, 3) = -0.002;
+  FitReport report;
+  const FittedCurves fitted = body.fit(&report);
+  ASSERT_TRUE(report.family.sways) << report.family.reason;
+  EXPECT_EQ(report.rings.points, 3);
+  EXPECT_NEAR(fitted.curves.control[runtime::kLambda](3, 0), 0.7, 0.01);
+  EXPECT_NEAR(fitted.curves.control[runtime::kFriction](3, 0), 0.3, 0.01);
+}
+
+// A flap that bends by more than the tool moves: the compliance at rest cannot be all of it.
+TEST(fitted_rings, leave_a_quarter_of_the_depth_to_the_contact) {
+  RingBody body;
+  for (unsigned seed = 1; seed <= 3; ++seed)
+    body.add(seed, true, {}, {}, 0, {0.02, 0.01, 0.012, 0.002, -0.001, 0.003});
+  const fit::BodyData plain = fit::gather_experiments(body.rig.samples, 0.05);
+  body.rig.samples.point_sway = Eigen::RowVectorXd{{0.5, 0.5, 0.5, 0, 0, 0}}.replicate(3, 1);
+  const fit::BodyData local = fit::gather_experiments(body.rig.samples, 0.05, true);
+  for (std::size_t p = 0; p < 3; ++p)
+    EXPECT_GT(local.points[p].depth_m, 0.249 * plain.points[p].depth_m);
 }
 
 // A body that hardly moves is not tried.
