@@ -13,6 +13,7 @@
 #include "libfit/fit/collect.hpp"
 #include "libfit/fit/neighbours/smooth_curves.hpp"
 #include "libfit/fit/point/choose_family.hpp"
+#include "libfit/fit/point/covariance.hpp"
 #include "libfit/fit/point/fit_point.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/ring_constants.hpp"
@@ -103,27 +104,46 @@ FamilyReport settle_family(const fit::BodyData& body, const FitOptions& options,
 
 // What rings of the body's points have in common, from points that were dragged: the rest lean on
 // it. Theory stays where none was.
-void settle_rings(const fit::BodyData& body, const std::vector<fit::CurveRows>& rows,
-                  const FitOptions& options, BodyBases& bases) {
+void settle_rings(const Samples& samples, const fit::BodyData& body,
+                  const std::vector<fit::CurveRows>& rows, const FitOptions& options,
+                  BodyBases& bases) {
   if (bases.family != CurveFamily::rings) return;
   const fit::Bases plain = fit::plain_bases(bases);
-  std::vector<std::optional<fit::PointCurves>> found(rows.size());
+  struct Found {
+    fit::PointCurves curves;
+    Eigen::VectorXd deviation;
+  };
+  std::vector<std::optional<Found>> found(rows.size());
   parallel_for(options.jobs, rows.size(), [&](std::size_t p) {
     if (!body.points[p].problem.empty() || rows[p].drags == 0) return;
     fit::PointCurves curves = fit::identify(body.points[p], rows[p], bases, plain, options);
-    if (curves.problem.empty()) found[p] = std::move(curves);
+    if (!curves.problem.empty()) return;
+    Eigen::VectorXd deviation = Eigen::Vector3d::Zero();
+    const Eigen::MatrixXd square =
+        fit::covariance(body.points[p], plain, curves, options.loss).more;
+    if (square.rows() >= 3 && square.allFinite())
+      deviation = square.diagonal().cwiseMax(0).cwiseSqrt();
+    found[p] = Found{std::move(curves), std::move(deviation)};
   });
   std::vector<double> x;
-  std::array<std::vector<double>, 3> y;
-  for (const auto& each : found)
-    if (each) {
-      x.push_back(each->log_force);
-      for (int k = 0; k < 3; ++k)
-        y[static_cast<std::size_t>(k)].push_back(k == 0 ? std::log(each->more[k]) : each->more[k]);
+  std::array<std::vector<double>, 3> y, error;
+  for (const auto& each : found) {
+    if (!each) continue;
+    const Eigen::VectorXd& more = each->curves.more;
+    x.push_back(each->curves.log_force);
+    y[0].push_back(std::log(more[0]));
+    error[0].push_back(each->deviation[0] / more[0]);
+    for (int k = 1; k < 3; ++k) {
+      y[static_cast<std::size_t>(k)].push_back(more[k]);
+      error[static_cast<std::size_t>(k)].push_back(each->deviation[k]);
     }
-  if (!x.empty())
-    bases.rings = fit::ring_lines(
-        x, y, {kUsualLambda, kUsualFriction, kUsualFrictionSlope_1_m * body.length_m});
+  }
+  if (x.empty()) return;
+  std::optional<fit::RingKnowledge> known;
+  if (samples.probe)
+    known = {bases.rings.constant, {median(error[0]), median(error[1]), median(error[2])}};
+  bases.rings = fit::ring_lines(
+      x, y, {kUsualLambda, kUsualFriction, kUsualFrictionSlope_1_m * body.length_m}, known);
 }
 
 // earlier: of each point, its place in the earlier fit, or -1.
@@ -250,7 +270,7 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
   auto& [body, rows, degree, bases, family] = reading;
   options.degree = degree.degree;
   std::vector<std::string> fingerprint = fit::fingerprints(samples, body, options);
-  settle_rings(body, rows, options, bases);
+  settle_rings(samples, body, rows, options, bases);
   const std::vector<Eigen::Index> earlier = fit::earlier_points(options, fingerprint);
   auto results = fit_points(samples, body, rows, bases, earlier, options, progress);
   FittedCurves fitted = fit::collect_curves(samples, body, bases, results);

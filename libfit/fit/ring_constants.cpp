@@ -36,7 +36,8 @@ void warn_of(RingsReport& report, const char* what, double found, double expecte
 
 RingPrior ring_lines(const std::vector<double>& log_force,
                      const std::array<std::vector<double>, 3>& constant,
-                     const std::array<double, 3>& deviation) {
+                     const std::array<double, 3>& deviation,
+                     const std::optional<RingKnowledge>& known) {
   RingPrior out;
   out.is_of_drags = true;
   out.deviation = deviation;
@@ -49,10 +50,15 @@ RingPrior ring_lines(const std::vector<double>& log_force,
       for (std::size_t j = 0; j < i; ++j)
         if (const double apart = log_force[i] - log_force[j]; std::abs(apart) > kApart)
           slopes.push_back((constant[k][i] - constant[k][j]) / apart);
-    if (!slopes.empty()) out.slope[k] = median(slopes) * square / (square + kSpread);
+    // Variance of a point's constant, over that of points about their line.
+    const double noise = known ? 1 + std::pow(known->error[k] / deviation[k], 2) : 1;
+    if (!slopes.empty()) out.slope[k] = median(slopes) * square / (square + kSpread * noise);
     for (std::size_t i = 0; i < log_force.size(); ++i)
       level.push_back(constant[k][i] - out.slope[k] * (log_force[i] - out.log_force));
     out.constant[k] = median(level);
+    if (known)
+      out.constant[k] += noise / (noise + static_cast<double>(log_force.size())) *
+                         (known->theory[k] - out.constant[k]);
   }
   return out;
 }

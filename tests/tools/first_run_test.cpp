@@ -111,7 +111,6 @@ TEST(scenes, a_mesh_below_PALPATE_DATA_needs_the_variable) {
 
 TEST(quick, asks_for_less_of_everything_and_nothing_more) {
   Scene scene = parse_scene(kScene, "scene.toml");
-  scene.experiments.placement.emplace();
   scene.experiments.test_points = 400;
   scene.experiments.each.drag_depths_m = {0.001, 0.003, 0.002};
   make_quick(scene);
@@ -121,6 +120,23 @@ TEST(quick, asks_for_less_of_everything_and_nothing_more) {
   EXPECT_EQ(scene.experiments.each.drag_steps, 5);
   EXPECT_EQ(scene.validate.points, 2);
   EXPECT_FALSE(scene.validate.causes);
+}
+
+TEST(quick, places_fewer_points_where_they_are_pressed_alone) {
+  Scene scene = parse_scene(kScene, "scene.toml");
+  scene.experiments.placement.emplace();
+  scene.experiments.test_points = 12;
+  scene.experiments.each.drag_depths_m = {0.001, 0.003};
+  make_quick(scene);
+  ASSERT_TRUE(scene.experiments.placement);
+  EXPECT_EQ(scene.experiments.placement->budget, 80);
+  EXPECT_EQ(scene.experiments.each.drag_depths_m.size(), 2u);
+  EXPECT_EQ(scene.experiments.each.press_steps, 5);
+
+  scene.experiments.placement->drag_points = "all";
+  make_quick(scene);
+  EXPECT_FALSE(scene.experiments.placement) << "drags at 80 points take an hour";
+  EXPECT_EQ(scene.experiments.test_points, 12);
 }
 
 TEST(check, says_all_that_is_wrong_at_once) {

@@ -317,9 +317,14 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
 }
 
 void make_quick(Scene& scene) {
-  constexpr int kRows = 5, kHeldOut = 6;
+  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 80;
   ExperimentsSection& experiments = scene.experiments;
-  experiments.placement.reset();
+  auto& placement = experiments.placement;
+  const bool drags_few = placement && placement->drag_points == "few";
+  if (drags_few)
+    placement->budget = std::min(placement->budget, kPlaced);
+  else
+    placement.reset();
   if (!experiments.points_file)
     experiments.test_points =
         std::min(experiments.test_points.value_or(kFirstPoints), kFirstPoints);
@@ -327,7 +332,7 @@ void make_quick(Scene& scene) {
   each.press_steps = std::min(each.press_steps, kRows);
   each.drag_steps = std::min(each.drag_steps, kRows);
   each.drag_directions = std::min(each.drag_directions, 1);
-  if (each.drag_depths_m.size() > 1)
+  if (!drags_few && each.drag_depths_m.size() > 1)
     each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
   scene.validate.points = std::min(scene.validate.points, kHeldOut);
   scene.validate.causes = false;

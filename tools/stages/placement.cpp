@@ -1,7 +1,6 @@
 #include "tools/stages/placement.hpp"
 
 #include <algorithm>
-#include <array>
 #include <numbers>
 
 #include "libfem/solve/experiments/quick_press.hpp"
@@ -23,9 +22,11 @@ namespace {
 using namespace validation;
 
 // A round adds a quarter of what there is: few enough to learn from, enough to keep threads busy.
-// Where presses are quick, fits are what takes time, and it adds half.
+// Where presses are quick, fits are what takes time, and it adds half; there the tolerance has to
+// be met twice, because the few points of one round may all lie where a body is even.
 constexpr int kMinBatch = 4, kMaxBatch = 64;
 constexpr double kShare = 0.25, kQuickShare = 0.5;
+constexpr int kQuickRounds = 2;
 constexpr int kMostDragged = 48;  // points, where all have to be dragged: ten times the time
 
 // Curves of the points so far. Later rounds keep the first round's bases and fit what is new.
@@ -81,16 +82,17 @@ fem::QuickScale try_quick(const fem::Simulator& simulator, const TestPoints& poi
   const std::vector<Effort> one_mesh(static_cast<std::size_t>(points.position.rows()), {false, 1});
   fem::QuickScale quick = fem::compare_quick(
       two_meshes, known.at(simulator, points, experiments, "press on one mesh", one_mesh));
-  if (!(quick.scale > 0)) return quick;
+  if (!quick) return quick;
   say("  presses on one mesh: times {:.3f} they are {:.1f} % (p95) off those on two: {}",
-      quick.scale, 100 * quick.p95, quick.p95 <= wanted ? "new points are pressed so" : "too far");
-  if (quick.p95 > wanted) quick.scale = 0;
+      quick.number(), 100 * quick.p95,
+      quick.p95 <= wanted ? "new points are pressed so" : "too far");
+  if (quick.p95 > wanted) quick = {};
   return quick;
 }
 
 // kFirstDrags points whose presses came to their end, by the force of their deepest row: how the
-// constants of a body's rings go with the force is a line. The very least and the very greatest
-// force belong to folds and edges as often as not.
+// constants of a body's rings go with the force is a line. The greatest force is a lump's; the
+// least belongs to a fold or an edge as often as not.
 std::vector<Effort> first_drags(const Samples& samples) {
   std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
   std::vector<char> is_cut(force_N.size(), 0);
@@ -109,9 +111,9 @@ std::vector<Effort> first_drags(const Samples& samples) {
   std::vector<Effort> effort(force_N.size());
   if (order.empty()) return effort;
   const std::size_t from_end = order.size() / 8;
-  const std::array<std::size_t, kFirstDrags> places{from_end, order.size() / 2,
-                                                    order.size() - 1 - from_end};
-  for (const std::size_t at : places) effort[order[at]].is_dragged = true;
+  for (std::size_t k = 0; k < kFirstDrags; ++k)
+    effort[order[from_end + (order.size() - 1 - from_end) * k / (kFirstDrags - 1)]].is_dragged =
+        true;
   return effort;
 }
 
@@ -143,7 +145,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
                              {has_drags && !are_few, 0});
   fem::QuickScale quick;
   const auto simulate = [&](const TestPoints& points) {
-    placement.samples = known.at(simulator, points, experiments, "simulate", effort, quick.error);
+    placement.samples = known.at(simulator, points, experiments, "simulate", effort, quick);
   };
   simulate(placement.points);
   if (are_few) {
@@ -166,9 +168,10 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
                       : wanted.tolerance > 0                ? wanted.tolerance
                                                             : PlacementSection{}.tolerance,
                       known);
+  int rounds_within = 0;
   while (placement.ended.empty()) {
     const auto count = static_cast<int>(placement.points.position.rows());
-    const double share = quick.scale > 0 ? kQuickShare : kShare;
+    const double share = quick ? kQuickShare : kShare;
     const int batch =
         std::min(std::clamp(static_cast<int>(share * count), kMinBatch, kMaxBatch), budget - count);
     if (batch <= 0) {
@@ -187,7 +190,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
       break;
     }
     effort.resize(static_cast<std::size_t>(grown.points.position.rows()),
-                  {!press_alone, quick.scale});
+                  {!press_alone, quick.number()});
     simulate(grown.points);
     placement.points = grown.points;
     PlacementRound round = judge(placement.samples, model, grown);
@@ -197,8 +200,9 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
         "points are dragged",
         round.points, round.new_points, 100 * round.median_rel, 100 * round.p95_rel,
         100 * round.max_rel, round.dragged);
-    if (round.p95_rel <= wanted.tolerance)
-      placement.ended = fmt::format("the tolerance of {} % is met", 100 * wanted.tolerance);
+    rounds_within = round.p95_rel <= wanted.tolerance ? rounds_within + 1 : 0;
+    if (rounds_within == (quick ? kQuickRounds : 1))
+      placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
     else
       curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
   }

@@ -9,8 +9,8 @@
 
 namespace palpate::tools {
 
-/// Where drag_points = "few" begins: points of little, median and great force.
-inline constexpr int kFirstDrags = 3;
+/// Where drag_points = "few" begins: points from little to the greatest force.
+inline constexpr int kFirstDrags = 6;
 
 /// One round of a placement: how well the points before it predicted the new ones.
 struct PlacementRound {
@@ -30,10 +30,11 @@ struct Placement {
 /// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
 /// points on, each round predicts the experiments at places that promise the largest error,
 /// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
-/// errors) or the budget is spent. Says the error of each round. With rings a few points are
-/// dragged and the rest pressed alone: three first; then, in a round, the one whose drags promise
-/// more for their time than a press elsewhere. No experiment is simulated twice, in this run or a
-/// resumed one; the same scene gives the same points whatever the number of threads.
+/// errors; two in a row where presses are quick) or the budget is spent. Says the error of each
+/// round. With rings a few points are dragged and the rest pressed alone: three first; then, in a
+/// round, the one whose drags promise more for their time than a press elsewhere. No experiment is
+/// simulated twice, in this run or a resumed one; the same scene gives the same points whatever the
+/// number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
 
 /// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.

@@ -67,7 +67,7 @@ Samples SampleCache::known_at(const TestPoints& points, int per_point,
 
 Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& points,
                         const fem::Experiments& experiments, const std::string& what,
-                        std::vector<Effort> effort, const std::vector<double>& quick_error) {
+                        std::vector<Effort> effort, const fem::QuickScale& quick) {
   const int per_point = experiments_per_point(experiments);
   if (effort.empty())
     effort.assign(static_cast<std::size_t>(points.position.rows()), {per_point > 1, 0});
@@ -89,7 +89,7 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
                                   {.jobs = job_count(request_.jobs),
                                    .already_done = std::move(known),
                                    .effort = effort,
-                                   .quick_error = quick_error},
+                                   .quick = quick},
                                   on_done, progress.progress());
   add_origin(samples, simulator);
   interrupted_ = joined(samples, others, per_point);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
@@ -30,10 +31,10 @@ class SampleCache {
   /// Experiments at the points, in parallel; those that are known are not simulated again. What is
   /// done is kept in `OUTPUT.partial`, rewritten at most every few seconds; an interruption
   /// (exception Interrupted) leaves it there. what: names the work in its progress. effort: of each
-  /// point; empty: all are dragged, if any drag is wanted. quick_error: of presses on one mesh.
+  /// point; empty: all are dragged, if any drag is wanted. quick: what presses on one mesh lack.
   Samples at(const fem::Simulator& simulator, const TestPoints& points,
              const fem::Experiments& experiments, const std::string& what,
-             std::vector<Effort> effort = {}, const std::vector<double>& quick_error = {});
+             std::vector<Effort> effort = {}, const fem::QuickScale& quick = {});
 
  private:
   Samples read_known(const std::filesystem::path& path) const;

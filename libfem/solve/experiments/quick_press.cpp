@@ -22,52 +22,51 @@ std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> pressed(const Samp
 }
 
 struct PairedRow {
-  std::int32_t step;
-  double ratio;      // two meshes over one, along the force
-  double own_error;  // of the row on two meshes, relative
-  double force_N;
+  double ratio;               // two meshes over one, along the force
+  double own_error;           // of the row on two meshes, relative
+  double force_N, largest_N;  // of the row, of its point
 };
 
 }  // namespace
 
 QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh) {
-  const auto quick = pressed(one_mesh);
-  std::map<std::int32_t, std::vector<PairedRow>> points;
-  for (const auto& [key, row] : pressed(two_meshes)) {
+  const auto quick = pressed(one_mesh), full = pressed(two_meshes);
+  std::map<std::int32_t, double> largest_N;  // by point
+  for (const auto& [key, row] : full)
+    largest_N[key.first] = std::max(largest_N[key.first], two_meshes.force.row(row).norm());
+  std::map<std::int32_t, std::vector<PairedRow>> steps;
+  for (const auto& [key, row] : full) {
     const auto found = quick.find(key);
     if (found == quick.end()) continue;
-    const Vec3 full = two_meshes.force.row(row), other = one_mesh.force.row(found->second);
-    if (!(full.squaredNorm() > 0 && other.dot(full) > 0)) continue;
-    points[key.first].push_back({key.second, full.squaredNorm() / other.dot(full),
-                                 two_meshes.force_error[row] / full.norm(), full.norm()});
+    const Vec3 force = two_meshes.force.row(row), other = one_mesh.force.row(found->second);
+    if (!(force.squaredNorm() > 0 && other.dot(force) > 0)) continue;
+    steps[key.second].push_back({force.squaredNorm() / other.dot(force),
+                                 two_meshes.force_error[row] / force.norm(), force.norm(),
+                                 largest_N[key.first]});
   }
   QuickScale out;
-  if (points.empty()) return out;
-  std::vector<double> ratios;
-  for (const auto& [point, rows] : points) {
-    double sum = 0;
-    for (const PairedRow& row : rows) sum += row.ratio;
-    ratios.push_back(sum / static_cast<double>(rows.size()));
-  }
-  out.scale = median(ratios);
-  std::map<std::int32_t, std::pair<double, std::vector<double>>> steps;
   std::vector<double> left;
-  for (const auto& [point, rows] : points) {
-    double largest_N = 0;
-    for (const PairedRow& row : rows) largest_N = std::max(largest_N, row.force_N);
+  for (const auto& [step, rows] : steps) {
+    std::vector<double> ratios, own;
     for (const PairedRow& row : rows) {
-      const double off = std::abs(out.scale / row.ratio - 1);
-      auto& [worst, own] = steps[row.step];
-      worst = std::max(worst, off);
+      ratios.push_back(row.ratio);
       if (std::isfinite(row.own_error)) own.push_back(row.own_error);
-      left.push_back(relative_error(off * row.force_N, row.force_N, kLightForce * largest_N));
     }
+    const double scale = median(ratios);
+    double worst = 0;
+    for (const PairedRow& row : rows) {
+      const double off = std::abs(scale / row.ratio - 1);
+      worst = std::max(worst, off);
+      left.push_back(relative_error(off * row.force_N, row.force_N, kLightForce * row.largest_N));
+    }
+    // A step that no point reached on both has what the one before it has.
+    const auto size = static_cast<std::size_t>(step) + 1;
+    out.scale.resize(size, out.scale.empty() ? scale : out.scale.back());
+    out.error.resize(size, out.error.empty() ? 0 : out.error.back());
+    out.scale.back() = scale;
+    out.error.back() = worst + (own.empty() ? 0 : median(own));
   }
-  for (const auto& [step, errors] : steps) {
-    out.error.resize(static_cast<std::size_t>(step) + 1, out.error.empty() ? 0 : out.error.back());
-    out.error.back() = errors.first + (errors.second.empty() ? 0 : median(errors.second));
-  }
-  out.p95 = lower_quantile(std::move(left), 0.95);
+  if (!left.empty()) out.p95 = lower_quantile(std::move(left), 0.95);
   return out;
 }
 

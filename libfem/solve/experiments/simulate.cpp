@@ -83,19 +83,19 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
 }
 
 /// Rows of a press on one mesh as those on two are expected to be.
-PointRows scaled(PointRows quick, double scale, const std::vector<double>& error) {
-  for (PointRow& row : quick.rows) {
-    row.scale = scale;
-    row.force *= scale;
-    row.torque *= scale;
-    row.force_error =
-        error.empty() ? std::numeric_limits<double>::quiet_NaN()
-                      : scale * row.force_error +
-                            error[std::min(static_cast<std::size_t>(row.step), error.size() - 1)] *
-                                row.force.norm();
-    if (row.status != RowStatus::good) row.force_error = std::numeric_limits<double>::quiet_NaN();
+PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
+  for (PointRow& row : pressed.rows) {
+    row.scale = number;
+    if (row.status != RowStatus::good || !quick) {
+      row.force_error = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    const std::size_t step = std::min(static_cast<std::size_t>(row.step), quick.scale.size() - 1);
+    row.force *= quick.scale[step];
+    row.torque *= quick.scale[step];
+    row.force_error = quick.scale[step] * row.force_error + quick.error[step] * row.force.norm();
   }
-  return quick;
+  return pressed;
 }
 
 /// Runs items that have no rows yet, each by `work`, on `jobs` threads; returns early when stopped.
@@ -152,7 +152,7 @@ Samples simulate(const Simulator& simulator, const TestPoints& points,
     const Effort effort = options.effort.empty() ? Effort{true, 0} : options.effort[p];
     if (effort.scale > 0)
       return scaled(simulator.press_quickly(position, normal, experiments, progress), effort.scale,
-                    options.quick_error);
+                    options.quick);
     return simulator.press_and_drag(position, normal, effort.is_dragged ? experiments : press,
                                     progress);
   };

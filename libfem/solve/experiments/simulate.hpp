@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "libfem/solve/experiments/quick_press.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/core/samples.hpp"
 
@@ -10,13 +11,13 @@ namespace palpate::fem {
 
 /// jobs: threads, 0 for one per processor. already_done: rows of an earlier run on the same points;
 /// a point that has rows there keeps them and is not simulated again.
-/// effort: of each test point; empty: all are dragged. quick_error: relative, of each row of a
-/// press on one mesh; none where it is not known.
+/// effort: of each test point; empty: all are dragged. quick: what presses on one mesh lack; none:
+/// they are left as they are.
 struct SimulateOptions {
   int jobs = 0;
   Samples already_done;
   std::vector<Effort> effort = {};
-  std::vector<double> quick_error = {};
+  QuickScale quick = {};
 };
 
 /// Called when a test point (or a path) is finished, one call at a time. `so_far` gathers all that

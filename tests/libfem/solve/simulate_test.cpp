@@ -124,13 +124,13 @@ TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) 
   EXPECT_EQ(raw.point_scale, Eigen::VectorXd::Ones(3));
   EXPECT_TRUE(raw.force_error.array().isNaN().all()) << "an error that nobody knows";
   const QuickScale quick = compare_quick(full, raw);
-  EXPECT_GT(quick.scale, 0.9);
-  EXPECT_LT(quick.scale, 1) << "a coarse mesh is too stiff";
+  EXPECT_GT(quick.number(), 0.9);
+  EXPECT_LT(quick.number(), 1) << "a coarse mesh is too stiff";
   EXPECT_LT(quick.p95, 0.02);
   ASSERT_EQ(quick.error.size(), 2u);
 
-  one_mesh.effort.assign(3, {false, quick.scale});
-  one_mesh.quick_error = quick.error;
+  one_mesh.effort.assign(3, {false, quick.number()});
+  one_mesh.quick = quick;
   const Samples scaled = simulate(with_error, points, experiments, one_mesh);
   EXPECT_NE(scaled.point_sway.norm(), 0) << "as points on two meshes";
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
@@ -144,7 +144,7 @@ TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) 
 TEST(Simulate, presses_without_a_row_in_common_tell_no_factor) {
   Samples failed = uninterrupted();
   std::fill(failed.status.begin(), failed.status.end(), RowStatus::rejected);
-  EXPECT_EQ(compare_quick(failed, uninterrupted()).scale, 0);
+  EXPECT_FALSE(compare_quick(failed, uninterrupted()));
 }
 
 TEST(Simulate, a_path_repeats_the_press_it_describes) {
