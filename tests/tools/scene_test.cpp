@@ -132,7 +132,7 @@ TEST(scene, automatic_points_have_a_tolerance_and_a_budget_and_others_do_not) {
   const ExperimentsSection automatic = experiments("test_points = \"auto\"\n");
   ASSERT_TRUE(automatic.placement.has_value());
   EXPECT_DOUBLE_EQ(automatic.placement->tolerance, 0.07);
-  EXPECT_EQ(automatic.placement->budget, 100);
+  EXPECT_EQ(automatic.placement->budget, 200);
   EXPECT_EQ(automatic.test_points, kFirstPoints);
   EXPECT_EQ(experiments("test_points = \"auto\"\nbudget = 30\n").placement->budget, 30);
   EXPECT_FALSE(experiments("test_points = 30\n").placement.has_value());

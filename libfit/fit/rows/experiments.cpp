@@ -12,7 +12,6 @@
 namespace palpate::fit {
 namespace {
 
-constexpr double kMostSway = 0.75;  // of the tool's depth; the rest is the contact's
 constexpr double kTangentialShare = 1e-6;  // of the depth: rounding of a press along the normal
 constexpr double kNotFiniteShare = 0.2;    // of a point's rows: beyond it the record is not trusted
 
@@ -101,17 +100,8 @@ std::vector<GoodRows> sort_rows(const Samples& s, BodyData& body) {
   return counts;
 }
 
-// Takes the sway off the deflections. A lobe that bends by most of what the tool does gets stiffer
-// as it bends: there the compliance at rest is too large, and less of it counts.
+// Takes the sway off the deflections.
 void take_sway_off(PointData& point) {
-  double share = 1;
-  for (const Experiment& e : point.experiments)
-    for (std::size_t i = 0; i < e.row.size(); ++i) {
-      const double most = kMostSway * depth_of(point, e.deflection[i]);
-      const double sway = (point.sway * e.force[i]).dot(point.inward);
-      if (most > 0 && sway * share > most) share = most / sway;
-    }
-  point.sway *= share;
   for (Experiment& e : point.experiments) {
     for (const Vec3& force : e.force) e.sway.push_back(point.sway * force);
     for (std::size_t i = 0; i < e.sway.size(); ++i) e.deflection[i] -= e.sway[i];
@@ -206,8 +196,8 @@ void make_dimensionless(double length_m, PointData& point) {
       const Vec3& d = e.deflection[i];
       depth = std::max(depth, depth_of(point, d));
       lateral = std::max(lateral, lateral_of(point, d).norm());
-      of_tool = std::max(of_tool,
-                         lateral_of(point, e.sway.empty() ? d : Vec3(d + e.sway[i])).norm());
+      of_tool =
+          std::max(of_tool, lateral_of(point, e.sway.empty() ? d : Vec3(d + e.sway[i])).norm());
     }
     point.depth = std::max(point.depth, depth);
     const bool is_press = e.kind == ExperimentKind::press;

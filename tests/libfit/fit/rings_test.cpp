@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "libfit/fit/ring_constants.hpp"
-#include "libfit/fit/rows/experiments.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
@@ -164,18 +163,6 @@ TEST(fitted_rings, of_a_press_on_a_body_that_sways_are_those_of_the_drags) {
   EXPECT_NEAR(fitted.curves.control[runtime::kFriction](3, 0), 0.3, 0.01);
 }
 
-// A flap that bends by more than the tool moves: the compliance at rest cannot be all of it.
-TEST(fitted_rings, leave_a_quarter_of_the_depth_to_the_contact) {
-  RingBody body;
-  for (unsigned seed = 1; seed <= 3; ++seed)
-    body.add(seed, true, {}, {}, 0, {0.02, 0.01, 0.012, 0.002, -0.001, 0.003});
-  const fit::BodyData plain = fit::gather_experiments(body.rig.samples, 0.05);
-  body.rig.samples.point_sway = Eigen::RowVectorXd{{0.5, 0.5, 0.5, 0, 0, 0}}.replicate(3, 1);
-  const fit::BodyData local = fit::gather_experiments(body.rig.samples, 0.05, true);
-  for (std::size_t p = 0; p < 3; ++p)
-    EXPECT_GT(local.points[p].depth_m, 0.249 * plain.points[p].depth_m);
-}
-
 // A body that hardly moves is not tried.
 TEST(fitted_rings, take_no_sway_off_that_is_less_than_a_twentieth) {
   RingBody body;
@@ -249,6 +236,25 @@ TEST(fitted_rings, of_points_without_drags_go_with_the_force_of_the_press) {
       {std::vector<double>{0, 0.1, -0.1}, std::vector<double>(3, 0.3), std::vector<double>(3, 0.0)},
       {});
   EXPECT_EQ(even.slope[0], 0) << "forces that hardly differ tell no slope";
+}
+
+TEST(fitted_rings, stay_near_theory_where_drags_are_few_and_uncertain) {
+  const std::vector<double> log_force{0, 0.3, 0.7};
+  const std::array<std::vector<double>, 3> constant{std::vector<double>(3, std::log(0.7)),
+                                                    std::vector<double>(3, 0.3),
+                                                    std::vector<double>{4, 3, 2}};
+  const std::array<double, 3> deviation{0.2, 0.03, 5}, theory{std::log(0.7), 0.3, 18};
+  const auto slope_of_friction = [&](double error) {
+    return fit::ring_lines(log_force, constant, deviation,
+                           fit::RingKnowledge{theory, {0.01, 0.01, error}});
+  };
+  const double blind = fit::ring_lines(log_force, constant, deviation).constant[2];
+  EXPECT_DOUBLE_EQ(blind, 3);
+  const fit::RingPrior sure = slope_of_friction(0.1), unsure = slope_of_friction(10);
+  EXPECT_NEAR(sure.constant[2], blind + (18 - blind) / 4, 0.01) << "three points against theory";
+  EXPECT_NEAR(unsure.constant[2], blind + (18 - blind) * 5 / 8, 0.01);
+  EXPECT_LT(std::abs(unsure.slope[2]), std::abs(sure.slope[2]));
+  EXPECT_DOUBLE_EQ(unsure.constant[0], std::log(0.7));
 }
 
 // The rows are noisy: what is expected of the rings beforehand counts.
