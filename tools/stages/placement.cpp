@@ -90,9 +90,9 @@ fem::QuickScale try_quick(const fem::Simulator& simulator, const TestPoints& poi
   return quick;
 }
 
-// kFirstDrags points whose presses came to their end, by the force of their deepest row: how the
-// constants of a body's rings go with the force is a line. The greatest force is a lump's; the
-// least belongs to a fold or an edge as often as not.
+// kFirstDrags points, if there are that many of those whose presses came to their end, by the force
+// of their deepest row: how the constants of a body's rings go with the force is a line. The
+// greatest force is a lump's; the least belongs to a fold or an edge as often as not.
 std::vector<Effort> first_drags(const Samples& samples) {
   std::vector<double> force_N(static_cast<std::size_t>(samples.points()), 0);
   std::vector<char> is_cut(force_N.size(), 0);
@@ -104,8 +104,12 @@ std::vector<Effort> first_drags(const Samples& samples) {
     double& most = force_N[point];
     most = std::max(most, samples.force.row(row).norm());
   }
-  for (std::size_t p = 0; p < force_N.size(); ++p)
-    if (force_N[p] > 0 && !is_cut[p]) order.push_back(p);
+  for (const bool any_will_do : {false, true})
+    if (order.size() < kFirstDrags) {
+      order.clear();
+      for (std::size_t p = 0; p < force_N.size(); ++p)
+        if (force_N[p] > 0 && (any_will_do || !is_cut[p])) order.push_back(p);
+    }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return force_N[a] < force_N[b]; });
   std::vector<Effort> effort(force_N.size());
@@ -162,7 +166,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   }
   const bool press_alone = !has_drags || (are_few && are_rings());
   const int budget = press_alone ? wanted.budget : std::min(wanted.budget, kMostDragged);
-  if (press_alone)
+  if (press_alone && budget > placement.points.position.rows())
     quick = try_quick(simulator, placement.points, experiments, placement.samples,
                       scene.experiments.force_tolerance > 0 ? scene.experiments.force_tolerance
                       : wanted.tolerance > 0                ? wanted.tolerance

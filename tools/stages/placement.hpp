@@ -31,10 +31,9 @@ struct Placement {
 /// points on, each round predicts the experiments at places that promise the largest error,
 /// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
 /// errors; two in a row where presses are quick) or the budget is spent. Says the error of each
-/// round. With rings a few points are dragged and the rest pressed alone: three first; then, in a
-/// round, the one whose drags promise more for their time than a press elsewhere. No experiment is
-/// simulated twice, in this run or a resumed one; the same scene gives the same points whatever the
-/// number of threads.
+/// round. With rings a few of the first points are dragged and all others pressed alone, new ones
+/// on one mesh where that is good enough (M13e). No experiment is simulated twice, in this run or a
+/// resumed one; the same scene gives the same points whatever the number of threads.
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
 
 /// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.
