@@ -58,39 +58,20 @@ class BoxTree {
   template <class Visit>
   void visit_along(const Vec3& origin, const Vec3& direction, double& nearest,
                    Visit&& visit) const {
-    if (nodes_.empty()) return;
-    std::array<std::int32_t, 64> stack;
-    int size = 0;
-    stack[size++] = 0;
-    while (size > 0) {
-      const std::int32_t index = stack[--size];
-      const Node& node = nodes_[index];
-      if (!(entry(node, origin, direction) <= nearest)) continue;
-      for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k], nearest);
-      if (node.count > 0) continue;
-      stack[size++] = node.first;
-      stack[size++] = index + 1;
-    }
+    walk([&](const Node& node) { return entry(node, origin, direction) <= nearest; },
+         [&](std::int32_t primitive) { visit(primitive, nearest); });
   }
 
   /// Calls visit(primitive) for primitives in boxes of which may_hold(centre, half_diagonal_m) says
   /// that they are worth a look; what it answers may change from one visit to the next.
   template <class MayHold, class Visit>
   void visit_where(MayHold&& may_hold, Visit&& visit) const {
-    if (nodes_.empty()) return;
-    std::array<std::int32_t, 64> stack;
-    int size = 0;
-    stack[size++] = 0;
-    while (size > 0) {
-      const std::int32_t index = stack[--size];
-      const Node& node = nodes_[index];
-      if (!may_hold(Vec3((node.lower + node.upper) / 2), (node.upper - node.lower).norm() / 2))
-        continue;
-      for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k]);
-      if (node.count > 0) continue;
-      stack[size++] = node.first;
-      stack[size++] = index + 1;
-    }
+    walk(
+        [&](const Node& node) {
+          return may_hold(Vec3((node.lower + node.upper) / 2),
+                          (node.upper - node.lower).norm() / 2);
+        },
+        visit);
   }
 
  private:
@@ -99,6 +80,24 @@ class BoxTree {
     std::int32_t first = 0;  // leaf: first in order_; else index of the right child (left is next)
     std::int32_t count = 0;  // leaf: primitives; else 0
   };
+
+  // Primitives of the leaves whose boxes, and all boxes around them, are worth a look.
+  template <class IsWorth, class Visit>
+  void walk(const IsWorth& is_worth, const Visit& visit) const {
+    if (nodes_.empty()) return;
+    std::array<std::int32_t, 64> stack;
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+      const std::int32_t index = stack[--size];
+      const Node& node = nodes_[index];
+      if (!is_worth(node)) continue;
+      for (std::int32_t k = 0; k < node.count; ++k) visit(order_[node.first + k]);
+      if (node.count > 0) continue;
+      stack[size++] = node.first;
+      stack[size++] = index + 1;
+    }
+  }
   static constexpr std::int32_t kLeafSize = 4;
 
   static double squared_distance(const Node& node, const Vec3& point) {

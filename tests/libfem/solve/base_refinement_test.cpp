@@ -18,21 +18,22 @@ const std::vector<Material>& soft() {
 
 constexpr double kRadius_m = 0.001;
 
-/// A patch of 1 mm on a thick block whose elements there are 0.4 of it.
-PatchResponse press_block() {
-  const TetMesh base = structured_block({0.1, 0.1, 0.06}, {4, 4, 3});
-  const Vec3 top(0.0511, 0.0487, 0.06);
+/// A patch on top of a base held below, whose elements there are 0.4 of the patch.
+PatchResponse press_on(const TetMesh& base, const Vec3& top, double radius_m) {
   GradeOptions grade;
-  grade.path = {{top, top, 0.4 * kRadius_m, kRadius_m}};
+  grade.path = {{top, top, 0.4 * radius_m, radius_m}};
   QuadraticMesh mesh =
       grade_mesh(base, held_below(base.nodes, 1e-6),
                  SmoothSurface({base.nodes, boundary_triangles(base.tets)}), grade);
   mesh.nodes.rowwise() -= top.transpose();
   return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {},
-                     ElementKind::automatic, -Vec3::UnitZ(), kRadius_m);
+                     ElementKind::automatic, -Vec3::UnitZ(), radius_m);
 }
+
+/// On a thick block.
 const PatchResponse& pressed_block() {
-  static const PatchResponse kPressed = press_block();
+  static const PatchResponse kPressed =
+      press_on(structured_block({0.1, 0.1, 0.06}, {4, 4, 3}), {0.0511, 0.0487, 0.06}, kRadius_m);
   return kPressed;
 }
 
@@ -57,16 +58,7 @@ TEST(PressPatch, distortion_is_the_energy_of_the_load) {
 
 // A column of 20 x 20 x 100 mm, held below, under a patch on its top: a beam of Timoshenko's.
 PatchResponse press_column(double radius_m) {
-  const TetMesh base = structured_block({0.02, 0.02, 0.1}, {4, 4, 20});
-  const Vec3 top(0.0101, 0.0099, 0.1);
-  GradeOptions grade;
-  grade.path = {{top, top, 0.4 * radius_m, radius_m}};
-  QuadraticMesh mesh =
-      grade_mesh(base, held_below(base.nodes, 1e-6),
-                 SmoothSurface({base.nodes, boundary_triangles(base.tets)}), grade);
-  mesh.nodes.rowwise() -= top.transpose();
-  return press_patch(mesh, static_cast<std::size_t>(base.tets.rows()), soft(), {},
-                     ElementKind::automatic, -Vec3::UnitZ(), radius_m);
+  return press_on(structured_block({0.02, 0.02, 0.1}, {4, 4, 20}), {0.0101, 0.0099, 0.1}, radius_m);
 }
 
 TEST(Sway, of_a_column_is_that_of_a_beam) {
