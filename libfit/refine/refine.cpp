@@ -94,6 +94,7 @@ Model model_of(const FittedCurves& curves, const Surface& fine, const Points& ou
                Blend blend, const Controls& slopes, double slope_share, const ShapeTrend& trend) {
   Model model;
   model.surface = fine;
+  model.probe = curves.probe;
   model.inward_normal = -outward_normal;
   model.curves = CurveSet(curves.curves.family);
   model.curves.basis = curves.curves.basis;

@@ -68,16 +68,18 @@ class SideForceReader {
 
 }  // namespace
 
-NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal)
+NodeShape::NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m)
     : across(Mat3::Identity() - normal * normal.transpose()) {
   const auto k = curves.control[runtime::kCurvature].row(row);
   curvature << k[0], k[3], k[4], k[3], k[1], k[5], k[4], k[5], k[2];
   curvature = (across * curvature * across).eval();
+  stretch = (Mat3::Identity() - radius_m * curvature).inverse();
 }
 
 SideMismatch side_mismatch(const Model& model) {
   if (model.curves.family != CurveFamily::rings) return {};
   const SideForceReader reader(model);
+  const double radius_m = ball_radius_m(model.probe);
   std::vector<double> found;
   for (const auto& t : model.surface.triangles.rowwise()) {
     if (!reader.is_covered(t)) continue;
@@ -86,9 +88,9 @@ SideMismatch side_mismatch(const Model& model) {
       double force_N = 0;
       Vec3 side_N = Vec3::Zero();
       for (int k = 0; k < 3; ++k) {
-        const NodeShape shape(model.curves, t[k], model.inward_normal.row(t[k]));
+        const NodeShape shape(model.curves, t[k], model.inward_normal.row(t[k]), radius_m);
         const Vec3 g = shape.across * reader.side_N(t[k], d);
-        side_N += (g - d * (shape.curvature * g)) / 3;
+        side_N += shape.stretch * (g - d * (shape.curvature * g)) / 3;
         force_N += reader.force_N(t[k], d) / 3;
       }
       const auto [slope_N, normal] = reader.slope(t, d);
@@ -123,13 +125,14 @@ void meet_slope(Model& model) {
     if (moves[static_cast<std::size_t>(v)] == 0 || !(area[v] > 0) ||
         model.blend_weight.row(v).maxCoeff() == 1)
       continue;
-    const NodeShape shape(model.curves, v, model.inward_normal.row(v));
+    const NodeShape shape(model.curves, v, model.inward_normal.row(v), ball_radius_m(model.probe));
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // of g / d^2 = g_2 + g_3 d
     Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();
     for (int step = 0; step < kDepths; ++step) {
       const double d = reader.depth_m(step);
       const Vec3 along = shape.across * slope.row(v).segment<3>(3 * step).transpose() / area[v];
-      const Vec3 g = (Mat3::Identity() - d * shape.curvature).partialPivLu().solve(along);
+      const Mat3 moved = shape.stretch * (Mat3::Identity() - d * shape.curvature);
+      const Vec3 g = moved.partialPivLu().solve(along);
       const Eigen::Vector2d w(1, d);
       square += w * w.transpose();
       right += w * (g / (d * d)).transpose();

@@ -5,9 +5,9 @@
 namespace palpate {
 
 /// By how much side force and the slope of the normal energy disagree where the contact point
-/// slides, |grad Z - (1 - d kappa) g| over f^z (B4a): what a slide may gain, beside the mu f^z that
-/// friction takes. Over triangles with three covered corners, at four depths. 0 where the family
-/// knows no side force.
+/// slides, |grad Z - S (1 - d kappa) g| over f^z (B4a): what a slide may gain, beside the mu f^z
+/// that friction takes. Over triangles with three covered corners, at four depths. 0 where the
+/// family knows no side force.
 struct SideMismatch {
   double median = 0, p95 = 0, max = 0;
 };
@@ -18,11 +18,12 @@ SideMismatch side_mismatch(const Model& model);
 /// theirs. Only for the rings family.
 void meet_slope(Model& model);
 
-/// Projects vectors to the tangent plane of a node, and minus the gradient of its inward normal
-/// there [1/m].
+/// Of a node: the projection to its tangent plane, the curvature kappa [1/m] of the surface that
+/// the tool's reference point touches along, and (1 - R kappa)^-1: how far that point goes while
+/// the contact point goes by 1 (M15b).
 struct NodeShape {
-  Mat3 across, curvature;
-  NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal);
+  Mat3 across, curvature, stretch;
+  NodeShape(const CurveSet& curves, Eigen::Index row, const Vec3& normal, double radius_m);
 };
 
 }  // namespace palpate

@@ -38,14 +38,14 @@ Controls slopes_of(const FittedCurves& fitted) {
   const Eigen::Matrix<double, Eigen::Dynamic, 3> power = powers_on(curves.basis[0]);
   Controls slopes(curves.points(), 3 * power.rows());
   for (Eigen::Index p = 0; p < curves.points(); ++p) {
-    const NodeShape shape(curves, p, fitted.normal.row(p));
+    const NodeShape shape(curves, p, fitted.normal.row(p), ball_radius_m(fitted.probe));
     const Vec3 g2 = shape.across * curves.control[runtime::kSide2].row(p).transpose();
     const Vec3 g3 = shape.across * curves.control[runtime::kSide3].row(p).transpose();
     const Vec3 by_power[] = {2 * g2, 3 * (g3 - shape.curvature * g2), -4 * shape.curvature * g3};
     for (Eigen::Index j = 0; j < power.rows(); ++j) {
       Vec3 slope = Vec3::Zero();
       for (int k = 0; k < 3; ++k) slope += power(j, k) * by_power[k];
-      slopes.row(p).segment<3>(3 * j) = slope.transpose();
+      slopes.row(p).segment<3>(3 * j) = (shape.stretch * slope).transpose();
     }
   }
   return slopes;

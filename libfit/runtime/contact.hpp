@@ -22,7 +22,7 @@ struct Contact {
   double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
   int triangle = -1;                 ///< -1 in the air
   double weight[3] = {0, 0, 0};      ///< area coordinates of the contact point
-  Arm arm;                           ///< of a ball in contact
+  Arm arm;                           ///< of a ball in contact, or a tip that stands for one
   Ledger ledger;
   Sway sway;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
@@ -36,9 +36,8 @@ enum class ContactState { air, stick, slip };
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
-  double acts_at_m[3] = {0, 0,
-                         0};     ///< where the force acts: x, a tip itself, p + reach u of a ball
-  double normal[3] = {0, 0, 0};  ///< u(c), inward
+  double acts_at_m[3] = {0, 0, 0};  ///< where the force acts: a tip, p + reach u of a ball (M15a)
+  double normal[3] = {0, 0, 0};     ///< u(c), inward
   int triangle = -1;
   double weight[3] = {0, 0, 0};        ///< its area coordinates
   double normal_m = 0, lateral_m = 0;  ///< dz, dr of (M2), (M3a); of rings d, |q|
@@ -97,12 +96,16 @@ inline bool is_powerless(const AssetView& asset, const Contact& contact) noexcep
   return true;
 }
 
-/// Begins contact where the way from p to x enters the body, if it does.
+/// Begins contact where the way from p to x enters the body, if it does. The tip then stands for
+/// the ball that the body was measured with (M15a).
 inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
                          const Vec3d& x) noexcept {
   const Entry entry = first_entry(asset, p, x);
   contact.triangle = entry.triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
+  if (entry.triangle < 0) return;
+  contact.arm.reach_m = asset.probe_radius_m;
+  put(blended_normal(asset, entry.triangle, entry.n) * asset.probe_radius_m, contact.arm.pole_m);
 }
 
 /// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
@@ -119,9 +122,7 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   const Vec3d u = blended_normal(asset, entry.triangle, entry.n);
   contact.arm.reach_m = dot(entry.arm, u);
   const Vec3d skew = entry.arm - u * contact.arm.reach_m;
-  contact.arm.skew_m[0] = skew.x;
-  contact.arm.skew_m[1] = skew.y;
-  contact.arm.skew_m[2] = skew.z;
+  put(skew, contact.arm.skew_m);
 }
 
 }  // namespace runtime

@@ -107,7 +107,7 @@ inline bool shape_state(const AssetView& asset, const Contact& contact, double t
   for (int k = 0; k < 3; ++k)
     out.point = out.point + asset.vertex_at(asset.corner(t, k)) * contact.weight[k];
   out.normal = blended_normal(asset, t, contact.weight);
-  const Vec3d tip = make_vec3<double>(contact.tip_m);
+  const Vec3d tip = make_vec3<double>(contact.tip_m) - make_vec3<double>(contact.arm.pole_m);
   out.force_N = make_vec3<double>(contact.sway.force_N);
   const Vec3d sway_m = compliance_at(asset, t, contact.weight).times(out.force_N);
   const Vec3d deflection = tip - sway_m - out.point + out.normal * contact.arm.reach_m +
@@ -116,7 +116,7 @@ inline bool shape_state(const AssetView& asset, const Contact& contact, double t
   out.lateral_m = tangential(deflection, out.normal);
   out.carried_m = carried_m(asset, contact, out.normal, out.normal_m, out.lateral_m);
   out.radius_m = tool_radius_m > 0 ? tool_radius_m : asset.probe_radius_m;
-  out.centre = tool_radius_m > 0 ? tip : tip - out.normal * out.radius_m;
+  out.centre = contact.arm.reach_m > 0 ? tip : tip - out.normal * out.radius_m;
   return out.normal_m > 0;
 }
 

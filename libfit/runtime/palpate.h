@@ -115,10 +115,11 @@ typedef struct palpate_pose {
    first tick on and down to max_force_N; energies stay those of the whole force. Zero a tool before
    you fill it. */
 typedef struct palpate_tool {
-  double offset_m[3];    /* of the tip or the ball's centre in the tool's frame; each within 1000 */
-  double radius_m;       /* 0: a tip; up to 1000 */
-  double damping_Ns_m;   /* N s/m, 0 to 1e4; 0: none */
-  double damper_depth_m; /* depth at which it is whole; > 0 where there is damping */
+  double offset_m[3];  /* of the tip or the ball's centre in the tool's frame; each within 1000 */
+  double radius_m;     /* up to 1000. 0: a tip. On curves that were measured with a ball it is that
+                          ball's lowest point at first touch, and the ball does not turn */
+  double damping_Ns_m; /* N s/m, 0 to 1e4; 0: none */
+  double damper_depth_m;       /* depth at which it is whole; > 0 where there is damping */
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
   double ramp_s;               /* 0: none */

@@ -15,7 +15,7 @@ namespace runtime {
 
 /// The surface c(p) = p - (p . G p)/2 u0 over the tangent plane (p . u0 = 0), to second order
 /// (M11). u0: inward unit normal at the test point. gradient: row-major 3x3 G = du/dc [1/m],
-/// symmetric with G u0 = 0 (Samples::point_normal_gradient); -1/R on a sphere's tangents, zeros
+/// symmetric with G u0 = 0 (fit::offset_gradient); -1/R on a sphere's tangents, zeros
 /// where flat. The inward normal is normalize(u0 + G p), exactly that of the quadric.
 struct Quadric {
   Vec3d u0;

@@ -106,6 +106,11 @@ template <class T>
 Vec3<T> make_vec3(const double* xyz) noexcept {
   return {T(xyz[0]), T(xyz[1]), T(xyz[2])};
 }
+inline void put(const Vec3d& from, double to[3]) noexcept {
+  to[0] = from.x;
+  to[1] = from.y;
+  to[2] = from.z;
+}
 template <class T>
 Vec3<T> operator+(const Vec3<T>& p, const Vec3<T>& q) noexcept {
   return {p.x + q.x, p.y + q.y, p.z + q.z};

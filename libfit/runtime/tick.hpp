@@ -10,12 +10,6 @@
 namespace palpate {
 namespace runtime {
 
-inline void put(const Vec3d& from, double to[3]) noexcept {
-  to[0] = from.x;
-  to[1] = from.y;
-  to[2] = from.z;
-}
-
 /// The surface point under a ball's rest position, or a tip's contact point itself.
 template <bool kIsBall, class Spot>
 Vec3d surface_point(const Spot& spot, const Arm& arm) noexcept {
@@ -118,8 +112,10 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
     kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
+      const Vec3d pole = make_vec3<double>(contact.arm.pole_m);
+      const bool is_tip = dot(pole, pole) > 0;
       release(contact, before_J);
-      contact.has_lifted = kIsBall && is_lifted;
+      contact.has_lifted = kIsBall && is_lifted && !is_tip;
       out.state = ContactState::air;
       return Status::ok;
     }
@@ -306,21 +302,22 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     return Status::tip_teleported;
   }
   if (contact.triangle < 0) {
-    if constexpr (kIsBall)
+    if (radius_m > 0)
       seek_contact(asset, contact, before, x, radius_m);
     else
       seek_contact(asset, contact, before, x);
   }
   if (contact.triangle < 0) return Status::ok;
+  const Vec3d place = x - make_vec3<double>(contact.arm.pole_m);
   return with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
     if constexpr (F::kSwayPart >= 0) {
       const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
       if (give.is_any())
-        return answer_swaying<F, kIsBall>(asset, contact, give, x, step, out, tangent_N_m);
+        return answer_swaying<F, kIsBall>(asset, contact, give, place, step, out, tangent_N_m);
     }
-    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, x, step, tangent_N_m);
-    return answer<F, kIsBall>(asset, contact, x, step, asset.has_guard, out);
+    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, place, step, tangent_N_m);
+    return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard, out);
   });
 }
 
@@ -342,10 +339,11 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 
 /// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
 /// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
-/// the tip is; a tip that starts inside the body feels nothing until it has come out and entered
-/// again through a triangle that answers; so does one that slid off over the rim of a surface that
-/// fades to zero. Touch is swept from the previous tip, so nothing tunnels.
-/// Refuses (status, zero force, contact reset): a tip that is not finite or moved farther than
+/// the tip is. Where the curves were measured with a ball, the tip is that ball's lowest point, and
+/// the ball does not turn (M15a). A tip that starts inside the body feels nothing until it has come
+/// out and entered again through a triangle that answers; so does one that slid off over the rim of
+/// a surface that fades to zero. Touch is swept from the previous tip, so nothing tunnels. Refuses
+/// (status, zero force, contact reset): a tip that is not finite or moved farther than
 /// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
 /// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
 /// kMaxRootSteps + 3 evaluations of the law's slip, and two of its energy. What does not fit into a
@@ -355,7 +353,8 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// long and changes no other bit.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
                     TangentOut tangent_N_m = nullptr) noexcept {
-  return tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);
+  return asset.probe_radius_m > 0 ? tick<true>(asset, contact, tip_m, 0, out, tangent_N_m)
+                                  : tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);
 }
 
 /// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as

@@ -97,10 +97,8 @@ Replayed replay_paths(const runtime::AssetView& asset, const Reference& referenc
 void replay_point(const Samples& samples, std::int32_t point, const CurveSet& curves,
                   Eigen::Index row, Replayed& replayed) {
   const fit::Bases bases = fit::bases_of(curves);
-  Mat3 gradient = Mat3::Zero();
-  if (samples.point_normal_gradient.rows() != 0)
-    for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = samples.point_normal_gradient(point, i);
-  const runtime::Quadric quadric = fit::quadric_of(samples.point_normal.row(point), gradient);
+  const runtime::Quadric quadric =
+      fit::quadric_of(samples.point_normal.row(point), fit::offset_gradient(samples, point));
   const runtime::ControlPointers<double> controls = fit::controls_at(curves, row);
   for (const auto& [experiment, rows] : usable_rows(samples, point)) {
     std::vector<double> deflection_m;

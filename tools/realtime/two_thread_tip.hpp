@@ -133,6 +133,7 @@ class TwoThreadTip {
       if (touch.epoch != epoch_) continue;
       contact_.triangle = touch.contact.triangle;
       for (int k = 0; k < 3; ++k) contact_.weight[k] = touch.contact.weight[k];
+      contact_.arm = touch.contact.arm;
       ++report_.touches;
       report_.worst_touch_delay = std::max(report_.worst_touch_delay, at - touch.tick);
     }

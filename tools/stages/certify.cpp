@@ -185,7 +185,7 @@ AssetAnswer check_asset(const AssetCheck& check) {
   const AssetFile file = read_asset_file(check.asset);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;
-  if (file.asset().probe_radius_m > 0) options.radii_m.push_back(file.asset().probe_radius_m);
+  options.radii_m = {file.asset().probe_radius_m};  // a tip stands for the probe's ball
   options.threads = job_count(check.jobs);
   const double start_s = wall_seconds();
   ConsoleProgress progress("certifying");

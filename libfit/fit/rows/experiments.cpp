@@ -1,5 +1,6 @@
 #include "libfit/fit/rows/experiments.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,7 +14,10 @@ namespace palpate::fit {
 namespace {
 
 constexpr double kTangentialShare = 1e-6;  // of the depth: rounding of a press along the normal
-constexpr double kNotFiniteShare = 0.2;    // of a point's rows: beyond it the record is not trusted
+// Of 1 + R kappa: a hollow narrower than 1.4 times the ball's radius counts as that wide, for no
+// offset surface is left where the ball touches at its rim.
+constexpr double kNarrowestHollow = 0.3;
+constexpr double kNotFiniteShare = 0.2;  // of a point's rows: beyond it the record is not trusted
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Error("samples", what, "Write the samples again with `palpate simulate` or `import`.");
@@ -208,6 +212,18 @@ void make_dimensionless(double length_m, PointData& point) {
 
 }  // namespace
 
+Mat3 offset_gradient(const Samples& samples, Eigen::Index point) {
+  if (samples.point_normal_gradient.rows() == 0) return Mat3::Zero();
+  const Mat3 gradient = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+      samples.point_normal_gradient.row(point).data());
+  const double radius_m = ball_radius_m(samples.probe);
+  if (!(radius_m > 0)) return gradient;
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(0.5 * (gradient + gradient.transpose()));
+  const Vec3 own = principal.eigenvalues();
+  const Vec3 offset = own.array() / (1 - radius_m * own.array()).max(kNarrowestHollow);
+  return principal.eigenvectors() * offset.asDiagonal() * principal.eigenvectors().transpose();
+}
+
 BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway) {
   check(samples);
   BodyData body;
@@ -215,10 +231,7 @@ BodyData gather_experiments(const Samples& samples, double weight_floor, bool wi
   for (std::size_t p = 0; p < body.points.size(); ++p) {
     const auto at = static_cast<Eigen::Index>(p);
     body.points[p].inward = samples.point_normal.row(at).transpose().normalized();
-    if (samples.point_normal_gradient.rows() != 0)
-      body.points[p].normal_gradient =
-          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-              samples.point_normal_gradient.row(at).data());
+    body.points[p].normal_gradient = offset_gradient(samples, at);
   }
   const auto counts = sort_rows(samples, body);
 

@@ -78,6 +78,11 @@ struct BodyData {
 /// body moves as a whole taken off (docs/method.md, section 21); samples have point_sway then.
 BodyData gather_experiments(const Samples& samples, double weight_floor, bool without_sway = false);
 
+/// Change of the inward normal [1/m] along the surface on which the tool's reference point moves
+/// while it just touches (M15b): of a ball, the offset surface; of other tools, the body's own. A
+/// hollow counts as no narrower than 1.4 radii. Zero where the samples know no gradient.
+Mat3 offset_gradient(const Samples& samples, Eigen::Index point);
+
 /// Depth and lateral deflection of a row about the rest normal.
 inline double depth_of(const PointData& point, const Vec3& deflection) {
   return deflection.dot(point.inward);

@@ -4,6 +4,8 @@
 #include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "libfit/fit/ring_constants.hpp"
 #include "tests/libfit/fit/synthetic.hpp"
 
@@ -91,6 +93,18 @@ struct RingBody {
       for (const double angle : {0.4, 2.1})
         record(ExperimentKind::path, there_and_back(inward, rig.tangent(p, angle), depth_m, 0.006));
   }
+  // The probe is a ball, and the surface such that the truth goes over its offset.
+  void probe_with(double radius_m, double friction) {
+    rig.samples.probe = sphere_spec(radius_m, friction);
+    for (std::size_t p = 0; p < truth.size(); ++p) {
+      const auto& k = truth[p].control[runtime::kCurvature];
+      Mat3 offset;
+      offset << -k[0], -k[3], -k[4], -k[3], -k[1], -k[5], -k[4], -k[5], -k[2];
+      const Mat3 own = offset * (Mat3::Identity() + radius_m * offset).inverse();
+      for (int i = 0; i < 9; ++i)
+        rig.samples.point_normal_gradient(static_cast<Eigen::Index>(p), i) = own(i / 3, i % 3);
+    }
+  }
   FittedCurves fit(FitReport* report = nullptr) const {
     FitOptions options;
     options.family = CurveFamily::rings;
@@ -98,6 +112,22 @@ struct RingBody {
     return fit_curves(rig.samples, options, {}, report);
   }
 };
+
+// kappa: of the body's surface; the ball has radius R. -1/R is a hollow that it fills.
+TEST(fitted_rings, of_a_ball_go_over_the_offset_surface) {
+  constexpr double R = 0.008;
+  const Vec3 u = Vec3(1, -2, 2).normalized(), s = u.unitOrthogonal(), t = u.cross(s);
+  const auto with = [&](double along_s, double along_t) -> Mat3 {
+    return -along_s * s * s.transpose() - along_t * t * t.transpose();
+  };
+  Recorder rig;
+  rig.add_point(u, with(1 / 0.014, -1 / 0.04));
+  rig.add_point(u, with(-1 / R, 0));
+  EXPECT_EQ(fit::offset_gradient(rig.samples, 0), with(1 / 0.014, -1 / 0.04)) << "no ball is known";
+  rig.samples.probe = sphere_spec(R);
+  EXPECT_LT((fit::offset_gradient(rig.samples, 0) - with(1 / 0.022, -1 / 0.032)).norm(), 1e-9);
+  EXPECT_LT((fit::offset_gradient(rig.samples, 1) - with(-1 / (0.3 * R), 0)).norm(), 1e-9);
+}
 
 TEST(fitted_rings, are_those_of_a_body_that_obeys_the_law) {
   RingBody body;
@@ -204,7 +234,7 @@ TEST(fitted_rings, of_a_point_without_drags_are_the_bodys) {
 TEST(fitted_rings, without_drags_at_any_point_are_theorys_and_say_so) {
   RingBody body;
   body.add(1, false);
-  body.rig.samples.probe = sphere_spec(0.005, 0.4);
+  body.probe_with(0.005, 0.4);
   FitReport report;
   const FittedCurves fitted = body.fit(&report);
   EXPECT_EQ(fitted.status[0], FitStatus::good) << fitted.message[0];
@@ -300,7 +330,7 @@ TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
   const double lambdas[] = {0.70, 0.72, 0.71, 0.40};
   for (unsigned seed = 1; seed <= 4; ++seed) body.add(seed, true, lambdas[seed - 1]);
   body.rig.samples.poisson = 0.45;  // lambda 0.710
-  body.rig.samples.probe = sphere_spec(0.3 / (2 * 16), 0.3 / 0.95);
+  body.probe_with(0.3 / (2 * 16), 0.3 / 0.95);
   FitOptions options = options_for(body.rig.samples);
   EXPECT_NEAR(options.default_lateral_ratio, 0.710, 1e-3);
   options.family = CurveFamily::rings;
@@ -316,7 +346,7 @@ TEST(fitted_rings, far_from_theory_or_from_the_bodys_are_said_to_be) {
   EXPECT_EQ(fitted.message[0], "");
 
   body.rig.samples.poisson = 0.1;  // 0.947
-  body.rig.samples.probe = sphere_spec(0.003, 0.9);
+  body.probe_with(0.003, 0.9);
   fit_curves(body.rig.samples, options, {}, &report);
   for (const char* what : {"lambda 0.7", "mu0 ", "mu1 "})
     EXPECT_NE(report.rings.warning.find(what), std::string::npos) << report.rings.warning;

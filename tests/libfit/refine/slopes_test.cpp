@@ -107,11 +107,12 @@ TEST(Slopes, half_of_them_reproduces_a_parabola) {
   EXPECT_LT(field_error(model, parabola).most, 1e-6);
 }
 
-// On a ball of radius R the energy of a press to d is Z(c, d); moving the contact point moves the
-// tool by (1 - d / R) of that.
-TEST(Slopes, are_those_of_the_energy_where_the_normal_turns) {
-  const double radius_m = 0.03;
-  FittedCurves curves = rings_at(icosphere(1, radius_m), kSmooth);
+// On a body of radius a the energy of a press to d is Z(c, d); moving the contact point moves a tip
+// by (1 - d / a) of that, and the centre of a ball of radius R by (1 + (R - d) / a).
+void expect_slopes_of_the_energy(double ball_m) {
+  const double body_m = 0.03, radius_m = body_m + ball_m;
+  FittedCurves curves = rings_at(icosphere(1, body_m), kSmooth);
+  if (ball_m > 0) curves.probe = sphere_spec(ball_m);
   for (Eigen::Index p = 0; p < curves.position.rows(); ++p) {
     const Vec3 u = curves.normal.row(p);
     const Mat3 k = (Mat3::Identity() - u * u.transpose()) / radius_m;
@@ -130,11 +131,14 @@ TEST(Slopes, are_those_of_the_energy_where_the_normal_turns) {
         std::vector<double> component;
         for (int j = 0; j < 4; ++j) component.push_back(slopes(p, 3 * j + k));
         const double g2 = curves.curves.control[runtime::kSide2](p, k), g3 = -7 * g2;
-        const double wanted = (1 - d / radius_m) * (g2 * d * d + g3 * d * d * d);
+        const double moved = 1 + (ball_m - d) / body_m;
+        const double wanted = moved * (g2 * d * d + g3 * d * d * d);
         EXPECT_NEAR(runtime::curve_energy(view, component.data(), d), wanted,
                     1e-9 * std::abs(g2) * d * d + 1e-15);
       }
 }
+TEST(Slopes, are_those_of_the_energy_where_the_normal_turns) { expect_slopes_of_the_energy(0); }
+TEST(Slopes, count_how_far_the_centre_of_a_ball_goes) { expect_slopes_of_the_energy(0.008); }
 
 TEST(Slopes, that_say_nothing_are_left_out) {
   const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(6, 6, 0.1, 0.1);

@@ -213,6 +213,48 @@ TEST(ball, rolling_a_depth_around_a_round_body_keeps_the_depth) {
   }
 }
 
+// A ball of radius R whose centre is at the height h over the middle of a sphere and beside it by s
+// touches it in the direction s / h, wherever friction does not hold the contact point.
+TEST(ball, a_tip_on_a_body_that_was_measured_with_a_ball_is_that_ball) {
+  constexpr double kBody_m = 0.03, kBall_m = 0.012, kDepth_m = 0.003, kAside_m = 0.008;
+  Model model = sphere_model(kBody_m, 60, uniform(400, 300, 1e-3));
+  const Loaded measured_with_tip = load(model);
+  model.probe = sphere_spec(kBall_m);
+  const Loaded measured_with_ball = load(model);
+  const Vec3 touch(0, 0, kBody_m), up(0, 0, 1);
+  const std::vector<Vec3> way = {touch + 0.001 * up, touch - kDepth_m * up,
+                                 touch + Vec3(kAside_m, 0, -kDepth_m)};
+  Ball tip(measured_with_ball.asset, 0), ball(measured_with_ball.asset, kBall_m),
+      bare(measured_with_tip.asset, 0);
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const Vec3 force = tip.go(way[i - 1], way[i], 2e-5);
+    const Vec3 wanted = ball.go(way[i - 1] + kBall_m * up, way[i] + kBall_m * up, 2e-5);
+    bare.go(way[i - 1], way[i], 2e-5);
+    EXPECT_LT((force - wanted).norm(), 1e-9 * wanted.norm()) << "leg " << i;
+    EXPECT_LT((Vec3::Map(tip.out.acts_at_m) - Vec3::Map(ball.out.acts_at_m)).norm(), 1e-12);
+  }
+  const auto angle = [](const Ball& at) {
+    return std::atan2(at.out.contact_m[0], at.out.contact_m[2]);
+  };
+  EXPECT_NEAR(angle(tip), std::atan2(kAside_m, kBody_m + kBall_m - kDepth_m), 0.01);
+  EXPECT_NEAR(angle(bare), std::atan2(kAside_m, kBody_m - kDepth_m), 0.01);
+}
+
+TEST(ball, a_tip_that_stands_for_a_ball_feels_nothing_where_it_touches) {
+  Model model = sphere_model(0.03, 8, uniform(400, 300, 0.5));
+  model.probe = sphere_spec(0.012);
+  const Loaded body = load(model);
+  std::mt19937 random(31);
+  std::normal_distribution<double> gauss;
+  for (int round = 0; round < 200; ++round) {
+    const Vec3 out = Vec3(gauss(random), gauss(random), gauss(random)).normalized();
+    Ball tip(body.asset, 0);
+    Vec3 force = tip.tick(0.031 * out);
+    for (double r = 0.031; tip.out.state == ContactState::air; r -= 1e-5) force = tip.tick(r * out);
+    EXPECT_LT(force.norm(), 700 * 1.1e-5) << "round " << round;
+  }
+}
+
 TEST(ball, a_vanishing_ball_is_a_tip) {
   const Loaded sphere = load(sphere_model(0.03, 20, uniform(400, 300, 0.3)));
   Ball ball(sphere.asset, 1e-9), nothing(sphere.asset, 0);
