@@ -1,5 +1,6 @@
 # Debian packages: `cpack -G DEB` in a finished build folder writes palpate (the program, its page,
-# man pages, completion, scenes), libpalpate-engineN (the C library) and libpalpate-engine-dev.
+# man pages, completion, scenes), libpalpate-engineN (the C library), libpalpate-engine-dev and, where
+# it was built, python3-palpate.
 get_target_property(abi palpate_engine_shared SOVERSION)
 set(CPACK_PACKAGE_NAME palpate)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
@@ -8,6 +9,17 @@ set(CPACK_PACKAGE_CONTACT "Palpate contributors <palpate@invalid>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL program engine engine-dev)
+if(TARGET palpate_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  math(EXPR next_python "${PALPATE_PYTHON_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-palpate)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+      "python3 (>= 3.${PALPATE_PYTHON_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "palpate, python3-h5py, python3-matplotlib")
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+      "Palpate's engine over NumPy arrays, its files as arrays, and its commands as functions")
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

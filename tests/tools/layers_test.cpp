@@ -65,6 +65,7 @@ const std::vector<Row> kRooms{
     {"tools/report", {}},
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
     {"tools/page", {"tools/bench"}},
+    {"tools/python", {}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
       "tools/realtime", "tools/report", "tools/outputs"}},
