@@ -17,14 +17,32 @@ target_compile_features(cpp_headers PRIVATE cxx_std_17)
 ")
   file(WRITE ${WORK}/user/headers.cpp
 "#include <palpate/engine.hpp>
-int main() { return palpate::runtime::Contact{}.has_tip ? 1 : 0; }
+#include <cstdio>
+using namespace palpate::runtime;
+alignas(64) static char bytes[1 << 24];
+int main(int argc, char** argv) {
+  const std::size_t size = argc > 1 ? std::fread(bytes, 1, sizeof bytes, std::fopen(argv[1], \"rb\")) : 0;
+  Status status;
+  const Asset asset = Asset::open(bytes, size, &status);
+  if (status != Status::ok) return std::puts(sentence(status)), 1;
+  const auto middle = [&](int k) { return asset.origin_m[k] + 0.5 * (asset.tree[0].lo[k] + asset.tree[0].hi[k]); };
+  const double top = asset.origin_m[2] + asset.tree[0].hi[2];
+  Contact contact;
+  Output out;
+  double felt_N = 0;
+  for (double z = top + 0.002; z > top - 0.02; z -= 1e-4) {
+    const double tip_m[] = {middle(0) + 0.0013, middle(1) + 0.0007, z};
+    if (touch(asset, contact, tip_m, out) == Status::ok && out.force_on_tool_N[2] > felt_N)
+      felt_N = out.force_on_tool_N[2];
+  }
+  return felt_N > 0 ? 0 : 1;
+}
 ")
   run(${CMAKE_COMMAND} -S ${WORK}/user -B ${WORK}/user/build -DCMAKE_PREFIX_PATH=${prefix})
   run(${CMAKE_COMMAND} --build ${WORK}/user/build)
-  foreach(program c_loop c_static)
+  foreach(program c_loop c_static cpp_headers)
     run(${WORK}/user/build/${program} ${ASSET})
   endforeach()
-  run(${WORK}/user/build/cpp_headers)
 
   find_program(PKG_CONFIG pkg-config)
   if(PKG_CONFIG)
