@@ -34,6 +34,8 @@ public sealed unsafe class PalpateBody : MonoBehaviour
         GetComponent<MeshFilter>().sharedMesh = mesh;
     }
 
+    public void OnDisable() { Destroy(mesh); }
+
     internal void Attach(PalpateTool tool) { moved[tool] = new float[3 * Engine.Info.Vertices]; }
     internal void Detach(PalpateTool tool) { moved.Remove(tool); }
 

@@ -50,7 +50,7 @@ namespace UnityEngine
         public static void LogWarning(object message, Object context) { Said.Add(message.ToString()); }
     }
 
-    public class Object { }
+    public class Object { public static void Destroy(Object made) { } }
     public class ScriptableObject : Object
     {
         public static T CreateInstance<T>() where T : ScriptableObject, new() { return new T(); }
