@@ -55,3 +55,58 @@ int main(int argc, char** argv) {
     run(${WORK}/by_pkg_config ${ASSET})
   endif()
 endfunction()
+
+# use_libraries(PREFIX): one that fills a box with tetrahedra and fits presses that it has written.
+function(use_libraries prefix)
+  file(WRITE ${WORK}/libraries/CMakeLists.txt
+"cmake_minimum_required(VERSION 3.25)
+project(user C CXX)
+find_package(palpate ${VERSION} REQUIRED COMPONENTS libraries)
+add_executable(user user.cpp)
+target_link_libraries(user PRIVATE palpate::fit palpate::io palpate::mesh_fill palpate::solve)
+target_compile_features(user PRIVATE cxx_std_20)
+")
+  file(WRITE ${WORK}/libraries/user.cpp [[
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "libfem/mesh/fill/fill_volume.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
+#include "libfit/fit/fit_curves.hpp"
+#include "libfit/io/files/files.hpp"
+
+int main() {
+  palpate::Surface box;
+  box.vertices.resize(8, 3);
+  for (int i = 0; i < 8; ++i) box.vertices.row(i) << (i & 1) * 0.08, (i >> 1 & 1) * 0.08, (i >> 2) * 0.03;
+  box.triangles.resize(12, 3);
+  box.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
+  const palpate::TetMesh tets = palpate::fill_volume(box);
+
+  constexpr int kRows = 12;
+  palpate::Samples presses;
+  presses.point_position = palpate::Points::Zero(1, 3);
+  presses.point_normal = palpate::Vec3(0, 0, -1).transpose();
+  presses.point_name = {"p"};
+  presses.deflection = presses.force = presses.torque = palpate::Points::Zero(kRows, 3);
+  presses.force_error = Eigen::VectorXd::Constant(kRows, std::numeric_limits<double>::quiet_NaN());
+  presses.status.assign(kRows, palpate::RowStatus::good);
+  presses.kind.assign(kRows, palpate::ExperimentKind::press);
+  presses.point.assign(kRows, 0);
+  presses.experiment.assign(kRows, 0);
+  for (int i = 0; i < kRows; ++i) {
+    presses.step.push_back(i);
+    presses.deflection(i, 2) = -5e-4 * (i + 1);
+    presses.force(i, 2) = -2 * std::pow((i + 1.0) / kRows, 1.5);
+  }
+  palpate::write_samples("presses.h5", presses);
+  const palpate::FittedCurves curves = palpate::fit_curves(palpate::read_samples("presses.h5"));
+  std::printf("%d tetrahedra, residual %.4f N of 2\n", static_cast<int>(tets.tets.rows()), curves.rms_residual_N[0]);
+  return tets.tets.rows() > 5 && curves.rms_residual_N[0] < 0.01 ? 0 : 1;
+}
+]])
+  run(${CMAKE_COMMAND} -S ${WORK}/libraries -B ${WORK}/libraries/build -DCMAKE_PREFIX_PATH=${prefix})
+  run(${CMAKE_COMMAND} --build ${WORK}/libraries/build)
+  run(${CMAKE_COMMAND} -E chdir ${WORK} ${WORK}/libraries/build/user)
+endfunction()
