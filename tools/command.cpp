@@ -174,7 +174,7 @@ class Session {
     nlohmann::ordered_json object{{"command", command_}};
     if (!reply_.json.is_null()) object.update(reply_.json);
     for (const std::string& file : wrote_)
-      if (std::error_code missing; !file.empty() && std::filesystem::exists(file, missing))
+      if (std::error_code missing; !file.empty() && std::filesystem::is_regular_file(file, missing))
         object["wrote"].push_back(
             {{"file", file}, {"bytes", std::filesystem::file_size(file, missing)}});
     for (const auto& [key, tone] :

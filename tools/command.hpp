@@ -73,6 +73,7 @@ std::unique_ptr<Command> declare_new(Arguments& arguments);
 std::unique_ptr<Command> declare_check(Arguments& arguments);
 std::unique_ptr<Command> declare_prepare(Arguments& arguments);
 std::unique_ptr<Command> declare_simulate(Arguments& arguments);
+std::unique_ptr<Command> declare_merge(Arguments& arguments);
 std::unique_ptr<Command> declare_import(Arguments& arguments);
 std::unique_ptr<Command> declare_fit(Arguments& arguments);
 std::unique_ptr<Command> declare_refine(Arguments& arguments);

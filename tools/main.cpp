@@ -13,6 +13,7 @@ constexpr CommandRow kCommands[] = {
     {"prepare", "Repair a surface, place test points on it and fill it with tetrahedra",
      declare_prepare},
     {"simulate", "Simulate presses and drags of the probe at every test point", declare_simulate},
+    {"merge", "Put the samples of several simulate --shard together", declare_merge},
     {"import", "Turn the recordings that a manifest names into samples", declare_import},
     {"fit", "Identify response curves at the test points", declare_fit},
     {"refine", "Interpolate the curves onto every vertex of the fine surface", declare_refine},

@@ -3,12 +3,14 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
@@ -37,6 +39,11 @@ fs::path existing(fs::path path) {
   std::error_code ignored;
   while (!fs::exists(path, ignored) && path.has_relative_path()) path = path.parent_path();
   return path;
+}
+
+// A file system without locks (some network ones) lets everyone in.
+bool is_locked_by_another(int descriptor) {
+  return ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 }  // namespace
@@ -75,6 +82,30 @@ void check_output(const fs::path& output, std::span<const std::string_view> kind
       "Give the output another name" + std::string(is_input ? "." : ", or remove the file first."));
 }
 
+OutputLock::OutputLock(const fs::path& output) : path_(output.string() + ".lock") {
+  // Until what is locked is what the name says: a writer that ends removes it.
+  for (struct stat locked{}, named{}; descriptor_ < 0;) {
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0)
+      throw Error(output.string(), fmt::format("cannot be written: {}", std::strerror(errno)),
+                  "Choose a folder that exists, can be written and has space.");
+    if (is_locked_by_another(descriptor_)) {
+      ::close(descriptor_);
+      throw Error(output.string(), "another palpate is writing this file",
+                  "Wait for it to end, or choose another name.");
+    }
+    if (::fstat(descriptor_, &locked) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+        locked.st_ino == named.st_ino)
+      break;
+    ::close(std::exchange(descriptor_, -1));
+  }
+}
+
+OutputLock::~OutputLock() {
+  ::unlink(path_.c_str());
+  ::close(descriptor_);
+}
+
 OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   const fs::path found = existing(path_);
   if (!fs::is_directory(found))
@@ -98,8 +129,7 @@ void OutputFolder::claim() {
     throw Error(path_.string(),
                 "cannot be made: " + (failure ? failure.message() : std::strerror(errno)),
                 "Choose a folder that can be written.");
-  // A file system without locks (some network ones) lets every run in.
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+  if (is_locked_by_another(descriptor_))
     throw Error(path_.string(), "another palpate is writing into this folder",
                 "Wait for it to end, or choose another folder.");
 }

@@ -17,6 +17,21 @@ std::string kind_of_file(const std::filesystem::path& path);
 void check_output(const std::filesystem::path& output, std::span<const std::string_view> kinds,
                   std::span<const std::string> inputs);
 
+/// Keeps a second writer from a file until this object or the program ends, however it ends: the
+/// lock is the system's, on `OUTPUT.lock`, and a file of that name that a killed program left locks
+/// nothing. Throws Error when another program writes the file, or its folder cannot be written.
+class OutputLock {
+ public:
+  explicit OutputLock(const std::filesystem::path& output);
+  ~OutputLock();
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
 /// The folder of a run. The constructor refuses (Error) what can be no such folder, and writes
 /// nothing.
 /// `claim` makes the folder and keeps a second run out of it until this object or the program ends.

@@ -47,6 +47,11 @@ class Answers : public testing::Test {
     shared->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
     shared->write("points.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
     ASSERT_EQ(run("out").status, 0);
+    const auto f = [](const std::string& name) { return (*shared / name).string(); };
+    ASSERT_EQ(palpate(*shared, "simulate " + f("out/body.h5") + " --shard 1/1 --points " +
+                                   f("points.csv") + " -o " + f("shards"))
+                  .status,
+              0);
   }
   static void TearDownTestSuite() { shared.reset(); }
   static Outcome run(const std::string& out, const std::string& options = "") {
@@ -62,6 +67,7 @@ class Answers : public testing::Test {
         {"check", f("scene.toml") + " --no-trial"},
         {"prepare", f("scene.toml") + " -o" + f("b.h5")},
         {"simulate", f("out/body.h5") + " -o" + f("s.h5") + " --points" + f("points.csv")},
+        {"merge", f("shards") + " -o" + f("merged.h5")},
         {"import", f("manifest.toml") + " -o" + f("i.h5")},
         {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
         {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},

@@ -138,6 +138,8 @@ std::vector<BadInput> bad_inputs() {
       {"a held side that is none", "new block.off -o new.toml --held up"},
       {"a unit that is none for a new scene", "new block.off -o new.toml --unit furlong"},
       {"curves where a body belongs", "simulate out/curves.h5 -o s.h5"},
+      {"a shard that is none", "simulate out/body.h5 --shard 5/4 -o shards"},
+      {"a folder without shards", "merge out -o s.h5"},
       {"points without columns",
        "simulate out/body.h5 -o s.h5 --points p.csv",
        1,
@@ -294,8 +296,8 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
     commands.insert(input.command.substr(0, input.command.find(' ')));
   }
   for (const char* command :
-       {"run", "new", "check", "prepare", "simulate", "import", "fit", "refine", "export", "replay",
-        "validate", "predict", "inspect", "tabulate", "report", "bench"})
+       {"run", "new", "check", "prepare", "simulate", "merge", "import", "fit", "refine", "export",
+        "replay", "validate", "predict", "inspect", "tabulate", "report", "bench"})
     EXPECT_TRUE(commands.contains(command)) << command;
   const fs::path docs = fs::path(PALPATE_SOURCE_DIR) / "docs/bad-inputs.md";
   if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(docs) << page;

@@ -1,5 +1,6 @@
 # Makes the Debian packages of a finished build, unpacks them into a clean prefix and uses what is
-# in them: cmake -DBUILD= -DSOURCE= -DWORK= -DASSET= -DVERSION= -P this
+# in them: cmake -DBUILD= -DSOURCE= -DWORK= -DASSET= -DVERSION= -DPYTHON= -P this. PYTHON: empty
+# where the module was not built.
 include(${CMAKE_CURRENT_LIST_DIR}/../libfit/runtime/use_engine.cmake)
 
 find_program(DPKG_DEB dpkg-deb)
@@ -27,8 +28,12 @@ file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_CPACK_COMMAND} -G DEB --config ${BUILD}/CPackConfig.cmake -B ${WORK}/packages)
 file(GLOB packages ${WORK}/packages/*.deb)
 list(LENGTH packages count)
-if(NOT count EQUAL 3)
-  message(FATAL_ERROR "three packages were expected: ${packages}")
+set(expected 4)
+if(PYTHON)
+  set(expected 5)
+endif()
+if(NOT count EQUAL expected)
+  message(FATAL_ERROR "${expected} packages were expected: ${packages}")
 endif()
 foreach(package ${packages})
   output(about ${DPKG_DEB} --field ${package} Package Version Depends Description)
@@ -37,6 +42,7 @@ foreach(package ${packages})
 endforeach()
 expect("${all}" "Package: palpate\n.*Depends: [^\n]*libhdf5")
 expect("${all}" "Package: libpalpate-engine1\n")
+expect("${all}" "Package: libpalpate-dev\n.*Depends: libpalpate-engine-dev")
 expect("${all}" "Package: libpalpate-engine-dev\n.*Depends: libpalpate-engine1")
 
 # The program finds its page and scenes beside it.
@@ -86,3 +92,40 @@ if(SHELL_fish)
 endif()
 
 use_engine(${prefix})
+use_libraries(${prefix})
+
+# Five lines of Python, with what the package and what the wheel holds.
+if(PYTHON)
+  expect("${all}" "Package: python3-palpate\n.*Depends: [^\n]*python3-numpy")
+  file(WRITE ${WORK}/user.py
+"import palpate, sys
+with palpate.open(sys.argv[1]) as asset:
+    above = asset.box_m[1] + 0.001
+    ticks = asset.contact().tick([above, above])
+print(palpate.__file__, palpate.sentence(ticks['status'][1]))
+")
+  function(use_python folder)
+    output(out ${CMAKE_COMMAND} -E env PYTHONPATH=${folder} ${PYTHON} ${WORK}/user.py ${ASSET})
+    expect("${out}" "^${folder}/palpate/")
+  endfunction()
+  use_python(${prefix}/lib/python3/dist-packages)
+  output(out ${CMAKE_COMMAND} -E env PYTHONPATH=${prefix}/lib/python3/dist-packages --unset=PALPATE_PROGRAM
+         ${PYTHON} -c "print(__import__('palpate.program').program.program())")
+  expect("${out}" "^${prefix}/bin/palpate\n")
+
+  # A virtual environment finds what is installed into it.
+  execute_process(COMMAND ${PYTHON} -m venv --without-pip --system-site-packages ${WORK}/venv
+                  RESULT_VARIABLE no_venv OUTPUT_QUIET ERROR_QUIET)
+  if(NOT no_venv)
+    run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/venv --component python)
+    run(${WORK}/venv/bin/python3 ${WORK}/user.py ${ASSET})
+  endif()
+
+  execute_process(COMMAND ${PYTHON} -c "import setuptools, wheel" RESULT_VARIABLE no_wheel ERROR_QUIET)
+  if(NOT no_wheel)
+    run(${CMAKE_COMMAND} --build ${BUILD} --target palpate_wheel)
+    file(GLOB wheel ${BUILD}/tools/python/wheel/palpate-${VERSION}-*.whl)
+    file(ARCHIVE_EXTRACT INPUT ${wheel} DESTINATION ${WORK}/wheel)
+    use_python(${WORK}/wheel)
+  endif()
+endif()

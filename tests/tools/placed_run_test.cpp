@@ -47,6 +47,28 @@ TEST_F(PlacedRun, automatic_points_are_added_to_and_never_simulated_again) {
     EXPECT_TRUE(content_of(folder / "out" / file) == content_of(folder / "fresh" / file)) << file;
 }
 
+TEST_F(PlacedRun, rounds_of_shards_have_the_bytes_of_one_process) {
+  folder.write("scene.toml", automatic_scene(20));
+  const std::string shards = (folder / "shards").string();
+  fs::create_directories(folder / "one");
+  const Outcome one = palpate(
+      folder, "simulate " + scene.string() + " -o " + (folder / "one" / "samples.h5").string());
+  ASSERT_EQ(one.status, 0) << one.err;
+  int rounds = 0;
+  for (; rounds < 9 && !fs::exists(folder / "shards" / "samples.h5"); ++rounds) {
+    for (const char* shard : {"1/3", "2/3", "3/3"}) {
+      const Outcome done =
+          palpate(folder, "simulate " + scene.string() + " --shard " + shard + " -o " + shards);
+      ASSERT_EQ(done.status, 0) << done.err;
+    }
+    const Outcome merged = palpate(folder, "merge " + shards + " -o " + shards + "/samples.h5");
+    ASSERT_EQ(merged.status, 0) << merged.err;
+  }
+  EXPECT_GE(rounds, 3);
+  for (const char* file : {"samples.h5", "samples.surface.h5", "placed.h5", "placement.csv"})
+    EXPECT_TRUE(content_of(folder / "one" / file) == content_of(folder / "shards" / file)) << file;
+}
+
 TEST_F(PlacedRun, the_asset_carries_the_statement_and_what_it_is_made_of) {
   std::string text = kScene;
   text.replace(text.find("causes = false"), 14, "causes = true");

@@ -98,26 +98,12 @@ class Run final : public Command {
         (!has_surface || stored_in_hdf5(surface_path(output)) == wanted);
     if (!is_stale("simulate", output, is_whole ? stored_in_hdf5(output) : std::nullopt, wanted))
       return;
-    const std::string point = point_fingerprint(scene_, body_);
     const SimulateRequest request{.jobs = jobs_,
                                   .output = output,
-                                  .fingerprint = point,
+                                  .fingerprint = point_fingerprint(scene_, body_),
                                   .resume = !force_,
                                   .has_surface = has_surface};
-    Samples samples;
-    if (scene_.experiments.placement) {
-      Placement placement = place_and_simulate(scene_, body_, request);
-      samples = std::move(placement.samples);
-      Body placed = body_;
-      placed.test_points = std::move(placement.points);
-      write_body(file("placed.h5"), placed, {{kInputsAttribute, wanted}});
-      write_rounds(file("placement.csv"), placement.rounds);
-    } else {
-      samples = simulate_body(scene_, body_, request);
-    }
-    write_with_surface(output, samples,
-                       {{kInputsAttribute, wanted}, {kPointFingerprintAttribute, point}});
-    remove_partial(output);
+    const Samples samples = simulate_scene(scene_, body_, request);
     say_force_errors(samples, scene_.experiments.force_tolerance);
     bad_experiments_ = list_bad_experiments(samples);
   }

@@ -1,18 +1,34 @@
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
+#include "tools/stages/shards.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {
 namespace {
+
+namespace fs = std::filesystem;
+
+int say_samples(const std::string& output, const Samples& samples, double force_tolerance,
+                Reply& reply) {
+  say("wrote {}: {} rows at {} points", output, samples.rows(), samples.points());
+  say_force_errors(samples, force_tolerance);
+  const std::size_t bad = list_bad_experiments(samples);
+  reply.json = nlohmann::ordered_json{
+      {"rows", samples.rows()}, {"points", samples.points()}, {"experiments_not_good", bad}};
+  return bad ? kSomeFailed : kDone;
+}
 
 class Simulate final : public Command {
  public:
@@ -24,6 +40,9 @@ class Simulate final : public Command {
     arguments.option(
         "--paths", paths_,
         "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
+    arguments.option("--shard", shard_,
+                     "Share of the test points to simulate, such as 3/8, for several processes; "
+                     "-o then names a folder that they share, and merge puts them together");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--resume", resume_, "Go on from the rows that an interrupted run kept");
@@ -33,48 +52,49 @@ class Simulate final : public Command {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
-    const std::string fingerprint = point_fingerprint(scene_, body_);
-    if (paths_.empty())
-      attributes_ = {{kInputsAttribute, samples_fingerprint(scene_, body_)},
-                     {kPointFingerprintAttribute, fingerprint}};
-    const bool is_placing = scene_.experiments.placement && points_.empty() && paths_.empty();
-    const SimulateRequest request{jobs_, output_, fingerprint, resume_,
-                                  keeps_surface(scene_, body_)};
-    const Samples samples = !paths_.empty() ? follow_paths()
-                            : is_placing    ? place(request)
-                                            : simulate_body(scene_, body_, request);
-    write_with_surface(output_, samples, attributes_);
-    remove_partial(output_);
-    say("wrote {}: {} rows at {} points", output_, samples.rows(), samples.points());
-    say_force_errors(samples, scene_.experiments.force_tolerance);
-    const std::size_t bad = list_bad_experiments(samples);
-    reply.json = nlohmann::ordered_json{
-        {"rows", samples.rows()}, {"points", samples.points()}, {"experiments_not_good", bad}};
-    return bad ? kSomeFailed : kDone;
+    return shard_.empty() ? simulate(reply) : simulate_share(reply);
   }
 
  private:
   void load() {
+    const fs::path shared = fs::path(output_) / "body.h5";
     if (input_.ends_with(".h5")) {
       body_ = read_body(input_);
       scene_ = scene_of(body_, input_);
+      made_from_ = stored_in_hdf5(input_).value_or("");
     } else {
       scene_ = open_scene(input_);
-      body_ = prepare_body(scene_, false);
+      made_from_ = body_fingerprint(scene_);
+      const bool is_made = !shard_.empty() && stored_in_hdf5(shared) == made_from_;
+      body_ = is_made ? read_body(shared) : prepare_body(scene_, false);
     }
-    if (!points_.empty())
-      body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
+    if (points_.empty()) return;
+    body_.test_points = place_points(read_point_table(points_), body_.surface, points_);
+    scene_.experiments.placement.reset();
   }
 
-  // The points grow; the body that `refine` needs then is written beside the samples.
-  Samples place(const SimulateRequest& request) {
-    Placement placement = place_and_simulate(scene_, body_, request);
-    body_.test_points = std::move(placement.points);
-    const auto folder = std::filesystem::path(output_).parent_path();
-    write_body(folder / "placed.h5", body_, {{kInputsAttribute, attributes_.at(kInputsAttribute)}});
-    write_rounds(folder / "placement.csv", placement.rounds);
-    say("wrote {}", (folder / "placed.h5").string());
-    return std::move(placement.samples);
+  int simulate(Reply& reply) {
+    const OutputLock lock(output_);
+    const SimulateRequest request{.jobs = jobs_,
+                                  .output = output_,
+                                  .fingerprint = point_fingerprint(scene_, body_),
+                                  .resume = resume_,
+                                  .has_surface = keeps_surface(scene_, body_)};
+    const Samples samples =
+        paths_.empty() ? simulate_scene(scene_, body_, request) : follow_paths();
+    return say_samples(output_, samples, scene_.experiments.force_tolerance, reply);
+  }
+
+  int simulate_share(Reply& reply) {
+    const Shard shard = parse_shard(shard_);
+    if (!paths_.empty())
+      throw Error("--shard", "deals test points, not the paths of --paths",
+                  "Cut the table of paths into several files instead.");
+    settle_body(output_, scene_, body_, made_from_);
+    const Eigen::Index points = simulate_shard(output_, shard, jobs_);
+    say("{}: {} points", shard_path(output_, shard).string(), points);
+    reply.json = nlohmann::ordered_json{{"points", points}};
+    return kDone;
   }
 
   Samples follow_paths() {
@@ -85,18 +105,49 @@ class Simulate final : public Command {
                                           {.jobs = job_count(jobs_), .already_done = {}}, {},
                                           progress.progress());
     add_origin(samples, simulator);
+    write_with_surface(output_, samples, {});
     return samples;
   }
 
-  std::string input_, output_, points_, paths_;
+  std::string input_, output_, points_, paths_, shard_, made_from_;
   int jobs_ = 0;
   bool resume_ = false;
   Scene scene_;
   Body body_;
-  Attributes attributes_;
+};
+
+class Merge final : public Command {
+ public:
+  explicit Merge(Arguments& arguments) {
+    arguments.positional("folder", folder_, "Folder of the shards, which simulate --shard wrote");
+    arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
+    arguments.option("--jobs", jobs_,
+                     "Number of threads; 0 uses all cores; results do not depend on it");
+  }
+
+  int run(Reply& reply) override {
+    const OutputLock lock(output_);
+    const Merged merged = merge_shards(folder_, output_, jobs_);
+    const Scene scene = scene_of(read_body(fs::path(folder_) / "body.h5"), folder_);
+    if (merged.samples)
+      return say_samples(output_, *merged.samples, scene.experiments.force_tolerance, reply);
+    say("points place themselves: round {} simulates {} more; run all shards again, then merge",
+        merged.next_round, merged.next_points);
+    reply.json = nlohmann::ordered_json{{"next_round", merged.next_round},
+                                        {"next_points", merged.next_points}};
+    return kDone;
+  }
+
+ private:
+  std::string folder_, output_;
+  int jobs_ = 0;
 };
 
 }  // namespace
+
+std::unique_ptr<Command> declare_merge(Arguments& arguments) {
+  return std::make_unique<Merge>(arguments);
+}
 
 std::unique_ptr<Command> declare_simulate(Arguments& arguments) {
   return std::make_unique<Simulate>(arguments);

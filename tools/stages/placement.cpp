@@ -13,6 +13,7 @@
 #include "libfit/refine/refine.hpp"
 #include "libfit/validation/replay.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/simulate.hpp"
 
@@ -135,11 +136,11 @@ PlacementRound judge(const Samples& samples, const Model& model, const Grown& gr
 
 }  // namespace
 
-Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request) {
+Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
+                             SampleCache known) {
   const PlacementSection& wanted = *scene.experiments.placement;
   const fem::Simulator simulator = make_simulator(scene, body);
   const fem::Experiments experiments = experiments_of(scene);
-  SampleCache known(request);
   Placement placement;
   placement.points = body.test_points;
   const bool has_drags = !experiments.drag_depths_m.empty();
@@ -212,6 +213,29 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
   return placement;
+}
+
+Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
+                       std::optional<Samples> known) {
+  SampleCache cache = known ? SampleCache(request, *std::move(known)) : SampleCache(request);
+  const Attributes attributes{{kInputsAttribute, samples_fingerprint(scene, body)},
+                              {kPointFingerprintAttribute, request.fingerprint}};
+  Samples samples;
+  if (scene.experiments.placement) {
+    Placement placement = place_and_simulate(scene, body, request, std::move(cache));
+    samples = std::move(placement.samples);
+    Body placed = body;
+    placed.test_points = std::move(placement.points);
+    const std::filesystem::path folder = request.output.parent_path();
+    write_body(folder / "placed.h5", placed, {{kInputsAttribute, attributes.at(kInputsAttribute)}});
+    write_rounds(folder / "placement.csv", placement.rounds);
+  } else {
+    samples =
+        cache.at(make_simulator(scene, body), body.test_points, experiments_of(scene), "simulate");
+  }
+  write_with_surface(request.output, samples, attributes);
+  remove_partial(request.output);
+  return samples;
 }
 
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libfit/core/body.hpp"
@@ -34,7 +35,15 @@ struct Placement {
 /// round. With rings a few of the first points are dragged and all others pressed alone, new ones
 /// on one mesh where that is good enough (M13e). No experiment is simulated twice, in this run or a
 /// resumed one; the same scene gives the same points whatever the number of threads.
-Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request);
+Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
+                             SampleCache known);
+
+/// All experiments of a scene at the body's points or at points that place themselves, written to
+/// request.output with all that says what they come from; placed.h5, the body that `refine` needs
+/// then, and placement.csv beside it where points placed themselves.
+/// known: samples that need not be simulated, none: those of earlier runs.
+Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
+                       std::optional<Samples> known = std::nullopt);
 
 /// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);

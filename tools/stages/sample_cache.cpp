@@ -10,18 +10,32 @@
 namespace palpate::tools {
 namespace {
 
-constexpr double kKeepInterval_s = 5;  // an interruption by force loses hardly more than this
-constexpr double kKeepShare = 0.05;    // of the time, spent on keeping
+// Of the time, spent on keeping: a process that is killed loses the points in flight and those done
+// within twenty times what keeping takes.
+constexpr double kKeepShare = 0.05;
 
 std::filesystem::path partial_of(const std::filesystem::path& output) {
   return output.string() + ".partial";
 }
 
+}  // namespace
+
+PointBatch taken(const PointBatch& batch, const std::vector<std::int32_t>& which) {
+  PointBatch out;
+  out.points.position = batch.points.position(which, Eigen::all);
+  out.points.normal = batch.points.normal(which, Eigen::all);
+  out.points.triangles.resize(0, 3);
+  out.quick = batch.quick;
+  for (const std::int32_t i : which) {
+    out.points.name.push_back(batch.points.name[static_cast<std::size_t>(i)]);
+    out.effort.push_back(batch.effort[static_cast<std::size_t>(i)]);
+  }
+  return out;
+}
+
 int experiments_per_point(const fem::Experiments& experiments) {
   return 1 + static_cast<int>(experiments.drag_depths_m.size()) * experiments.drag_directions;
 }
-
-}  // namespace
 
 // Samples of a file whose points come from the same things; none otherwise.
 Samples SampleCache::read_known(const std::filesystem::path& path) const {
@@ -57,6 +71,9 @@ SampleCache::SampleCache(const SimulateRequest& request) : request_(request) {
         request.output.string());
 }
 
+SampleCache::SampleCache(const SimulateRequest& request, Samples known)
+    : request_(request), interrupted_(std::move(known)) {}
+
 Samples SampleCache::known_at(const TestPoints& points, int per_point,
                               const std::vector<Effort>& effort) const {
   const Samples& known = interrupted_.points() == 0 ? earlier_
@@ -73,7 +90,9 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
     effort.assign(static_cast<std::size_t>(points.position.rows()), {per_point > 1, 0});
   Samples known = known_at(points, per_point, effort);
   add_origin(known, simulator);
-  if (points_without_rows(known).empty()) return known;
+  const std::vector<std::int32_t> missing = points_without_rows(known);
+  if (missing.empty()) return known;
+  if (request_.only_known) throw PointsMissing{taken({points, effort, quick}, missing)};
   // What is known of other points stays known: rounds of a placement come back to them.
   const Samples others = samples_beyond(interrupted_, points, per_point, effort);
   double next_s = 0;  // the first finished point is kept at once
@@ -82,7 +101,7 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
     if (from_s < next_s) return;
     keep(joined(so_far(), others, per_point));
     const double spent_s = wall_seconds() - from_s;
-    next_s = from_s + std::max(kKeepInterval_s, spent_s / kKeepShare);
+    next_s = from_s + spent_s / kKeepShare;
   };
   ConsoleProgress progress(what);
   Samples samples = fem::simulate(simulator, points, experiments,

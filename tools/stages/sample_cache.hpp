@@ -19,7 +19,26 @@ struct SimulateRequest {
   std::string fingerprint;       ///< point_fingerprint of what is simulated
   bool resume = true;            ///< use what earlier runs simulated
   bool has_surface = false;      ///< what is known must tell how the surface moved
+  bool only_known = false;       ///< simulate nothing: throw PointsMissing
 };
+
+/// Points, what is simulated at each, and what presses on one mesh lack.
+struct PointBatch {
+  TestPoints points;
+  std::vector<Effort> effort;
+  fem::QuickScale quick;
+};
+
+/// Those of a batch, by their number.
+PointBatch taken(const PointBatch& batch, const std::vector<std::int32_t>& which);
+
+/// Thrown where SimulateRequest::only_known is set and points are not known: these.
+struct PointsMissing {
+  PointBatch batch;
+};
+
+/// A press, and a drag at each depth along each direction.
+int experiments_per_point(const fem::Experiments& experiments);
 
 /// Points that were simulated before: by an interrupted run (`OUTPUT.partial`), or for the samples
 /// that OUTPUT holds now. A point is used again where its place, all that its rows come from and
@@ -27,11 +46,14 @@ struct SimulateRequest {
 class SampleCache {
  public:
   explicit SampleCache(const SimulateRequest& request);
+  /// Knows these as well, of any points.
+  SampleCache(const SimulateRequest& request, Samples known);
 
   /// Experiments at the points, in parallel; those that are known are not simulated again. What is
-  /// done is kept in `OUTPUT.partial`, rewritten at most every few seconds; an interruption
-  /// (exception Interrupted) leaves it there. what: names the work in its progress. effort: of each
-  /// point; empty: all are dragged, if any drag is wanted. quick: what presses on one mesh lack.
+  /// done is kept in `OUTPUT.partial`, rewritten whenever a point is finished, but for a twentieth
+  /// of the time at most; an interruption (exception Interrupted) leaves it there. what: names the
+  /// work in its progress. effort: of each point; empty: all are dragged, if any drag is wanted.
+  /// quick: what presses on one mesh lack.
   Samples at(const fem::Simulator& simulator, const TestPoints& points,
              const fem::Experiments& experiments, const std::string& what,
              std::vector<Effort> effort = {}, const fem::QuickScale& quick = {});

@@ -72,11 +72,6 @@ fem::Simulator make_simulator(const Scene& scene, const Body& body, double force
   return fem::Simulator(std::move(setup));
 }
 
-Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request) {
-  return SampleCache(request).at(make_simulator(scene, body), body.test_points,
-                                 experiments_of(scene), "simulate");
-}
-
 namespace {
 
 // "rejected: overlaps"

@@ -9,7 +9,6 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/stages/sample_cache.hpp"
 
 namespace palpate::tools {
 
@@ -26,9 +25,6 @@ bool keeps_surface(const Scene& scene, const Body& body);
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);
-
-/// Presses and drags at every test point of the body (SampleCache::at).
-Samples simulate_body(const Scene& scene, const Body& body, const SimulateRequest& request);
 
 /// Adds what later stages need to know of the simulator: its probe, and the body's Poisson's ratio.
 void add_origin(Samples& samples, const fem::Simulator& simulator);

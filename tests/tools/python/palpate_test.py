@@ -1,0 +1,338 @@
+"""The Python module as a user has it. ctest gives PYTHONPATH, PALPATE_PROGRAM and PALPATE_SOURCE."""
+import csv
+import importlib.util
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import palpate
+
+SOURCE = pathlib.Path(os.environ["PALPATE_SOURCE"])
+GOLDEN = sorted((SOURCE / "tests/libfit/runtime/golden").glob("*.palp"))
+PROGRAM = os.environ["PALPATE_PROGRAM"]
+
+
+def random_path(asset, seed, ticks=4000):
+    """Strokes that press, slide and lift all over what can be touched, 40 mm/s at most."""
+    random, (low, high) = np.random.default_rng(seed), asset.box_m
+    corners = random.uniform(low - 0.002, high + 0.004, (60, 3))
+    way = np.r_[0, np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))]
+    at = np.linspace(0, min(way[-1], 4e-5 * ticks), ticks)
+    return np.column_stack([np.interp(at, way, corners[:, i]) for i in range(3)])
+
+
+def walled_in(path):
+    """A closed block of 80 x 80 x 30 mm, as the tests of the program have it."""
+    n, vertices, faces = 8, [], []
+    grids = [lambda s, t: (s, t, 1), lambda s, t: (t, s, 0), lambda s, t: (s, 0, t), lambda s, t: (t, 1, s),
+             lambda s, t: (0, t, s), lambda s, t: (1, s, t)]
+    for place in grids:
+        first = len(vertices)
+        vertices += [place(i / n, j / n) for j in range(n + 1) for i in range(n + 1)]
+        for a in (first + j * (n + 1) + i for j in range(n) for i in range(n)):
+            faces += [(a, a + 1, a + n + 2), (a, a + n + 2, a + n + 1)]
+    rows = [f"{80 * x} {80 * y} {30 * z}" for x, y, z in vertices] + [f"3 {a} {b} {c}" for a, b, c in faces]
+    pathlib.Path(path).write_text(f"OFF\n{len(vertices)} {len(faces)} 0\n" + "\n".join(rows) + "\n")
+    return path
+
+
+class Ticks(unittest.TestCase):
+    def test_repeat_replay_bit_for_bit(self):
+        touched = 0
+        for golden in GOLDEN:
+            with palpate.open(golden) as asset, tempfile.TemporaryDirectory() as folder:
+                path = random_path(asset, seed=7)
+                table, forces = pathlib.Path(folder, "path.csv"), pathlib.Path(folder, "forces.csv")
+                table.write_text("t_s,x_m,y_m,z_m\n" + "".join(
+                    f"{i / 1000},{x!r},{y!r},{z!r}\n" for i, (x, y, z) in enumerate(path.tolist())))
+                palpate.command("replay", golden, table, output=forces, quiet=True)
+                ticks = asset.contact().tick(path)
+                with forces.open() as file:
+                    rows = list(csv.DictReader(file))
+            self.assertEqual(len(rows), len(ticks))
+            for name, field, part in [("fx_N", "force_on_tool_N", 0), ("fy_N", "force_on_tool_N", 1),
+                                      ("fz_N", "force_on_tool_N", 2), ("cx_m", "contact_m", 0),
+                                      ("depth_m", "normal_m", None), ("lateral_m", "lateral_m", None)]:
+                told = np.array([float(row[name]) for row in rows])
+                played = ticks[field] if part is None else ticks[field][:, part]
+                np.testing.assert_array_equal(told, played, f"{golden.name}: {name}")
+            touched += np.count_nonzero(ticks["state"])
+        self.assertGreater(touched, 500)
+
+    def test_are_the_same_one_by_one_in_pieces_and_in_float32_rounded_alike(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path = random_path(asset, seed=3).astype(np.float32)
+            whole = asset.contact().tick(path)
+            single, pieces = asset.contact(), asset.contact()
+            np.testing.assert_array_equal(np.array([single.tick(row) for row in path.astype(float)]), whole)
+            np.testing.assert_array_equal(np.concatenate([pieces.tick(p) for p in np.array_split(path, 7)]), whole)
+            self.assertTrue(whole["state"].any())
+
+    def test_take_arrays_with_gaps_and_of_the_other_order(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path = random_path(asset, seed=4)
+            wide = np.full((2 * len(path), 5), np.nan)
+            wide[::2, 1:4] = path
+            for view in (wide[::2, 1:4], np.asfortranarray(path), path[::-1][::-1], path.tolist()):
+                np.testing.assert_array_equal(asset.contact().tick(view), asset.contact().tick(path))
+
+    def test_refuse_shapes_and_types_that_are_none(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            contact = asset.contact()
+            for bad in (np.zeros((3, 4)), np.zeros(2), np.zeros((2, 2, 3)), np.float64(1)):
+                self.assertRaisesRegex(ValueError, r"position_m must have the shape \(n, 3\)", contact.tick, bad)
+            for bad in (np.zeros((3, 3), complex), [["a", "b", "c"]], None, np.zeros((1, 3), object)):
+                self.assertRaisesRegex(TypeError, "position_m must be real numbers", contact.tick, bad)
+            self.assertRaisesRegex(ValueError, "orientation has 2 rows, position_m 3", contact.tick,
+                                   np.zeros((3, 3)), orientation=np.ones((2, 4)))
+            self.assertRaisesRegex(palpate.Error, "tool: ", asset.contact, radius_m=-1)
+            self.assertRaises(IndexError, contact.deform, 0, 10**9)
+            self.assertEqual(len(contact.tick(np.zeros((0, 3)))), 0)
+
+    def test_tell_what_is_wrong_with_a_row_and_give_no_force_there(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            row = asset.contact().tick([np.nan, 0, 0])
+            self.assertIn("finite", palpate.sentence(row["status"]).lower())
+            self.assertFalse(row["force_on_tool_N"].any())
+
+    def test_turn_with_the_body(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path, half = random_path(asset, seed=5, ticks=1500), np.sqrt(0.5)
+            turned = path[:, [1, 0, 2]] * [-1, 1, 1] + [0.3, 0, 0]  # by 90 degrees about z, then aside
+            here = asset.contact().tick(path)
+            there = asset.contact().tick(turned, body_position_m=[0.3, 0, 0], body_orientation=[half, 0, 0, half])
+            force = here["force_on_tool_N"][:, [1, 0, 2]] * [-1, 1, 1]
+            np.testing.assert_allclose(there["force_on_tool_N"], force, atol=1e-9)
+            self.assertTrue(force.any())
+
+    def test_of_a_copy_go_on_alike(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path, first = random_path(asset, seed=6), asset.contact()
+            first.tick(path[:2000])
+            second = first.copy()
+            np.testing.assert_array_equal(first.tick(path[2000:]), second.tick(path[2000:]))
+            first.restart()
+            np.testing.assert_array_equal(first.tick(path), asset.contact().tick(path))
+
+    def test_from_threads_are_those_of_one(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            path = random_path(asset, seed=8)
+            alone, results = asset.contact().tick(path), [None] * 8
+            shared = asset.contact()
+
+            def play(i):
+                results[i] = asset.contact().tick(path)
+                shared.tick(path)
+
+            threads = [threading.Thread(target=play, args=(i,)) for i in range(len(results))]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            for result in results:
+                np.testing.assert_array_equal(result, alone)
+
+    def test_release_the_interpreter_and_end_on_interrupt(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            contact, path = asset.contact(), np.tile(asset.box_m.mean(axis=0), (1_500_000, 1))
+            counted, stop = [0], threading.Event()
+
+            def count():
+                while not stop.is_set():
+                    counted[0] += 1
+                    time.sleep(0.001)
+
+            other = threading.Thread(target=count)
+            other.start()
+            threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                for _ in range(50):
+                    contact.tick(path)
+                    counted[0] = 0
+            stop.set()
+            other.join()
+            self.assertGreater(counted[0], 0)
+
+
+class AnAsset(unittest.TestCase):
+    def test_says_what_it_is(self):
+        for golden in GOLDEN:
+            with palpate.open(str(golden)) as asset:
+                told = palpate.command("inspect", golden)
+                self.assertEqual(asset.law, told["family"])
+                self.assertEqual(asset.vertices_m.shape, (told["vertices"], 3))
+                self.assertEqual(asset.triangles.shape, (told["triangles"], 3))
+                self.assertEqual(np.count_nonzero(asset.covered == 1), told["measured_vertices"])
+                self.assertEqual(asset.range_m, told["range_m"])
+                self.assertIsInstance(asset.meta, dict)
+                np.testing.assert_allclose(np.linalg.norm(asset.inward_normal, axis=1), 1, atol=1e-5)
+
+    def test_that_is_closed_answers_nothing(self):
+        with palpate.open(GOLDEN[0]) as asset:
+            contact = asset.contact()
+        self.assertTrue(asset.closed)
+        for ask in (lambda: contact.tick([0, 0, 0]), contact.deform, asset.contact, lambda: asset.law):
+            self.assertRaisesRegex(ValueError, "the asset is closed", ask)
+
+    def test_that_is_none_is_refused_in_the_engines_words(self):
+        content = GOLDEN[0].read_bytes()
+        for bytes_, words in ((b"", "too few"), (b"x" * 500, ""), (content[:-1], ""),
+                              (content[:900] + b"?" + content[901:], "")):
+            with self.assertRaises(palpate.Error) as caught:
+                palpate.Asset(bytes_, "some.palp")
+            self.assertEqual(caught.exception.where, "some.palp")
+            self.assertIn(words, caught.exception.what)
+        self.assertRaises(FileNotFoundError, palpate.open, "nowhere.palp")
+
+
+@unittest.skipUnless(importlib.util.find_spec("h5py"), "python3-h5py is not installed")
+class Files(unittest.TestCase):
+    """One small run, by the example that a user would begin with."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.at = pathlib.Path(cls.folder.name)
+        cls.said = example("run_and_look.py", walled_in(cls.at / "block.off"), cls.at / "out",
+                           *([cls.at / "curve.png"] if importlib.util.find_spec("matplotlib") else []))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_are_made_by_the_example_from_a_dict(self):
+        self.assertIn("19 of 20 within", self.said)
+        self.assertEqual(self.said.count(" N at "), 4)
+        if importlib.util.find_spec("matplotlib"):
+            self.assertGreater((self.at / "curve.png").stat().st_size, 5000)
+
+    def test_hold_what_the_program_says(self):
+        error = palpate.statement(self.at / "out")["force_error"]
+        self.assertEqual(error, palpate.statement(self.at / "out/asset.palp")["force_error"])
+        body = palpate.read(self.at / "out/body.h5")
+        self.assertEqual(body["test_points/position"].shape, (4, 3))
+        samples = palpate.read(self.at / "out/samples.h5")
+        self.assertEqual(samples["rows/status/names"][0], "good")
+        points = palpate.by_point(samples)
+        self.assertEqual(sum(len(rows["force"]) for rows in points.values()), len(samples["rows/force"]))
+
+    def test_that_are_read_and_written_again_fit_alike(self):
+        samples = palpate.read(self.at / "out/samples.h5")
+        again = palpate.fit(samples, self.at / "again.h5", jobs=1, quiet=True)
+        direct = palpate.fit(self.at / "out/samples.h5", self.at / "direct.h5", jobs=1, quiet=True)
+        for point, kinds in direct.items():
+            for kind, curve in kinds.items():
+                for key, value in curve.items():
+                    np.testing.assert_array_equal(value, again[point][kind][key])
+                self.assertTrue((np.diff(curve["value_N"]) >= 0).all())
+            self.assertTrue((kinds["normal"]["deviation_N"][1:] > 0).all())
+
+    def test_predict_samples_of_a_dict(self):
+        model, samples = self.at / "out/model.h5", self.at / "out/samples.h5"
+        told = palpate.predict(model, palpate.read(samples), quiet=True)
+        self.assertEqual(told["force_error"], palpate.predict(model, samples, quiet=True)["force_error"])
+        self.assertLess(told["force_error"]["median_rel"], 0.1)
+
+    def test_of_another_kind_are_refused(self):
+        for path in (self.at / "block.off", GOLDEN[0]):
+            self.assertRaises(palpate.Error, palpate.read, path)
+        self.assertRaises(FileNotFoundError, palpate.read, self.at / "none.h5")
+        with self.assertRaises(palpate.Error) as caught:
+            palpate.fit(self.at / "out/body.h5", self.at / "no.h5", quiet=True)
+        self.assertIn("palpate-body", str(caught.exception))
+        samples = palpate.read(self.at / "out/samples.h5")
+        self.assertRaisesRegex(palpate.Error, "there is no rows/force", palpate.write_samples, "x.h5",
+                               {name: value for name, value in samples.items() if name != "rows/force"})
+        samples["rows/force"] = samples["rows/force"][:-1]
+        self.assertRaisesRegex(palpate.Error, "rows/force", palpate.fit, samples, self.at / "no.h5", quiet=True)
+        self.assertFalse((self.at / "no.h5").exists())
+
+    def test_of_a_shape_move_the_surface(self):
+        with palpate.open(self.at / "out/asset.palp") as asset:
+            contact, vertices = asset.contact(radius_m=0.008), asset.vertices_m
+            down = np.linspace(0.045, 0.035, 400)
+            contact.tick(np.column_stack([np.full(400, 0.04), np.full(400, 0.04), down]))
+            moved = contact.deform()
+            self.assertEqual((moved.shape, moved.dtype), (vertices.shape, np.float32))
+            self.assertLess(moved[:, 2].min(), -0.002)
+            np.testing.assert_array_equal(contact.deform(5, 7), moved[5:12])
+
+    @unittest.skipUnless(importlib.util.find_spec("pandas"), "pandas is not installed")
+    def test_become_frames(self):
+        frame = palpate.frame(next(iter(palpate.by_point(palpate.read(self.at / "out/samples.h5")).values())))
+        self.assertIn("force_2", frame)
+
+
+class Program(unittest.TestCase):
+    def test_refuses_in_its_own_words(self):
+        with self.assertRaises(palpate.Error) as caught:
+            palpate.run({"body": {"surface": "nowhere.off", "length_unit": "mm"}, "material": {"young": "9 kPa"},
+                         "probe": {"radius": "8 mm"}}, "unused", quiet=True)
+        self.assertIn("nowhere.off", str(caught.exception))
+        self.assertTrue(caught.exception.remedy)
+        self.assertFalse(os.path.exists("unused"))
+        with tempfile.TemporaryDirectory() as folder:
+            scene = {"body": {"surface": walled_in(os.path.join(folder, "b.off")), "length_unit": "mm"},
+                     "material": {"young": "soft"}}
+            self.assertRaisesRegex(palpate.Error, "young", palpate.command, "check", scene, quiet=True)
+        self.assertRaisesRegex(ValueError, "no command \"fitt\"", palpate.command, "fitt", quiet=True)
+        self.assertRaisesRegex(ValueError, "no option --degre", palpate.command, "fit", "s.h5", degre=3,
+                               quiet=True)
+
+    @unittest.skipUnless(importlib.util.find_spec("h5py"), "python3-h5py is not installed")
+    def test_keeps_what_is_done_when_interrupted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = {"body": {"surface": walled_in(os.path.join(folder, "b.off")), "length_unit": "mm",
+                              "fixed": [{"below": {"axis": "z", "at": "1 mm"}}]},
+                     "material": {"young": "10 kPa", "poisson": 0.45}, "probe": {"radius": "8 mm"},
+                     "experiments": {"depth": "4 mm", "drag_distance": "5 mm"}}
+            out = os.path.join(folder, "out")
+
+            def interrupt():  # once the body is there it simulates, for minutes
+                while not os.path.exists(os.path.join(out, "body.h5")):
+                    time.sleep(0.05)
+                time.sleep(0.5)
+                os.kill(os.getpid(), signal.SIGINT)
+
+            threading.Thread(target=interrupt, daemon=True).start()
+            with self.assertRaises(KeyboardInterrupt):
+                palpate.run(scene, out, jobs=1, quiet=True)
+            self.assertFalse(os.path.exists(os.path.join(out, "samples.h5")))
+            self.assertEqual(palpate.read(os.path.join(out, "body.h5"))["test_points/normal"].shape[1], 3)
+
+
+def example(name, *arguments):
+    """What the example printed."""
+    return subprocess.run([sys.executable, SOURCE / "tools/python/examples" / name, *arguments], check=True,
+                          stdout=subprocess.PIPE, text=True).stdout
+
+
+class Examples(unittest.TestCase):
+    def test_force_along_path_presses_and_slides(self):
+        with tempfile.TemporaryDirectory() as folder:
+            picture = pathlib.Path(folder, "path.png")
+            wants = [picture] if importlib.util.find_spec("matplotlib") else []
+            said = example("force_along_path.py", GOLDEN[0], *wants)
+            self.assertRegex(said, r"\d+ ticks, [1-9]\d* in contact, [1-9]\d* slipping")
+            self.assertTrue(not wants or picture.stat().st_size > 5000)
+
+    @unittest.skipUnless(importlib.util.find_spec("h5py"), "python3-h5py is not installed")
+    def test_own_simulator_gets_its_forces_back(self):
+        with tempfile.TemporaryDirectory() as folder:
+            lines = example("own_simulator.py", folder).splitlines()
+        self.assertEqual(len(lines), 4)
+        for line in lines:
+            fitted, simulated = (float(part.split()[0]) for part in (line.split(": ")[1], line.split("simulated ")[1]))
+            self.assertAlmostEqual(fitted / simulated, 1, delta=0.02)
+
+
+if __name__ == "__main__":
+    unittest.main()

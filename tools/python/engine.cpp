@@ -1,0 +1,307 @@
+// The module palpate._engine: the engine's C interface (palpate.h) over NumPy arrays.
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libfit/runtime/palpate.h"
+#include "tools/python/arrays.hpp"
+
+namespace palpate::tools {
+namespace {
+
+constexpr py::ssize_t kTicksBetweenSignals = 1 << 16;  // some 50 ms
+
+[[noreturn]] void refuse_tool_or_bytes(const std::string& where, palpate_status status) {
+  const py::object error = py::module_::import("palpate").attr("Error");
+  PyErr_SetObject(error.ptr(), error(where, palpate_sentence(status), "").ptr());
+  throw py::error_already_set();
+}
+
+// An opened asset with its bytes; contacts share it, so that closing pulls nothing from under them.
+class PyAsset {
+ public:
+  PyAsset(const py::bytes& content, const std::string& where) {
+    char* bytes = nullptr;
+    py::ssize_t size = 0;
+    if (PyBytes_AsStringAndSize(content.ptr(), &bytes, &size) != 0) throw py::error_already_set();
+    const auto count = static_cast<std::uint64_t>(size);
+    palpate_status status;
+    {
+      const py::gil_scoped_release other_threads;
+      room_.resize(count + 63);
+      status = palpate_open(&asset_, palpate_copy_aligned(room_.data(), room_.size(), bytes, count),
+                            count);
+    }
+    if (status != PALPATE_OK) refuse_tool_or_bytes(where, status);
+    palpate_describe(&asset_, &info_);
+    palpate_read_mesh(&asset_, &mesh_);
+  }
+  const palpate_asset* open() const {
+    if (is_closed_) throw py::value_error("the asset is closed");
+    return &asset_;
+  }
+  const palpate_info& info() const { return open(), info_; }
+  const palpate_mesh& mesh() const { return open(), mesh_; }
+  // Its bytes go with the last contact.
+  void close() { is_closed_ = true; }
+  bool is_closed() const { return is_closed_; }
+
+ private:
+  std::vector<char> room_;
+  palpate_asset asset_;
+  palpate_info info_;
+  palpate_mesh mesh_;
+  bool is_closed_ = false;  // under the GIL
+};
+
+py::array_t<double> vertices_of(const PyAsset& asset) {
+  const palpate_mesh& mesh = asset.mesh();
+  py::array_t<double> out({mesh.vertices, 3});
+  for (int i = 0; i < 3 * mesh.vertices; ++i)
+    out.mutable_data()[i] = mesh.origin_m[i % 3] + static_cast<double>(mesh.vertex_m[i]);
+  return out;
+}
+
+// One tool on one asset. A tick holds its mutex: threads take turns.
+class PyContact {
+ public:
+  PyContact(std::shared_ptr<const PyAsset> asset, const palpate_tool& tool)
+      : asset_(std::move(asset)), tool_(tool) {
+    asset_->open();
+    start();
+  }
+  PyContact(const PyContact& other) : asset_(other.asset_), tool_(other.tool_) {
+    const py::gil_scoped_release other_threads;
+    const std::lock_guard lock(other.mutex_);
+    contact_ = other.contact_;
+  }
+  void start() {
+    if (const palpate_status status = locked([&] { return palpate_start(&contact_, &tool_); });
+        status != PALPATE_OK)
+      refuse_tool_or_bytes("tool", status);
+  }
+  void release() {
+    locked([&] { return palpate_release(&contact_); });
+  }
+
+  py::object tick(const py::object& position_m, const py::object& orientation,
+                  const py::object& body_position_m, const py::object& body_orientation,
+                  double dt_s, bool wants_tangent) {
+    const palpate_asset* asset = asset_->open();
+    const Rows position = rows_of("position_m", position_m, 3);
+    const py::ssize_t ticks = position.count;
+    const PerTick<4> turn("orientation", orientation, {1, 0, 0, 0}, ticks);
+    const PerTick<3> body("body_position_m", body_position_m, {0, 0, 0}, ticks);
+    const PerTick<4> body_turn("body_orientation", body_orientation, {1, 0, 0, 0}, ticks);
+    py::array_t<palpate_output> out(ticks);
+    palpate_output* row = out.mutable_data();
+    const double* at = position.values.data();
+    palpate_input in = palpate_input_at(0, 0, 0);
+    in.dt_s = dt_s;
+    in.wants_tangent = wants_tangent;
+    for (py::ssize_t tick = 0; tick < ticks;) {
+      const py::ssize_t end = std::min(ticks, tick + kTicksBetweenSignals);
+      locked([&] {
+        for (; tick < end; ++tick) {
+          std::copy_n(at + 3 * tick, 3, in.tool.position_m);
+          turn.copy(tick, in.tool.orientation);
+          body.copy(tick, in.body.position_m);
+          body_turn.copy(tick, in.body.orientation);
+          palpate_tick(asset, &contact_, &in, row + tick);
+        }
+        return PALPATE_OK;
+      });
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+    return position.is_single ? py::object(out[py::int_(0)]) : py::object(std::move(out));
+  }
+
+  py::array_t<float> deform(py::ssize_t first, const std::optional<py::ssize_t>& count) {
+    const palpate_asset* asset = asset_->open();
+    const py::ssize_t all = asset_->mesh().vertices;
+    const py::ssize_t wanted = count.value_or(all - first);
+    if (first < 0 || wanted < 0 || first > all || wanted > all - first)
+      throw py::index_error("vertices " + std::to_string(first) + " to " +
+                            std::to_string(first + wanted) + " are not all of " +
+                            std::to_string(all));
+    py::array_t<float> out({wanted, py::ssize_t{3}});
+    float* to = out.mutable_data();
+    const palpate_status status = locked([&] {
+      return palpate_deform(asset, &contact_, static_cast<std::int32_t>(first),
+                            static_cast<std::int32_t>(wanted), to);
+    });
+    if (status != PALPATE_OK) refuse_tool_or_bytes("deform", status);
+    return out;
+  }
+
+ private:
+  template <class F>
+  palpate_status locked(F&& work) {
+    const py::gil_scoped_release other_threads;
+    const std::lock_guard lock(mutex_);
+    return work();
+  }
+
+  std::shared_ptr<const PyAsset> asset_;
+  palpate_tool tool_;
+  palpate_contact contact_{};
+  mutable std::mutex mutex_;
+};
+
+palpate_tool tool_of(double radius_m, const std::array<double, 3>& offset_m, double damping_Ns_m,
+                     double damper_depth_m, double lateral_damping_Ns_m, double max_force_N,
+                     double ramp_s) {
+  palpate_tool tool = palpate_ball(radius_m);
+  std::copy(offset_m.begin(), offset_m.end(), tool.offset_m);
+  tool.damping_Ns_m = damping_Ns_m;
+  tool.damper_depth_m = damper_depth_m;
+  tool.lateral_damping_Ns_m = lateral_damping_Ns_m;
+  tool.max_force_N = max_force_N;
+  tool.ramp_s = ramp_s;
+  return tool;
+}
+
+template <class T>
+py::array_t<T> copied(const T* data, py::ssize_t rows, py::ssize_t columns) {
+  return columns == 1 ? py::array_t<T>(rows, data) : py::array_t<T>({rows, columns}, data);
+}
+
+void declare_asset(py::module_& module) {
+  const auto number = [](auto member) {
+    return [member](const PyAsset& asset) { return asset.info().*member; };
+  };
+  py::class_<PyAsset, std::shared_ptr<PyAsset>>(
+      module, "Asset",
+      "An opened asset. `palpate.open(path)` makes one; it is also a context manager. Threads may "
+      "share it. ValueError once it is closed.")
+      .def(py::init<const py::bytes&, const std::string&>(), py::arg("content"),
+           py::arg("where") = "asset",
+           "Checks the bytes of a .palp file. palpate.Error where they are refused.")
+      .def("close", &PyAsset::close)
+      .def_property_readonly("closed", &PyAsset::is_closed)
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__", [](PyAsset& self, const py::args&) { self.close(); })
+      .def(
+          "contact",
+          [](const std::shared_ptr<PyAsset>& asset, double radius_m,
+             const std::array<double, 3>& offset_m, double damping_Ns_m, double damper_depth_m,
+             double lateral_damping_Ns_m, double max_force_N, double ramp_s) {
+            return std::make_unique<PyContact>(
+                asset, tool_of(radius_m, offset_m, damping_Ns_m, damper_depth_m,
+                               lateral_damping_Ns_m, max_force_N, ramp_s));
+          },
+          py::arg("radius_m") = 0.0, py::arg("offset_m") = std::array<double, 3>{},
+          py::arg("damping_Ns_m") = 0.0, py::arg("damper_depth_m") = 0.0,
+          py::arg("lateral_damping_Ns_m") = 0.0, py::arg("max_force_N") = 0.0,
+          py::arg("ramp_s") = 0.0,
+          "A tool on the body: a tip (radius 0, what `palpate replay` plays) or a ball. Fields as "
+          "in palpate_tool; palpate.Error where one is out of range.")
+      .def_property_readonly("vertices_m", &vertices_of, "(V, 3) at rest, in the body's frame")
+      .def_property_readonly(
+          "triangles",
+          [](const PyAsset& a) { return copied(a.mesh().triangle, a.mesh().triangles, 3); },
+          "(F, 3) corners, counter-clockwise from outside")
+      .def_property_readonly(
+          "inward_normal",
+          [](const PyAsset& a) { return copied(a.mesh().inward_normal, a.mesh().vertices, 3); },
+          "(V, 3) unit")
+      .def_property_readonly(
+          "covered",
+          [](const PyAsset& a) { return copied(a.mesh().covered, a.mesh().vertices, 1); },
+          "(V,) 1 measured, 2 the body's mean, 0 answers nothing")
+      .def_property_readonly(
+          "box_m",
+          [](const PyAsset& a) {
+            py::array_t<double> box({2, 3});
+            std::copy_n(a.info().box_min_m, 3, box.mutable_data(0));
+            std::copy_n(a.info().box_max_m, 3, box.mutable_data(1));
+            return box;
+          },
+          "(2, 3) least and greatest of what can be touched")
+      .def_property_readonly("max_step_m", number(&palpate_info::max_step_m),
+                             "a tip moving farther in one tick has teleported")
+      .def_property_readonly("probe_radius_m", number(&palpate_info::probe_radius_m),
+                             "of the probe that the curves were measured with")
+      .def_property_readonly("range_m", number(&palpate_info::range_m),
+                             "depth up to which curves were fitted")
+      .def_property_readonly("checksum", number(&palpate_info::checksum))
+      .def_property_readonly("law", [](const PyAsset& a) { return std::string(a.info().law); })
+      .def_property_readonly("has_guard", [](const PyAsset& a) { return a.info().has_guard != 0; })
+      .def_property_readonly(
+          "has_shape", [](const PyAsset& a) { return a.info().has_shape != 0; },
+          "whether Contact.deform answers")
+      .def_property_readonly(
+          "meta",
+          [](const PyAsset& a) {
+            return py::module_::import("json").attr("loads")(
+                py::bytes(a.info().meta_json, a.info().meta_bytes));
+          },
+          "dict: what the asset was made from, and its error statement");
+}
+
+void declare_contact(py::module_& module) {
+  py::class_<PyContact>(module, "Contact",
+                        "One tool on an asset (Asset.contact). Threads take turns.")
+      .def("tick", &PyContact::tick, py::arg("position_m"), py::arg("orientation") = py::none(),
+           py::arg("body_position_m") = py::none(), py::arg("body_orientation") = py::none(),
+           py::arg("dt_s") = 0.001, py::arg("wants_tangent") = false,
+           "One tick a row. position_m: (n, 3) of the tool, or (3,) for one tick. The poses, rows "
+           "for all ticks or one each: orientation (4,) or (n, 4) quaternion w, x, y, z, "
+           "body_position_m, body_orientation. Returns a structured array (n,) of dtype OUTPUT: "
+           "fields as in palpate_output, such as force_on_tool_N (n, 3), state (AIR, STICK, SLIP), "
+           "flags, status (0 fine, else `sentence(status)`), stored_J, dissipated_J; of position "
+           "(3,) one row. The contact goes on from call to call: give a long path in pieces, a "
+           "tick takes 360 bytes. The GIL is released, Ctrl-C ends it between ticks.")
+      .def(
+          "deform", &PyContact::deform, py::arg("first") = 0, py::arg("count") = py::none(),
+          "(count, 3) float32 [m]: how far the tool has moved vertices of the surface from `first` "
+          "on. palpate.Error where the asset does not say.")
+      .def("release", &PyContact::release, "Ends contact, as after a jump that was meant.")
+      .def("restart", &PyContact::start, "Makes it new: in the air, its sums zero.")
+      .def(
+          "copy", [](const PyContact& self) { return std::make_unique<PyContact>(self); },
+          "The same state, to go on from twice.");
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_engine, module) {
+  module.doc() = "The engine of Palpate over NumPy arrays; see palpate.h.";
+  if (const palpate_status status = palpate_header_fits(); status != PALPATE_OK)
+    throw py::import_error(palpate_sentence(status));
+  PYBIND11_NUMPY_DTYPE(palpate_output, force_on_tool_N, torque_on_tool_Nm, contact_m, normal,
+                       weight, normal_m, lateral_m, stored_J, dissipated_J, refused_J, damped_J,
+                       damper_N, stiffness_N_m, refused_ticks, triangle, state, flags, status,
+                       deflection_m, acts_at_m, approach_m_s, events);
+  declare_contact(module);
+  declare_asset(module);
+  module.attr("OUTPUT") = py::dtype::of<palpate_output>();
+  module.def(
+      "sentence", [](int status) { return palpate_sentence(status); }, py::arg("status"),
+      "What a tick's status says.");
+  for (const auto& [name, value] :
+       {std::pair{"AIR", PALPATE_AIR}, {"STICK", PALPATE_STICK}, {"SLIP", PALPATE_SLIP}})
+    module.attr(name) = static_cast<int>(value);
+  for (const auto& [name, value] : {std::pair{"FLAG_UNFINISHED", PALPATE_FLAG_UNFINISHED},
+                                    {"FLAG_BORDER", PALPATE_FLAG_BORDER},
+                                    {"FLAG_HELD_BACK", PALPATE_FLAG_HELD_BACK},
+                                    {"FLAG_TOO_DEEP", PALPATE_FLAG_TOO_DEEP},
+                                    {"FLAG_FRICTIONLESS", PALPATE_FLAG_FRICTIONLESS},
+                                    {"FLAG_BLOCKED", PALPATE_FLAG_BLOCKED},
+                                    {"FLAG_OUTSIDE", PALPATE_FLAG_OUTSIDE},
+                                    {"FLAG_EXTRAPOLATED", PALPATE_FLAG_EXTRAPOLATED},
+                                    {"FLAG_CAPPED", PALPATE_FLAG_CAPPED},
+                                    {"FLAG_RAMP", PALPATE_FLAG_RAMP}})
+    module.attr(name) = static_cast<int>(value);
+}
+
+}  // namespace palpate::tools
