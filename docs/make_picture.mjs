@@ -1,17 +1,27 @@
-// The README's picture: a report's body, poked, in headless Chromium.
+// Pictures of pages in headless Chromium: the README's, a report's body, poked, or a part of a page
+// by its CSS selector, as the tutorial has them.
 //   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/liver.png
+//   node docs/make_picture.mjs build/native/tools/page out/report.html docs/tutorial/error.png '#error .charts'
 // The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
 import path from "node:path";
 
-const [modules, report, output] = process.argv.slice(2).map((name) => path.resolve(name));
+const [modules, report, output] = process.argv.slice(2, 5).map((name) => path.resolve(name));
+const part = process.argv[5];
 const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
 const browser = await chromium.launch({
   executablePath: "/usr/bin/chromium",
   args: ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking"],
 });
-const page = await browser.newPage({ viewport: { width: 1200, height: 1000 }, colorScheme: "light" });
+const page = await browser.newPage({ viewport: { width: part ? 900 : 1200, height: 1000 }, colorScheme: "light" });
 await page.goto(`file://${report}`);
+if (part) {
+  await page.locator(part).first().scrollIntoViewIfNeeded();
+  await page.waitForTimeout(2000);
+  await page.locator(part).first().screenshot({ path: output });
+  await browser.close();
+  process.exit();
+}
 await page.locator(".panel[data-ready]").waitFor();
 await page.focus("#body-view");
 for (let i = 0; i < 2; ++i) await page.keyboard.press("ArrowDown");

@@ -36,5 +36,5 @@ else
   install "${needed[@]}"
 fi
 if [ ${#optional[@]} -gt 0 ] && ! install "${optional[@]}"; then
-  echo "packages: going on without ${optional[*]}, which the page of palpate report and its tests are made with"
+  echo "packages: going on without ${optional[*]}, which the page of palpate report and some tests are made with"
 fi

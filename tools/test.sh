@@ -18,7 +18,7 @@ for argument in "$@"; do
   esac
 done
 
-bash tools/install_packages.sh chromium
+bash tools/install_packages.sh chromium mono-mcs mono-runtime
 if [ "$preset" = ci ]; then
   echo "== formatting"
   git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' '*.inc' | xargs -0 clang-format --dry-run --Werror

@@ -28,9 +28,9 @@ file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_CPACK_COMMAND} -G DEB --config ${BUILD}/CPackConfig.cmake -B ${WORK}/packages)
 file(GLOB packages ${WORK}/packages/*.deb)
 list(LENGTH packages count)
-set(expected 3)
+set(expected 4)
 if(PYTHON)
-  set(expected 4)
+  set(expected 5)
 endif()
 if(NOT count EQUAL expected)
   message(FATAL_ERROR "${expected} packages were expected: ${packages}")
@@ -42,6 +42,7 @@ foreach(package ${packages})
 endforeach()
 expect("${all}" "Package: palpate\n.*Depends: [^\n]*libhdf5")
 expect("${all}" "Package: libpalpate-engine1\n")
+expect("${all}" "Package: libpalpate-dev\n.*Depends: libpalpate-engine-dev")
 expect("${all}" "Package: libpalpate-engine-dev\n.*Depends: libpalpate-engine1")
 
 # The program finds its page and scenes beside it.
@@ -91,6 +92,7 @@ if(SHELL_fish)
 endif()
 
 use_engine(${prefix})
+use_libraries(${prefix})
 
 # Five lines of Python, with what the package and what the wheel holds.
 if(PYTHON)

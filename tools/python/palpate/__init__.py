@@ -9,6 +9,7 @@
 The engine needs NumPy alone. Reading HDF5 files needs h5py, plots need matplotlib, frames pandas;
 `run`, `fit`, `predict`, `curves` and `command` start the program `palpate`.
 """
+import builtins as _builtins
 import os as _os
 
 from ._engine import (AIR, FLAG_BLOCKED, FLAG_BORDER, FLAG_CAPPED, FLAG_EXTRAPOLATED, FLAG_FRICTIONLESS,
@@ -21,8 +22,5 @@ from .program import command, fit, predict, run
 
 def open(path):
     """The asset in a .palp file. OSError where it cannot be read, Error where it is refused."""
-    with _open(path, "rb") as file:
+    with _builtins.open(path, "rb") as file:
         return Asset(file.read(), _os.fspath(path))
-
-
-from builtins import open as _open  # noqa: E402  (our own hides it)

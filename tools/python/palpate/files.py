@@ -12,7 +12,7 @@ _UNITS = {"points/position": "m", "points/normal_gradient": "1/m", "points/sway"
           "recordings/contact_deviation": "m", "recordings/speed": "m/s", "recordings/noise": "N",
           "recordings/young": "Pa"}
 _TYPES = {"kind": np.int8, "status": np.int8, "step_check": np.int8, "grade": np.int8}
-_UNIT_VECTORS = ("probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
+_WITHOUT_UNIT = ("probe/shape", "probe/orientation", "probe/heading", "probe/friction", "probe/mesh/triangles")
 
 
 class Error(Exception):
@@ -104,7 +104,7 @@ def write_samples(path, samples):
 
 
 def _unit_of(name):
-    if name.startswith("probe/") and name not in _UNIT_VECTORS + ("probe/shape",):
+    if name.startswith("probe/") and name not in _WITHOUT_UNIT:
         return "rad" if name.endswith("angle") else "m"
     return _UNITS.get(name, "1")
 
@@ -137,7 +137,7 @@ def curves(path, steps=50):
             one = table.setdefault(row["name"] or row["point"], {}).setdefault(row["curve"], {})
             for key in ("at_m", "value_N", "slope_N_m"):
                 one.setdefault(key, []).append(float(row[key]))
-        if str(path).endswith(".h5") and read_schema(path) == "palpate-curves":
+        if _schema_of(path) == "palpate-curves":
             for row in rows_of("band.csv", band=True):
                 table[row["name"] or row["point"]][row["curve"]].setdefault("deviation_N", []).append(
                     float(row["deviation_N"]))
@@ -148,8 +148,11 @@ def curves(path, steps=50):
     return table
 
 
-def read_schema(path):
-    """What kind of HDF5 file it is, such as "palpate-curves"."""
+def _schema_of(path):
+    """What kind of HDF5 file it is, such as "palpate-curves"; "" where it is none."""
+    with open(path, "rb") as file:
+        if file.read(4) != b"\x89HDF":
+            return ""
     import h5py
     with h5py.File(path, "r") as file:
         return _text(file.attrs.get("schema", ""))

@@ -31,8 +31,9 @@ def plot_path(asset, position_m, dt_s=0.001, axes=None):
     time_s = dt_s * np.arange(len(ticks))
     for i, name in enumerate("xyz"):
         axes.plot(time_s, ticks["force_on_tool_N"][:, i], label=f"$F_{name}$")
+    limits = axes.get_ylim()
     axes.fill_between(time_s, 0, 1, where=ticks["state"] == SLIP, transform=axes.get_xaxis_transform(),
                       color="0.9", linewidth=0, label="slips")
-    axes.set(xlabel="time [s]", ylabel="force on the tool [N]")
+    axes.set(xlabel="time [s]", ylabel="force on the tool [N]", ylim=limits)
     axes.legend()
     return axes

@@ -1,5 +1,5 @@
-/* Compares the sizes that docs/embedding/Palpate.cs states with the header's: check_csharp
- * Palpate.cs */
+/* Compares the sizes that docs/embedding/unity/Runtime/Palpate.cs states with the header's:
+ * check_csharp Palpate.cs */
 #include <stdio.h>
 #include <string.h>
 

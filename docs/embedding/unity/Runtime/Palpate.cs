@@ -1,7 +1,7 @@
-// Palpate for C# (Unity, .NET): declarations of palpate.h, ABI 1. MIT licence.
+// Declarations of palpate.h for C# (Unity, .NET, Mono), ABI 1. MIT licence.
 // The native library is palpate_engine (libpalpate_engine.so, palpate_engine.dll). Structures are
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
-// against the header by the project's tests (check_csharp.c).
+// against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
 //   size palpate_asset 1280, palpate_contact 3072, palpate_pose 56, palpate_tool 112,
 //   size palpate_input 160, palpate_output 360, palpate_info 168, palpate_mesh 96
@@ -11,7 +11,8 @@ using System.Runtime.InteropServices;
 public static unsafe class Palpate
 {
     const string Library = "palpate_engine";
-    public const int Abi = 1;
+    public const int Abi = 1, Ok = 0;
+    public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
     [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[384]; }
@@ -40,8 +41,6 @@ public static unsafe class Palpate
         public int WantsTangent;
         public fixed int Reserved[9];
     }
-
-    public enum State { Air = 0, Stick = 1, Slip = 2 }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Output
@@ -76,43 +75,57 @@ public static unsafe class Palpate
         public byte* Law;
         public int HasGuard, HasShape;
         public fixed int Reserved[12];
-        public byte* MetaJson;
+        public byte* MetaJson; // not terminated
         public ulong MetaBytes;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Mesh
+    {
+        public int Vertices, Triangles;
+        public fixed double OriginM[3];
+        public float* VertexM, InwardNormal; // 3 a vertex
+        public byte* Covered;
+        public int* Triangle; // 3 corners, counter-clockwise from outside
+        public fixed uint Reserved[8];
     }
 
     [DllImport(Library)] public static extern int palpate_abi();
     [DllImport(Library)] static extern int palpate_sizes_fit(int abi, uint* bytes);
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
     // bytes: at a multiple of 64 (palpate_copy_aligned), unchanged while in use.
+    [DllImport(Library)] public static extern int palpate_open(Asset* asset, void* bytes, ulong size);
+    [DllImport(Library)] public static extern void palpate_close(Asset* asset);
     [DllImport(Library)]
-    public static extern int palpate_open(out Asset asset, void* bytes, ulong size);
-    [DllImport(Library)] public static extern void palpate_close(ref Asset asset);
+    public static extern void* palpate_copy_aligned(void* room, ulong roomBytes, void* bytes, ulong size);
+    [DllImport(Library)] public static extern int palpate_describe(Asset* asset, Info* info);
+    [DllImport(Library)] public static extern int palpate_read_mesh(Asset* asset, Mesh* mesh);
+    [DllImport(Library)] public static extern int palpate_start(Contact* contact, Tool* tool);
+    [DllImport(Library)] public static extern int palpate_release(Contact* contact);
     [DllImport(Library)]
-    public static extern void* palpate_copy_aligned(void* room, ulong roomBytes, void* bytes,
-                                                    ulong size);
-    [DllImport(Library)] public static extern int palpate_describe(in Asset asset, out Info info);
-    [DllImport(Library)] public static extern int palpate_start(out Contact contact, in Tool tool);
-    [DllImport(Library)] public static extern int palpate_release(ref Contact contact);
-    [DllImport(Library)]
-    public static extern int palpate_tick(in Asset asset, ref Contact contact, in Input input,
-                                          out Output output);
-
+    public static extern int palpate_tick(Asset* asset, Contact* contact, Input* input, Output* output);
     // For the thread that draws: contact is a copy; displacementM has three floats a vertex.
     [DllImport(Library)]
-    public static extern int palpate_deform(in Asset asset, in Contact contact, int first, int count,
+    public static extern int palpate_deform(Asset* asset, Contact* contact, int first, int count,
                                             float* displacementM);
 
-    // 0 when the library has this file's structures; ask before anything else.
+    // Ok when the library has this file's structures; ask before anything else.
     public static int HeaderFits()
     {
-        uint* bytes = stackalloc uint[8] { (uint)sizeof(Asset), (uint)sizeof(Contact),
-            (uint)sizeof(Pose), (uint)sizeof(Tool), (uint)sizeof(Input), (uint)sizeof(Output),
-            (uint)sizeof(Info), 96 };
+        uint* bytes = stackalloc uint[8];
+        bytes[0] = (uint)sizeof(Asset);
+        bytes[1] = (uint)sizeof(Contact);
+        bytes[2] = (uint)sizeof(Pose);
+        bytes[3] = (uint)sizeof(Tool);
+        bytes[4] = (uint)sizeof(Input);
+        bytes[5] = (uint)sizeof(Output);
+        bytes[6] = (uint)sizeof(Info);
+        bytes[7] = (uint)sizeof(Mesh);
         return palpate_sizes_fit(Abi, bytes);
     }
 
-    public static string Sentence(int status) => Marshal.PtrToStringAnsi(palpate_sentence(status));
+    public static string Sentence(int status)
+    {
+        return Marshal.PtrToStringAnsi(palpate_sentence(status));
+    }
 }
-
-// Unity is left-handed with y up: swap y and z of positions on the way in and of forces on the way
-// out; a quaternion (x, y, z, w) there is (w, -x, -z, -y) here.

@@ -1,0 +1,56 @@
+// A soft body in a scene: shows the asset's surface and moves it under the tools. MIT licence.
+using System.Collections.Generic;
+using UnityEngine;
+using UnityEngine.Rendering;
+
+[RequireComponent(typeof(MeshFilter))]
+public sealed unsafe class PalpateBody : MonoBehaviour
+{
+    [Tooltip("A .palp of the project")] public PalpateAsset asset;
+
+    readonly Dictionary<PalpateTool, float[]> moved = new Dictionary<PalpateTool, float[]>();
+    Vector3[] atRest, shown;
+    Mesh mesh;
+
+    public PalpateEngine Engine { get { return asset.Engine; } }
+
+    public void OnEnable()
+    {
+        if ((transform.lossyScale - Vector3.one).magnitude > 1e-4f)
+            Debug.LogWarning("Palpate: a body is not scaled, its forces belong to its size", this);
+        Palpate.Mesh surface = Engine.Mesh;
+        atRest = new Vector3[surface.Vertices];
+        for (int v = 0; v < atRest.Length; ++v)
+            atRest[v] = PalpateAxes.ToUnity(surface.OriginM[0] + surface.VertexM[3 * v],
+                                            surface.OriginM[1] + surface.VertexM[3 * v + 1],
+                                            surface.OriginM[2] + surface.VertexM[3 * v + 2]);
+        // Unity's front is clockwise.
+        int[] corners = new int[3 * surface.Triangles];
+        for (int c = 0; c < corners.Length; ++c) corners[c] = surface.Triangle[c / 3 * 3 + 2 - c % 3];
+        shown = (Vector3[])atRest.Clone();
+        mesh = new Mesh { indexFormat = IndexFormat.UInt32, vertices = shown, triangles = corners };
+        mesh.RecalculateNormals();
+        mesh.RecalculateBounds();
+        GetComponent<MeshFilter>().sharedMesh = mesh;
+    }
+
+    public void OnDisable() { Destroy(mesh); }
+
+    internal void Attach(PalpateTool tool) { moved[tool] = new float[3 * Engine.Info.Vertices]; }
+    internal void Detach(PalpateTool tool) { moved.Remove(tool); }
+
+    public void LateUpdate()
+    {
+        if (Engine.Info.HasShape == 0) return;
+        bool isNew = false;
+        foreach (KeyValuePair<PalpateTool, float[]> tool in moved)
+            isNew |= tool.Key.Contact.Deform(0, atRest.Length, tool.Value);
+        if (!isNew) return;
+        System.Array.Copy(atRest, shown, shown.Length);
+        foreach (float[] by in moved.Values) // of several tools: a sum, an approximation
+            for (int v = 0; v < shown.Length; ++v)
+                shown[v] += PalpateAxes.ToUnity(by[3 * v], by[3 * v + 1], by[3 * v + 2]);
+        mesh.vertices = shown;
+        mesh.RecalculateNormals();
+    }
+}

@@ -1,0 +1,18 @@
+# Compiles the Unity package with Mono against stubs and runs it on the real library:
+# cmake -DSOURCE= -DWORK= -DWALK= -DLIBRARY= -DASSETS= -P this
+include(${CMAKE_CURRENT_LIST_DIR}/../run.cmake)
+find_program(MCS mcs)
+find_program(MONO mono)
+if(NOT MCS OR NOT MONO)
+  message("SKIPPED: there is no mono-mcs")
+  return()
+endif()
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+file(GLOB package ${SOURCE}/docs/embedding/unity/Runtime/*.cs ${SOURCE}/docs/embedding/unity/Editor/*.cs)
+file(GLOB test ${CMAKE_CURRENT_LIST_DIR}/unity/*.cs)
+run(${MCS} -unsafe -langversion:7 -warnaserror -nowarn:649 -out:${WORK}/test.exe ${package} ${test})
+foreach(asset ${ASSETS})
+  execute_process(COMMAND ${WALK} ${asset} 20000 OUTPUT_FILE ${WORK}/walk COMMAND_ERROR_IS_FATAL ANY)
+  run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${LIBRARY} ${MONO} ${WORK}/test.exe ${asset} ${WORK}/walk)
+endforeach()
