@@ -100,7 +100,7 @@ std::string batch_script(const StudyFolder& study, const WorkArray& array, const
       "#SBATCH --open-mode=append\n#SBATCH --requeue\n#SBATCH --cpus-per-task=1\n"
       "#SBATCH --time={}\n#SBATCH --mem={:.0f}M\n",
       name_of(array.kind), jobs_folder(study).string(), static_cast<int>(std::ceil(limit_s / 60)),
-      std::ceil(kMemoryFactor * study.cost().memory_MB + kMemoryBase_MB));
+      std::ceil(kMemoryFactor * array.most_MB + kMemoryBase_MB));
   for (const std::string& option : cluster.options) text += fmt::format("#SBATCH {}\n", option);
   return text + fmt::format("exec {} study task {} {} $((SLURM_ARRAY_TASK_ID + ${{1:-0}}))\n",
                             program_of(study), quoted(study.path().string()),
@@ -124,7 +124,7 @@ std::vector<WorkArray> arrays_of(const StudyFolder& study, const std::vector<std
   const double wanted_s = 60 * study.cluster().task_min;
   std::vector<WorkArray> arrays;
   for (const WorkKind kind : kKinds) {
-    WorkArray array{kind, {}, 0};
+    WorkArray array{kind, {}, 0, 0};
     double so_far_s = 0;
     for (const Work& work : study.missing(kind)) {
       if (excluded.contains(work.text())) continue;
@@ -133,6 +133,7 @@ std::vector<WorkArray> arrays_of(const StudyFolder& study, const std::vector<std
       array.tasks.back().push_back(work);
       so_far_s += s;
       array.longest_s = std::max(array.longest_s, so_far_s);
+      array.most_MB = std::max(array.most_MB, study.expected_MB(work));
     }
     if (!array.tasks.empty()) arrays.push_back(std::move(array));
   }
@@ -204,7 +205,7 @@ std::string script_of(const StudyFolder& study) {
         "# {}: {} tasks, {} each at most on one processor, {:.0f} MB\n"
         "for task in $(seq 1 {}); do {} study task {} {} $task --jobs 1; done\n",
         name_of(array.kind), array.tasks.size(), in_words(array.longest_s),
-        std::ceil(kMemoryFactor * study.cost().memory_MB + kMemoryBase_MB), array.tasks.size(),
+        std::ceil(kMemoryFactor * array.most_MB + kMemoryBase_MB), array.tasks.size(),
         program_of(study), quoted(study.path().string()), quoted(list.string()));
   }
   if (study.has_rounds())

@@ -12,6 +12,7 @@ struct WorkArray {
   WorkKind kind = WorkKind::prepare;
   std::vector<std::vector<Work>> tasks;
   double longest_s = 0;  ///< expected time of the longest task
+  double most_MB = 0;    ///< expected memory of the largest work
 };
 
 /// All that is missing and not among `active`, one array a kind, each needing those before it.

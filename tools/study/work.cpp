@@ -33,6 +33,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kOtherStages_s = 30;  // merge, fit, refine, export, beside what is simulated
 
+constexpr double kCopies = 3;     // of the surface's motion: read, joined, written
 constexpr int kMaxRounds = 1000;  // of a case, more than any placement has
 
 double peak_MB() {
@@ -117,6 +118,8 @@ void StudyFolder::plan(const fs::path& folder, const Study& study) {
          {"factor", one.factor},
          {"points",
           scene.experiments.placement ? kFirstPoints : scene.experiments.test_points.value_or(0)},
+         {"max_points", scene.experiments.placement ? scene.experiments.placement->budget
+                                                    : scene.experiments.test_points.value_or(0)},
          {"placed", scene.experiments.placement.has_value()},
          {"held_out", scene.validate.points * (scene.validate.causes ? 2 : 1)}});
   }
@@ -157,6 +160,7 @@ StudyFolder::StudyFolder(const fs::path& folder) : path_(fs::absolute(folder)) {
       study_.cases.push_back({one.at("name"), one.at("inputs"), "", one.at("body"),
                               one.at("source"), one.at("factor")});
       points_.push_back(one.at("points"));
+      max_points_.push_back(one.at("max_points"));
       held_out_.push_back(one.at("held_out"));
       has_rounds_ = has_rounds_ || one.at("placed");
     }
@@ -167,7 +171,7 @@ StudyFolder::StudyFolder(const fs::path& folder) : path_(fs::absolute(folder)) {
   if (fs::exists(path_ / "cost.json")) {
     const Json cost = read_json(path_ / "cost.json");
     cost_ = {cost.value("prepare_s", 0.0), cost.value("point_s", 0.0), cost.value("points", 0),
-             cost.value("memory_MB", 0.0)};
+             cost.value("memory_MB", 0.0), cost.value("surface_MB", 0.0)};
   }
 }
 
@@ -178,7 +182,7 @@ fs::path StudyFolder::case_folder(int number) const {
 void StudyFolder::measure() {
   if (cost_.point_s > 0) return;
   const ClusterSection& said = cluster();
-  cost_ = {0, 60 * said.point_min, 0, said.memory_MB};
+  cost_ = {0, 60 * said.point_min, 0, said.memory_MB, 0};
   if (said.point_min == 0 || said.memory_MB == 0) {
     std::size_t pilot = 0;
     std::uintmax_t most = 0;
@@ -194,16 +198,23 @@ void StudyFolder::measure() {
     prepare(cases()[pilot].body);
     cost_.prepare_s = wall_seconds() - from_s;
     const Body body = read_body(folder / "body.h5");
-    const Trial trial = try_middle_point(scene_of(body, folder / "body.h5"), body);
+    const Scene scene = scene_of(body, folder / "body.h5");
+    const Trial trial = try_middle_point(scene, body);
     if (said.point_min == 0) cost_.point_s = trial.cpu_s;
-    if (said.memory_MB == 0) cost_.memory_MB = peak_MB();
+    if (said.memory_MB == 0) {
+      cost_.memory_MB = peak_MB();
+      if (keeps_surface(scene, body))
+        cost_.surface_MB = 1e-6 * sizeof(float) * static_cast<double>(trial.rows) *
+                           static_cast<double>(body.surface.vertices.size());
+    }
     cost_.points = static_cast<int>(body.test_points.position.rows());
     say("pilot: {} a point on one processor, {:.0f} MB", in_words(cost_.point_s), cost_.memory_MB);
   }
   write_json(path_ / "cost.json", {{"prepare_s", cost_.prepare_s},
                                    {"point_s", cost_.point_s},
                                    {"points", cost_.points},
-                                   {"memory_MB", cost_.memory_MB}});
+                                   {"memory_MB", cost_.memory_MB},
+                                   {"surface_MB", cost_.surface_MB}});
 }
 
 int StudyFolder::rounds() const {
@@ -263,6 +274,15 @@ double StudyFolder::expected_s(const Work& work) const {
     default:
       return kOtherStages_s;
   }
+}
+
+double StudyFolder::expected_MB(const Work& work) const {
+  if (work.kind == WorkKind::prepare) return cost_.memory_MB;
+  const int known = max_points_[static_cast<std::size_t>(work.item)];
+  const double points = work.kind == WorkKind::simulate
+                            ? std::ceil(double(round_points(work.item)) / work.shard.count)
+                            : std::max(known, cost_.points);
+  return cost_.memory_MB + kCopies * cost_.surface_MB * points;
 }
 
 std::vector<int> StudyFolder::cases_of(const Work& work) const {

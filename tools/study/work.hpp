@@ -28,10 +28,11 @@ struct Work {
 
 /// What a pilot measured on one processor, or the study said.
 struct StudyCost {
-  double prepare_s = 0;  ///< of the pilot's body
-  double point_s = 0;    ///< of a test point
-  int points = 0;        ///< of the pilot's case
-  double memory_MB = 0;  ///< of one point at a time
+  double prepare_s = 0;   ///< of the pilot's body
+  double point_s = 0;     ///< of a test point
+  int points = 0;         ///< of the pilot's case
+  double memory_MB = 0;   ///< of one point at a time
+  double surface_MB = 0;  ///< of how the surface moves in a point's rows, once
 };
 
 enum class CaseState { done, failed, partly, waiting };
@@ -51,6 +52,8 @@ class StudyFolder {
   std::vector<Work> missing(WorkKind kind) const;
   /// Expected processor seconds.
   double expected_s(const Work& work) const;
+  /// Expected memory: the pilot's, and what is kept of all points.
+  double expected_MB(const Work& work) const;
   /// Does it, unless it is done. An Error is kept in error.txt of the cases that it stops, and
   /// said; returns whether there was none.
   bool work(const Work& work, int jobs) const;
@@ -90,8 +93,8 @@ class StudyFolder {
   Study study_;
   StudyCost cost_;
   bool has_rounds_ = false;
-  std::vector<int> points_,
-      held_out_;  ///< of each case: test points, where known, and validation's
+  /// Of each case: test points at first, where known, and at most; and those of validation.
+  std::vector<int> points_, max_points_, held_out_;
 };
 
 /// The samples of a body whose moduli are `factor` times as large.
