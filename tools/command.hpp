@@ -84,6 +84,7 @@ std::unique_ptr<Command> declare_validate(Arguments& arguments);
 std::unique_ptr<Command> declare_inspect(Arguments& arguments);
 std::unique_ptr<Command> declare_tabulate(Arguments& arguments);
 std::unique_ptr<Command> declare_report(Arguments& arguments);
+std::unique_ptr<Command> declare_study(Arguments& arguments);
 std::unique_ptr<Command> declare_bench(Arguments& arguments);
 
 }  // namespace palpate::tools

@@ -26,6 +26,8 @@ constexpr CommandRow kCommands[] = {
     {"tabulate", "Write curves as a table", declare_tabulate},
     {"report", "Write a page to look at: errors, the body, its curves, and the body to poke",
      declare_report},
+    {"study", "Run many scenes: bodies, materials, probes and settings, here or on a cluster",
+     declare_study},
     {"bench", "Measure speed and error, and write tables and pictures", declare_bench},
 };
 

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Installs, builds and runs all tests. --all adds slow validation; --sanitize adds the engine's and the
+# Installs, builds and runs all tests. --all adds slow validation and a study on a real Slurm (slurm-wlm,
+# munge, where they are installed); --sanitize adds the engine's and the
 # readers' tests under address and undefined-behaviour sanitizers; --werror treats warnings and
 # unformatted files as errors.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=release
 sanitize=false
-select=(-LE slow)
+select=(-LE "slow|slurm")
 slow_tests=OFF
 for argument in "$@"; do
   case "$argument" in

@@ -45,6 +45,8 @@ class Answers : public testing::Test {
     shared->write("scene.toml", kScene), shared->write("block.off", block_off(8));
     shared->write("manifest.toml", kManifest), shared->write("a.press.csv", press(1000));
     shared->write("path.csv", "t_s,x_m,y_m,z_m\n0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
+    shared->write("study.toml",
+                  "scene = \"scene.toml\"\n[cluster]\npoint_minutes = 1\nmemory_MB = 100\n");
     shared->write("points.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
     ASSERT_EQ(run("out").status, 0);
     const auto f = [](const std::string& name) { return (*shared / name).string(); };
@@ -79,6 +81,7 @@ class Answers : public testing::Test {
         {"inspect", f("out/asset.palp")},
         {"tabulate", f("out/curves.h5") + " -o" + f("t.csv")},
         {"report", f("out") + " -o" + f("r.html")},
+        {"study", f("study.toml") + " -o" + f("study") + " --on script"},
         {"bench", " laws --samples" + f("out/reference_own.h5") + " -o" + f("bench")},
     };
   }

@@ -140,6 +140,9 @@ std::vector<BadInput> bad_inputs() {
       {"curves where a body belongs", "simulate out/curves.h5 -o s.h5"},
       {"a shard that is none", "simulate out/body.h5 --shard 5/4 -o shards"},
       {"a folder without shards", "merge out -o s.h5"},
+      {"a folder without a study", "study status out"},
+      {"a place that no study runs on", "study s.toml -o st --on moon"},
+      {"a study without a scene", "study bad.toml -o st", 1, {{"bad.toml", "scale = true\n"}}},
       {"points without columns",
        "simulate out/body.h5 -o s.h5 --points p.csv",
        1,
@@ -297,7 +300,7 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
   }
   for (const char* command :
        {"run", "new", "check", "prepare", "simulate", "merge", "import", "fit", "refine", "export",
-        "replay", "validate", "predict", "inspect", "tabulate", "report", "bench"})
+        "replay", "validate", "predict", "inspect", "tabulate", "report", "study", "bench"})
     EXPECT_TRUE(commands.contains(command)) << command;
   const fs::path docs = fs::path(PALPATE_SOURCE_DIR) / "docs/bad-inputs.md";
   if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(docs) << page;

@@ -61,6 +61,8 @@ const std::vector<Row> kRooms{
     {"tools/manifest", {"tools/scene"}},
     {"tools/stages",
      {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene", "tools/manifest"}},
+    {"tools/study",
+     {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene", "tools/stages"}},
     {"tools/realtime", {"tools/console"}},
     {"tools/report", {}},
     {"tools/bench", {"tools/command", "tools/console", "tools/scene", "tools/stages"}},
@@ -68,7 +70,7 @@ const std::vector<Row> kRooms{
     {"tools/python", {}},
     {"tools/commands",
      {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/realtime", "tools/report", "tools/outputs"}},
+      "tools/study", "tools/realtime", "tools/report", "tools/outputs"}},
     {"tools/main", {"tools/command"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},

@@ -11,8 +11,9 @@ namespace {
 class Report final : public Command {
  public:
   explicit Report(Arguments& arguments) {
-    arguments.positionals("folder", folders_,
-                          "Folder of a run, whole or in part; further ones are compared with it");
+    arguments.positionals(
+        "folder", folders_,
+        "Folder of a run, whole or in part, or of a study; further ones are compared with it");
     arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind});
   }
 

@@ -107,13 +107,36 @@ Json figures_of(const fs::path& folder) {
     json["family"] = name_of(fitted.curves.family);
     json["points"] = fitted.curves.points();
   }
+  if (fs::exists(folder / "result.json")) {  // of a case of a study
+    const Json result = Json::parse(read_whole_file(folder / "result.json"));
+    json["name"] = result.value("name", folder_name(folder));
+    json["stiffness_N_m"] = result.value("stiffness_N_m", 0.0);
+  }
   if (fs::exists(folder / "samples.h5")) json["rows"] = read_samples(folder / "samples.h5").rows();
   return json;
 }
 
+// The folders of a study's cases that are done, in its order; of any other folder, itself.
+std::vector<std::string> runs_in(const fs::path& folder) {
+  if (!fs::exists(folder / "study.json")) return {folder.string()};
+  std::vector<std::string> runs;
+  const Json plan = Json::parse(read_whole_file(folder / "study.json"));
+  for (const Json& one : plan.at("cases")) {
+    const fs::path run = folder / "cases" / one.at("name").get<std::string>();
+    if (fs::exists(run / "result.json")) runs.push_back(run.string());
+  }
+  if (runs.empty())
+    throw Error(folder.string(), "is a study without a case that is done",
+                "Let it go on: palpate study resume " + folder.string() + ".");
+  return runs;
+}
+
 }  // namespace
 
-std::string contents_of_folders(const std::vector<std::string>& folders) {
+std::string contents_of_folders(const std::vector<std::string>& given) {
+  std::vector<std::string> folders;
+  for (const std::string& folder : given)
+    for (std::string& run : runs_in(folder)) folders.push_back(std::move(run));
   for (const std::string& folder : folders) check_is_run(folder);
   Json json = contents_of(folders.front());
   if (folders.size() > 1)

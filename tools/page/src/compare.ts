@@ -51,11 +51,63 @@ function differences(runs: Compared): string[][] {
     .filter((cells) => cells.slice(2).some((cell) => cell !== cells[1]));
 }
 
+/** Error and stiffness over each number that is not the same in all runs, as in a study. */
+function overParameters(runs: Compared): HTMLElement[] {
+  const keys = [...new Set(runs.flatMap((run) => Object.keys(run.settings ?? {})))].sort();
+  return keys.flatMap((key) => {
+    const known = runs.flatMap((run) => {
+      const setting = run.settings?.[key];
+      if (!setting || !("numbers" in setting) || setting.numbers.length !== 1 || !run.statement) return [];
+      return [{ ...run, at: setting.numbers[0], unit: setting.unit, statement: run.statement }];
+    });
+    if (known.length < 3 || new Set(known.map((run) => run.at)).size < 2) return [];
+    const unit = known[0].unit;
+    const label = `${key.replaceAll("/", ".")}${unit === "1" ? "" : ` [${unit}]`}`;
+    const dots = (name: string, runsShown: typeof known, y: number[], axis: { label: string; scale?: number }) =>
+      figure(
+        `${name} over ${key.replaceAll("/", ".")}`,
+        plot(`${name} over ${label}`, { label }, { ...axis, min: 0 }, [
+          {
+            kind: "dots",
+            colour: seriesColour(0),
+            x: runsShown.map((run) => run.at),
+            y,
+            titles: runsShown.map((run) => run.name),
+          },
+        ]),
+      );
+    const stiff = known.filter((run) => run.stiffness_N_m !== undefined);
+    return [
+      dots(
+        "Error",
+        known,
+        known.map((run) => run.statement.force_error.p95_rel),
+        { label: "95th percentile of the error [%]", scale: 100 },
+      ),
+      ...(stiff.length
+        ? [
+            dots(
+              "Stiffness",
+              stiff,
+              stiff.map((run) => run.stiffness_N_m ?? 0),
+              { label: "force over depth, median [N/m]" },
+            ),
+          ]
+        : []),
+    ];
+  });
+}
+
+const kMaxBeside = 12; // runs that a table and bars can show
+
 export function compareSection(contents: Contents): HTMLElement | undefined {
   const runs = contents.compared;
   if (!runs) return undefined;
   const out = section("compare", "Beside the others");
   const stated = runs.flatMap((run) => (run.statement ? [{ ...run, statement: run.statement }] : []));
+  const parameters = overParameters(runs);
+  if (parameters.length) out.append(html("div", { class: "figures" }, ...parameters));
+  if (runs.length > kMaxBeside) return out;
   if (stated.length) {
     const errors = stated.map(({ name, statement: s }) => ({
       name: name.length > 16 ? `${name.slice(0, 15)}…` : name,

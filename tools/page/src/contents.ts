@@ -124,6 +124,7 @@ export interface Contents {
     family?: string;
     points?: number;
     rows?: number;
+    stiffness_N_m?: number;
   }[];
   asset?: { bytes: string; range_m: number; program?: string };
 }

@@ -1,0 +1,248 @@
+// Studies: how cases are made, what they share, and what is left when one fails.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/files.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tools/study/schedule.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+std::string press_scene(const std::string& test_points = "4") {
+  std::string text = kScene;
+  const auto put = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  put("test_points = 4", "test_points = " + test_points);
+  put("drag_depths = [\"3 mm\"]", "drag_depths = []\nsurface = false");
+  put("press_steps = 5", "press_steps = 2");
+  put("points = 2\n", "points = 1\n");
+  return text;
+}
+
+class StudyOfBlocks : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder.write("block.off", block_off(8));
+    folder.write("scene.toml", press_scene());
+  }
+  Study read(const std::string& text) {
+    return read_study(folder.write("study.toml", "scene = \"scene.toml\"\n" + text));
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      read(text);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  }
+  std::string in(const std::string& name) const { return (folder / name).string(); }
+  Folder folder;
+};
+
+TEST_F(StudyOfBlocks, all_combinations_of_tables_lists_and_ranges_are_cases) {
+  const Study study = read(R"(
+[materials.soft]
+young = "2 kPa"
+[materials.rubber]
+law = "yeoh"
+c10 = "2 kPa"
+[probes.small]
+radius = "6 mm"
+[vary]
+"experiments.depth" = ["3 mm", "4 mm"]
+"probe.friction" = { from = 0.1, to = 0.5, count = 3 }
+)");
+  EXPECT_EQ(study.inputs,
+            (std::vector<std::string>{"material", "probe", "experiments.depth", "probe.friction"}));
+  ASSERT_EQ(study.cases.size(), 2 * 1 * 2 * 3);
+  std::set<std::string> names;
+  for (const StudyCase& one : study.cases) names.insert(one.name);
+  EXPECT_EQ(names.size(), study.cases.size());
+  const Scene last = parse_scene(study.cases.back().scene, folder / "s.toml");
+  EXPECT_DOUBLE_EQ(last.experiments.each.depth_m, 0.004);
+  EXPECT_DOUBLE_EQ(last.probe.spec.friction, 0.5);
+  EXPECT_EQ(last.body.surface, folder / "block.off");
+}
+
+TEST_F(StudyOfBlocks, rows_of_a_table_are_cases) {
+  folder.write("cases.csv", "material,experiments.depth,validate.seed\nsoft,3 mm,1\nfirm,4 mm,2\n");
+  const Study study = read(
+      "cases = \"cases.csv\"\n[materials.soft]\nyoung = \"2 kPa\"\n[materials.firm]\n"
+      "young = \"9 kPa\"\n");
+  ASSERT_EQ(study.cases.size(), 2);
+  const Scene second = parse_scene(study.cases[1].scene, folder / "s.toml");
+  EXPECT_DOUBLE_EQ(second.material->values.front(), 9000);
+  EXPECT_EQ(second.validate.seed, 2);
+}
+
+TEST_F(StudyOfBlocks, sampled_ranges_go_together_and_logarithms_are_even) {
+  const Study study = read(R"([vary]
+"material.young" = { from = "1 kPa", to = "100 kPa", spacing = "log" }
+"material.poisson" = { from = 0.3, to = 0.5 }
+[sample]
+method = "sobol"
+count = 3
+)");
+  ASSERT_EQ(study.cases.size(), 3);
+  EXPECT_EQ(study.cases[0].inputs, (std::vector<std::string>{"0.4", "10 kPa"}));
+}
+
+TEST(sequences, sobol_points_fill_every_dyadic_box_once) {
+  constexpr int kCount = 64, kDimensions = 8;
+  auto points = sobol_points(kCount - 1, kDimensions);
+  points.emplace_back(kDimensions, 0.0);  // the first of the sequence, which is left out
+  for (int d = 0; d < kDimensions; ++d) {
+    std::set<int> slices;
+    for (const auto& p : points) slices.insert(static_cast<int>(kCount * p[d]));
+    EXPECT_EQ(slices.size(), kCount) << "axis " << d;
+  }
+  std::set<std::pair<int, int>> boxes;  // the first two axes are a (0, m, 2)-net
+  for (const auto& p : points)
+    boxes.emplace(static_cast<int>(8 * p[0]), static_cast<int>(8 * p[1]));
+  EXPECT_EQ(boxes.size(), kCount);
+}
+
+TEST(sequences, each_slice_of_each_axis_has_one_point_of_a_latin_hypercube) {
+  const auto points = latin_hypercube(20, 3, 7), again = latin_hypercube(20, 3, 7);
+  EXPECT_EQ(points, again);
+  for (int d = 0; d < 3; ++d) {
+    std::set<int> slices;
+    for (const auto& p : points) slices.insert(static_cast<int>(20 * p[d]));
+    EXPECT_EQ(slices.size(), 20);
+  }
+}
+
+TEST_F(StudyOfBlocks, moduli_that_only_scale_forces_are_solved_once) {
+  const Study study = read(R"([vary]
+"material.young" = ["5 kPa", "10 kPa", "30 kPa"]
+"material.poisson" = [0.4, 0.45]
+)");
+  int solved = 0;
+  for (std::size_t i = 0; i < study.cases.size(); ++i)
+    solved += study.cases[i].source == static_cast<int>(i);
+  EXPECT_EQ(solved, 2);
+  EXPECT_DOUBLE_EQ(study.cases.back().factor, 6);
+  const Study each = read("scale = false\n[vary]\n\"material.young\" = [\"5 kPa\", \"10 kPa\"]\n");
+  EXPECT_EQ(each.cases.back().source, 1);
+  folder.write("scene.toml", press_scene("\"auto\""));
+  const Study placed = read("[vary]\n\"material.young\" = [\"5 kPa\", \"10 kPa\"]\n");
+  EXPECT_EQ(placed.cases.back().source, 1) << "placed points depend on the unit of force";
+}
+
+// The same press at 10 and 35 kPa: equal but for the factor, to what Newton's tolerance leaves.
+TEST_F(StudyOfBlocks, scaled_samples_are_those_of_a_direct_solution) {
+  folder.write("stiff.toml", [&] {
+    std::string text = press_scene();
+    return text.replace(text.find("10 kPa"), 6, "35 kPa");
+  }());
+  for (const char* name : {"scene", "stiff"})
+    ASSERT_EQ(palpate(folder, "simulate " + in(name + std::string(".toml")) + " -o " +
+                                  in(name + std::string(".h5")))
+                  .status,
+              0);
+  const double factor =
+      force_factor(parse_scene(content_of(folder / "scene.toml"), folder / "scene.toml"),
+                   parse_scene(content_of(folder / "stiff.toml"), folder / "stiff.toml"));
+  EXPECT_DOUBLE_EQ(factor, 3.5);
+  const Samples scaled = with_forces_times(read_samples(folder / "scene.h5"), factor);
+  const Samples direct = read_samples(folder / "stiff.h5");
+  ASSERT_EQ(scaled.rows(), direct.rows());
+  EXPECT_LT((scaled.force - direct.force).norm(), 1e-5 * direct.force.norm());
+  EXPECT_LT((scaled.torque - direct.torque).norm(), 1e-4 * direct.torque.norm());
+  EXPECT_LT((scaled.point_sway - direct.point_sway).norm(), 1e-5 * direct.point_sway.norm());
+  EXPECT_LT((scaled.force_error - direct.force_error).norm(), 1e-3 * direct.force_error.norm());
+}
+
+TEST_F(StudyOfBlocks, a_study_runs_here_and_again_does_nothing) {
+  folder.write("study.toml",
+               "scene = \"scene.toml\"\n[vary]\n\"material.young\" = [\"5 kPa\", \"10 kPa\"]\n");
+  const Outcome first = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
+  EXPECT_EQ(first.status, 0) << first.err;
+  EXPECT_NE(first.out.find("2 cases: 2 done"), std::string::npos) << first.out;
+  EXPECT_NE(first.err.find("forces of case 1 times 2"), std::string::npos) << first.err;
+  const std::string table = content_of(folder / "out" / "results.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3);
+  EXPECT_NE(table.find("stiffness_N_m"), std::string::npos);
+  EXPECT_EQ(
+      h5::Reader(folder / "out" / "results.h5", "").numbers("cases/p95_rel", "1", {2, 0}).size(),
+      2);
+  const Outcome again = palpate(folder, "study resume " + in("out"));
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_EQ(again.err.find("simulate"), std::string::npos) << again.err;
+  EXPECT_EQ(content_of(folder / "out" / "results.csv"), table);
+  const Outcome report = palpate(folder, "report " + in("out") + " -o " + in("out/report.html"));
+  if (report.status == 0) {  // the page is built
+    const std::string page = content_of(folder / "out" / "report.html");
+    EXPECT_NE(page.find("\"stiffness_N_m\":"), std::string::npos);
+    EXPECT_NE(page.find("\"name\":\"10 kPa\""), std::string::npos) << "cases go by their inputs";
+  } else {
+    EXPECT_NE(report.err.find("page"), std::string::npos) << report.err;
+  }
+  // What `run` would say of a case's folder.
+  for (const auto& entry : fs::directory_iterator(folder / "out" / "cases")) {
+    const Outcome run = palpate(
+        folder, "run " + (entry.path() / "scene.toml").string() + " -o " + entry.path().string());
+    EXPECT_NE(run.err.find("nothing to do"), std::string::npos) << run.err;
+  }
+}
+
+TEST_F(StudyOfBlocks, a_case_that_fails_is_told_and_the_others_are_done) {
+  folder.write("study.toml",
+               "scene = \"scene.toml\"\n[vary]\n\"probe.radius\" = [\"400 mm\", \"8 mm\"]\n");
+  const Outcome outcome = palpate(folder, "study " + in("study.toml") + " -o " + in("out"));
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_NE(outcome.out.find("1 done, 1 failed"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("case 1 (400 mm)"), std::string::npos) << outcome.err;
+}
+
+TEST_F(StudyOfBlocks, without_slurm_a_script_and_this_machine_remain) {
+  folder.write("study.toml",
+               "scene = \"scene.toml\"\n[cluster]\npoint_minutes = 30\nmemory_MB = 100\n");
+  const std::string study = in("study.toml") + " -o " + in("out");
+  const Outcome none = [&] {
+    const std::string line = "PATH=/nowhere " PALPATE_PROGRAM " study " + study +
+                             " --on slurm >/dev/null 2>" + in("err");
+    const int raw = std::system(("/bin/sh -c '" + line + "'").c_str());
+    return Outcome{WEXITSTATUS(raw), "", content_of(folder / "err")};
+  }();
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.err.find("this machine has no Slurm"), std::string::npos) << none.err;
+  EXPECT_NE(none.err.find("--on script"), std::string::npos) << none.err;
+  const Outcome script = palpate(folder, "study " + study + " --on script");
+  ASSERT_EQ(script.status, 0) << script.err;
+  EXPECT_NE(script.out.find("# simulate: 4 tasks"), std::string::npos) << script.out;
+  // The script does it, in another shell, as another scheduler would.
+  folder.write("script.sh", "set -e\n" + script.out);
+  const int raw =
+      std::system(("sh " + in("script.sh") + " >" + in("said") + " 2>" + in("err")).c_str());
+  EXPECT_EQ(WEXITSTATUS(raw), 0) << content_of(folder / "err");
+  EXPECT_NE(content_of(folder / "said").find("1 cases: 1 done"), std::string::npos)
+      << content_of(folder / "said");
+}
+
+TEST_F(StudyOfBlocks, mistakes_are_named_with_their_place) {
+  EXPECT_NE(refusal("[vary]\nyoung = [1]\n").find("names no section"), std::string::npos);
+  EXPECT_NE(refusal("[vary]\n\"material.young\" = { from = \"1 kPa\", to = 9, count = 2 }\n")
+                .find("one unit to another"),
+            std::string::npos);
+  EXPECT_NE(refusal("[materials]\n").find("is no table of named tables"), std::string::npos);
+  EXPECT_NE(refusal("bodis = 1\n").find("bodies"), std::string::npos);
+  EXPECT_NE(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 mm\"]\n").find("case 2 (1 mm)"),
+            std::string::npos);
+  EXPECT_NE(refusal("[vary]\n\"material.young\" = [\"1 kPa\", \"1 kPa\"]\n").find("same scene"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate::tools

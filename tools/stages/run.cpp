@@ -1,0 +1,190 @@
+#include "tools/stages/run.hpp"
+
+#include <filesystem>
+#include <optional>
+
+#include "libfit/assets/exporters.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "libfit/io/files/files.hpp"
+#include "tools/console.hpp"
+#include "tools/outputs.hpp"
+#include "tools/scene/settings.hpp"
+#include "tools/stages/export.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/fit.hpp"
+#include "tools/stages/placement.hpp"
+#include "tools/stages/prepare.hpp"
+#include "tools/stages/shape.hpp"
+#include "tools/stages/simulate.hpp"
+#include "tools/stages/validate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace validation;
+
+namespace fs = std::filesystem;
+
+class StageRun {
+ public:
+  explicit StageRun(const RunRequest& request) : request_(request), output_(request.folder) {}
+
+  RunResult run() {
+    scene_ = open_scene(request_.scene);
+    if (request_.quick) make_quick(scene_);
+    check_choices(scene_);
+    prepare();
+    simulate();
+    fit();
+    refine();
+    export_asset();
+    validate();
+    return result();
+  }
+
+ private:
+  fs::path file(const char* name) const { return fs::path(request_.folder) / name; }
+
+  // Whether a stage must be done; says so either way.
+  bool is_stale(const char* stage, const fs::path& output, const std::optional<std::string>& stored,
+                const std::string& wanted) {
+    const bool is_fresh = !request_.force && stored == wanted;
+    if (is_fresh) {
+      say("{:<9}{} is up to date", stage, output.string());
+    } else {
+      say("{:<9}{}", stage, output.string());
+      ++result_.stages_done;
+    }
+    return !is_fresh;
+  }
+
+  void prepare() {
+    const fs::path output = file("body.h5");
+    const std::string wanted = body_fingerprint(scene_);
+    const bool is_new = is_stale("prepare", output, stored_in_hdf5(output), wanted);
+    body_ = is_new ? prepare_body(scene_, false) : read_body(output);
+    check_experiments(scene_, body_);
+    output_.claim();
+    // A body that is up to date still says how experiments are made on it now.
+    const Settings settings = settings_of(scene_);
+    const ProbeSpec& probe = scene_.probe.spec;
+    if (!is_new && canonical(settings) == canonical(body_.settings) && body_.probe &&
+        canonical(probe) == canonical(*body_.probe))
+      return;
+    body_.settings = settings;
+    body_.probe = probe;
+    write_body(output, body_, {{kInputsAttribute, wanted}});
+  }
+
+  void simulate() {
+    const fs::path output = file("samples.h5");
+    const std::string wanted = samples_fingerprint(scene_, body_);
+    const bool has_surface = keeps_surface(scene_, body_);
+    const bool is_whole =
+        (!scene_.experiments.placement || stored_in_hdf5(file("placed.h5")) == wanted) &&
+        (!has_surface || stored_in_hdf5(surface_path(output)) == wanted);
+    if (!is_stale("simulate", output, is_whole ? stored_in_hdf5(output) : std::nullopt, wanted))
+      return;
+    const SimulateRequest request{.jobs = request_.jobs,
+                                  .output = output,
+                                  .fingerprint = point_fingerprint(scene_, body_),
+                                  .resume = !request_.force,
+                                  .has_surface = has_surface};
+    const Samples samples = simulate_scene(scene_, body_, request);
+    say_force_errors(samples, scene_.experiments.force_tolerance);
+    bad_experiments_ = list_bad_experiments(samples);
+  }
+
+  // The body with the test points that were simulated.
+  fs::path placed_body() const {
+    return file(scene_.experiments.placement ? "placed.h5" : "body.h5");
+  }
+
+  void fit() {
+    const fs::path output = file("curves.h5");
+    const std::string wanted = curves_fingerprint(scene_.fit, file("samples.h5"));
+    if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
+    const Body body = read_body(placed_body());
+    const FittedCurves curves =
+        fit_samples(read_samples(file("samples.h5")), scene_.fit, request_.jobs, &body);
+    write_curves(output, curves, {{kInputsAttribute, wanted}});
+  }
+
+  void refine() {
+    const fs::path output = file("model.h5");
+    const fs::path samples = file("samples.h5");
+    const bool has_surface = keeps_surface(scene_, body_);
+    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(),
+                                                 has_surface ? surface_path(samples) : fs::path());
+    if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
+    Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
+    if (has_surface) add_shape(model, read_with_surface(samples));
+    write_model(output, model, {{kInputsAttribute, wanted}});
+  }
+
+  void export_asset() {
+    const fs::path output = file("asset.palp"), picture = file("stiffness.vtu");
+    const std::string wanted = asset_fingerprint(scene_.export_, file("model.h5"));
+    const auto stored = fs::exists(picture) && fs::is_directory(file("engine"))
+                            ? stored_in_asset(output)
+                            : std::nullopt;
+    if (!is_stale("export", output, stored, wanted)) return;
+    const Model model = read_model(file("model.h5"));
+    export_model(model, picture, "vtu", {});
+    export_model(model, output, "palp",
+                 {.settings = scene_.export_,
+                  .fingerprint = wanted,
+                  .statement = {},
+                  .engine = file("engine")});
+  }
+
+  void validate() {
+    const fs::path output = file("statement.json"), asset = file("asset.palp");
+    const std::string made_from = asset_fingerprint(scene_.export_, file("model.h5"));
+    const std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
+    const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
+    if (!is_stale("validate", output, stored, wanted)) return;
+    const Model model = read_model(file("model.h5"));
+    const FittedCurves curves = read_curves(file("curves.h5"));
+    Statement statement = validate_asset(asset, scene_, body_,
+                                         {.settings = scene_.validate,
+                                          .jobs = request_.jobs,
+                                          .rows_csv = file("validation.csv"),
+                                          .reference = request_.folder,
+                                          .resume = !request_.force,
+                                          .curves = &curves,
+                                          .model = &model});
+    export_model(model, asset, "palp",
+                 {.settings = scene_.export_,
+                  .fingerprint = made_from,
+                  .statement = to_asset_json(statement),
+                  .engine = {}});
+    statement.asset_bytes = fs::file_size(asset);
+    write_file_atomically(output, to_json(statement, wanted));
+  }
+
+  RunResult result() {
+    if (result_.stages_done == 0)
+      say("nothing to do: everything in {} is up to date", request_.folder);
+    const fs::path output = file("statement.json");
+    result_.statement = parse_statement(read_whole_file(output), output.string());
+    if (!bad_experiments_)
+      bad_experiments_ = list_bad_experiments(read_samples(file("samples.h5")));
+    result_.items_failed = *bad_experiments_ + result_.statement.reference_failures +
+                           list_bad_points(read_curves(file("curves.h5")), request_.quick);
+    return result_;
+  }
+
+  RunRequest request_;
+  OutputFolder output_;
+  Scene scene_;
+  Body body_;
+  RunResult result_;
+  std::optional<std::size_t> bad_experiments_;  // listed already, while simulating
+};
+
+}  // namespace
+
+RunResult run_stages(const RunRequest& request) { return StageRun(request).run(); }
+
+}  // namespace palpate::tools

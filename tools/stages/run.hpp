@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "libfit/validation/statement.hpp"
+
+namespace palpate::tools {
+
+/// What `palpate run` is asked for. jobs: threads, 0 for all cores.
+struct RunRequest {
+  std::string scene, folder;
+  int jobs = 0;
+  bool force = false, quick = false;
+};
+
+struct RunResult {
+  int stages_done = 0;
+  std::size_t items_failed = 0;  ///< experiments, points, held-out rows; each is said
+  validation::Statement statement;
+};
+
+/// All stages from a scene to an asset and its statement, those that are up to date left out
+/// (docs/formats.md, "What `run` leaves in its folder"). Keeps a second run out of the folder.
+RunResult run_stages(const RunRequest& request);
+
+}  // namespace palpate::tools

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// One case of a study: a scene, and the words by which the study names it.
+struct StudyCase {
+  std::string name;  ///< 12 hex digits of its scene's text and the program: its folder's name
+  std::vector<std::string> inputs;  ///< as Study::inputs names them
+  std::string scene;                ///< text of its scene.toml, files by absolute names
+  int body = 0;                     ///< cases of one number share the prepared body
+  /// The case whose samples are this one's but for a factor of all forces; itself where it is
+  /// simulated.
+  int source = 0;
+  double factor = 1;  ///< its forces over those of its source
+};
+
+/// What [cluster] says; times and memory of 0 are measured by a pilot.
+struct ClusterSection {
+  double task_min = 20;              ///< wanted length of a task
+  double point_min = 0;              ///< of one processor, for one test point
+  double memory_MB = 0;              ///< of a task
+  double time_factor = 3;            ///< a task's time limit over its expected time
+  int max_array = 1000;              ///< tasks of one array
+  std::string command;               ///< instead of this program, as a container starts it
+  std::vector<std::string> options;  ///< further options of sbatch
+};
+
+/// A study.toml with its cases (docs/formats.md).
+struct Study {
+  std::filesystem::path path;
+  std::vector<std::string> inputs;  ///< columns: body, material, probe, and the keys varied
+  std::vector<StudyCase> cases;
+  ClusterSection cluster;
+};
+
+/// Reads a study and makes its cases: all combinations of bodies, materials, probes, lists and
+/// ranges; or ranges sampled together by a Sobol sequence or a Latin hypercube; or the rows of a
+/// table. Every scene is checked as `check` does without its mesh. Throws Error with the place in
+/// the study or, of a case's scene, with the words that name the case.
+Study read_study(const std::filesystem::path& path);
+
+/// `count` points in [0, 1)^dimensions, a row each. Sobol: the first of the sequence after 0, 8
+/// dimensions at most. Latin hypercube: seeded; each of `count` slices of each axis has one point.
+/// Source: Joe and Kuo, Constructing Sobol sequences with better two-dimensional projections
+/// (2008); McKay, Beckman and Conover (1979).
+std::vector<std::vector<double>> sobol_points(int count, int dimensions);
+std::vector<std::vector<double>> latin_hypercube(int count, int dimensions, unsigned seed);
+
+/// The factor between the forces of two scenes whose samples differ by that alone, 0 where they
+/// differ otherwise. All laws are linear in their moduli (an energy density has no other source of
+/// its unit), and friction, contact and geometry know no unit of force. Placed points do: what they
+/// predict is compared with a force that is just noticeable.
+double force_factor(const Scene& source, const Scene& scene);
+
+}  // namespace palpate::tools
