@@ -125,6 +125,18 @@ TEST(import, unchanged_recordings_are_not_read_again) {
   EXPECT_TRUE(content_of(folder / "samples.h5") == before);
 }
 
+TEST(import, a_pattern_is_found_beside_a_manifest_that_is_named_without_its_folder) {
+  const Folder folder;
+  std::string text = kManifest.substr(0, kManifest.rfind("[[recording]]"));
+  text.replace(text.find("a.csv"), 5, "a*.csv");
+  folder.write("manifest.toml", text), folder.write("a1.csv", press(1000));
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder / ".");
+  const Outcome outcome = palpate(folder, "import manifest.toml -o samples.h5");
+  std::filesystem::current_path(before);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+}
+
 TEST(import, mistakes_in_the_manifest_name_line_and_column) {
   const Folder folder;
   const auto error_of = [&](const std::string& from, const std::string& to) {

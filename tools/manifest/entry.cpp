@@ -224,7 +224,8 @@ std::vector<std::string> files_of(const SceneTable& table, const std::string& fi
   const std::string pattern = fs::path(file).filename().string();
   std::vector<std::string> files;
   std::error_code failure;
-  for (const auto& entry : fs::directory_iterator(folder / parent, failure))
+  const fs::path place = folder / parent;
+  for (const auto& entry : fs::directory_iterator(place.empty() ? "." : place, failure))
     if (fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0 &&
         !entry.path().filename().string().ends_with(".import.csv"))
       files.push_back((parent / entry.path().filename()).string());
