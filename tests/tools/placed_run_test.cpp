@@ -65,6 +65,13 @@ TEST_F(PlacedRun, rounds_of_shards_have_the_bytes_of_one_process) {
     ASSERT_EQ(merged.status, 0) << merged.err;
   }
   EXPECT_GE(rounds, 3);
+  folder.write("study.toml", "scene = \"scene.toml\"\n");
+  const Outcome study = palpate(
+      folder, "study " + (folder / "study.toml").string() + " -o " + (folder / "study").string());
+  EXPECT_NE(study.out.find("1 cases: 1 done"), std::string::npos) << study.err;
+  for (const auto& entry : fs::directory_iterator(folder / "study" / "cases"))
+    EXPECT_TRUE(content_of(entry.path() / "samples.h5") ==
+                content_of(folder / "one" / "samples.h5"));
   for (const char* file : {"samples.h5", "samples.surface.h5", "placed.h5", "placement.csv"})
     EXPECT_TRUE(content_of(folder / "one" / file) == content_of(folder / "shards" / file)) << file;
 }

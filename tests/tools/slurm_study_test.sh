@@ -105,4 +105,22 @@ done
 # Columns that do not tell of time and memory.
 stable() { awk -F, '{ $(NF-1) = $(NF-2) = ""; print }' "$1/results.csv"; }
 diff <(stable one) <(stable study) || fail "results differ"
-echo "PASSED: 9 cases x 20 points, the bytes of one process"
+
+# Points that place themselves: each merge asks for a round, and the last job submits it.
+sed -e 's/test_points = 20/test_points = "auto"\ntolerance = 0\nbudget = 16/' \
+  -e 's/^length_unit/surface = "thick.off"\n&/' -e 's/press_steps = 1/press_steps = 2/' base.toml > placed.toml
+cat >> placed.toml <<'TOML'
+[experiments.region]
+box = [["9 mm", "9 mm", "29 mm"], ["71 mm", "71 mm", "31 mm"]]
+TOML
+printf 'scene = "placed.toml"\n[cluster]\ntask_minutes = 0.1\n' > rounds.toml
+"$palpate" study rounds.toml -o rounds --on slurm
+wait_for_slurm 600
+"$palpate" study status rounds | tee status.txt
+grep -q "1 cases: 1 done" status.txt || fail "rounds do not end"
+mkdir alone
+"$palpate" simulate placed.toml -o alone/samples.h5 --quiet || true
+for file in samples.h5 placed.h5 placement.csv; do
+  cmp rounds/cases/*/$file alone/$file || fail "rounds have another $file"
+done
+echo "PASSED: 9 cases x 20 points, and one in rounds, with the bytes of one process"

@@ -53,6 +53,9 @@ Study read_study(const std::filesystem::path& path);
 std::vector<std::vector<double>> sobol_points(int count, int dimensions);
 std::vector<std::vector<double>> latin_hypercube(int count, int dimensions, unsigned seed);
 
+/// All that the samples of a scene depend on, moduli by their ratios.
+std::string unscaled(Scene scene);
+
 /// The factor between the forces of two scenes whose samples differ by that alone, 0 where they
 /// differ otherwise. All laws are linear in their moduli (an energy density has no other source of
 /// its unit), and friction, contact and geometry know no unit of force. Placed points do: what they

@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "libfem/materials/materials.hpp"
+#include "tools/scene/settings.hpp"
+#include "tools/study/cases.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// The moduli of a scene, those of its body's material first; pressure alone has a unit.
+std::vector<double*> moduli_of(Scene& scene) {
+  std::vector<double*> moduli;
+  const auto add = [&](fem::MaterialParameters& material) {
+    const fem::LawRow& law = fem::find_law(material.law, "law");
+    std::size_t at = 0;
+    for (const fem::ParameterRow& row : law.parameters)
+      for (int k = 0; k < row.count && at < material.values.size(); ++k, ++at)
+        if (!row.unit.empty() && row.unit != "1" && std::isfinite(material.values[at]))
+          moduli.push_back(&material.values[at]);
+  };
+  if (scene.material) add(*scene.material);
+  for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);
+  return moduli;
+}
+
+}  // namespace
+
+std::string unscaled(Scene scene) {
+  const std::vector<double*> moduli = moduli_of(scene);
+  const double unit = moduli.empty() ? 1 : *moduli.front();
+  for (double* modulus : moduli) *modulus = std::stod(fmt::format("{:.12g}", *modulus / unit));
+  return canonical(scene, Stage::prepare) + canonical(scene, Stage::simulate) +
+         canonical(scene, Stage::surface);
+}
+
+double force_factor(const Scene& source, const Scene& scene) {
+  if (source.experiments.placement || scene.experiments.placement || !source.material ||
+      !scene.material || unscaled(source) != unscaled(scene))
+    return 0;
+  Scene a = source, b = scene;
+  const auto from = moduli_of(a), to = moduli_of(b);
+  return from.empty() ? 1 : *to.front() / *from.front();
+}
+
+}  // namespace palpate::tools
