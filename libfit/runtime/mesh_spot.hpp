@@ -15,7 +15,7 @@ namespace runtime {
 /// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
 /// there (M15). Where normals and facets agree, reach is the radius and skew is nothing.
 /// A tip on a body that was measured with a ball is that ball's lowest point at first touch (M15a):
-/// the centre then stands by pole off the tip, reach is the radius and skew is nothing.
+/// the centre is then the tip less pole, reach is the radius and skew is nothing.
 struct Arm {
   double reach_m = 0;            ///< along the inward normal
   double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal

@@ -10,7 +10,9 @@
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
+#include "tools/study/scaling.hpp"
 #include "tools/study/schedule.hpp"
+#include "tools/study/sequences.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -46,16 +46,6 @@ void read_registration(SceneTable table, Manifest& manifest) {
     fail(table, "icp", "icp needs a surface", "Say `surface` and `length_unit`.");
 }
 
-toml::table parse_toml(const fs::path& path) {
-  try {
-    return toml::parse(read_whole_file(path), path.string());
-  } catch (const toml::parse_error& error) {
-    throw Error(fmt::format("{}:{}:{}", path.string(), error.source().begin.line,
-                            error.source().begin.column),
-                std::string(error.description()), "Correct the TOML there.");
-  }
-}
-
 // The tip of a recording in the words of a scene's probe.
 ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
   ProbeSpec probe = sphere_spec(radius_m, friction);
@@ -95,7 +85,8 @@ double poisson_of(const Manifest& manifest) { return manifest.items.front().sign
 Manifest read_manifest(const fs::path& path) {
   Manifest manifest;
   manifest.path = path;
-  const toml::table document = parse_toml(path);
+  const toml::table document =
+      parse_toml(read_whole_file(path), path.string(), "Correct the TOML there.");
   SceneTable root(document, "the manifest", path.string());
   const fs::path folder = path.parent_path();
   if (root.has("surface")) {

@@ -11,13 +11,7 @@ namespace {
 
 void add_devices(std::string_view text, const std::string& file,
                  std::vector<certify::Device>& rows) {
-  toml::table parsed;
-  try {
-    parsed = toml::parse(text, file);
-  } catch (const toml::parse_error& e) {
-    throw Error(file + ":" + std::to_string(e.source().begin.line), std::string(e.description()),
-                "Write it as data/devices.toml is written.");
-  }
+  const toml::table parsed = parse_toml(text, file, "Write it as data/devices.toml is written.");
   SceneTable root(parsed, "the table of devices", file);
   for (SceneTable& table : root.tables("device", "[[device]]")) {
     certify::Device row;

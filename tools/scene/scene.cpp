@@ -269,15 +269,9 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   if (text.find('\0') != std::string::npos)  // no text has one; assets and HDF5 files do
     throw Error(path.string(), "is no text",
                 "Name a scene, such as `palpate new` writes; `palpate inspect` says what it is.");
-  toml::table parsed;
-  try {
-    parsed = toml::parse(text, path.string());
-  } catch (const toml::parse_error& e) {
-    throw Error(
-        fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
-        std::string(e.description()),
-        "Mend the TOML at this place, or name a scene: a text such as `palpate new` writes.");
-  }
+  const toml::table parsed = parse_toml(
+      text, path.string(),
+      "Mend the TOML at this place, or name a scene: a text such as `palpate new` writes.");
   const auto section = [&](auto&& read) {
     try {
       read();

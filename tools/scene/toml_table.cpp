@@ -35,6 +35,15 @@ std::string kind_of(const toml::node& node) {
 
 }  // namespace
 
+toml::table parse_toml(std::string_view text, const std::string& file, const std::string& remedy) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& e) {
+    throw Error(fmt::format("{}:{}:{}", file, e.source().begin.line, e.source().begin.column),
+                std::string(e.description()), remedy);
+  }
+}
+
 SceneTable::SceneTable(const toml::table& table, std::string name, std::string file)
     : table_(&table), name_(std::move(name)), file_(std::move(file)) {}
 

@@ -14,6 +14,9 @@
 
 namespace palpate::tools {
 
+/// The tables of a text. Throws Error at file:line:column with what is wrong there and `remedy`.
+toml::table parse_toml(std::string_view text, const std::string& file, const std::string& remedy);
+
 /// One table of a scene file, read key by key. Every getter remembers its key; `finish` then
 /// refuses keys that nobody asked for, naming the nearest one that was. Errors carry
 /// file:line:column of the value.

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -18,32 +16,19 @@
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/prepare.hpp"
+#include "tools/study/axes.hpp"
+#include "tools/study/scaling.hpp"
 
 namespace palpate::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxCases = 1000000;
-constexpr int kMaxSobol = 8;  // dimensions
 constexpr std::size_t kNameDigits = 12;
 
-// Tables of a study whose entries have names, and the section of a scene that each changes.
-struct NamedTables {
-  const char *key, *column, *section, *whole;  ///< whole: a key that replaces the section
-};
-constexpr NamedTables kNamed[] = {{"bodies", "body", "body", nullptr},
-                                  {"materials", "material", "material", "law"},
-                                  {"probes", "probe", "probe", "shape"}};
-
-toml::table parse(const fs::path& path) {
-  try {
-    return toml::parse(read_whole_file(path), path.string());
-  } catch (const toml::parse_error& e) {
-    throw Error(
-        fmt::format("{}:{}:{}", path.string(), e.source().begin.line, e.source().begin.column),
-        std::string(e.description()), "Write it as docs/formats.md shows a study.");
-  }
+toml::table parse_study(const fs::path& path) {
+  return parse_toml(read_whole_file(path), path.string(),
+                    "Write it as docs/formats.md shows a study.");
 }
 
 // Sets a key of a section of a section, "experiments.depth".
@@ -71,72 +56,10 @@ void anchor(toml::table& scene, const fs::path& folder) {
   }
 }
 
-std::string in_words(const toml::node& value) {
-  if (value.is_string()) return value.as_string()->get();
-  std::ostringstream text;
-  value.visit([&](const auto& v) {
-    if constexpr (requires { text << v; }) text << v;
-  });
-  return text.str();
-}
-
-// One step of making scenes: a word for the table, and what it changes.
-struct CaseChange {
-  std::string word;
-  std::vector<std::pair<std::string, toml::table>> changes;  ///< dotted key; table: {"value": v}
-  std::string replaced;                                      ///< a section that is emptied first
-};
-using Axis = std::vector<CaseChange>;
-
-toml::table boxed(const toml::node& value) {
-  toml::table box;
-  set(box, "value", value);
-  return box;
-}
-
-// "2 kPa", 0.3: a number and what follows it.
-struct Amount {
-  double number = 0;
-  std::string unit;
-};
-
-Amount amount_of(const toml::node* node, const std::string& where) {
-  if (node && node->is_number()) return {*node->value<double>(), ""};
-  const auto text = node ? node->value<std::string>() : std::nullopt;
-  std::size_t end = 0;
-  try {
-    if (text) return {std::stod(*text, &end), text->substr(end)};
-  } catch (const std::exception&) {
-  }
-  throw Error(where, "has no number as from or to", "Write { from = \"2 kPa\", to = \"20 kPa\" }.");
-}
-
-// A key that goes from one amount to another.
-struct VariedRange {
-  std::string key;
-  Amount from, to;
-  bool is_log = false;
-  int count = 0;
-
-  CaseChange at(double share) const {
-    const double x = is_log ? from.number * std::pow(to.number / from.number, share)
-                            : from.number + share * (to.number - from.number);
-    const std::string number = fmt::format("{:.6g}", x);
-    CaseChange choice;
-    choice.word = number + from.unit;
-    toml::table box;
-    if (from.unit.empty())
-      box.insert_or_assign("value", std::stod(number));
-    else
-      box.insert_or_assign("value", choice.word);
-    choice.changes.emplace_back(key, std::move(box));
-    return choice;
-  }
-};
-
 class StudyReader {
  public:
-  explicit StudyReader(const fs::path& path) : path_(fs::absolute(path)), table_(parse(path_)) {}
+  explicit StudyReader(const fs::path& path)
+      : path_(fs::absolute(path)), table_(parse_study(path_)) {}
 
   Study read() {
     SceneTable top(table_, "the study", path_.string());
@@ -147,11 +70,12 @@ class StudyReader {
     if (!top.has("scene"))
       throw Error(top.where_table(), "names no scene that its cases start from",
                   "Add scene = \"scene.toml\".");
-    base_ = parse(base);
+    base_ = parse_study(base);
     anchor(base_, base.parent_path());
     may_scale_ = top.boolean("scale", true);
-    for (const NamedTables& named : kNamed) read_named(top, named, study.inputs);
-    read_vary(top, study.inputs);
+    Axes varied = read_axes(top, path_.string());
+    axes_ = std::move(varied.axis);
+    study.inputs = std::move(varied.inputs);
     const std::string rows = top.text("cases", "");
     top.finish();
     if (rows.empty())
@@ -176,126 +100,6 @@ class StudyReader {
       for (const toml::node& option : *options->as_array())
         cluster.options.push_back(option.value_or<std::string>(""));
     table.finish();
-  }
-
-  void read_named(SceneTable& top, const NamedTables& named, std::vector<std::string>& inputs) {
-    const toml::node* node = top.node(named.key);
-    if (!node) return;
-    const toml::table* all = node->as_table();
-    if (!all || all->empty())
-      throw Error(top.where(named.key), fmt::format("{} is no table of named tables", named.key),
-                  fmt::format("Write [{}.name] with keys of [{}].", named.key, named.section));
-    Axis axis;
-    for (const auto& [name, value] : *all) {
-      const toml::table* entry = value.as_table();
-      if (!entry)
-        throw Error(top.where(named.key),
-                    fmt::format("{} of {} is no table", name.str(), named.key),
-                    fmt::format("Write [{}.{}].", named.key, name.str()));
-      CaseChange choice{std::string(name.str()), {}, {}};
-      if (named.whole && entry->get(named.whole)) choice.replaced = named.section;
-      for (const auto& [key, setting] : *entry)
-        choice.changes.emplace_back(key.str().find('.') == std::string_view::npos
-                                        ? fmt::format("{}.{}", named.section, key.str())
-                                        : std::string(key.str()),
-                                    boxed(setting));
-      axis.push_back(std::move(choice));
-    }
-    inputs.emplace_back(named.column);
-    axes_.push_back(std::move(axis));
-  }
-
-  // Lists make axes of their own, ranges too unless they are sampled together.
-  void read_vary(SceneTable& top, std::vector<std::string>& inputs) {
-    std::vector<VariedRange> ranges;
-    std::vector<std::string> range_inputs;
-    if (const toml::node* node = top.node("vary")) {
-      if (!node->is_table())
-        throw Error(top.where("vary"), "is no table", "Write [vary] with keys of the scene.");
-      for (const auto& [name, value] : *node->as_table()) {
-        const std::string key(name.str());
-        const std::string where =
-            fmt::format("{}:{}:{}: {}", path_.string(), value.source().begin.line,
-                        value.source().begin.column, key);
-        if (key.find('.') == std::string::npos)
-          throw Error(where, "names no section of the scene",
-                      "Write section and key, such as \"material.young\".");
-        if (const toml::array* list = value.as_array()) {
-          Axis axis;
-          for (const toml::node& item : *list) {
-            CaseChange choice{in_words(item), {}, {}};
-            choice.changes.emplace_back(key, boxed(item));
-            axis.push_back(std::move(choice));
-          }
-          if (axis.empty()) throw Error(where, "is an empty list", "Give one value at least.");
-          inputs.push_back(key);
-          axes_.push_back(std::move(axis));
-        } else if (const toml::table* range = value.as_table()) {
-          ranges.push_back(read_range(key, *range, where));
-          range_inputs.push_back(key);
-        } else {
-          throw Error(where, "is neither a list nor a range",
-                      "Write [a, b, c] or { from = a, to = b, count = n }.");
-        }
-      }
-    }
-    inputs.insert(inputs.end(), range_inputs.begin(), range_inputs.end());
-    if (top.has("sample"))
-      sample(top.table("sample", "[sample]"), ranges);
-    else
-      for (const VariedRange& range : ranges) {
-        if (range.count < 1)
-          throw Error(path_.string(), fmt::format("{} says no count", range.key),
-                      "Add count = n, or a [sample] of all ranges.");
-        Axis axis;
-        for (int i = 0; i < range.count; ++i)
-          axis.push_back(range.at(range.count == 1 ? 0 : double(i) / (range.count - 1)));
-        axes_.push_back(std::move(axis));
-      }
-  }
-
-  VariedRange read_range(const std::string& key, const toml::table& table,
-                         const std::string& where) {
-    VariedRange range{key, amount_of(table.get("from"), where), amount_of(table.get("to"), where),
-                      false, static_cast<int>(table["count"].value_or<int64_t>(0))};
-    const std::string spacing = table["spacing"].value_or<std::string>("linear");
-    range.is_log = spacing == "log";
-    for (const auto& [name, _] : table)
-      if (name.str() != "from" && name.str() != "to" && name.str() != "count" &&
-          name.str() != "spacing")
-        throw Error(where, fmt::format("{} is no key of a range", name.str()),
-                    "Its keys are from, to, count and spacing.");
-    if (range.from.unit != range.to.unit)
-      throw Error(where, "goes from one unit to another", "Write from and to in the same unit.");
-    if (spacing != "linear" && !range.is_log)
-      throw Error(where, fmt::format("spacing \"{}\" is not known", spacing), "Use linear or log.");
-    if (range.is_log && !(range.from.number > 0 && range.to.number > 0))
-      throw Error(where, "has no logarithm", "Give positive ends, or spacing = \"linear\".");
-    return range;
-  }
-
-  void sample(SceneTable table, const std::vector<VariedRange>& ranges) {
-    const std::string method = table.choice("method", "sobol", {"sobol", "latin-hypercube"});
-    const int count = static_cast<int>(table.integer("count", 0, 1, kMaxCases));
-    const auto seed = static_cast<unsigned>(table.integer("seed", 1, 0, 1 << 30));
-    table.finish();
-    const int dimensions = static_cast<int>(ranges.size());
-    if (dimensions == 0 || (method == "sobol" && dimensions > kMaxSobol))
-      throw Error(table.where_table(), fmt::format("there are {} ranges to sample", dimensions),
-                  fmt::format("Give 1 to {} ranges in [vary]{}.", kMaxSobol,
-                              dimensions > 0 ? ", or method = \"latin-hypercube\"" : ""));
-    Axis axis;
-    for (const auto& point : method == "sobol" ? sobol_points(count, dimensions)
-                                               : latin_hypercube(count, dimensions, seed)) {
-      CaseChange all;
-      for (std::size_t d = 0; d < ranges.size(); ++d) {
-        CaseChange one = ranges[d].at(point[d]);
-        all.word += (d ? "\t" : "") + one.word;
-        all.changes.push_back(std::move(one.changes.front()));
-      }
-      axis.push_back(std::move(all));
-    }
-    axes_.push_back(std::move(axis));
   }
 
   void add_case(const std::vector<const CaseChange*>& choices, std::vector<std::string> inputs,
@@ -331,8 +135,7 @@ class StudyReader {
       std::vector<std::string> words;
       for (std::size_t a = 0; a < axes_.size(); ++a) {
         choices.push_back(&axes_[a][at[a]]);
-        std::stringstream word(choices.back()->word);  // of several sampled together: several
-        for (std::string one; std::getline(word, one, '\t');) words.push_back(one);
+        words.insert(words.end(), choices.back()->words.begin(), choices.back()->words.end());
       }
       add_case(choices, std::move(words), study);
       std::size_t a = axes_.size();
@@ -370,7 +173,7 @@ class StudyReader {
           const Axis& entries = axes_[static_cast<std::size_t>(axis - named.begin())];
           const auto entry =
               std::find_if(entries.begin(), entries.end(),
-                           [&](const CaseChange& choice) { return choice.word == word; });
+                           [&](const CaseChange& choice) { return choice.words.front() == word; });
           if (entry == entries.end())
             throw Error(where, fmt::format("{} \"{}\" is not in the study", names[c], word),
                         "Name one of its tables.");

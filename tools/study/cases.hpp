@@ -46,20 +46,4 @@ struct Study {
 /// the study or, of a case's scene, with the words that name the case.
 Study read_study(const std::filesystem::path& path);
 
-/// `count` points in [0, 1)^dimensions, a row each. Sobol: the first of the sequence after 0, 8
-/// dimensions at most. Latin hypercube: seeded; each of `count` slices of each axis has one point.
-/// Source: Joe and Kuo, Constructing Sobol sequences with better two-dimensional projections
-/// (2008); McKay, Beckman and Conover (1979).
-std::vector<std::vector<double>> sobol_points(int count, int dimensions);
-std::vector<std::vector<double>> latin_hypercube(int count, int dimensions, unsigned seed);
-
-/// All that the samples of a scene depend on, moduli by their ratios.
-std::string unscaled(Scene scene);
-
-/// The factor between the forces of two scenes whose samples differ by that alone, 0 where they
-/// differ otherwise. All laws are linear in their moduli (an energy density has no other source of
-/// its unit), and friction, contact and geometry know no unit of force. Placed points do: what they
-/// predict is compared with a force that is just noticeable.
-double force_factor(const Scene& source, const Scene& scene);
-
 }  // namespace palpate::tools

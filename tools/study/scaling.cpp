@@ -1,10 +1,11 @@
+#include "tools/study/scaling.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "libfem/materials/materials.hpp"
 #include "tools/scene/settings.hpp"
-#include "tools/study/cases.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,10 +1,10 @@
+#include "tools/study/sequences.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <numeric>
 #include <random>
-
-#include "tools/study/cases.hpp"
 
 namespace palpate::tools {
 namespace {
