@@ -107,6 +107,13 @@ std::vector<BadInput> bad_inputs() {
       in_scene("an inclusion outside the body", "[probe]",
                "[[inclusion]]\nsphere = { center = [\"0 mm\", \"0 mm\", \"300 mm\"], radius = \"5 "
                "mm\" }\nmaterial = { young = \"40 kPa\" }\n[probe]"),
+      {"an inclusion of an open surface",
+       "check bad.toml",
+       1,
+       {{"bad.toml", std::string(scene_with("[probe]",
+                                            "[[inclusion]]\ninside = \"bad.off\"\nmaterial = { "
+                                            "young = \"40 kPa\" }\n[probe]"))},
+        {"bad.off", "OFF\n4 2 0\n0 0 0\n100 0 0\n100 100 0\n0 100 0\n3 0 1 2\n3 0 2 3\n"}}},
       in_scene("a mesh that is missing", "block.off", "none.off"),
       in_scene("a folder as a mesh", "block.off", "out"),
       in_scene("a mesh format that is none", "block.off", "scene.toml"),

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 #include "libfit/io/files/files.hpp"
 #include "tests/support/voxels.hpp"
 #include "tests/tools/command_line.hpp"
+#include "tools/scene/settings.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -127,6 +131,46 @@ TEST_F(Region, a_disc_is_measured_along_the_surface_and_a_side_by_its_normals) {
       prepare(plate(), "test_points = 4\n" + disc + ", facing = \"+z\", within = \"50 deg\" }\n");
   ASSERT_EQ(up.status, 0) << up.err;
   EXPECT_NEAR(extent_of(body(), {0.03, 0, 0.022}).low, 0.024, 1e-9);
+}
+
+// 24 x 24 x 8 mm about the middle of the block's top, as numbers and as a file with a stray corner
+// given twice.
+TEST_F(Region, the_inside_of_a_closed_surface_is_the_box_that_it_encloses) {
+  const Surface block = voxel_surface({20, 20, 12}, 2e-3, [](const Vec3&) { return true; });
+  Surface box = voxel_surface({1, 1, 1}, 1, [](const Vec3&) { return true; });
+  const Vec3 low(8.3e-3, 8.3e-3, 20.3e-3), high(32.3e-3, 32.3e-3, 28.3e-3);
+  for (auto corner : box.vertices.rowwise())
+    corner = low.transpose() + corner.cwiseProduct((high - low).transpose());
+  box.vertices.conservativeResize(box.vertices.rows() + 1, 3);
+  box.vertices.bottomRows<1>() = box.vertices.row(box.triangles(0, 0));
+  box.triangles(0, 0) = static_cast<std::int32_t>(box.vertices.rows() - 1);
+  folder.write("box.off", off_of(box));
+  const std::string numbers =
+                        "box = [[\"8.3 mm\", \"8.3 mm\", \"20.3 mm\"], [\"32.3 mm\", "
+                        "\"32.3 mm\", \"28.3 mm\"]]",
+                    file = "inside = \"box.off\"";
+  const auto scene = [](const std::string& part) {
+    return "test_points = 12\nregion = { " + part + " }\n[[inclusion]]\n" + part +
+           "\nmaterial = { young = \"40 kPa\" }\n";
+  };
+  ASSERT_EQ(prepare(block, scene(numbers)).status, 0);
+  const Body by_numbers = body();
+  const Outcome made = prepare(block, scene(file));
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find("box.off: "), std::string::npos) << made.err;
+  const Body by_file = body();
+  EXPECT_GT(std::count(by_file.in_region.begin(), by_file.in_region.end(), 1), 50);
+  EXPECT_EQ(by_file.in_region, by_numbers.in_region);
+  EXPECT_EQ(by_file.test_points.position, by_numbers.test_points.position);
+
+  const tools::Region stored = scene_of(by_file, "body.h5").inclusions.at(0).region,
+                      given = scene_of(by_numbers, "body.h5").inclusions.at(0).region;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> along(0, 0.04);
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3 place(along(random), along(random), along(random));
+    ASSERT_EQ(contains(stored, place), contains(given, place)) << place.transpose();
+  }
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include "tools/scene/region.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "libfit/core/closest_point.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -14,20 +17,25 @@ Overloaded(F...) -> Overloaded<F...>;
 
 }  // namespace
 
+Solid::Boundary::Boundary(Surface closed)
+    : surface(std::move(closed)), boxes(triangle_boxes(surface)) {}
+
 bool contains(const Region& region, const Vec3& point) {
-  return std::visit(Overloaded{
-                        [&](const HalfSpace& r) {
-                          return r.is_below ? point[r.axis] <= r.at_m : point[r.axis] >= r.at_m;
-                        },
-                        [&](const Box& r) {
-                          return (point.array() >= r.low_m.array()).all() &&
-                                 (point.array() <= r.high_m.array()).all();
-                        },
-                        [&](const Ball& r) {
-                          return (point - r.center_m).squaredNorm() <= r.radius_m * r.radius_m;
-                        },
-                    },
-                    region);
+  return std::visit(
+      Overloaded{
+          [&](const HalfSpace& r) {
+            return r.is_below ? point[r.axis] <= r.at_m : point[r.axis] >= r.at_m;
+          },
+          [&](const Box& r) {
+            return (point.array() >= r.low_m.array()).all() &&
+                   (point.array() <= r.high_m.array()).all();
+          },
+          [&](const Ball& r) {
+            return (point - r.center_m).squaredNorm() <= r.radius_m * r.radius_m;
+          },
+          [&](const Solid& r) { return is_inside(r.boundary->surface, r.boundary->boxes, point); },
+      },
+      region);
 }
 
 std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region) {

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "libfit/core/box_tree.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::tools {
@@ -24,7 +27,18 @@ struct Ball {
   Vec3 center_m = Vec3::Zero();
   double radius_m = 0;
 };
-using Region = std::variant<HalfSpace, Box, Ball>;
+/// The inside of a closed surface, in the body's unit and frame. The scene names the file; who
+/// opens a scene reads it.
+struct Solid {
+  struct Boundary {
+    explicit Boundary(Surface closed);
+    Surface surface;
+    BoxTree boxes;
+  };
+  std::filesystem::path file;
+  std::shared_ptr<const Boundary> boundary;
+};
+using Region = std::variant<HalfSpace, Box, Ball, Solid>;
 
 /// What lies within a distance along the surface of the place that is nearest to `center_m`.
 struct Disc {
@@ -47,7 +61,7 @@ std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region);
 inline constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
 Vec3 outward_of_side(std::string_view side);
 
-/// Borders belong to the region.
+/// Borders belong to the region, of a solid one side of them. A solid's boundary has been read.
 bool contains(const Region& region, const Vec3& point);
 bool any_contains(const std::vector<Region>& regions, const Vec3& point);
 

@@ -59,11 +59,11 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-constexpr std::string_view kRegions = "below, above, box, sphere";
+constexpr std::string_view kRegions = "below, above, box, sphere, inside";
 
 // The one region a table names; nothing when it names none. named: how many kinds it names so far.
-std::optional<Region> find_region(SceneTable& table, int named = 0,
-                                  std::string_view kinds = kRegions) {
+std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene,
+                                  int named = 0, std::string_view kinds = kRegions) {
   std::optional<Region> region;
   if (table.has("below")) {
     ++named;
@@ -81,14 +81,18 @@ std::optional<Region> find_region(SceneTable& table, int named = 0,
     ++named;
     region = read_box(table);
   }
+  if (table.has("inside")) {
+    ++named;
+    region = Solid{beside(scene, table.text("inside", "")), {}};
+  }
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
                 fmt::format("Keep one of {}.", kinds));
   return region;
 }
 
-Region read_region(SceneTable table) {
-  const auto region = find_region(table);
+Region read_region(SceneTable table, const std::filesystem::path& scene) {
+  const auto region = find_region(table, scene);
   if (!region)
     throw Error(table.where_table(), table.name() + " names no region",
                 fmt::format("Give one of {}.", kRegions));
@@ -97,11 +101,11 @@ Region read_region(SceneTable table) {
 }
 
 // A disc or one of the regions above, what faces a side, or both.
-SurfaceRegion read_surface_region(SceneTable table) {
+SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
   static const std::string kKinds = fmt::format("disc, {}", kRegions);
   SurfaceRegion region;
   const bool is_disc = table.has("disc");
-  if (const auto part = find_region(table, is_disc ? 1 : 0, kKinds)) region.part = *part;
+  if (const auto part = find_region(table, scene, is_disc ? 1 : 0, kKinds)) region.part = *part;
   if (is_disc) {
     const Ball disc = read_ball(table.table("disc", "disc"));
     region.part = Disc{disc.center_m, disc.radius_m};
@@ -117,14 +121,15 @@ SurfaceRegion read_surface_region(SceneTable table) {
   return region;
 }
 
-std::vector<InclusionSection> read_inclusions(SceneTable& root) {
+std::vector<InclusionSection> read_inclusions(SceneTable& root,
+                                              const std::filesystem::path& scene) {
   std::vector<InclusionSection> inclusions;
   for (SceneTable& table : root.tables("inclusion", "[[inclusion]]")) {
     InclusionSection inclusion;
-    const auto region = find_region(table);
+    const auto region = find_region(table, scene);
     if (!region)
       throw Error(table.where_table(), "[[inclusion]] names no region",
-                  "Give it one of sphere, box, below, above.");
+                  fmt::format("Give it one of {}.", kRegions));
     inclusion.region = *region;
     inclusion.material = read_material(table.table("material", "material of [[inclusion]]"));
     table.finish();
@@ -169,10 +174,10 @@ class SectionReader {
   }
   void operator()(Stage, std::string_view key, std::vector<Region>& value, Any) {
     for (SceneTable& region : table_.tables(key, name_of(key)))
-      value.push_back(read_region(std::move(region)));
+      value.push_back(read_region(std::move(region), scene_));
   }
   void operator()(Stage, std::string_view key, std::optional<SurfaceRegion>& value, Any) {
-    if (table_.has(key)) value = read_surface_region(table_.table(key, name_of(key)));
+    if (table_.has(key)) value = read_surface_region(table_.table(key, name_of(key)), scene_);
   }
   void operator()(Stage, std::string_view key, std::optional<double>& value, SmoothingChoice) {
     const toml::node* node = table_.node(key);
@@ -292,7 +297,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   section([&] {
     if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
   });
-  section([&] { scene.inclusions = read_inclusions(root); });
+  section([&] { scene.inclusions = read_inclusions(root, path); });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");
     scene.probe = read_probe(probe, path.parent_path());

@@ -74,10 +74,11 @@ class SettingsWriter {
     } else if (const auto* box = std::get_if<Box>(&region)) {
       put(stage, path + "box/low", "m", numbers_of(box->low_m));
       put(stage, path + "box/high", "m", numbers_of(box->high_m));
-    } else {
-      const Ball& ball = std::get<Ball>(region);
-      put(stage, path + "sphere/center", "m", numbers_of(ball.center_m));
-      put(stage, path + "sphere/radius", "m", {ball.radius_m});
+    } else if (const auto* ball = std::get_if<Ball>(&region)) {
+      put(stage, path + "sphere/center", "m", numbers_of(ball->center_m));
+      put(stage, path + "sphere/radius", "m", {ball->radius_m});
+    } else if (const auto& solid = std::get<Solid>(region); solid.boundary) {
+      (*this)(stage, path + "inside", solid.boundary->surface, Any{});
     }
   }
   void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
@@ -177,7 +178,7 @@ class SettingsReader {
     if (has(path + "/disc/radius"))
       value->part = Disc{point(path + "/disc/center"), number(path + "/disc/radius")};
     else if (has_below(path + "/below") || has_below(path + "/above") || has_below(path + "/box") ||
-             has_below(path + "/sphere"))
+             has_below(path + "/sphere") || has_below(path + "/inside"))
       (*this)(stage, key, value->part.emplace<Region>(), Any{});
     if (!has(path + "/facing")) return;
     value->facing = get(path + "/facing").text;
@@ -204,6 +205,8 @@ class SettingsReader {
     if (has(path + "box/low")) region = Box{point(path + "box/low"), point(path + "box/high")};
     if (has(path + "sphere/radius"))
       region = Ball{point(path + "sphere/center"), number(path + "sphere/radius")};
+    if (has(path + "inside/triangles"))
+      region = Solid{{}, std::make_shared<const Solid::Boundary>(surface(path + "inside"))};
   }
   void operator()(Stage stage, std::string_view key, std::vector<Region>& value, Any) {
     for (std::string item; has_below(item = fmt::format("{}/{}", key, value.size()));)
@@ -246,6 +249,20 @@ class SettingsReader {
     const Setting& setting = get(key);
     if (setting.numbers.size() != 3) fail(key, "is not three numbers");
     return {setting.numbers[0], setting.numbers[1], setting.numbers[2]};
+  }
+  Surface surface(const std::string& path) const {
+    const std::vector<double>&places = get(path + "/vertices").numbers,
+          &corners = get(path + "/triangles").numbers;
+    Surface out;
+    out.vertices =
+        Eigen::Map<const Points>(places.data(), static_cast<Eigen::Index>(places.size() / 3), 3);
+    out.triangles = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
+                        corners.data(), static_cast<Eigen::Index>(corners.size() / 3), 3)
+                        .cast<std::int32_t>();
+    if (places.size() % 3 || corners.size() % 3 || out.triangles.minCoeff() < 0 ||
+        out.triangles.maxCoeff() >= out.vertices.rows())
+      fail(path, "is no surface");
+    return out;
   }
   [[noreturn]] void fail(std::string_view key, const char* fact) const {
     throw Error(fmt::format("{}: settings/{}{}", where_, prefix_, key), fact,

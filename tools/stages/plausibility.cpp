@@ -48,6 +48,10 @@ Box bounds_of(const Region& region, const Points& vertices) {
   if (const auto* ball = std::get_if<Ball>(&region))
     return {ball->center_m.array() - ball->radius_m, ball->center_m.array() + ball->radius_m};
   if (const auto* cuboid = std::get_if<Box>(&region)) return *cuboid;
+  if (const auto* solid = std::get_if<Solid>(&region)) {
+    const Points& corners = solid->boundary->surface.vertices;
+    return {corners.colwise().minCoeff(), corners.colwise().maxCoeff()};
+  }
   const auto& half = std::get<HalfSpace>(region);
   (half.is_below ? box.high_m : box.low_m)[half.axis] = half.at_m;
   return box;

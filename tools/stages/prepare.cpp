@@ -168,8 +168,27 @@ std::string size_in_words(const Vec3& extent_m, double volume_m3) {
   return words;
 }
 
+namespace {
+
+void read_boundary(Region& region, double length_unit_m) {
+  auto* solid = std::get_if<Solid>(&region);
+  if (solid == nullptr) return;
+  const std::string file = solid->file.string();
+  Mended mended = mend_surface(read_surface(solid->file, length_unit_m), {}, file);
+  for (const std::string& change : mended.changes) say("  mended: {}: {}", file, change);
+  solid->boundary = std::make_shared<const Solid::Boundary>(std::move(mended.surface));
+}
+
+}  // namespace
+
 Scene open_scene(const std::filesystem::path& path) {
   Scene scene = read_scene(path);
+  const double unit_m = scene.body.length_unit_m;
+  for (Region& region : scene.body.fixed) read_boundary(region, unit_m);
+  for (InclusionSection& inclusion : scene.inclusions) read_boundary(inclusion.region, unit_m);
+  if (scene.experiments.region)
+    if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
+      read_boundary(*part, unit_m);
   ProbeSection& probe = scene.probe;
   if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
   return scene;
