@@ -32,6 +32,7 @@ struct BodySection {
   std::string element = "auto";
   std::vector<Region> fixed;
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
+  std::optional<double> noise_m;      ///< of the surface's vertices, filtered; absent: kept
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
 };
 
