@@ -161,6 +161,7 @@ std::vector<BadInput> bad_inputs() {
                                                      kManifest.substr(kManifest.find("columns"))),
       in_manifest("a column that is missing", kManifest, "t,x,F\n0,0,0\n"),
       in_manifest("an empty recording", kManifest, ""),
+      in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side",
                   std::string(kManifest).replace(kManifest.find("force_on"), 18, "")),
       {"samples that are missing", "fit none.h5 -o c.h5"},
