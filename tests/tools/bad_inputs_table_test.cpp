@@ -107,6 +107,13 @@ std::vector<BadInput> bad_inputs() {
       in_scene("an inclusion outside the body", "[probe]",
                "[[inclusion]]\nsphere = { center = [\"0 mm\", \"0 mm\", \"300 mm\"], radius = \"5 "
                "mm\" }\nmaterial = { young = \"40 kPa\" }\n[probe]"),
+      in_scene(
+          "a bed on which the body slides away", fixed,
+          "# nothing is held\n[[bed]]\nbelow = { axis = \"z\", at = \"1 mm\" }\nthickness = \"10 "
+          "mm\"\nslides = true\nmaterial = { young = \"2 kPa\" }\n"),
+      in_scene("a bed without a thickness", "[probe]",
+               "[[bed]]\nbelow = { axis = \"z\", at = \"1 mm\" }\nmaterial = { young = \"2 kPa\" "
+               "}\n[probe]"),
       {"an inclusion of an open surface",
        "check bad.toml",
        1,

@@ -79,6 +79,11 @@ material = { young = "60 kPa" }
 [[inclusion]]
 above = { axis = "z", at = "40 mm" }
 material = { law = "holzapfel-gasser-ogden", shear = "2 kPa", k1 = "1 kPa", k2 = 3, fibre = [1, 0, 2] }
+[[bed]]
+below = { axis = "z", at = "-10 mm" }
+material = { young = "2 kPa", poisson = 0.4 }
+thickness = "12 mm"
+slides = true
 [probe]
 shape = "capsule"
 radius = "4 mm"
@@ -119,10 +124,13 @@ int expect_every_member_counts(const Scene& scene, Section& (*section_of)(Scene&
 TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
   const Scene full = parse_scene(kFull, "/s/a.toml");
   for (const Scene& scene :
-       {full, parse_scene("[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
-                          "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
-                          "material = { young = 2 }\n[experiments]\ntest_points = \"p.csv\"\n",
-                          "/s/b.toml")}) {
+       {full,
+        parse_scene(
+            "[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
+            "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
+            "material = { young = 2 }\n[[bed]]\nabove = { at = 1 }\n"
+            "material = { young = 2 }\nthickness = 1\n[experiments]\ntest_points = \"p.csv\"\n",
+            "/s/b.toml")}) {
     int members = 0;
     members += expect_every_member_counts<BodySection>(
         scene, [](Scene& s) -> BodySection& { return s.body; });
@@ -130,6 +138,8 @@ TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_o
         scene, [](Scene& s) -> std::optional<fem::MaterialParameters>& { return s.material; });
     members += expect_every_member_counts<InclusionSection>(
         scene, [](Scene& s) -> InclusionSection& { return s.inclusions.front(); });
+    members += expect_every_member_counts<BedSection>(
+        scene, [](Scene& s) -> BedSection& { return s.beds.front(); });
     members += expect_every_member_counts<ProbeSpec>(
         scene, [](Scene& s) -> ProbeSpec& { return s.probe.spec; });
     members += expect_every_member_counts<FitSection>(
@@ -158,6 +168,7 @@ TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
     EXPECT_EQ(canonical(scene.fit), canonical(back.fit));
     EXPECT_EQ(back.material.has_value(), scene.material.has_value());
     ASSERT_EQ(back.inclusions.size(), scene.inclusions.size());
+    ASSERT_EQ(back.beds.size(), scene.beds.size());
   }
 }
 

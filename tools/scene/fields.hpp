@@ -92,6 +92,15 @@ void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
 }
 
 template <class Visitor>
+void visit(SectionOf<BedSection> auto& section, Visitor& f) {
+  auto& [region, material, thickness_m, slides] = section;
+  f(Stage::simulate, "", region, Any{});
+  f(Stage::simulate, "material", material, Any{});
+  f(Stage::simulate, "thickness", thickness_m, Length{});
+  f(Stage::simulate, "slides", slides, Any{});
+}
+
+template <class Visitor>
 void visit(SectionOf<PlacementSection> auto& section, Visitor& f) {
   auto& [tolerance, budget, drag_points] = section;
   f(Stage::place, "tolerance", tolerance, Number{});

@@ -17,8 +17,7 @@ Overloaded(F...) -> Overloaded<F...>;
 
 }  // namespace
 
-Solid::Boundary::Boundary(Surface closed)
-    : surface(std::move(closed)), boxes(triangle_boxes(surface)) {}
+Enclosed::Enclosed(Surface closed) : surface(std::move(closed)), boxes(triangle_boxes(surface)) {}
 
 bool contains(const Region& region, const Vec3& point) {
   return std::visit(

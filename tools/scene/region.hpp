@@ -27,16 +27,17 @@ struct Ball {
   Vec3 center_m = Vec3::Zero();
   double radius_m = 0;
 };
+/// A closed surface, outward, and the boxes to search it by.
+struct Enclosed {
+  explicit Enclosed(Surface closed);
+  Surface surface;
+  BoxTree boxes;
+};
 /// The inside of a closed surface, in the body's unit and frame. The scene names the file; who
 /// opens a scene reads it.
 struct Solid {
-  struct Boundary {
-    explicit Boundary(Surface closed);
-    Surface surface;
-    BoxTree boxes;
-  };
   std::filesystem::path file;
-  std::shared_ptr<const Boundary> boundary;
+  std::shared_ptr<const Enclosed> boundary;
 };
 using Region = std::variant<HalfSpace, Box, Ball, Solid>;
 

@@ -138,6 +138,25 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root,
   return inclusions;
 }
 
+std::vector<BedSection> read_beds(SceneTable& root, const std::filesystem::path& scene) {
+  std::vector<BedSection> beds;
+  for (SceneTable& table : root.tables("bed", "[[bed]]")) {
+    BedSection bed;
+    const auto region = find_region(table, scene);
+    if (!region)
+      throw Error(table.where_table(), "[[bed]] names no region",
+                  fmt::format("Give it one of {}.", kRegions));
+    bed.region = *region;
+    bed.material = read_material(table.table("material", "material of [[bed]]"));
+    bed.thickness_m =
+        table.required_quantity("thickness", Dimension::length, kSmallestLength, kAnyLength);
+    bed.slides = table.boolean("slides", false);
+    table.finish();
+    beds.push_back(bed);
+  }
+  return beds;
+}
+
 // Reads each member of a section from the key that names it; a key left out leaves the default.
 class SectionReader {
  public:
@@ -298,6 +317,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
   });
   section([&] { scene.inclusions = read_inclusions(root, path); });
+  section([&] { scene.beds = read_beds(root, path); });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");
     scene.probe = read_probe(probe, path.parent_path());

@@ -25,6 +25,14 @@ struct InclusionSection {
   fem::MaterialParameters material;
 };
 
+/// A layer between a part of the body's boundary and what does not give.
+struct BedSection {
+  Region region;
+  fem::MaterialParameters material;
+  double thickness_m = 0.01;
+  bool slides = false;  ///< frictionless: it resists along the boundary's normal alone
+};
+
 struct BodySection {
   std::optional<std::filesystem::path> surface;  ///< exactly one of the two, absolute
   std::optional<std::filesystem::path> tetmesh;
@@ -83,6 +91,7 @@ struct Scene {
   std::optional<fem::MaterialParameters>
       material;  ///< complete values; absent only for surfaces of measured data
   std::vector<InclusionSection> inclusions;
+  std::vector<BedSection> beds;
   ProbeSection probe;
   ExperimentsSection experiments;
   FitSection fit;

@@ -206,7 +206,7 @@ class SettingsReader {
     if (has(path + "sphere/radius"))
       region = Ball{point(path + "sphere/center"), number(path + "sphere/radius")};
     if (has(path + "inside/triangles"))
-      region = Solid{{}, std::make_shared<const Solid::Boundary>(surface(path + "inside"))};
+      region = Solid{{}, std::make_shared<const Enclosed>(surface(path + "inside"))};
   }
   void operator()(Stage stage, std::string_view key, std::vector<Region>& value, Any) {
     for (std::string item; has_below(item = fmt::format("{}/{}", key, value.size()));)
@@ -274,12 +274,14 @@ class SettingsReader {
 };
 
 std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
+std::string bed_prefix(std::size_t i) { return fmt::format("bed/{}/", i); }
 
 void write_scene(const Scene& scene, SettingsWriter& writer) {
   writer.section("body/", scene.body);
   writer.section("", scene.material);
   for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
     writer.section(inclusion_prefix(i), scene.inclusions[i]);
+  for (std::size_t i = 0; i < scene.beds.size(); ++i) writer.section(bed_prefix(i), scene.beds[i]);
   writer.section("experiments/", scene.experiments);
   writer.section("fit/", scene.fit);
 }
@@ -307,6 +309,8 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
   scene.material = reader.section<std::optional<fem::MaterialParameters>>("");
   for (std::size_t i = 0; reader.has_section(inclusion_prefix(i)); ++i)
     scene.inclusions.push_back(reader.section<InclusionSection>(inclusion_prefix(i)));
+  for (std::size_t i = 0; reader.has_section(bed_prefix(i)); ++i)
+    scene.beds.push_back(reader.section<BedSection>(bed_prefix(i)));
   if (body.probe) scene.probe.spec = *body.probe;
   scene.experiments = reader.section<ExperimentsSection>("experiments/");
   scene.fit = reader.section<FitSection>("fit/");

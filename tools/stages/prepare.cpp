@@ -1,6 +1,9 @@
 #include "tools/stages/prepare.hpp"
 
 #include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -152,9 +155,38 @@ void fill(const Scene& scene, Body& body) {
       100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
 }
 
+// Whether what a body rests on keeps it from moving as a rigid one: its stiffness against the six
+// rigid motions, rotations about the middle, over half the body's size.
+bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  constexpr double kLeast = 1e-6;  // of the stiffest motion
+  const Points& nodes = volume.nodes;
+  const Vec3 middle = nodes.colwise().mean();
+  const double half_m = extent_m(nodes).norm() / 2;
+  Matrix6 stiffness = Matrix6::Zero();
+  const Triangles boundary = fem::boundary_triangles(volume.tets);
+  for (const auto& face : boundary.rowwise()) {
+    const Vec3 a = nodes.row(face[0]), b = nodes.row(face[1]), c = nodes.row(face[2]);
+    const Vec3 centre = (a + b + c) / 3, area = (b - a).cross(c - a) / 2,
+               x = (centre - middle) / half_m;
+    const fem::BedStiffness bed = setup.bed_at(centre);
+    const Vec3 n = area.normalized();
+    Eigen::Matrix<double, 3, 6> motion;
+    motion.leftCols<3>().setIdentity();
+    motion.rightCols<3>() << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
+    stiffness += area.norm() * motion.transpose() *
+                 ((bed.along_N_m3 - bed.across_N_m3) * n * n.transpose() +
+                  bed.across_N_m3 * Mat3::Identity()) *
+                 motion;
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(stiffness);
+  return eigen.eigenvalues()[0] > kLeast * eigen.eigenvalues()[5];
+}
+
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
 void hold(const Scene& scene, Body& body) {
-  if (scene.body.fixed.empty())
+  const bool rests = !scene.beds.empty();
+  if (scene.body.fixed.empty() && !rests)
     throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
                 "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
   const Points& nodes = body.volume.nodes;
@@ -166,7 +198,14 @@ void hold(const Scene& scene, Body& body) {
   const std::string extent = fmt::format(
       "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
       1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
-  if (held < 3)
+  if (held < 3 && rests) {
+    if (!holds_rigidly(make_setup(scene, body), body.volume))
+      throw Error(scene.path.string() + ": [[bed]]",
+                  "the body could still move as a rigid one on what it rests on",
+                  "Hold a part of it with fixed, give a bed that does not slide, or beds on sides "
+                  "that face other ways. " +
+                      extent);
+  } else if (held < 3)
     throw Error(
         body_place(scene),
         fmt::format("fixed holds {} of {} nodes, so the body could move as a rigid one", held,
@@ -217,7 +256,7 @@ void read_boundary(Region& region, double length_unit_m) {
   const std::string file = solid->file.string();
   Mended mended = mend_surface(read_surface(solid->file, length_unit_m), {}, file);
   for (const std::string& change : mended.changes) say("  mended: {}: {}", file, change);
-  solid->boundary = std::make_shared<const Solid::Boundary>(std::move(mended.surface));
+  solid->boundary = std::make_shared<const Enclosed>(std::move(mended.surface));
 }
 
 }  // namespace
@@ -227,6 +266,7 @@ Scene open_scene(const std::filesystem::path& path) {
   const double unit_m = scene.body.length_unit_m;
   for (Region& region : scene.body.fixed) read_boundary(region, unit_m);
   for (InclusionSection& inclusion : scene.inclusions) read_boundary(inclusion.region, unit_m);
+  for (BedSection& bed : scene.beds) read_boundary(bed.region, unit_m);
   if (scene.experiments.region)
     if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
       read_boundary(*part, unit_m);

@@ -121,6 +121,10 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
   return vertices_where(surface, [&](Eigen::Index v) {
     return is_in[static_cast<std::size_t>(v)] &&
            !any_contains(scene.body.fixed, surface.vertices.row(v)) &&
+           std::ranges::none_of(scene.beds,
+                                [&](const BedSection& bed) {
+                                  return contains(bed.region, surface.vertices.row(v));
+                                }) &&
            (region.facing.empty() || normals.row(v).dot(side) >= std::cos(region.within_rad));
   });
 }

@@ -37,6 +37,21 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
         if (contains(regions[i], place)) return static_cast<int>(i) + 1;
       return 0;
     };
+  // Of a layer that is thin against its breadth: confined along the normal, in shear across (M13f).
+  std::vector<std::pair<Region, fem::BedStiffness>> beds;
+  for (const BedSection& bed : scene.beds) {
+    const fem::Material layer = fem::make_material(bed.material, "material of [[bed]]");
+    const fem::SmallStrain moduli = layer.law->small_strain(layer.constants);
+    beds.push_back({bed.region,
+                    {(moduli.lambda_Pa + 2 * moduli.mu_Pa) / bed.thickness_m,
+                     bed.slides ? 0 : moduli.mu_Pa / bed.thickness_m}});
+  }
+  if (!beds.empty())
+    setup.bed_at = [beds](const Vec3& place) {
+      for (const auto& [region, stiffness] : beds)
+        if (contains(region, place)) return stiffness;
+      return fem::BedStiffness{};
+    };
   setup.probe = scene.probe.spec;
   setup.options.force_tolerance = scene.experiments.force_tolerance;
   setup.options.equilibrium.element =

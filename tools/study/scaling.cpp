@@ -23,6 +23,7 @@ std::vector<double*> moduli_of(Scene& scene) {
   };
   if (scene.material) add(*scene.material);
   for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);
+  for (BedSection& bed : scene.beds) add(bed.material);
   return moduli;
 }
 

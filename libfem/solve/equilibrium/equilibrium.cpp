@@ -29,10 +29,12 @@ constexpr int kMaxCuts = 12;  // of a line search
 
 Equilibrium::Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
                          const RegionAt& region_at, const Probe& probe,
-                         const ContactSettings& contact, const EquilibriumOptions& options)
+                         const ContactSettings& contact, const EquilibriumOptions& options,
+                         const BedAt& bed_at)
     : mesh_(mesh),
       options_(options),
       body_(mesh, materials, region_at, options.element),
+      bed_(mesh, bed_at),
       contact_(mesh.nodes, mesh.faces, mesh.is_held, face_young(mesh, materials, region_at), probe,
                contact),
       K_(body_.pattern()) {}
@@ -59,7 +61,9 @@ void Equilibrium::assemble_elastic(double geometric_scale, double max_pressure, 
   at.elastic_force = Points::Zero(at.u.rows(), 3);
   K_.set_zero();
   at.elastic_energy_J =
-      body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure);
+      body_.add_stiffness(at.u, geometric_scale, at.elastic_force, K_, max_pressure) +
+      bed_.add_force(at.u, at.elastic_force);
+  bed_.add_stiffness(body_.free_index(), K_);
 }
 
 // Contact terms, energy and residual from the elastic ones; the friction limit is lagged.
@@ -88,7 +92,8 @@ void Equilibrium::add_contact(Step& step) {
 void Equilibrium::evaluate(Step& step) {
   Local& at = step.at;
   at.elastic_force = Points::Zero(at.u.rows(), 3);
-  at.elastic_energy_J = body_.add_force(at.u, at.elastic_force);
+  at.elastic_energy_J =
+      body_.add_force(at.u, at.elastic_force) + bed_.add_force(at.u, at.elastic_force);
   step.to.min_J = body_.min_J();
   add_contact(step);
 }

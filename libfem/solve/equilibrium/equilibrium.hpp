@@ -6,6 +6,7 @@
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/solve/equilibrium/anderson.hpp"
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
+#include "libfem/solve/equilibrium/elastic_bed.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -59,7 +60,7 @@ class Equilibrium {
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
-              const EquilibriumOptions& options = {});
+              const EquilibriumOptions& options = {}, const BedAt& bed_at = {});
 
   /// The body at rest with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
@@ -141,6 +142,7 @@ class Equilibrium {
   const QuadraticMesh& mesh_;
   EquilibriumOptions options_;
   ElasticBody body_;
+  ElasticBed bed_;
   ContactInterface contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;

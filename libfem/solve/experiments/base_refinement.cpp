@@ -58,13 +58,15 @@ double distortion_J(const QuadraticMesh& mesh, Eigen::Index tet, const Points& u
 
 PatchResponse press_patch(const QuadraticMesh& mesh, std::size_t base_tets,
                           const std::vector<Material>& materials, const RegionAt& region_at,
-                          ElementKind element, const Vec3& normal, double radius_m) {
+                          ElementKind element, const Vec3& normal, double radius_m,
+                          const BedAt& bed_at) {
   PatchResponse out;
   const Eigen::VectorXd shares = patch_shares(mesh, normal, radius_m);
   const ElasticBody body(mesh, materials, region_at, element);
   SymmetricBlockMatrix K = body.pattern();
   Points force = Points::Zero(mesh.nodes.rows(), 3);
   body.add_stiffness(Points::Zero(mesh.nodes.rows(), 3), 1.0, force, K);
+  ElasticBed(mesh, bed_at).add_stiffness(body.free_index(), K);
   SchurFactor factor;
   if (shares.isZero() || !factor.factor(K, {})) return out;
   std::array<Points, 3> by_axis;  // displacements under a unit force along x, y and z

@@ -56,7 +56,7 @@ void check_setup(const SimulationSetup& setup) {
       "more than one tetrahedron in twenty is flatter than 2 degrees, which makes a body too stiff",
       "Give the surface alone, so that it is filled anew, or a better mesh.");
   const auto held = std::count(setup.is_held.begin(), setup.is_held.end(), char(1));
-  need(held >= 3, "[body] fixed",
+  need(held >= 3 || setup.bed_at, "[body] fixed",
        held == 0 ? "no node is held, so a press would push the body away"
                  : "fewer than three nodes are held, so a press would turn the body about them",
        "Give `fixed` a region that holds part of the body, such as the face it lies on.");

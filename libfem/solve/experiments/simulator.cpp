@@ -57,6 +57,7 @@ struct Simulator::State {
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         const Fineness& fineness) const;
   RegionAt region_about(const Vec3& position) const;
+  BedAt bed_about(const Vec3& position) const;
   PatchResponse patch_at(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                          const Fineness& fineness) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
@@ -227,7 +228,7 @@ MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, 
   }
   out.touch_m = *touch;
   Equilibrium equilibrium(mesh, materials, region_about(position), here, setup.options.contact,
-                          setup.options.equilibrium);
+                          setup.options.equilibrium, bed_about(position));
   OnRow on_row;
   if (keeps_surface) {
     out.surface.resize(plan.rows.size());
@@ -251,6 +252,11 @@ RegionAt Simulator::State::region_about(const Vec3& position) const {
   return [this, position](const Vec3& x) { return setup.region_at(x + position); };
 }
 
+BedAt Simulator::State::bed_about(const Vec3& position) const {
+  if (!setup.bed_at) return {};
+  return [this, position](const Vec3& x) { return setup.bed_at(x + position); };
+}
+
 /// A unit load, spread over the contact at the deepest depth.
 PatchResponse Simulator::State::patch_at(const ExperimentPlan& plan, const Vec3& position,
                                          const Vec3& normal, const Fineness& fineness) const {
@@ -259,7 +265,7 @@ PatchResponse Simulator::State::patch_at(const ExperimentPlan& plan, const Vec3&
   return press_patch(mesh_at(position, normal, plan, fineness),
                      static_cast<std::size_t>(volume.tets.rows()), materials,
                      region_about(position), setup.options.equilibrium.element, normal,
-                     reach_m > 0 ? reach_m : here.half_width_m);
+                     reach_m > 0 ? reach_m : here.half_width_m, bed_about(position));
 }
 
 /// Both grids of a point share the base mesh, so their difference tells nothing of it.
