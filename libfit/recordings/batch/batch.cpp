@@ -26,9 +26,15 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string
   const std::string content = importers::unpacked(item.file, std::move(bytes), item.read.max_bytes);
   std::optional<Vec3> inward;
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
-  for (const auto& raw : importers::read_recordings(item.file, content, item.read))
-    result.recordings.push_back(
-        condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
+  const auto recordings = importers::read_recordings(item.file, content, item.read);
+  for (const auto& raw : recordings) try {
+      if (raw.unread) throw *raw.unread;
+      result.recordings.push_back(
+          condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
+    } catch (const Error& error) {
+      if (recordings.size() == 1) throw;
+      result.refused.push_back({raw.name, {error.where(), error.fact(), error.remedy()}});
+    }
 }
 
 // What decides an item's result but for the content of its file.
@@ -77,16 +83,16 @@ ItemResult import_item(const BatchItem& item, const BatchOptions& options, Journ
     condition_all(item, options.body_from_rig, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
   } catch (const std::bad_alloc&) {
     result.failure = Failure{item.file.string(), "needs more memory than there is",
                              "Use fewer --jobs, or cut the file into several."};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
     key.clear();
   } catch (const std::exception& error) {  // one recording never stops the rest
     result.failure = Failure{item.file.string(), std::string("could not be read: ") + error.what(),
                              "Please report this with the file."};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
     key.clear();
   }
   result.is_done = true;
@@ -118,10 +124,12 @@ std::string canonical(const BatchItem& item) {
   put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
       put(r.encoding), put(r.comment);
   for (const double number :
-       {double(r.is_force_on_tool), double(r.is_normal_outward), double(r.separator),
-        double(r.decimal), double(r.drop_invalid), static_cast<double>(r.max_bytes),
-        r.cantilever ? r.cantilever->stiffness_N_m : -1,
-        r.cantilever ? r.cantilever->sensitivity_m : -1})
+       {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1, double(r.is_normal_outward),
+        double(r.separator), double(r.decimal), double(r.drop_invalid),
+        static_cast<double>(r.max_bytes), r.cantilever ? r.cantilever->stiffness_N_m : -1,
+        r.cantilever ? r.cantilever->sensitivity_m : -1,
+        r.cantilever ? r.cantilever->stiffness_deviation : -1,
+        r.cantilever ? r.cantilever->sensitivity_deviation : -1})
     put_number(number);
   put(s.contact);
   for (const double number :

@@ -28,10 +28,17 @@ struct Failure {
   std::string where, what, remedy;
 };
 
+/// One recording of a file of several that gave nothing.
+struct Refused {
+  std::string name;  ///< within its file
+  Failure failure;
+};
+
 /// What became of an item: its recordings, or a failure.
 struct ItemResult {
   std::string hash;  ///< ContentHash of the file's bytes; empty when they could not be read
   std::vector<Conditioned> recordings;
+  std::vector<Refused> refused;  ///< of a file of several
   std::optional<Failure> failure;
   bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again
   bool is_done = false;    ///< else the batch was stopped before

@@ -135,6 +135,9 @@ std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
       outcomes.push_back(
           {i, c.recording->name, c.point, c.experiment, c.failure, c.surface_distance_m});
     }
+    for (const Refused& r : results[i].refused)
+      outcomes.push_back(
+          {i, r.name, items[i].point, -1, r.failure, std::numeric_limits<double>::quiet_NaN()});
   }
   return outcomes;
 }
