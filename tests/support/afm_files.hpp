@@ -34,16 +34,26 @@ using Parts = std::map<std::string, std::string>;
 
 /// A zip file of these parts, encrypted by a password that is not empty.
 inline std::string zip_of(const Parts& parts, const std::string& password = "") {
+  if (parts.empty()) return "PK\x05\x06" + std::string(18, '\0');
   zip_error_t failure;
   zip_source_t* store = zip_source_buffer_create(nullptr, 0, 0, &failure);
   zip_source_keep(store);
   zip_t* archive = zip_open_from_source(store, ZIP_TRUNCATE, &failure);
   for (const auto& [name, content] : parts) {
-    const auto at = zip_file_add(archive, name.c_str(),
-                                 zip_source_buffer(archive, content.data(), content.size(), 0), 0);
+    zip_source_t* part = zip_source_buffer(archive, content.data(), content.size(), 0);
+    const auto at = zip_file_add(archive, name.c_str(), part, 0);
+    if (at < 0) {  // no name of a file
+      zip_source_free(part);
+      continue;
+    }
     if (!password.empty())
       zip_file_set_encryption(archive, static_cast<zip_uint64_t>(at), ZIP_EM_AES_256,
                               password.c_str());
+  }
+  if (zip_get_num_entries(archive, 0) == 0) {
+    zip_discard(archive);
+    zip_source_free(store);
+    return zip_of({});
   }
   if (zip_close(archive) != 0) throw std::runtime_error("the zip file is not written");
   zip_source_open(store);

@@ -29,8 +29,9 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string
   const auto recordings = importers::read_recordings(item.file, content, item.read);
   for (const auto& raw : recordings) try {
       if (raw.unread) throw *raw.unread;
+      const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
       result.recordings.push_back(
-          condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
+          condition(raw, item.signal, inward, shown, item.read.drop_invalid));
     } catch (const Error& error) {
       if (recordings.size() == 1) throw;
       result.refused.push_back({raw.name, {error.where(), error.fact(), error.remedy()}});

@@ -104,8 +104,13 @@ std::vector<RawRecording> read_afmformats(const std::filesystem::path& path, std
   while (first < file.lines() &&
          (trimmed(file.line(first)).empty() || file.line(first).starts_with('#')))
     ++first;
-  std::size_t header = first;
+  std::size_t header = std::min(first, file.lines() - 1);
   while (header > 0 && trimmed(file.line(header)).substr(0, 1) != "#") --header;
+  const FailCantilever fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(header, what, remedy);
+  };
+  if (!trimmed(file.line(header)).starts_with('#'))
+    throw fail("has no header `# force ...`", "Export the curve again.");
   const auto names = split(trimmed(file.line(header)).substr(1), '\t');
   const auto field_of = [&](std::string_view name) {  // 0.13 runs the last into the first row
     const auto is_it = [&](std::string_view field) {
@@ -125,9 +130,6 @@ std::vector<RawRecording> read_afmformats(const std::filesystem::path& path, std
       layout.field.push_back(field_of(name));
       layout.name.emplace_back(name);
     }
-  const FailCantilever fail = [&](const std::string& what, const std::string& remedy) {
-    return file.error(std::min(header, file.lines() - 1), what, remedy);
-  };
   if (layout.field.empty())
     throw fail("names no column of afmformats", "Export the curve again with force and height.");
   NumberTable table = read_numbers(file, layout);

@@ -46,7 +46,8 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
   if (begins_hdf5(head) && !has_columns(settings.columns) &&
       bytes.find("imaging mode") != std::string_view::npos)
     return *importer_named("afmformats-hdf5");
-  const bool is_binary = begins_hdf5(head) || begins_zip(head) || begins_matlab(head);
+  const bool is_binary =
+      begins_hdf5(head) || begins_zip(head) || begins_igor(head) || begins_matlab(head);
   if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;

@@ -9,6 +9,12 @@
 namespace palpate::recordings {
 namespace {
 
+// Name of the point of a recording: the manifest's or the file's, and its own within the file.
+std::string point_of(const BatchItem& item, const std::string& recording) {
+  return (item.point.empty() ? item.file.stem().string() : item.point) +
+         (recording.empty() ? "" : "#" + recording);
+}
+
 std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
                                      const std::vector<ItemResult>& results) {
   std::vector<Candidate> candidates;
@@ -17,8 +23,7 @@ std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
       Candidate c;
       c.item = i;
       c.recording = &recording;
-      c.point = items[i].point.empty() ? items[i].file.stem().string() : items[i].point;
-      if (!recording.name.empty()) c.point += "#" + recording.name;
+      c.point = point_of(items[i], recording.name);
       candidates.push_back(std::move(c));
     }
   return candidates;
