@@ -9,12 +9,6 @@
 namespace palpate::recordings {
 namespace {
 
-// Name of the point of a recording: the manifest's or the file's, and its own within the file.
-std::string point_of(const BatchItem& item, const std::string& recording) {
-  return (item.point.empty() ? item.file.stem().string() : item.point) +
-         (recording.empty() ? "" : "#" + recording);
-}
-
 std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
                                      const std::vector<ItemResult>& results) {
   std::vector<Candidate> candidates;
