@@ -93,9 +93,7 @@ inline void add_jpk_segment(Parts& parts, const std::string& folder, int segment
       "\nforce-segment-header.settings.style=" + style + "\n" + header;
 }
 
-/// What a JPK header says of its channels; prefix: "channel.%.", or "lcd-info.0." where it is
-/// shared
-/// ('%' is the channel's name).
+/// What a JPK header says of its channels: its own, or what the segments of a map refer to.
 inline std::string jpk_channels(bool is_shared, bool has_force = true) {
   const std::string height = is_shared ? "lcd-info.0." : "channel.measuredHeight.",
                     bend = is_shared ? "lcd-info.1." : "channel.vDeflection.",
