@@ -81,25 +81,25 @@ void append_numbers(const std::string& bytes, std::vector<double>& out) {
   }
 }
 
-struct Encoding {
+struct NumberEncoding {
   const char* name;
   void (*read)(const std::string&, std::vector<double>&);
   std::size_t bytes;
 };
-constexpr Encoding kEncodings[] = {{"signedshort", append_numbers<std::int16_t>, 2},
-                                   {"unsignedshort", append_numbers<std::uint16_t>, 2},
-                                   {"signedinteger", append_numbers<std::int32_t>, 4},
-                                   {"unsignedinteger", append_numbers<std::uint32_t>, 4},
-                                   {"signedlong", append_numbers<std::int64_t>, 8},
-                                   {"float", append_numbers<float>, 4},
-                                   {"float-data", append_numbers<float>, 4},
-                                   {"double", append_numbers<double>, 8},
-                                   {"double-data", append_numbers<double>, 8}};
+constexpr NumberEncoding kEncodings[] = {{"signedshort", append_numbers<std::int16_t>, 2},
+                                         {"unsignedshort", append_numbers<std::uint16_t>, 2},
+                                         {"signedinteger", append_numbers<std::int32_t>, 4},
+                                         {"unsignedinteger", append_numbers<std::uint32_t>, 4},
+                                         {"signedlong", append_numbers<std::int64_t>, 8},
+                                         {"float", append_numbers<float>, 4},
+                                         {"float-data", append_numbers<float>, 4},
+                                         {"double", append_numbers<double>, 8},
+                                         {"double-data", append_numbers<double>, 8}};
 
 // One segment of a curve: its header, and its channels as the header turns them into lengths.
-class Segment {
+class JpkSegment {
  public:
-  Segment(ZipFile& zip, const std::string& folder, std::shared_ptr<const jpk::Properties> shared)
+  JpkSegment(ZipFile& zip, const std::string& folder, std::shared_ptr<const jpk::Properties> shared)
       : zip_(zip),
         folder_(folder),
         header_(jpk::properties_of(zip.read(folder + "segment-header.properties")),
@@ -145,8 +145,9 @@ class Segment {
       throw error(file_name_of(channel), "channel `" + channel + "` is missing", kSaveAgain);
     const auto type = header_.first_text(
         {key + "data.encoder.type", key + "encoder.type", key + "data.type", key + "type"});
-    const auto encoding = std::find_if(std::begin(kEncodings), std::end(kEncodings),
-                                       [&](const Encoding& e) { return type && *type == e.name; });
+    const auto encoding =
+        std::find_if(std::begin(kEncodings), std::end(kEncodings),
+                     [&](const NumberEncoding& e) { return type && *type == e.name; });
     if (encoding == std::end(kEncodings))
       throw error(
           "segment-header.properties",
@@ -192,7 +193,7 @@ class Segment {
 
   ZipFile& zip_;
   std::string folder_;
-  jpk::Header header_;
+  jpk::SegmentHeader header_;
 };
 
 std::vector<double> converted(std::vector<double> values, const std::vector<Linear>& steps) {
@@ -202,7 +203,7 @@ std::vector<double> converted(std::vector<double> values, const std::vector<Line
 }
 
 // The best height that the segment has, and its name.
-std::pair<std::vector<double>, std::string> height_of(Segment& segment) {
+std::pair<std::vector<double>, std::string> height_of(JpkSegment& segment) {
   for (const auto& [channel, slot] : kHeights) {
     if (!segment.has(channel)) continue;
     for (const std::string& of : {std::string(slot), std::string("nominal")}) {
@@ -215,7 +216,7 @@ std::pair<std::vector<double>, std::string> height_of(Segment& segment) {
 }
 
 // Force and tip travel of one segment, after those before it.
-void append(Segment& segment, const ReadSettings& settings, RawRecording& r) {
+void append(JpkSegment& segment, const ReadSettings& settings, RawRecording& r) {
   const FailCantilever fail = [&](const std::string& what, const std::string& remedy) {
     return segment.error("segment-header.properties", what, remedy);
   };
@@ -255,7 +256,7 @@ RawRecording read_curve(ZipFile& zip, const Curve& curve,
   double begins_s = 0;
   bool has_clock = true;
   for (const auto& [number, folder] : curve.segments) {
-    Segment segment(zip, folder, shared);
+    JpkSegment segment(zip, folder, shared);
     styles.push_back(segment.style());
     if (styles.size() == 2 && styles[0] == "extend" && styles[1] == "retract")
       r.retract_begins = static_cast<Eigen::Index>(r.push_N.size());

@@ -31,7 +31,7 @@ Properties properties_of(std::string_view text) {
   return properties;
 }
 
-Header::Header(Properties own, std::shared_ptr<const Properties> shared)
+SegmentHeader::SegmentHeader(Properties own, std::shared_ptr<const Properties> shared)
     : own_(std::move(own)), shared_(std::move(shared)) {
   for (const auto& [key, value] : own_) {
     if (!key.ends_with(".*")) continue;
@@ -42,7 +42,7 @@ Header::Header(Properties own, std::shared_ptr<const Properties> shared)
   }
 }
 
-std::optional<std::string> Header::text(const std::string& key) const {
+std::optional<std::string> SegmentHeader::text(const std::string& key) const {
   if (const auto found = own_.find(key); found != own_.end()) return found->second;
   for (const auto& [here, there] : stands_for_)
     if (key.starts_with(here))
@@ -52,18 +52,18 @@ std::optional<std::string> Header::text(const std::string& key) const {
   return std::nullopt;
 }
 
-std::optional<double> Header::number(const std::string& key) const {
+std::optional<double> SegmentHeader::number(const std::string& key) const {
   const auto found = text(key);
   return found ? parse_number(*found, '.') : std::nullopt;
 }
 
-std::optional<std::string> Header::first_text(const std::vector<std::string>& keys) const {
+std::optional<std::string> SegmentHeader::first_text(const std::vector<std::string>& keys) const {
   for (const std::string& key : keys)
     if (auto found = text(key)) return found;
   return std::nullopt;
 }
 
-std::optional<double> Header::first_number(const std::vector<std::string>& keys) const {
+std::optional<double> SegmentHeader::first_number(const std::vector<std::string>& keys) const {
   for (const std::string& key : keys)
     if (const auto found = number(key)) return found;
   return std::nullopt;

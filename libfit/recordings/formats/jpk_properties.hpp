@@ -20,9 +20,9 @@ Properties properties_of(std::string_view text);
 
 /// The header of a segment, and what it refers to in the header that all share:
 /// "channel.height.lcd-info.*=0" puts "lcd-info.0.KEY" there behind "channel.height.KEY" here.
-class Header {
+class SegmentHeader {
  public:
-  Header(Properties own, std::shared_ptr<const Properties> shared);
+  SegmentHeader(Properties own, std::shared_ptr<const Properties> shared);
 
   std::optional<std::string> text(const std::string& key) const;
   /// Finite; nothing where it is no number.

@@ -55,20 +55,20 @@ struct Variable {
 };
 
 // The elements of version 5 one after another. Safe on untrusted bytes.
-class Elements {
+class MatElements {
  public:
-  Elements(std::string_view bytes, bool is_swapped, const std::filesystem::path& path)
+  MatElements(std::string_view bytes, bool is_swapped, const std::filesystem::path& path)
       : rest_(bytes), is_swapped_(is_swapped), path_(path) {}
 
-  struct Element {
+  struct MatElement {
     int kind = 0;
     std::string_view data;
   };
   bool is_at_end() const { return rest_.size() < kTag; }
-  Element next() {
+  MatElement next() {
     if (is_at_end()) throw damaged();
     const std::uint32_t word = number(0), size = number(4);
-    Element element;
+    MatElement element;
     if (word >> 16) {  // a small one: its data is in the tag
       element.kind = static_cast<int>(word & 0xffff);
       if (word >> 16 > 4) throw damaged();
@@ -97,7 +97,7 @@ class Elements {
 };
 
 // What a matrix element holds.
-Variable variable_of(Elements parts) {
+Variable variable_of(MatElements parts) {
   const auto flags = parts.next(), sizes = parts.next(), name = parts.next();
   if (flags.data.size() < 4 || sizes.data.size() % 4 != 0) throw parts.damaged();
   const auto word =
@@ -133,16 +133,16 @@ std::vector<Variable> variables_5(const std::filesystem::path& path, std::string
   const bool is_little = bytes.substr(126, 2) == "IM";
   const bool is_swapped = is_little != (std::endian::native == std::endian::little);
   std::vector<Variable> variables;
-  Elements elements(bytes.substr(kHeader), is_swapped, path);
+  MatElements elements(bytes.substr(kHeader), is_swapped, path);
   while (!elements.is_at_end()) {
     auto element = elements.next();
     if (element.kind == kPacked) {
       unpacked.push_back(inflated(path, element.data, max_bytes, kDamaged));
       max_bytes -= unpacked.back().size();
-      element = Elements(unpacked.back(), is_swapped, path).next();
+      element = MatElements(unpacked.back(), is_swapped, path).next();
     }
     if (element.kind == kMatrix)
-      variables.push_back(variable_of(Elements(element.data, is_swapped, path)));
+      variables.push_back(variable_of(MatElements(element.data, is_swapped, path)));
   }
   return variables;
 }

@@ -85,7 +85,7 @@ std::pair<std::string, std::string> stem_and_unit(const std::string& name) {
 }
 
 // Names of a header by what they are.
-struct Found {
+struct QuantityNames {
   std::vector<std::string> alone;    // of one axis
   std::vector<std::string> axes[3];  // of each axis
   std::vector<std::string> odd;      // with what is no unit of it
@@ -106,7 +106,7 @@ struct Found {
 }  // namespace
 
 NamedColumns columns_named(const std::vector<std::string>& header) {
-  Found time, place, force, torque;
+  QuantityNames time, place, force, torque;
   NamedColumns out;
   const auto note = [&](const std::string& problem, const std::string& remedy) {
     if (out.problem.empty()) out.problem = problem, out.remedy = remedy;
@@ -117,16 +117,18 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
                                   [&, &of = stem](const Stem& s) { return s.name == of; });
     if (row == kStems.end()) continue;
     const Dimension dimension = dimension_of(row->meaning);
-    Found& found = row->meaning == Meaning::time     ? time
-                   : row->meaning == Meaning::force  ? force
-                   : row->meaning == Meaning::torque ? torque
-                                                     : place;
+    QuantityNames& found = row->meaning == Meaning::time     ? time
+                           : row->meaning == Meaning::force  ? force
+                           : row->meaning == Meaning::torque ? torque
+                                                             : place;
     (!unit_factor(unit, dimension) ? found.odd
      : row->axis < 0               ? found.alone
                                    : found.axes[row->axis])
         .push_back(name);
   }
-  const auto is_named = [](const Found& found) { return !found.is_empty() || !found.odd.empty(); };
+  const auto is_named = [](const QuantityNames& found) {
+    return !found.is_empty() || !found.odd.empty();
+  };
   if (!is_named(place) || !is_named(force) || (place.is_empty() && force.is_empty())) return {};
   for (const auto& [found, dimension] :
        {std::pair{&place, Dimension::length}, {&force, Dimension::force}, {&time, Dimension::time}})
@@ -141,7 +143,7 @@ NamedColumns columns_named(const std::vector<std::string>& header) {
            "Name the columns in the manifest.");
     return names.empty() ? std::string() : names[0];
   };
-  const auto three = [&](const Found& found, const std::string& quantity) {
+  const auto three = [&](const QuantityNames& found, const std::string& quantity) {
     std::vector<std::string> names;
     for (const auto& axis : found.axes) names.push_back(one(axis, quantity));
     return names;
