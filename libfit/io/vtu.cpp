@@ -7,7 +7,7 @@
 namespace palpate {
 
 std::string VtuWriter::text(const Surface& surface, const std::string& scalars) {
-  close("PointData", " Scalars=\"" + scalars + "\"");
+  close("PointData", scalars.empty() ? "" : " Scalars=\"" + scalars + "\"");
   const auto* places = surface.vertices.data();
   add("Points", 3, std::vector<double>(places, places + surface.vertices.size()));
   close("Points");

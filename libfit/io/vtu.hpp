@@ -28,7 +28,8 @@ class VtuWriter {
     append("Float64", name, static_cast<int>(values.size()), values, &fields_,
            " NumberOfTuples=\"1\"");
   }
-  /// The whole file. scalars: name of what a viewer shows first. Without triangles, points alone.
+  /// The whole file. scalars: name of what a viewer shows first, or empty. Without triangles,
+  /// points alone.
   std::string text(const Surface& surface, const std::string& scalars);
 
  private:
