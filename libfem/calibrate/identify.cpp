@@ -283,18 +283,23 @@ Found solve(Search& search, const MaterialParameters& start, int max_iterations)
   return found;
 }
 
-// Correlation of neighbouring residuals within experiments, where it is above two of its errors.
-double row_correlation(const VectorXd& r, const std::vector<int>& group) {
-  double products = 0, squares = 0;
-  int pairs = 0;
-  for (Index i = 1; i < r.size(); ++i)
-    if (group[static_cast<std::size_t>(i)] == group[static_cast<std::size_t>(i - 1)]) {
-      products += r[i] * r[i - 1];
-      squares += (r[i] * r[i] + r[i - 1] * r[i - 1]) / 2;
-      ++pairs;
-    }
-  const double rho = squares > 0 ? products / squares : 0;
-  return rho * std::sqrt(pairs) > 2 ? std::min(rho, 0.999) : 0;
+// How many residuals one independent residual stands for: 1 + 2 sum of their correlations over lags
+// within experiments, up to the first that is within two of its own errors (M41).
+double rows_each(const VectorXd& r, const std::vector<int>& group) {
+  const double variance = r.squaredNorm() / static_cast<double>(r.size());
+  double sum = 1;
+  for (Index lag = 1; lag < r.size(); ++lag) {
+    double products = 0, pairs = 0;
+    for (Index i = lag; i < r.size(); ++i)
+      if (group[static_cast<std::size_t>(i)] == group[static_cast<std::size_t>(i - lag)]) {
+        products += r[i] * r[i - lag];
+        ++pairs;
+      }
+    const double rho = pairs > 0 && variance > 0 ? products / (pairs * variance) : 0;
+    if (!(rho * std::sqrt(pairs) > 2)) break;
+    sum += 2 * rho;
+  }
+  return sum;
 }
 
 // (M41), and what the observations do not tell.
@@ -320,10 +325,9 @@ void state_errors(const Search& search, const Observations& observed, const Vect
   out.sum_of_squares = (out.response - observed.value).squaredNorm();
   double inflation = 1, rows = n;
   if (!search.is_stated || per_freedom > 1) {
-    out.correlation_of_rows = row_correlation(r, observed.group);
-    const double each = (1 + out.correlation_of_rows) / (1 - out.correlation_of_rows);
-    inflation = per_freedom * each;
-    rows = n / each;
+    out.rows_each = rows_each(r, observed.group);
+    inflation = per_freedom * out.rows_each;
+    rows = n / out.rows_each;
   }
   const double freedom = std::max(1.0, rows - static_cast<double>(k));
   out.region = static_cast<double>(k) * f_quantile(static_cast<double>(k), freedom);

@@ -49,11 +49,11 @@ struct Identification {
   std::vector<std::size_t> free;
   Eigen::MatrixXd covariance, correlation;
   double region = 0;  ///< squared Mahalanobis distance of the 95 % region of all free parameters
-  double half_width = 0;           ///< of a parameter's own 95 % interval, in deviations
-  double misfit = 0;               ///< root of the mean weighted square of residuals: 1 as stated
-  double correlation_of_rows = 0;  ///< of neighbouring residuals, where it was counted
-  double sum_of_squares = 0;       ///< of residuals, unweighted
-  Eigen::VectorXd response;        ///< N
+  double half_width = 0;  ///< of a parameter's own 95 % interval, in deviations
+  double misfit = 0;      ///< root of the mean weighted square of residuals: 1 as stated
+  double rows_each = 1;   ///< rows that go together as one, where residuals are larger than stated
+  double sum_of_squares = 0;  ///< of residuals, unweighted
+  Eigen::VectorXd response;   ///< N
   /// Empty where every parameter is determined to half of itself; else the combinations that are.
   std::vector<DeterminedCombination> determined;
   bool are_told_apart = true;
@@ -71,7 +71,8 @@ std::vector<std::size_t> identifiable(const MaterialParameters& material);
 
 /// Nonlinear least squares (Levenberg-Marquardt) over the parameters (M40), from those of `start`
 /// times the factor that fits best. Positive parameters are sought by their logarithm.
-/// Preconditions: `start` is stable and has a value for every row of its law; `free` is neither empty nor longer than the observations.
+/// Preconditions: `start` is stable and has a value for every row of its law; `free` is neither
+/// empty nor longer than the observations.
 Identification identify(const MaterialParameters& start, const Observations& observed,
                         const MaterialResponses& responses, const IdentifyOptions& options);
 

@@ -121,6 +121,7 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
           !known.contains(name) && named.insert(name).second)
         missing.emplace_back(m, p);
   std::mutex reporting;
+  std::size_t done = 0;
   tbb::task_arena arena(jobs_ > 0 ? jobs_ : tbb::task_arena::automatic);
   arena.execute([&] {
     tbb::parallel_for(
@@ -149,7 +150,7 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
             known[name_of(materials[m], p, mesh)] = press;
             ++simulated;
             if (on_press) on_press();
-            progress.report(simulated, 0, "");
+            progress.report(++done, missing.size());
           }
         },
         tbb::simple_partitioner());

@@ -107,8 +107,13 @@ std::string in_toml(double value, bool is_modulus) {
 /// What was found, in words, as JSON and as values of [material].
 class Answer {
  public:
-  Answer(const fem::Identification& found, Eigen::Index rows)
-      : found_(found), names_(names_of(found.material)), rows_(rows) {}
+  /// unit: of what was observed. is_stated: some rows state their error.
+  Answer(const fem::Identification& found, Eigen::Index rows, std::string_view unit, bool is_stated)
+      : found_(found),
+        names_(names_of(found.material)),
+        rows_(rows),
+        unit_(unit),
+        is_stated_(is_stated) {}
 
   std::string value_in_words(std::size_t k) const {
     const std::size_t i = found_.free[k];
@@ -120,13 +125,13 @@ class Answer {
   }
   std::string in_words() const {
     std::string text =
-        fmt::format("{:<12} {:>26}   95 %\n", found_.material.law, "value, deviation");
+        fmt::format("{:<12} {:>26}  95 %\n", found_.material.law, "value, deviation");
     for (std::size_t k = 0; k < found_.free.size(); ++k) {
       const std::size_t i = found_.free[k];
       const double value = found_.material.values[i],
                    half = found_.half_width * found_.deviation(k);
       const PressureUnit unit(names_[i].is_modulus ? std::abs(value) : 1);
-      text += fmt::format("{:<12} {:>27}  {:.4g} to {:.4g}\n", names_[i].name, value_in_words(k),
+      text += fmt::format("{:<12} {:>26}  {:.4g} to {:.4g}\n", names_[i].name, value_in_words(k),
                           (value - half) / unit.size_Pa, (value + half) / unit.size_Pa);
     }
     for (std::size_t k = 1; k < found_.free.size(); ++k)
@@ -134,10 +139,13 @@ class Answer {
         text += fmt::format(
             "correlation of {} and {}: {:.3f}\n", name(m), name(k),
             found_.correlation(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(m)));
-    text += fmt::format("{} rows; residuals {:.2g} of their {} deviation", rows_, found_.misfit,
-                        is_stated ? "stated" : "assumed");
-    if (found_.correlation_of_rows > 0)
-      text += fmt::format(", neighbours correlated by {:.2f}", found_.correlation_of_rows);
+    text +=
+        is_stated_
+            ? fmt::format("{} rows; residuals {:.2g} of the stated errors", rows_, found_.misfit)
+            : fmt::format("{} rows; residuals {:.3g} {} rms", rows_,
+                          std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)), unit_);
+    if (found_.rows_each > 1)
+      text += fmt::format(", {:.2g} rows go together as one", found_.rows_each);
     for (const std::string& line : not_told_apart()) text += "\n" + line;
     return text;
   }
@@ -147,7 +155,7 @@ class Answer {
     for (std::size_t k = 0; k < found_.free.size(); ++k) all.push_back(name(k));
     if (all.size() == 1) return {fmt::format("the rows do not determine {}", all.front())};
     std::vector<std::string> lines{
-        fmt::format("the rows do not tell {} apart{}", listed(all, " and "),
+        fmt::format("the rows do not tell {} apart{}", listed(all, ", "),
                     found_.determined.empty() ? " and determine none" : "; they determine")};
     for (const auto& one : found_.determined) lines.push_back("  " + in_words(one));
     return lines;
@@ -180,7 +188,7 @@ class Answer {
             {"determined", determined},
             {"rows", rows_},
             {"misfit", found_.misfit},
-            {"correlation_of_rows", found_.correlation_of_rows},
+            {"rows_each", found_.rows_each},
             {"sum_of_squares", found_.sum_of_squares},
             {"converged", found_.is_converged}};
   }
@@ -198,8 +206,6 @@ class Answer {
     return line + "\n";
   }
 
-  bool is_stated = true;
-
  private:
   std::string name(std::size_t k) const { return names_[found_.free[k]].name; }
   std::string combination(const fem::DeterminedCombination& one) const {
@@ -209,14 +215,16 @@ class Answer {
       if (std::abs(weight) < 0.005) continue;
       const std::string shown = number(std::abs(weight), 3);
       const bool is_one = std::abs(std::abs(weight) - 1) < 0.005;
+      const std::string its_name = name(static_cast<std::size_t>(k));
       if (one.is_product)
-        text += (text.empty() ? "" : " ") + name(static_cast<std::size_t>(k)) +
-                (is_one && weight > 0 ? "" : fmt::format("^{:.3g}", weight));
+        text += fmt::format("{}{}{}", text.empty() ? "" : " ", its_name,
+                            is_one && weight > 0 ? "" : fmt::format("^{:.3g}", weight));
       else
-        text += (text.empty() ? (weight < 0 ? "-" : "")
-                 : weight < 0 ? " - "
-                              : " + ") +
-                (is_one ? "" : shown + " ") + name(static_cast<std::size_t>(k));
+        text += fmt::format("{}{}{}",
+                            text.empty() ? (weight < 0 ? "-" : "")
+                            : weight < 0 ? " - "
+                                         : " + ",
+                            is_one ? "" : fmt::format("{} ", shown), its_name);
     }
     return text;
   }
@@ -231,6 +239,8 @@ class Answer {
   const fem::Identification& found_;
   std::vector<NamedParameter> names_;
   Eigen::Index rows_;
+  std::string_view unit_;
+  bool is_stated_;
 };
 
 /// Presses that were simulated, beside the output until it is written.
@@ -349,9 +359,9 @@ class Calibrate final : public Command {
     if (found.is_stopped) throw Interrupted("calibrate: nothing is kept");
     check_answer(found, "[material] has no answer to the tests",
                  "Start from other values: no state of the tests may be beyond the law.");
-    Answer answer(found, rows);
-    answer.is_stated = std::any_of(specimens.tests.begin(), specimens.tests.end(),
-                                   [](const auto& test) { return test.deviation > 0; });
+    const Answer answer(found, rows, "Pa",
+                        std::any_of(specimens.tests.begin(), specimens.tests.end(),
+                                    [](const auto& test) { return test.deviation > 0; }));
     std::string out =
         answer.heading() + fmt::format("[material]\nlaw = \"{}\"\n", found.material.law);
     const auto names = names_of(found.material);
@@ -418,8 +428,7 @@ class Calibrate final : public Command {
     check_answer(found, "a press fails with the material that the search starts from",
                  "Start from another material, or leave out rows deeper than the body allows: "
                  "`palpate check` tries one.");
-    Answer answer(found, rows);
-    answer.is_stated = (pressed.observed().deviation.array() > 0).any();
+    const Answer answer(found, rows, "N", (pressed.observed().deviation.array() > 0).any());
     std::string whole = text;
     if (whole.starts_with(kHeading)) whole.erase(0, whole.find('\n') + 1);
     if (fs::absolute(output_).parent_path() != fs::absolute(input_).parent_path())

@@ -64,7 +64,9 @@ std::vector<NewValue> absolute_files(const std::string& text, const std::string&
   std::vector<NewValue> out;
   for (const auto& [section, key] : kSceneFiles) {
     const auto name = parsed[section][key].value<std::string>();
-    if (!name || (std::string_view(key) == "test_points" && !name->ends_with(".csv"))) continue;
+    if (!name || name->starts_with('$') ||
+        (std::string_view(key) == "test_points" && !name->ends_with(".csv")))
+      continue;
     out.push_back({section, key, std::filesystem::weakly_canonical(folder / *name).string()});
   }
   return out;

@@ -23,7 +23,7 @@ std::string rewritten(std::string text, const std::string& file,
 /// A text as a TOML string.
 std::string quoted(const std::string& text);
 
-/// The files that a scene names, by absolute names, not quoted.
+/// The files that a scene names relative to itself, by absolute names, not quoted.
 std::vector<NewValue> absolute_files(const std::string& text, const std::string& file);
 
 }  // namespace palpate::tools

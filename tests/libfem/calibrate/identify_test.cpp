@@ -129,7 +129,7 @@ TEST(Identify, widens_the_region_where_the_law_does_not_follow_the_rows) {
   const Identification found =
       find({"neo-hookean", {1e3, kPoisson}}, observe(exact, 1e-3, 1), tests);
   EXPECT_GT(found.misfit, 10);
-  EXPECT_GT(found.correlation_of_rows, 0.5);
+  EXPECT_GT(found.rows_each, 3);
   EXPECT_GT(found.deviation(0), 0.05 * found.material.values[0]);
 }
 
