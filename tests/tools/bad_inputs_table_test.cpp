@@ -170,6 +170,7 @@ std::vector<BadInput> bad_inputs() {
                                                      kManifest.substr(kManifest.find("columns"))),
       in_manifest("a column that is missing", kManifest, "t,x,F\n0,0,0\n"),
       in_manifest("an empty recording", kManifest, ""),
+      in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side",
                   std::string(kManifest).replace(kManifest.find("force_on"), 18, "")),
       {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml"},

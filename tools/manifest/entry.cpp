@@ -99,12 +99,29 @@ void read_text_keys(SceneTable& table, importers::ReadSettings& read) {
   }
 }
 
+// An estimator, "common", or where the contact is.
+void read_contact(SceneTable& table, recordings::SignalSettings& s) {
+  if (!table.has("contact")) return;
+  const toml::node* node = table.node("contact");
+  const auto text = node->value<std::string>();
+  s.has_common_contact = text == "common";
+  s.known_contact.reset();
+  if (s.has_common_contact) {
+    s.contact = "auto";
+  } else if (node->is_number() || (text && parse_quantity(*text, Dimension::length))) {
+    s.known_contact = {table.quantity("contact", Dimension::length, 0, -10, 10), 0};
+  } else {
+    std::vector<std::string_view> names;
+    for (const auto& row : recordings::contact_estimators()) names.push_back(row.name);
+    names.push_back("common");
+    s.contact = table.choice("contact", "", names);
+  }
+}
+
 void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   recordings::SignalSettings& s = entry.item.signal;
   read_named(table, "kind", kKinds, s.kind);
-  std::vector<std::string_view> estimators;
-  for (const auto& row : recordings::contact_estimators()) estimators.push_back(row.name);
-  s.contact = table.choice("contact", s.contact, estimators);
+  read_contact(table, s);
   s.contact_range = table.number("contact_range", s.contact_range, 0, 1);
   read_named(table, "drift", kDrifts, s.drift);
   s.smooth_s = table.quantity("smooth", Dimension::time, s.smooth_s, 0, 1e3);

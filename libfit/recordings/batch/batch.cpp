@@ -7,12 +7,15 @@
 #include <tbb/task_arena.h>
 
 #include <ctime>
+#include <map>
 #include <mutex>
+#include <numeric>
 
 #include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/recordings/batch/journal.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::recordings {
@@ -20,20 +23,29 @@ namespace {
 
 constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
 
+// Of each recording of a file, where its contact is known by now; empty: of none.
+using KnownContacts = std::vector<std::optional<KnownContact>>;
+
 // The recordings of one file's content.
-void condition_all(const BatchItem& item, const Mat3& body_from_rig, std::string bytes,
-                   ItemResult& result) {
+void condition_all(const BatchItem& item, const Mat3& body_from_rig, const KnownContacts& known,
+                   std::string bytes, ItemResult& result) {
   const std::string content = importers::unpacked(item.file, std::move(bytes), item.read.max_bytes);
   std::optional<Vec3> inward;
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
-  for (const auto& raw : importers::read_recordings(item.file, content, item.read))
+  SignalSettings signal = item.signal;
+  for (const auto& raw : importers::read_recordings(item.file, content, item.read)) {
+    if (!known.empty()) signal.known_contact = known.at(result.recordings.size());
     result.recordings.push_back(
-        condition(raw, item.signal, inward, item.file.string(), item.read.drop_invalid));
+        condition(raw, signal, inward, item.file.string(), item.read.drop_invalid));
+  }
 }
 
 // What decides an item's result but for the content of its file.
-ContentHash settings_of(const BatchItem& item, const BatchOptions& options) {
+ContentHash settings_of(const BatchItem& item, const BatchOptions& options,
+                        const KnownContacts& known) {
   ContentHash hash;
+  for (const auto& contact : known)
+    hash.add(contact ? to_text(contact->travel_m) + " " + to_text(contact->deviation_m) : "none");
   hash.add(options.program).add(canonical(item));
   for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.data()[k]));
   return hash;
@@ -58,10 +70,11 @@ std::string stamp_of(const BatchItem& item, const ContentHash& settings) {
   return hash.hex();
 }
 
-ItemResult import_item(const BatchItem& item, const BatchOptions& options, Journal& journal) {
+ItemResult import_item(const BatchItem& item, const BatchOptions& options,
+                       const KnownContacts& known, Journal& journal) {
   ItemResult result;
   std::string key;
-  const ContentHash settings = settings_of(item, options);
+  const ContentHash settings = settings_of(item, options, known);
   const std::string stamp = stamp_of(item, settings);
   if (!stamp.empty())
     if (auto kept = journal.find_stamp(stamp)) return std::move(*kept);
@@ -74,7 +87,7 @@ ItemResult import_item(const BatchItem& item, const BatchOptions& options, Journ
       if (!stamp.empty()) journal.add(key, stamp, result);  // not read next time
       return result;
     }
-    condition_all(item, options.body_from_rig, std::move(bytes), result);
+    condition_all(item, options.body_from_rig, known, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
     result.recordings.clear();
@@ -92,6 +105,40 @@ ItemResult import_item(const BatchItem& item, const BatchOptions& options, Journ
   result.is_done = true;
   if (!key.empty()) journal.add(key, stamp, result);
   return result;
+}
+
+// Contact points that presses of one point have in common, for the items that ask for it.
+std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
+                                          const std::vector<ItemResult>& results) {
+  std::vector<KnownContacts> known(items.size());
+  struct Repeats {
+    std::vector<std::pair<std::size_t, std::size_t>> member;  // item, recording
+    std::vector<WayIn> ways;
+  };
+  std::map<std::string, Repeats> points;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!items[i].signal.has_common_contact || items[i].signal.kind != ExperimentKind::press)
+      continue;
+    const auto& recordings = results[i].recordings;
+    for (std::size_t k = 0; k < recordings.size(); ++k) {
+      Repeats& repeats = points[point_of(items[i], recordings[k])];
+      repeats.member.emplace_back(i, k);
+      repeats.ways.push_back({recordings[k].way_in_travel_m, recordings[k].way_in_push_N});
+    }
+  }
+  for (const auto& [name, repeats] : points) {
+    if (repeats.member.size() < 2) continue;
+    const auto [first, k] = repeats.member[0];
+    SignalSettings settings = items[first].signal;
+    settings.radius_m = results[first].recordings[k].tip_radius_m;
+    const auto contacts = common_contacts(repeats.ways, settings);
+    for (std::size_t m = 0; m < contacts.size(); ++m) {
+      const auto [item, recording] = repeats.member[m];
+      known[item].resize(results[item].recordings.size());
+      known[item][recording] = contacts[m];
+    }
+  }
+  return known;
 }
 
 }  // namespace
@@ -127,10 +174,17 @@ std::string canonical(const BatchItem& item) {
   for (const double number :
        {double(static_cast<int>(s.kind)), s.contact_range, double(static_cast<int>(s.drift)),
         double(static_cast<int>(s.tip)), s.radius_m, s.poisson, s.smooth_s, s.force_delay_s,
-        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.rows)})
+        s.compliance_m_N, s.force_limit_N, double(static_cast<int>(s.use)), double(s.rows),
+        double(s.has_common_contact), double(s.keeps_way_in), double(s.known_contact.has_value()),
+        s.known_contact.value_or(KnownContact{}).travel_m})
     put_number(number);
   for (int k = 0; k < 3; ++k) put_number(item.normal ? (*item.normal)[k] : 0);
   return text;
+}
+
+std::string point_of(const BatchItem& item, const Conditioned& recording) {
+  const std::string point = item.point.empty() ? item.file.stem().string() : item.point;
+  return recording.name.empty() ? point : point + "#" + recording.name;
 }
 
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
@@ -140,19 +194,31 @@ std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const Bat
   std::mutex reporting;
   std::size_t done = 0;
   tbb::task_arena arena(options.jobs > 0 ? options.jobs : tbb::task_arena::automatic);
-  arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, items.size(), 1),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            if (progress.stopped()) return;
-            results[i] = import_item(items[i], options, journal);
-            const std::lock_guard<std::mutex> lock(reporting);
-            progress.report(++done, items.size(), items[i].shown);
-          }
-        },
-        tbb::simple_partitioner());
-  });
+  const auto import = [&](const std::vector<std::size_t>& which,
+                          const std::vector<KnownContacts>& known) {
+    arena.execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<std::size_t>(0, which.size(), 1),
+          [&](const tbb::blocked_range<std::size_t>& range) {
+            for (std::size_t k = range.begin(); k < range.end(); ++k) {
+              if (progress.stopped()) return;
+              const std::size_t i = which[k];
+              results[i] = import_item(items[i], options, known[i], journal);
+              const std::lock_guard<std::mutex> lock(reporting);
+              progress.report(std::min(++done, items.size()), items.size(), items[i].shown);
+            }
+          },
+          tbb::simple_partitioner());
+    });
+  };
+  std::vector<std::size_t> all(items.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  import(all, std::vector<KnownContacts>(items.size()));
+  if (!progress.stopped()) {
+    const std::vector<KnownContacts> known = known_together(items, results);
+    std::erase_if(all, [&](std::size_t i) { return known[i].empty(); });
+    import(all, known);
+  }
   if (!progress.stopped()) journal.compact();
   return results;
 }

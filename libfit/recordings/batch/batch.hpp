@@ -23,6 +23,9 @@ struct BatchItem {
   SignalSettings signal;
 };
 
+/// Name of the point that a recording is of: recordings of one name are repeats.
+std::string point_of(const BatchItem& item, const Conditioned& recording);
+
 /// Why an item gave nothing: the parts of an Error.
 struct Failure {
   std::string where, what, remedy;
@@ -48,7 +51,8 @@ struct BatchOptions {
 /// Each finished item goes to the journal at once, and an item whose file, settings and program
 /// have the hashes of a journal entry is taken from there (its file is not read where size, inode
 /// and times of change are those of then), so a batch that was interrupted (or killed) goes on
-/// where it was. Returns a result per item, in their order. Stops early, with items not done, when
+/// where it was. Presses of one point whose settings ask for a common contact point are conditioned
+/// a second time, with it. Returns a result per item, in their order. Stops early, with items not done, when
 /// Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);

@@ -31,6 +31,13 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
     given.travel_m = raw.contact_m->dot(signal.inward);
     return given;
   }
+  if (settings.known_contact) {
+    estimator = settings.has_common_contact ? "common" : "given";
+    ContactEstimate given;
+    given.travel_m = settings.known_contact->travel_m;
+    given.deviation_m = settings.known_contact->deviation_m;
+    return given;
+  }
   estimator = settings.contact;
   ContactEstimate found =
       contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
@@ -90,9 +97,10 @@ double take_off_bias(Signal& signal, const Approach& approach, const ContactEsti
     }
   }
   if (free < kMinFreeRows || contact.begins_in_contact) {
-    out.reasons.push_back(out.estimator == "given"
-                              ? "the contact point is the file's own; no bias was taken off"
-                              : "begins in contact: no free travel from which to take the bias");
+    out.reasons.push_back(
+        out.estimator == "given"
+            ? "the contact point is given and nothing before it; no bias was taken off"
+            : "begins in contact: no free travel from which to take the bias");
     if (out.estimator != "given") out.grade = std::max(out.grade, Grade::fair);
     out.noise_N = approach.noise_N;
     return 0;
@@ -208,6 +216,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   }
   Approach approach = approach_of(signal, range, cycles);
   check_contact(signal, approach, file);
+  if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
+    out.way_in_travel_m = signal.travel_m()(approach.rows);
+    out.way_in_push_N = signal.push_N()(approach.rows);
+  }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
   const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
   const double correlation = take_off_bias(signal, approach, contact, settings, out);

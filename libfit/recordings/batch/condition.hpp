@@ -28,6 +28,9 @@ struct Conditioned {
   double contact_travel_m = 0;    ///< in the recording's own travel
   double contact_deviation_m = 0;
   std::string estimator;
+  /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
+  /// the settings keep them.
+  Eigen::VectorXd way_in_travel_m, way_in_push_N;
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back

@@ -15,8 +15,10 @@ constexpr Eigen::Index kMinMeans = 5;
 constexpr double kThresholdDeviations = 5;  // false alarm once in 3 million means
 constexpr double kGoodFit = 1.5;            // residual over noise, up to which a model still holds
 constexpr double kGoodMisfit =
-    0.01;                            // or residual over force: nearer no tissue follows a power law
-constexpr double kModelShare = 0.1;  // of what a line instead would move
+    0.01;  // or residual over force: nearer no tissue follows a power law
+constexpr std::array kExponents{1., 1.5, 2., 2.5, 3., 4.};  // of tips and bodies not told
+constexpr double kModelShare = 0.1;                         // of what a line instead would move
+constexpr double kShapeShare = 0.35;                        // of what a curve of no law would
 constexpr double kMinForceInNoise = 12;  // below this a range says little about contact
 constexpr double kMinForceInWaves = 4;   // likewise, of the scatter on the free part
 constexpr double kTiltedShare = 0.5;     // of the travel is free where its slope can be told
@@ -188,7 +190,24 @@ ContactEstimate by_smooth_curve(const PressCurve& curve, const SignalSettings&) 
 // Where the tip is known its power law tells most; where not, the smooth curve alone is honest.
 ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings) {
   const ContactEstimate hertz = by_hertz(curve, settings);
-  if (settings.radius_m > 0 || settings.tip != Tip::sphere) {
+  const bool is_told = settings.radius_m > 0 || settings.tip != Tip::sphere;
+  const PowerProfile whole(curve, curve.travel_m.size(), exponent_of(settings.tip));
+  const double tip_exponent[] = {exponent_of(settings.tip)};
+  const auto law =
+      contact_of_simple_law(curve, is_told ? std::span<const double>(tip_exponent) : kExponents,
+                            is_told ? whole.at(whole.best_contact_m()).squares : kInfinity);
+  if (law) {
+    ContactEstimate out = *law;
+    if (!is_told)
+      out.deviation_m =
+          std::hypot(out.deviation_m,
+                     kShapeShare * (by_smooth_curve(curve, settings).travel_m - out.travel_m));
+    const auto fit = whole.at(law->travel_m);
+    out.amplitude = fit.amplitude;
+    out.bias_N = fit.bias_N;
+    return out;
+  }
+  if (is_told) {
     ContactEstimate out = hertz;
     const ContactEstimate lines = by_two_lines(curve, settings);
     out.deviation_m = std::hypot(out.deviation_m, kModelShare * (lines.travel_m - hertz.travel_m));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -55,6 +56,17 @@ double exponent_of(Tip tip);
 /// Durbin and Koopman (2012), Time Series Analysis by State Space Methods, 4.3 (the filter).
 ContactEstimate contact_of_smooth_curve(const PressCurve& curve);
 
+/// Contact point of a curve that an exponential explains to its noise, as soft tissue's often are:
+///   push = bias + a (exp(depth / length) - 1)
+/// Mean and deviation over all contact points and lengths, and over the power laws of `exponents`,
+/// by their likelihood; a is the best of each. Where the toe is below the noise this says so: the
+/// contact may lie anywhere before the curve rises. Nothing where an exponential does not explain
+/// the curve, or not clearly better than something else does (squares_to_beat, sum over readings).
+/// Source: Fung (1967), doi:10.1152/ajplegacy.1967.213.6.1532.
+std::optional<ContactEstimate> contact_of_simple_law(const PressCurve& curve,
+                                                     std::span<const double> exponents,
+                                                     double squares_to_beat);
+
 /// push = bias + slope (travel - first) + a max(travel - contact, 0)^exponent over the first means
 /// of a curve, fitted for each contact point. Refers to the curve.
 class PowerProfile {
@@ -92,5 +104,17 @@ class PowerProfile {
 /// The least-squares contact point of the power law over the whole curve, with a slope of the free
 /// part where that is half the curve or more and the slope explains much of the misfit.
 double contact_of_whole_curve_m(const PressCurve& curve, double exponent);
+
+/// Readings of a way in, W of them.
+struct WayIn {
+  Eigen::VectorXd travel_m, push_N;
+};
+
+/// One contact point for repeats of a press, in the travel of each. Their curves are brought over
+/// one another, each with a shift, a bias and a scale of its own, by least squares; the contact
+/// point of their mean is estimated as `settings` say. Its deviation is that and the shift's.
+/// Empty where there is no common travel, or no free one before contact.
+std::vector<KnownContact> common_contacts(const std::vector<WayIn>& ways,
+                                          const SignalSettings& settings);
 
 }  // namespace palpate::recordings

@@ -17,8 +17,7 @@ std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
       Candidate c;
       c.item = i;
       c.recording = &recording;
-      c.point = items[i].point.empty() ? items[i].file.stem().string() : items[i].point;
-      if (!recording.name.empty()) c.point += "#" + recording.name;
+      c.point = point_of(items[i], recording);
       candidates.push_back(std::move(c));
     }
   return candidates;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "libfit/core/samples.hpp"
@@ -18,10 +19,18 @@ enum class Tip { sphere, flat, cone };
 /// mean of every way in and back that goes as far (the middle of the loop, on all readings).
 enum class Use { approach, retract, mean };
 
+/// A contact point that is known before the signal is looked at, in the recording's own travel.
+struct KnownContact {
+  double travel_m = 0, deviation_m = 0;
+};
+
 /// How the signals of one recording become samples.
 struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
   std::string contact = "auto";  ///< a name of kContactEstimators
+  std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
+  bool has_common_contact = false;  ///< one for all presses of its point, see common_contacts
+  bool keeps_way_in = false;        ///< Conditioned::way_in_travel_m, way_in_push_N
   double contact_range = 0;  ///< share of the largest force that it fits, 0: as far as it fits well
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;

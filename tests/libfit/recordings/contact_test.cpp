@@ -111,6 +111,85 @@ TEST(contact, is_found_where_the_press_is_a_thousandth_of_the_travel) {
     }
 }
 
+// A press of a body whose force grows exponentially, F = a (e^(d/b) - 1), contact at 3 mm of
+// travel, to 8 mm of depth and 5 N.
+Conditioned exponential_press(double length_m, double noise_share, double radius_m, unsigned seed) {
+  constexpr double kContact_m = 3e-3, kDepth_m = 8e-3, kForce_N = 5;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, noise_share * kForce_N);
+  importers::RawRecording raw;
+  for (std::size_t i = 0; i < 550; ++i) {
+    const double travel_m = 0.02e-3 * static_cast<double>(i);
+    const double depth_m = std::max(0.0, travel_m - kContact_m);
+    raw.time_s.push_back(0.01 * static_cast<double>(i));
+    raw.travel_m.push_back(travel_m);
+    raw.push_N.push_back(kForce_N * std::expm1(depth_m / length_m) /
+                             std::expm1(kDepth_m / length_m) +
+                         noise(random));
+    raw.line.push_back(i + 1);
+  }
+  SignalSettings settings;
+  settings.radius_m = radius_m;
+  return condition(raw, settings, std::nullopt, "press", false);
+}
+
+TEST(contact, an_exponential_toe_is_within_two_stated_deviations_nine_times_of_ten) {
+  for (const double radius_m : {0.0, 5e-3})
+    for (const double length_m : {0.8e-3, 1.5e-3, 3e-3, 6e-3})
+      for (const double noise : {1e-3, 0.01}) {
+        int covered = 0, poor = 0;
+        double squares = 0;
+        for (unsigned seed = kSeed; seed < kSeed + 10; ++seed) {
+          const Conditioned found = exponential_press(length_m, noise, radius_m, seed);
+          const double error_m = found.contact_travel_m - 3e-3;
+          covered += std::abs(error_m) < 2 * found.contact_deviation_m;
+          poor += found.grade == Grade::poor;
+          squares += error_m * error_m / 10;
+        }
+        EXPECT_GE(covered, 9) << radius_m << ' ' << length_m << ' ' << noise;
+        // A toe of ten lengths is far below the noise: nobody can know, and the grade says so.
+        EXPECT_TRUE(length_m > 1e-3 || poor == 10);
+        EXPECT_LT(std::sqrt(squares), length_m > 2e-3 ? 0.05e-3 : 2e-3);
+      }
+}
+
+// Repeats of one press, each with a zero, a bias and a gain of its own.
+TEST(contact, repeats_are_aligned_and_have_one_contact_point_nearer_than_one_alone_knows) {
+  constexpr int kRepeats = 5, kTrials = 12;
+  SignalSettings settings;
+  int covered = 0;
+  double alone = 0, together = 0;
+  for (unsigned trial = 0; trial < kTrials; ++trial) {
+    std::mt19937 random(kSeed + trial);
+    std::normal_distribution<double> unit(0, 1);
+    std::vector<WayIn> ways;
+    std::vector<double> contact_m;
+    for (int k = 0; k < kRepeats; ++k) {
+      WayIn way{Eigen::VectorXd::LinSpaced(500, 0, 10e-3), Eigen::VectorXd(500)};
+      const double bias_N = 0.1 * unit(random), gain = 1 + 0.03 * unit(random);
+      contact_m.push_back(3e-3 + 0.5e-3 * unit(random));
+      for (Eigen::Index i = 0; i < 500; ++i)
+        way.push_N[i] =
+            bias_N + gain * std::pow(std::max(0., way.travel_m[i] - contact_m.back()) / 7e-3, 1.5) +
+            0.01 * unit(random);
+      PressCurve curve = mean_curve(way.travel_m, way.push_N, 400);
+      curve.noise_N = 0.01;
+      const auto own = contact_estimator_named("auto")->estimate(curve, settings);
+      alone += std::pow(own.travel_m - contact_m.back(), 2);
+      ways.push_back(std::move(way));
+    }
+    const auto found = common_contacts(ways, settings);
+    ASSERT_EQ(found.size(), ways.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      const double error_m = found[k].travel_m - contact_m[k];
+      covered += std::abs(error_m) < 2 * found[k].deviation_m;
+      together += error_m * error_m;
+    }
+  }
+  EXPECT_GE(covered, 0.9 * kRepeats * kTrials);
+  EXPECT_LT(std::sqrt(together / alone), 0.8) << "rms error, to that of repeats by themselves";
+}
+
 TEST(contact, a_recording_that_begins_in_contact_says_so) {
   PressCurve curve = power_curve(1, 1e-3, kSeed);
   curve.travel_m = curve.travel_m.tail(180).eval();
