@@ -18,6 +18,7 @@ constexpr double kAssumedDeviation = 0.01;  // of the largest value, where no ro
 constexpr double kScatter = 1e-3;           // of the largest value: what a solver leaves
 constexpr double kSmallest = 0.01;     // of the sum of moduli: below it a modulus is scaled by that
 constexpr double kUndetermined = 0.5;  // relative deviation of what the data do not tell
+constexpr double kEnough = 0.005;      // of the cost, in variances
 constexpr double kScatterOfStarts = 1.5;
 constexpr double kReach = 12;  // how far bounds are looked for, in units of the search
 
@@ -46,10 +47,10 @@ struct Coordinate {
   double slope(double y) const { return is_log ? from(y) : unit; }
 };
 
-class Search final : public ceres::CostFunction {
+class MaterialSearch final : public ceres::CostFunction {
  public:
-  Search(MaterialParameters start, const Observations& observed, const MaterialResponses& responses,
-         const IdentifyOptions& options)
+  MaterialSearch(MaterialParameters start, const Observations& observed,
+                 const MaterialResponses& responses, const IdentifyOptions& options)
       : law_(find_law(start.law, "law")),
         start_(std::move(start)),
         value_(observed.value),
@@ -247,14 +248,29 @@ class Search final : public ceres::CostFunction {
   double unit_sum_ = 1;
 };
 
-struct Found {
+struct SearchEnd {
   VectorXd y;
   double cost = std::numeric_limits<double>::infinity();
   bool is_converged = false;
 };
 
-Found solve(Search& search, const MaterialParameters& start, int max_iterations) {
-  Found found{search.place(start)};
+// Ends where the next step would move the parameters by a tenth of their deviations or less.
+class EnoughFound final : public ceres::IterationCallback {
+ public:
+  explicit EnoughFound(const MaterialSearch& search) : search_(search) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    const double unit = search_.is_stated ? 1 : 2 * summary.cost / search_.num_residuals();
+    const bool is_enough =
+        summary.iteration > 0 && summary.step_is_successful && summary.cost_change < kEnough * unit;
+    return is_enough ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const MaterialSearch& search_;
+};
+
+SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max_iterations) {
+  SearchEnd found{search.place(start)};
   ceres::Problem::Options keep;
   keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(keep);
@@ -275,11 +291,14 @@ Found solve(Search& search, const MaterialParameters& start, int max_iterations)
   options.parameter_tolerance = 1e-6;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
+  EnoughFound enough(search);
+  options.callbacks.push_back(&enough);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   if (summary.termination_type == ceres::FAILURE) return found;
   found.cost = summary.final_cost;
-  found.is_converged = summary.termination_type == ceres::CONVERGENCE;
+  found.is_converged = summary.termination_type == ceres::CONVERGENCE ||
+                       summary.termination_type == ceres::USER_SUCCESS;
   return found;
 }
 
@@ -303,7 +322,7 @@ double rows_each(const VectorXd& r, const std::vector<int>& group) {
 }
 
 // (M41), and what the observations do not tell.
-void state_errors(const Search& search, const Observations& observed, const VectorXd& y,
+void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
                   double common_error, Identification& out) {
   const auto k = static_cast<Index>(search.coordinates.size());
   const std::optional<MatrixXd> J = search.sensitivities(y, out.response);
@@ -377,7 +396,8 @@ void state_errors(const Search& search, const Observations& observed, const Vect
 }
 
 // Other moduli and exponents than those of the start, about it.
-MaterialParameters scattered(const Search& search, MaterialParameters material, unsigned seed) {
+MaterialParameters scattered(const MaterialSearch& search, MaterialParameters material,
+                             unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-kScatterOfStarts, kScatterOfStarts);
   for (int attempt = 0; attempt < 50; ++attempt) {
@@ -413,18 +433,19 @@ std::vector<std::size_t> identifiable(const MaterialParameters& material) {
 
 Identification identify(const MaterialParameters& start, const Observations& observed,
                         const MaterialResponses& responses, const IdentifyOptions& options) {
-  Search search(start, observed, responses, options);
+  MaterialSearch search(start, observed, responses, options);
   Identification out;
   out.material = start;
   out.free = options.free;
   const MaterialParameters middle = search.at(search.place(start).data());
-  Found best;
+  SearchEnd best;
   for (int i = 0; i < std::max(1, options.starts) && !options.progress.stopped(); ++i) {
     MaterialParameters from = i == 0 ? middle : scattered(search, middle, static_cast<unsigned>(i));
     const VectorXd response = responses({from}).front();
     if (response.size() == 0) continue;
     out.has_answer = true;
-    const Found found = solve(search, search.scaled_to_fit(from, response), options.max_iterations);
+    const SearchEnd found =
+        solve(search, search.scaled_to_fit(from, response), options.max_iterations);
     if (found.cost < best.cost) best = found;
   }
   out.is_stopped = options.progress.stopped();

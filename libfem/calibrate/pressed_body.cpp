@@ -121,7 +121,7 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
           !known.contains(name) && named.insert(name).second)
         missing.emplace_back(m, p);
   std::mutex reporting;
-  std::size_t done = 0;
+  const std::size_t before = simulated;
   tbb::task_arena arena(jobs_ > 0 ? jobs_ : tbb::task_arena::automatic);
   arena.execute([&] {
     tbb::parallel_for(
@@ -148,9 +148,8 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
             if (press.force_N.size() != result.rows.size()) press = {};
             const std::lock_guard lock(reporting);
             known[name_of(materials[m], p, mesh)] = press;
-            ++simulated;
             if (on_press) on_press();
-            progress.report(++done, missing.size());
+            progress.report(++simulated, before + missing.size());
           }
         },
         tbb::simple_partitioner());

@@ -174,7 +174,7 @@ std::vector<BadInput> bad_inputs() {
       in_manifest("a force without a side",
                   std::string(kManifest).replace(kManifest.find("force_on"), 18, "")),
       {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml"},
-      {"samples without a press to calibrate with",
+      {"curves where samples to calibrate with belong",
        "calibrate scene.toml --samples out/curves.h5 -o c.toml"},
       {"a parameter that the law has not",
        "calibrate scene.toml --samples out/samples.h5 --free c10 -o c.toml"},

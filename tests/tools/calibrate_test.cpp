@@ -88,7 +88,7 @@ unit = "MPa"
 // Five compressions of a silicone; published fits of the same laws are evaluated on the same rows.
 TEST_F(Calibration, follows_silicones_no_worse_than_their_published_constants) {
   PALPATE_NEEDS_DATA("data/compression/hyperelastic_parameters.json");
-  const fs::path data = shared_data("data/compression");
+  const fs::path data = palpate::testing_support::shared_data("data/compression");
   const Json all = Json::parse(content_of(data / "hyperelastic_parameters.json")).at("engineering");
   struct Law {
     std::string published, name;

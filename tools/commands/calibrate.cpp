@@ -105,10 +105,11 @@ std::string in_toml(double value, bool is_modulus) {
 }
 
 /// What was found, in words, as JSON and as values of [material].
-class Answer {
+class CalibrationAnswer {
  public:
   /// unit: of what was observed. is_stated: some rows state their error.
-  Answer(const fem::Identification& found, Eigen::Index rows, std::string_view unit, bool is_stated)
+  CalibrationAnswer(const fem::Identification& found, Eigen::Index rows, std::string_view unit,
+                    bool is_stated)
       : found_(found),
         names_(names_of(found.material)),
         rows_(rows),
@@ -359,9 +360,10 @@ class Calibrate final : public Command {
     if (found.is_stopped) throw Interrupted("calibrate: nothing is kept");
     check_answer(found, "[material] has no answer to the tests",
                  "Start from other values: no state of the tests may be beyond the law.");
-    const Answer answer(found, rows, "Pa",
-                        std::any_of(specimens.tests.begin(), specimens.tests.end(),
-                                    [](const auto& test) { return test.deviation > 0; }));
+    const CalibrationAnswer answer(
+        found, rows, "Pa",
+        std::any_of(specimens.tests.begin(), specimens.tests.end(),
+                    [](const auto& test) { return test.deviation > 0; }));
     std::string out =
         answer.heading() + fmt::format("[material]\nlaw = \"{}\"\n", found.material.law);
     const auto names = names_of(found.material);
@@ -428,7 +430,8 @@ class Calibrate final : public Command {
     check_answer(found, "a press fails with the material that the search starts from",
                  "Start from another material, or leave out rows deeper than the body allows: "
                  "`palpate check` tries one.");
-    const Answer answer(found, rows, "N", (pressed.observed().deviation.array() > 0).any());
+    const CalibrationAnswer answer(found, rows, "N",
+                                   (pressed.observed().deviation.array() > 0).any());
     std::string whole = text;
     if (whole.starts_with(kHeading)) whole.erase(0, whole.find('\n') + 1);
     if (fs::absolute(output_).parent_path() != fs::absolute(input_).parent_path())
@@ -480,8 +483,8 @@ class Calibrate final : public Command {
     if (found.response.size() == 0) throw Error(input_, what, remedy);
   }
 
-  int finish(const Answer& answer, const fem::Identification& found, const std::string& text,
-             Reply& reply) const {
+  int finish(const CalibrationAnswer& answer, const fem::Identification& found,
+             const std::string& text, Reply& reply) const {
     write_file_atomically(output_, text);
     say("wrote {}", output_);
     reply.text += answer.in_words();
