@@ -200,7 +200,7 @@ std::vector<BadInput> bad_inputs() {
       in_tests("a stress without a unit", "strain = 1\nstress = 2\n"),
       in_tests("a test without a strain", "stress = 2\nunit = \"kPa\"\n"),
       in_tests("a column of a test that is none", "strain = \"e\"\nstress = 2\nunit = \"kPa\"\n"),
-      in_tests("a stretch below 0", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
+      in_tests("a stretch of zero", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
       in_tests("a test of a kind that is none",
                "strain = 1\nstress = 2\nunit = \"kPa\"\nkind = \"biaxial\"\n"),
       in_tests("a test without rows", "strain = 1\nstress = 2\nunit = \"kPa\"\n", "", ""),
