@@ -34,8 +34,7 @@ TEST_F(Calibration, writes_the_scene_back_with_the_material_of_its_presses) {
                           points.string() + " -o " + (folder / "s.h5").string());
   ASSERT_EQ(simulated.status, 0) << simulated.err;
   std::string other = scene;
-  other.replace(other.find("10 kPa"), 6, "55 kPa # a guess");
-  other.replace(other.find("\" # a guess\""), 12, "\" # a guess");
+  other.replace(other.find("\"10 kPa\""), 8, "\"55 kPa\" # a guess");
   folder.write("other.toml", other);
   const Outcome outcome =
       calibrate((folder / "other.toml").string() + " --samples " + (folder / "s.h5").string());
