@@ -64,6 +64,15 @@ const ParameterRow* find_parameter(const LawRow& law, std::string_view key) {
   return nullptr;
 }
 
+std::vector<std::size_t> moduli_of(const MaterialParameters& parameters) {
+  std::vector<std::size_t> moduli;
+  std::size_t at = 0;
+  for (const ParameterRow& row : find_law(parameters.law, "law").parameters)
+    for (int k = 0; k < row.count && at < parameters.values.size(); ++k, ++at)
+      if (!row.unit.empty() && std::isfinite(parameters.values[at])) moduli.push_back(at);
+  return moduli;
+}
+
 Material make_material(const MaterialParameters& parameters, const std::string& where) {
   const LawRow& law = find_law(parameters.law, where);
   const std::vector<double> values = complete_values(law, parameters.values, where);

@@ -58,6 +58,9 @@ struct Material {
 /// The row of the parameter that `key` names; nullptr when the law has none such.
 const ParameterRow* find_parameter(const LawRow& law, std::string_view key);
 
+/// Indices of the values that are moduli [Pa] and given: a law is linear in all of them together.
+std::vector<std::size_t> moduli_of(const MaterialParameters& parameters);
+
 /// Looks the law up, fills in values left out and checks them. Throws Error at `where` (the scene's
 /// place) when the law is unknown, a value is missing or not finite, or the material would not be
 /// stable.

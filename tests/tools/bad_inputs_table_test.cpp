@@ -40,6 +40,15 @@ BadInput in_manifest(const char* what, const std::string& manifest,
   return {what, "import bad.toml -o s.h5", 1, {{"bad.toml", manifest}, {"a.csv", recording}}};
 }
 
+BadInput in_tests(const char* what, const std::string& keys, const char* options = "",
+                  const std::string& table = "0,0\n-0.1,-1\n-0.2,-3\n") {
+  return {what,
+          std::string("calibrate bad.toml -o c.toml") + options,
+          1,
+          {{"bad.toml", "[material]\nyoung = \"1 kPa\"\n[[test]]\nfile = \"a.csv\"\n" + keys},
+           {"a.csv", table}}};
+}
+
 const std::string kManifest = press_manifest("a.csv");
 
 // A recording of an instrument that says itself what it holds.
@@ -195,6 +204,20 @@ std::vector<BadInput> bad_inputs() {
       in_manifest("a contact point that is none", "[defaults]\ncontact = \"5 mN\"\n" + kManifest),
       in_manifest("a force without a side",
                   std::string(kManifest).replace(kManifest.find("force_on"), 18, "")),
+      {"a scene to calibrate without samples", "calibrate scene.toml -o c.toml"},
+      {"curves where samples to calibrate with belong",
+       "calibrate scene.toml --samples out/curves.h5 -o c.toml"},
+      {"a parameter that the law has not",
+       "calibrate scene.toml --samples out/samples.h5 --free c10 -o c.toml"},
+      in_tests("tests of specimens beside samples", "strain = 1\nstress = 2\nunit = \"kPa\"\n",
+               " --samples out/samples.h5"),
+      in_tests("a stress without a unit", "strain = 1\nstress = 2\n"),
+      in_tests("a test without a strain", "stress = 2\nunit = \"kPa\"\n"),
+      in_tests("a column of a test that is none", "strain = \"e\"\nstress = 2\nunit = \"kPa\"\n"),
+      in_tests("a stretch of zero", "stretch = 1\nstress = 2\nunit = \"kPa\"\n"),
+      in_tests("a test of a kind that is none",
+               "strain = 1\nstress = 2\nunit = \"kPa\"\nkind = \"biaxial\"\n"),
+      in_tests("a test without rows", "strain = 1\nstress = 2\nunit = \"kPa\"\n", "", ""),
       in_recording("a JPK file cut in the middle", "a.jpk-force",
                    afm::zip_of(afm::jpk_curve()).substr(0, 3000)),
       in_recording("a JPK file with a password", "a.jpk-force",
@@ -348,9 +371,9 @@ TEST_F(BadInputs, are_answered_with_place_fact_and_remedy_as_the_page_says) {
             "<br>" + cell(said.remedy) + " |\n";
     commands.insert(input.command.substr(0, input.command.find(' ')));
   }
-  for (const char* command :
-       {"run", "new", "check", "prepare", "simulate", "merge", "import", "fit", "refine", "export",
-        "replay", "validate", "predict", "inspect", "tabulate", "report", "study", "bench"})
+  for (const char* command : {"run", "new", "check", "prepare", "simulate", "merge", "import",
+                              "calibrate", "fit", "refine", "export", "replay", "validate",
+                              "predict", "inspect", "tabulate", "report", "study", "bench"})
     EXPECT_TRUE(commands.contains(command)) << command;
   const fs::path docs = fs::path(PALPATE_SOURCE_DIR) / "docs/bad-inputs.md";
   if (std::getenv("PALPATE_WRITE_DOCS") != nullptr) std::ofstream(docs) << page;

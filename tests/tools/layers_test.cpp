@@ -44,11 +44,13 @@ const std::vector<Row> kLayers{
     {"libfem/solve",
      {"libfit/core", "libfem/probes", "libfem/materials", "libfem/mesh", "libfem/contact",
       "libfem/elements"}},
+    {"libfem/calibrate", {"libfit/core", "libfem/probes", "libfem/materials", "libfem/solve"}},
     {"data/generators", {"libfit/core", "libfem/mesh"}},
     {"tools",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
       "libfit/shape", "libfit/recordings", "libfit/validation", "libfit/certify", "libfem/probes",
-      "libfem/materials", "libfem/mesh", "libfem/contact", "libfem/elements", "libfem/solve"}},
+      "libfem/materials", "libfem/mesh", "libfem/contact", "libfem/elements", "libfem/solve",
+      "libfem/calibrate"}},
 };
 
 const std::vector<Row> kRooms{

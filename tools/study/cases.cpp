@@ -13,6 +13,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
+#include "tools/scene/rewrite.hpp"
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/prepare.hpp"
@@ -46,9 +47,7 @@ void set(toml::table& table, std::string_view dotted, const toml::node& value) {
 
 // Keys of a scene that name files, made absolute.
 void anchor(toml::table& scene, const fs::path& folder) {
-  static constexpr std::pair<const char*, const char*> kFiles[] = {
-      {"body", "surface"}, {"body", "tetmesh"}, {"probe", "mesh"}, {"experiments", "test_points"}};
-  for (const auto& [section, key] : kFiles) {
+  for (const auto& [section, key] : kSceneFiles) {
     toml::table* table = scene[section].as_table();
     const auto text = table ? (*table)[key].value<std::string>() : std::nullopt;
     if (!text || (std::string_view(key) == "test_points" && !text->ends_with(".csv"))) continue;

@@ -10,16 +10,11 @@
 namespace palpate::tools {
 namespace {
 
-// The moduli of a scene, those of its body's material first; pressure alone has a unit.
+// The moduli of a scene, those of its body's material first.
 std::vector<double*> moduli_of(Scene& scene) {
   std::vector<double*> moduli;
   const auto add = [&](fem::MaterialParameters& material) {
-    const fem::LawRow& law = fem::find_law(material.law, "law");
-    std::size_t at = 0;
-    for (const fem::ParameterRow& row : law.parameters)
-      for (int k = 0; k < row.count && at < material.values.size(); ++k, ++at)
-        if (!row.unit.empty() && row.unit != "1" && std::isfinite(material.values[at]))
-          moduli.push_back(&material.values[at]);
+    for (const std::size_t at : fem::moduli_of(material)) moduli.push_back(&material.values[at]);
   };
   if (scene.material) add(*scene.material);
   for (InclusionSection& inclusion : scene.inclusions) add(inclusion.material);

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libfem/materials/materials.hpp"
+#include "libfit/core/progress.hpp"
+
+namespace palpate::fem {
+
+/// What a material is identified from. value: N [N or Pa]. deviation: N, stated standard deviations
+/// of one unit with value; NaN where none is stated, taken from those that are. group: N, the
+/// experiment of each, whose rows follow one another.
+struct Observations {
+  Eigen::VectorXd value, deviation;
+  std::vector<int> group;
+};
+
+/// What each of some materials answers to all observations; an empty vector where it has no answer.
+using MaterialResponses =
+    std::function<std::vector<Eigen::VectorXd>(const std::vector<MaterialParameters>&)>;
+
+/// free: indices of the values to find. may_scale: the material's moduli are all that there are, so
+/// that a common factor of them is a factor of every response. common_error: relative deviation
+/// that all responses share. starts: searches from scattered starts, of which the best counts.
+struct IdentifyOptions {
+  std::vector<std::size_t> free;
+  bool may_scale = true;
+  double common_error = 0;
+  double difference = 0.05;  ///< step of sensitivities, relative: above the scatter of a solver
+  int starts = 1;
+  int max_iterations = 30;
+  Progress progress = {};
+};
+
+/// A combination of parameters that the observations determine where they do not tell the
+/// parameters apart: their weighted sum, or where units differ the product of their powers.
+struct DeterminedCombination {
+  Eigen::VectorXd weight;  ///< of each free parameter
+  bool is_product = false;
+  double value = 0, deviation = 0;
+};
+
+/// A material found. covariance, correlation: of the free parameters, in their own units (M41).
+struct Identification {
+  MaterialParameters material;
+  std::vector<std::size_t> free;
+  Eigen::MatrixXd covariance, correlation;
+  double region = 0;  ///< squared Mahalanobis distance of the 95 % region of all free parameters
+  double half_width = 0;  ///< of a parameter's own 95 % interval, in deviations
+  double misfit = 0;      ///< root of the mean weighted square of residuals: 1 as stated
+  double rows_each = 1;   ///< rows that go together as one, where residuals are larger than stated
+  double sum_of_squares = 0;  ///< of residuals, unweighted
+  Eigen::VectorXd response;   ///< N
+  /// Empty where every parameter is determined to half of itself; else the combinations that are.
+  std::vector<DeterminedCombination> determined;
+  bool are_told_apart = true;
+  bool has_answer = false;  ///< the material that the search starts from has responses
+  bool is_converged = false, is_stopped = false;
+
+  double deviation(std::size_t k) const { return std::sqrt(covariance(k, k)); }
+  /// Whether values of the free parameters lie in the stated 95 % region.
+  bool region_holds(const Eigen::VectorXd& values) const;
+};
+
+/// The parameters that may be free, in the law's order: all numbers given but Poisson's ratio, the
+/// bulk modulus and directions.
+std::vector<std::size_t> identifiable(const MaterialParameters& material);
+
+/// Nonlinear least squares (Levenberg-Marquardt) over the parameters (M40), from those of `start`
+/// times the factor that fits best. Positive parameters are sought by their logarithm.
+/// Preconditions: `start` is stable and has a value for every row of its law; `free` is neither
+/// empty nor longer than the observations.
+Identification identify(const MaterialParameters& start, const Observations& observed,
+                        const MaterialResponses& responses, const IdentifyOptions& options);
+
+}  // namespace palpate::fem

@@ -1,0 +1,151 @@
+#include "libfem/calibrate/identify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "libfem/calibrate/homogeneous_tests.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kPoisson = 0.4999;
+
+std::vector<HomogeneousTest> pulls(double longest) {
+  std::vector<HomogeneousTest> tests;
+  for (const int row : {0, 1}) {
+    HomogeneousTest test;
+    test.row = &kHomogeneousTests[row];
+    test.stretch = Eigen::VectorXd::LinSpaced(20, 1.02, longest);
+    tests.push_back(test);
+  }
+  return tests;
+}
+
+Observations observe(const Eigen::VectorXd& truth, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, noise * truth.lpNorm<Eigen::Infinity>());
+  Observations out;
+  out.value = truth.unaryExpr([&](double v) { return v + normal(random); });
+  out.deviation = Eigen::VectorXd::Constant(truth.size(), std::max(normal.stddev(), 1e-9));
+  out.group.assign(static_cast<std::size_t>(truth.size()), 0);
+  return out;
+}
+
+Identification find(const MaterialParameters& start, const Observations& observed,
+                    const std::vector<HomogeneousTest>& tests, IdentifyOptions options = {}) {
+  if (options.free.empty()) options.free = identifiable(start);
+  return identify(
+      start, observed,
+      [&](const std::vector<MaterialParameters>& materials) {
+        std::vector<Eigen::VectorXd> out;
+        for (const MaterialParameters& material : materials)
+          out.push_back(stresses(material, tests));
+        return out;
+      },
+      options);
+}
+
+// From a start that is wrong a thousand times over.
+TEST(Identify, finds_the_parameters_of_exact_tests_of_every_law) {
+  const double none = NAN;
+  for (const auto& [truth, start] : std::vector<std::pair<MaterialParameters, MaterialParameters>>{
+           {{"neo-hookean", {5e3, kPoisson}}, {"neo-hookean", {1, kPoisson}}},
+           {{"mooney-rivlin", {2e3, 400, kPoisson, none}},
+            {"mooney-rivlin", {1, 1, kPoisson, none}}},
+           {{"yeoh", {2e3, -60, 20, kPoisson, none}}, {"yeoh", {1, 0, 0, kPoisson, none}}},
+           {{"ogden", {1e3, 3, none, none, none, none, kPoisson, none}},
+            {"ogden", {1, 1, none, none, none, none, kPoisson, none}}},
+           {{"fung", {1e3, 0.4, kPoisson, none}}, {"fung", {1, 1, kPoisson, none}}},
+           {{"veronda-westmann", {1e3, 0.8, kPoisson, none}},
+            {"veronda-westmann", {1, 1, kPoisson, none}}}}) {
+    SCOPED_TRACE(truth.law);
+    const auto tests = pulls(2);
+    const Identification found = find(start, observe(stresses(truth, tests), 0, 1), tests);
+    EXPECT_TRUE(found.is_converged);
+    for (const std::size_t i : found.free)
+      EXPECT_NEAR(found.material.values[i], truth.values[i], 1e-3 * std::abs(truth.values[i]));
+  }
+}
+
+TEST(Identify, holds_the_truth_in_its_region_in_95_of_100_noisy_trials) {
+  const double none = NAN;
+  const auto tests = pulls(1.6);
+  for (const MaterialParameters& truth :
+       {MaterialParameters{"mooney-rivlin", {2e3, 400, kPoisson, none}},
+        MaterialParameters{"yeoh", {2e3, 300, 100, kPoisson, none}},
+        MaterialParameters{"fung", {1e3, 0.6, kPoisson, none}}}) {
+    const Eigen::VectorXd exact = stresses(truth, tests);
+    for (const bool is_stated : {true, false}) {
+      int held = 0;
+      for (unsigned seed = 1; seed <= 100; ++seed) {
+        Observations observed = observe(exact, 0.02, seed);
+        if (!is_stated) observed.deviation.setConstant(NAN);
+        const Identification found = find(truth, observed, tests);
+        Eigen::VectorXd values(std::ssize(found.free));
+        for (Eigen::Index k = 0; k < values.size(); ++k)
+          values[k] = truth.values[found.free[static_cast<std::size_t>(k)]];
+        held += found.region_holds(values);
+      }
+      RecordProperty(truth.law + (is_stated ? "_stated" : "_unstated"), held);
+      EXPECT_GE(held, 90) << truth.law << (is_stated ? "" : ", deviations not stated");
+      EXPECT_LE(held, 99) << truth.law << ": a region that always holds says nothing";
+    }
+  }
+}
+
+// Planar tension alone: its stress is 2 (c10 + c01) (l - l^-3).
+TEST(Identify, says_which_combination_is_determined_where_parameters_are_not_told_apart) {
+  HomogeneousTest test;
+  test.row = &kHomogeneousTests[2];
+  test.stretch = Eigen::VectorXd::LinSpaced(20, 1.02, 1.4);
+  const MaterialParameters truth{"mooney-rivlin", {2e3, 400, 0.499999, NAN}};
+  const Identification found = find(truth, observe(stresses(truth, {test}), 0.02, 3), {test});
+  EXPECT_FALSE(found.are_told_apart);
+  ASSERT_EQ(found.determined.size(), 1u);
+  EXPECT_FALSE(found.determined[0].is_product);
+  EXPECT_NEAR(found.determined[0].weight.minCoeff(), 1, 0.01);
+  EXPECT_NEAR(found.determined[0].weight.maxCoeff(), 1, 0.01);
+  EXPECT_NEAR(found.determined[0].value, 2400, 3 * found.determined[0].deviation);
+  EXPECT_LT(found.determined[0].deviation, 0.02 * 2400);
+  EXPECT_LT(found.correlation(0, 1), -0.99);
+}
+
+TEST(Identify, says_that_small_strain_determines_a_product_of_modulus_and_exponent) {
+  const auto tests = pulls(1.01);
+  const MaterialParameters truth{"veronda-westmann", {1e3, 2, kPoisson, NAN}};
+  const Identification found = find(truth, observe(stresses(truth, tests), 0.02, 3), tests);
+  EXPECT_FALSE(found.are_told_apart);
+  ASSERT_EQ(found.determined.size(), 1u);
+  EXPECT_TRUE(found.determined[0].is_product);
+  EXPECT_NEAR(found.determined[0].weight.minCoeff(), 1, 0.1);
+  EXPECT_NEAR(found.material.values[0] * found.material.values[1], 2e3, 0.03 * 2e3);
+}
+
+// A law too poor for the rows: neighbours err together, and that widens the region.
+TEST(Identify, widens_the_region_where_the_law_does_not_follow_the_rows) {
+  const auto tests = pulls(2.5);
+  const Eigen::VectorXd exact = stresses({"yeoh", {2e3, 300, 100, kPoisson, NAN}}, tests);
+  const Identification found =
+      find({"neo-hookean", {1e3, kPoisson}}, observe(exact, 1e-3, 1), tests);
+  EXPECT_GT(found.misfit, 10);
+  EXPECT_GT(found.rows_each, 3);
+  EXPECT_GT(found.deviation(0), 0.05 * found.material.values[0]);
+}
+
+TEST(Identify, keeps_what_is_not_free_and_an_error_that_all_rows_share_in_the_deviation) {
+  const auto tests = pulls(1.5);
+  const MaterialParameters truth{"mooney-rivlin", {2e3, 400, kPoisson, NAN}};
+  const Observations observed = observe(stresses(truth, tests), 0.01, 5);
+  const Identification found = find(truth, observed, tests, {.free = {0}});
+  EXPECT_EQ(found.material.values[1], 400);
+  const Identification shared =
+      find(truth, observed, tests, {.free = {0, 1}, .common_error = 0.03});
+  // Moduli share it: the error of a common factor is at least its own.
+  for (const Eigen::Index k : {0, 1})
+    EXPECT_GT(shared.deviation(k), 0.03 * shared.material.values[static_cast<std::size_t>(k)]);
+}
+
+}  // namespace
+}  // namespace palpate::fem

@@ -1,0 +1,131 @@
+// `palpate calibrate` as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/shared_data.hpp"
+#include "tests/tools/block_scene.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+using Json = nlohmann::json;
+
+class Calibration : public testing::Test {
+ protected:
+  Outcome calibrate(const std::string& arguments) {
+    return palpate(folder,
+                   "calibrate --json -o " + (folder / "found.toml").string() + " " + arguments);
+  }
+  Folder folder;
+};
+
+TEST_F(Calibration, writes_the_scene_back_with_the_material_of_its_presses) {
+  std::string scene = kScene;
+  scene.replace(scene.find("drag_directions = 1"), 19, "drag_directions = 0");
+  folder.write("scene.toml", scene);
+  folder.write("block.off", block_off(8));
+  const fs::path points = folder.write("p.csv", "x_m,y_m,z_m\n0.04,0.04,0.03\n");
+  const Outcome simulated =
+      palpate(folder, "simulate " + (folder / "scene.toml").string() + " --points " +
+                          points.string() + " -o " + (folder / "s.h5").string());
+  ASSERT_EQ(simulated.status, 0) << simulated.err;
+  std::string other = scene;
+  other.replace(other.find("\"10 kPa\""), 8, "\"55 kPa\" # a guess");
+  folder.write("other.toml", other);
+  const Outcome outcome =
+      calibrate((folder / "other.toml").string() + " --samples " + (folder / "s.h5").string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json.at("simulated"), 1) << "one press, one modulus";
+  EXPECT_NEAR(json.at("parameters")[0].at("value").get<double>(), 10e3, 20);
+  EXPECT_LE(json.at("parameters")[0].at("low").get<double>(), 10e3);
+  EXPECT_GE(json.at("parameters")[0].at("high").get<double>(), 10e3);
+  std::string written = content_of(folder / "found.toml");
+  EXPECT_TRUE(written.starts_with("# Calibrated by palpate: young = ")) << written;
+  written.erase(0, written.find('\n') + 1);
+  const std::size_t at = written.find("young = ") + 8, end = written.find(" # a guess");
+  written.replace(at, end - at, "\"55 kPa\"");
+  EXPECT_EQ(written, other) << "all but the value is kept";
+  EXPECT_FALSE(fs::exists(folder / "found.toml.partial"));
+}
+
+TEST_F(Calibration, reads_specimens_by_header_by_number_and_by_unit) {
+  std::string pull = "A rig; of 2026\nstretch;stress [kPa]\n", shear;
+  for (int i = 1; i <= 10; ++i) {
+    const double l = 1 + 0.05 * i, y = 0.05 * i;
+    pull += std::to_string(l) + ";" + std::to_string(4 * (l - 1 / (l * l))) + "\n";
+    shear += std::to_string(0.004 * y) + "\t" + std::to_string(y) + "\n";
+  }
+  folder.write("pull.csv", pull), folder.write("shear.txt", shear);
+  const fs::path tests = folder.write("tests.toml", R"([material]
+young = "1 Pa"
+poisson = 0.4999
+[[test]]
+kind = "uniaxial"
+file = "pull.csv"
+stretch = "stretch"
+stress = "stress"
+[[test]]
+kind = "simple-shear"
+file = "shear.txt"
+strain = 2
+stress = 1
+unit = "MPa"
+)");
+  const Outcome outcome = calibrate(tests.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NEAR(Json::parse(outcome.out).at("parameters")[0].at("value").get<double>(), 12e3, 15);
+  const std::string written = content_of(folder / "found.toml");
+  EXPECT_NE(written.find("[material]\nlaw = \"neo-hookean\"\nyoung = \"1"), std::string::npos)
+      << written;
+}
+
+// Five compressions of a silicone; published fits of the same laws are evaluated on the same rows.
+TEST_F(Calibration, follows_silicones_no_worse_than_their_published_constants) {
+  PALPATE_NEEDS_DATA("data/compression/hyperelastic_parameters.json");
+  const fs::path data = palpate::testing_support::shared_data("data/compression");
+  const Json all = Json::parse(content_of(data / "hyperelastic_parameters.json")).at("engineering");
+  struct Law {
+    std::string published, name;
+    std::vector<std::string> keys;
+    double first = 1;  ///< of their first constant in ours
+  };
+  const std::vector<Law> laws{{"Neo Hookean", "neo-hookean-isochoric", {"young"}, 3},
+                              {"Yeoh_o3", "yeoh", {"c10", "c20", "c30"}},
+                              {"Ogden_o1", "ogden", {"mu1", "alpha1"}}};
+  for (const std::string silicone : {"EF10_50T", "EF10_100T"})
+    for (const Law& law : laws) {
+      SCOPED_TRACE(silicone + " " + law.published);
+      const Json& published = all.at(silicone).at(law.published);
+      std::string text = "[material]\nlaw = \"" + law.name + "\"\npoisson = 0.49999\n";
+      for (std::size_t k = 0; k < law.keys.size(); ++k) {
+        const double value = published.at("parameters")[k].get<double>();
+        text += law.keys[k] + " = " +
+                (law.keys[k] == "alpha1"
+                     ? std::to_string(value)
+                     : "\"" + std::to_string((k == 0 ? law.first : 1) * value) + " kPa\"") +
+                "\n";
+      }
+      for (const std::string specimen : {"A1", "A2", "A3", "B1", "B2"})
+        text += "[[test]]\nkind = \"uniaxial\"\nfile = \"" +
+                (data / (silicone + "_" + specimen + ".csv")).string() +
+                "\"\nstrain = \"Engineering Strain\"\nstress = \"Engineering Stress\"\n";
+      const std::string tests = folder.write("tests.toml", text).string();
+      const Outcome ours = calibrate(tests);
+      ASSERT_EQ(ours.status, 0) << ours.err;
+      const Json found = Json::parse(ours.out);
+      const double before = found.at("sum_of_squares_at_start").get<double>(),
+                   after = found.at("sum_of_squares").get<double>();
+      EXPECT_LE(after, before * (1 + 1e-6));
+      EXPECT_GT(after, 0.2 * before) << "the published constants are meant for these rows";
+      std::printf("%s %s: sum of squares %.4g kPa^2, published %.4g\n", silicone.c_str(),
+                  law.published.c_str(), after * 1e-6, before * 1e-6);
+    }
+}
+
+}  // namespace
+}  // namespace palpate::tools

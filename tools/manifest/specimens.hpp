@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libfem/calibrate/homogeneous_tests.hpp"
+
+namespace palpate::tools {
+
+/// Tests of specimens and the material that a search starts from: what a tests.toml says
+/// (docs/formats.md).
+struct Specimens {
+  fem::MaterialParameters material;
+  std::vector<fem::HomogeneousTest> tests;
+  std::vector<std::string> name;  ///< of each test: its kind and its file
+};
+
+/// Whether the text of a TOML file has tests of specimens, as a scene has not.
+bool has_specimens(const std::string& text, const std::string& file);
+
+/// Throws Error with file:line:column of the TOML, or file:line of a table.
+Specimens read_specimens(const std::string& text, const std::filesystem::path& path);
+
+}  // namespace palpate::tools
