@@ -15,6 +15,8 @@ constexpr CommandRow kCommands[] = {
     {"simulate", "Simulate presses and drags of the probe at every test point", declare_simulate},
     {"merge", "Put the samples of several simulate --shard together", declare_merge},
     {"import", "Turn the recordings that a manifest names into samples", declare_import},
+    {"modulus", "Fit contact models to recordings: Young's modulus of each press, and maps of it",
+     declare_modulus},
     {"fit", "Identify response curves at the test points", declare_fit},
     {"refine", "Interpolate the curves onto every vertex of the fine surface", declare_refine},
     {"export", "Write a model as a runtime asset or in another format", declare_export},

@@ -23,7 +23,8 @@ class VtuWriter {
   void add(const std::string& name, int components, const std::vector<double>& values) {
     append("Float64", name, components, values);
   }
-  /// The whole file. scalars: name of what a viewer shows first.
+  /// The whole file; a surface without triangles is a cloud of points. scalars: name of what a
+  /// viewer shows first.
   std::string text(const Surface& surface, const std::string& scalars);
 
  private:

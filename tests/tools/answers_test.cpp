@@ -71,6 +71,7 @@ class Answers : public testing::Test {
         {"simulate", f("out/body.h5") + " -o" + f("s.h5") + " --points" + f("points.csv")},
         {"merge", f("shards") + " -o" + f("merged.h5")},
         {"import", f("manifest.toml") + " -o" + f("i.h5")},
+        {"modulus", f("manifest.toml") + " -o" + f("moduli.csv")},
         {"fit", f("out/samples.h5") + " -o" + f("c.h5")},
         {"refine", f("out/curves.h5") + " --body" + f("out/body.h5") + " -o" + f("m.h5")},
         {"export", f("out/model.h5") + " -o" + f("a.palp")},
