@@ -25,7 +25,7 @@ constexpr int kParts = 20;        // of the depth, over which misfits are averag
 constexpr double kMisfit = 0.05;  // of the force: a model that leaves more does not describe it
 constexpr double kLeastExponent = 0.7, kMostExponent = 6;
 constexpr double kSame = 2;  // bic within which models are equals
-constexpr Eigen::Index kLeastPressed = 5;
+constexpr Eigen::Index kLeastPressed = 3;
 
 double square(double x) { return x * x; }
 
@@ -116,7 +116,7 @@ std::optional<Unknowns> start_of(const Problem& p) {
     trial.push_back(*p.contact);
   } else {
     for (int k = 0; k < kScan; ++k) trial.push_back(-0.5 + 1.5 * k / kScan);
-    for (double depth = 0.05; depth > 5. / static_cast<double>(p.x.size()); depth /= kCloser)
+    for (double depth = 0.05; depth > 2. / static_cast<double>(p.x.size()); depth /= kCloser)
       trial.push_back(1 - depth);
   }
   std::vector<double> exponents{1.5};
