@@ -29,7 +29,8 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 }
 
 std::string in_words(const std::string& kind) {
-  const bool is_schema = kind.starts_with("palpate-") || kind == "palp" || kind == "vtu";
+  const bool is_schema =
+      kind.starts_with("palpate-") || kind == "palp" || kind == "vtu" || kind == "glTF";
   return is_schema ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
 }
 
@@ -61,6 +62,7 @@ std::string kind_of_file(const fs::path& path) {
     }
   }
   if (bytes.starts_with("PALP")) return "palp";
+  if (bytes.starts_with("glTF")) return "glTF";
   if (bytes.find("<VTKFile") != std::string::npos) return "vtu";
   return bytes.substr(0, bytes.find_first_of("\r\n"));
 }

@@ -67,4 +67,14 @@ AssetFile read_asset_file(const std::filesystem::path& path) {
   return out;
 }
 
+Surface surface_of(const runtime::AssetView& asset) {
+  Surface surface;
+  const auto vertices = Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
+      asset.vertex, asset.vertices, 3);
+  surface.vertices = vertices.cast<double>();
+  surface.vertices.rowwise() += Eigen::Map<const Vec3>(asset.origin_m).transpose();
+  surface.triangles = Eigen::Map<const Triangles>(asset.triangle, asset.triangles, 3);
+  return surface;
+}
+
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string_view>
 
+#include "libfit/core/geometry.hpp"
 #include "libfit/runtime/engine.hpp"
 
 namespace palpate {
@@ -33,5 +34,8 @@ bool is_asset_file(const std::filesystem::path& path);
 /// changes while it is open. Throws Error when it cannot be read or the engine refuses it, with
 /// the engine's sentence.
 AssetFile read_asset_file(const std::filesystem::path& path);
+
+/// The surface that an asset walks on, at rest.
+Surface surface_of(const runtime::AssetView& asset);
 
 }  // namespace palpate

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "libfit/assets/exporters.hpp"
-#include "libfit/core/error.hpp"
+#include "libfit/assets/stiffness_map.hpp"
 #include "libfit/core/node_forces.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
@@ -56,32 +56,16 @@ void add_point_data(const Model& model, VtuWriter& vtu) {
   }
 }
 
-void check(const Model& model) {
-  const Eigen::Index vertices = model.surface.vertices.rows();
-  bool is_fitting = vertices > 0 && model.inward_normal.rows() == vertices &&
-                    static_cast<Eigen::Index>(model.is_covered.size()) == vertices;
-  for (std::size_t kind = 0; kind < curves_of(model.curves.family); ++kind)
-    is_fitting = is_fitting && model.curves.control[kind].rows() == vertices &&
-                 model.curves.control[kind].cols() == model.curves.basis[kind].size();
-  if (!is_fitting)
-    throw Error("model", "it has no vertices, or its arrays differ in size",
-                "Make the model again with `palpate refine`.");
-}
-
 }  // namespace
 
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions&) {
-  check(model);
+  check_sizes(model);
   VtuWriter vtu;
   add_point_data(model, vtu);
   const std::string text = vtu.text(model.surface, "is_covered");
   write_file_atomically(path, text);
-  ExportReport report;
-  report.bytes = text.size();
-  report.vertices = static_cast<int>(model.surface.vertices.rows());
-  report.triangles = static_cast<int>(model.surface.triangles.rows());
-  return report;
+  return written(model, text.size());
 }
 
 }  // namespace palpate

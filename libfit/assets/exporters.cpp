@@ -8,9 +8,20 @@ namespace {
 constexpr Exporter kExporters[] = {
     {"palp", ".palp", "runtime asset for the haptic engine", export_palp},
     {"vtu", ".vtu", "surface with forces, stiffness and friction for ParaView", export_vtu},
+    {"glb", ".glb", "surface coloured by stiffness with dents as morph targets (glTF 2.0)",
+     export_glb},
+    {"ply", ".ply", "surface coloured by stiffness", export_ply},
 };
 
 }  // namespace
+
+ExportReport written(const Model& model, std::uint64_t bytes) {
+  ExportReport report;
+  report.bytes = bytes;
+  report.vertices = static_cast<int>(model.surface.vertices.rows());
+  report.triangles = static_cast<int>(model.surface.triangles.rows());
+  return report;
+}
 
 std::span<const Exporter> exporters() { return kExporters; }
 

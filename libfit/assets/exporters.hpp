@@ -23,6 +23,7 @@ struct ExportOptions {
   double max_step_m = 0;   ///< a tip moving farther in a tick has teleported; 0: 50 mm, or two
                            ///< diagonals of a smaller body
   std::uint64_t seed = 1;  ///< of the check path
+  double map_depth_m = 0;  ///< at which glb and ply are coloured; 0: half of the curves' range
 };
 
 /// What was exported; remarks are whole sentences for people.
@@ -48,8 +49,15 @@ std::span<const Exporter> exporters();
 /// The row called `name`. Throws Error listing the names when there is none.
 const Exporter& find_exporter(std::string_view name);
 
+/// The report of a file that holds all of the model's surface.
+ExportReport written(const Model& model, std::uint64_t bytes);
+
 ExportReport export_palp(const Model& model, const std::filesystem::path& path,
                          const ExportOptions& options);
+ExportReport export_glb(const Model& model, const std::filesystem::path& path,
+                        const ExportOptions& options);
+ExportReport export_ply(const Model& model, const std::filesystem::path& path,
+                        const ExportOptions& options);
 ExportReport export_vtu(const Model& model, const std::filesystem::path& path,
                         const ExportOptions& options);
 

@@ -181,6 +181,7 @@ std::vector<BadInput> bad_inputs() {
        "refine out/curves.h5 --body out/body.h5 -o m.h5 --slope-share 2"},
       {"curves where a model belongs", "export out/curves.h5 -o a.palp"},
       {"a format that is none", "export out/model.h5 -o a.palp --format obj"},
+      {"a depth that is none", "export out/model.h5 -o a.ply --format ply --depth deep"},
       {"a choice that is none", "export out/model.h5 -o a.palp --elsewhere some"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},

@@ -118,9 +118,11 @@ TEST(modulus, a_curve_that_no_model_describes_is_poor_and_a_tip_without_angle_is
 TEST(modulus, of_the_nanoindenter_is_the_instruments_by_its_model) {
   PALPATE_NEEDS_DATA("data/indentation");
   const Folder folder;
-  folder.write("manifest.toml", "[[recording]]\nfile = \"" +
-                                    fs::canonical(shared_data("data/indentation")).string() +
-                                    "/fmt-chiaro*.txt\"\npoint = \"gel\"\n");
+  folder.write(
+      "manifest.toml",
+      "[[recording]]\nfile = \"" +
+          fs::canonical(palpate::testing_support::shared_data("data/indentation")).string() +
+          "/fmt-chiaro*.txt\"\npoint = \"gel\"\n");
   const Answer got = answer(folder);
   ASSERT_EQ(got.outcome.status, 0) << got.outcome.err;
   const std::size_t hertz = got.models.find(",hertz,");

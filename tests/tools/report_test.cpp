@@ -1,10 +1,7 @@
 // `palpate report` on a small run: what the page holds, and the page itself in Chromium and Node
 // where they are there.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,8 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "tests/tools/block_scene.hpp"
-#include "tests/tools/command_line.hpp"
+#include "tests/tools/kept_run.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -23,27 +19,8 @@ using namespace testing_support;
 
 constexpr const char* kBegin = "<script type=\"application/json\" id=\"contents\">";
 
-// One run of the block for all tests. ctest starts a process for each: the run stays in the build
-// folder, where `palpate run` finds it up to date.
-class Report : public testing::Test {
+class Report : public KeptRun {
  protected:
-  static void SetUpTestSuite() {
-    folder_ = new Folder;
-    const fs::path kept = PALPATE_RUN_DIR;
-    fs::create_directories(kept);
-    const int lock = open((kept / "lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    ASSERT_EQ(flock(lock, LOCK_EX), 0);
-    std::ofstream(kept / "scene.toml") << kScene;
-    std::ofstream(kept / "block.off") << block_off(8);
-    const Outcome run = palpate(
-        *folder_, "run " + (kept / "scene.toml").string() + " -o " + (kept / "out").string());
-    if (run.status == 0) fs::copy(kept / "out", *folder_ / "out", fs::copy_options::recursive);
-    close(lock);
-    ASSERT_EQ(run.status, 0) << run.err;
-  }
-  static void TearDownTestSuite() { delete folder_; }
-
-  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
   static Outcome report(const std::string& arguments) {
     return palpate(*folder_, "report " + arguments);
   }
@@ -106,10 +83,7 @@ class Report : public testing::Test {
     EXPECT_GT(touching, native.size() / 10) << "of " << native.size();
     EXPECT_EQ(differing, 0u) << "of " << native.size();
   }
-
-  static Folder* folder_;
 };
-Folder* Report::folder_ = nullptr;
 
 #define SKIP_WITHOUT_PAGE() \
   if (modules().empty()) GTEST_SKIP() << "no page was built (Node.js with npm's packages)"
@@ -343,6 +317,32 @@ TEST_F(Report, a_drag_with_the_mouse_yields_the_native_forces) {
 TEST_F(Report, the_body_gives_way_under_the_tool) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("the_body_gives_way_under_the_tool", "");
+}
+
+TEST_F(Report, a_gamepad_presses_drags_and_turns) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("a_gamepad_presses_drags_and_turns", "-");
+}
+
+// The ball of 48 facets of the golden asset, felt along an arc.
+TEST_F(Report, facets_are_heard_and_interpolation_is_not) {
+  SKIP_WITHOUT_ENGINE();
+  const Outcome heard =
+      node("sound.mjs", PALPATE_SOURCE_DIR "/tools/page/src " PALPATE_SOURCE_DIR
+                                           "/tests/libfit/runtime/golden/version_1.palp 0.03");
+  ASSERT_EQ(heard.status, 0) << heard.out;
+  double smooth = 0, faceted = 0;
+  long samples = 0, again = 0;
+  std::istringstream(heard.out) >> smooth >> samples >> faceted >> again;
+  EXPECT_EQ(samples, 72000);  // 1.5 s at 48 kHz
+  EXPECT_EQ(again, samples);
+  EXPECT_GT(smooth, 0);
+  EXPECT_GT(faceted, 8 * smooth) << heard.out;
+}
+
+TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
 }
 
 TEST_F(Report, keys_alone_reach_everything) {

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -14,8 +16,12 @@ class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
     arguments.positional("model", model_, "Model to export, model.h5");
-    arguments.output("-o,--output", output_, "File to write, such as asset.palp", {"palp", "vtu"});
-    arguments.option("--format", format_, "Format to write: palp or vtu");
+    arguments.output("-o,--output", output_, "File to write, such as asset.palp",
+                     {"palp", "vtu", "glTF", "ply"});
+    arguments.option("--format", format_, "Format to write: palp, vtu, glb or ply");
+    arguments.option("--depth", depth_,
+                     "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
+                     "curves' range if not given");
     arguments.option("--engine", engine_, "Folder to copy the engine and its example into");
     arguments.option("--elsewhere", settings_.elsewhere,
                      "What surface without test points answers with: mean, the body's mean curves, "
@@ -30,6 +36,7 @@ class Export final : public Command {
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),
                                               .statement = {},
+                                              .map_depth_m = depth_m(),
                                               .engine = engine_});
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
@@ -39,7 +46,15 @@ class Export final : public Command {
   }
 
  private:
-  std::string model_, output_, format_ = "palp", engine_;
+  double depth_m() const {
+    if (depth_.empty()) return 0;
+    const auto depth = parse_quantity(depth_, Dimension::length);
+    if (!depth || !(*depth > 0))
+      throw Error("--depth", "\"" + depth_ + "\" is no depth", "Give a length such as \"5 mm\".");
+    return *depth;
+  }
+
+  std::string model_, output_, format_ = "palp", engine_, depth_;
   ExportSection settings_;
   bool no_guard_ = false;
 };

@@ -1,9 +1,13 @@
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libfit/assets/asset_file.hpp"
+#include "libfit/core/error.hpp"
 #include "libfit/io/csv/tables.hpp"
+#include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -29,6 +33,48 @@ ForceRow to_row(double time_s, const runtime::Output& out) {
   return row;
 }
 
+/// The surface as it is shown every so many ticks, for ParaView: the surface moved, and the tool.
+class Frames {
+ public:
+  Frames(const runtime::AssetView& asset, const std::string& folder, int every)
+      : asset_(asset), every_(every), rest_(surface_of(asset)), series_(folder) {
+    if (every < 1) throw Error("--every", "it is no number of ticks", "Give 1 or more.");
+    if (asset.shape.points == 0)
+      throw Error("--surface", "the asset does not say how its surface moves",
+                  "Make it of samples with surface = true, by `palpate run`.");
+    std::filesystem::create_directories(folder);
+  }
+
+  void add(std::size_t tick, double time_s, const Vec3& tip, const runtime::Contact& contact,
+           const runtime::Output& out) {
+    if (tick % static_cast<std::size_t>(every_) != 0) return;
+    Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> moved(rest_.vertices.rows(), 3);
+    runtime::deform(asset_, contact, 0, 0, asset_.vertices, moved.data());
+    const std::vector<double> place(tip.data(), tip.data() + 3),
+        force(out.force_on_tool_N, out.force_on_tool_N + 3);
+    VtuWriter surface, tool;
+    for (VtuWriter* part : {&surface, &tool}) part->add_field("TimeValue", {time_s});
+    surface.add_field("tool_position_m", place);
+    surface.add_field("force_on_tool_N", force);
+    surface.add("displacement_m", 3, std::vector<float>(moved.data(), moved.data() + moved.size()));
+    series_.add(time_s, "surface", frames_,
+                surface.text({rest_.vertices + moved.cast<double>(), rest_.triangles}, {}));
+    tool.add("force_on_tool_N", 3, force);
+    series_.add(time_s, "tool", frames_++, tool.text({Points(tip.transpose()), {}}, {}));
+  }
+  int close() const {
+    series_.close();
+    return frames_;
+  }
+
+ private:
+  const runtime::AssetView& asset_;
+  int every_;
+  Surface rest_;
+  VtuSeries series_;
+  int frames_ = 0;
+};
+
 class Replay final : public Command {
  public:
   explicit Replay(Arguments& arguments) {
@@ -41,13 +87,21 @@ class Replay final : public Command {
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
                      "thread for first "
                      "touch; 0 plays as fast as possible");
+    arguments.option("--surface", surface_,
+                     "Folder for path.pvd and its frames: how the surface moves, for ParaView");
+    arguments.option("--every", every_, "Ticks from one frame to the next");
   }
 
   int run(Reply& reply) override {
     const AssetFile file = read_asset_file(asset_);
     const TipPath path = read_tip_path(path_);
+    if (rate_Hz_ != 0 && !surface_.empty())
+      throw Error("--surface", "frames are not written in real time",
+                  "Leave --realtime out: the forces are the same.");
+    std::optional<Frames> frames;
+    if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);
     const std::vector<PlayedTick> played =
-        rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path);
+        rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path, frames);
     std::vector<ForceRow> rows;
     rows.reserve(played.size());
     std::size_t faults = 0;
@@ -63,16 +117,22 @@ class Replay final : public Command {
         faults, guarded);
     reply.json =
         nlohmann::ordered_json{{"ticks", rows.size()}, {"faults", faults}, {"guarded", guarded}};
+    if (frames) {
+      reply.json["frames"] = frames->close();
+      say("wrote {}/path.pvd: {} frames", surface_, reply.json["frames"].get<int>());
+    }
     return faults ? kSomeFailed : kDone;
   }
 
  private:
-  static std::vector<PlayedTick> play(const runtime::AssetView& asset, const TipPath& path) {
+  static std::vector<PlayedTick> play(const runtime::AssetView& asset, const TipPath& path,
+                                      std::optional<Frames>& frames) {
     runtime::Contact contact;
     std::vector<PlayedTick> played(path.time_s.size());
     for (std::size_t i = 0; i < played.size(); ++i) {
       const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
       played[i].status = runtime::touch(asset, contact, tip.data(), played[i].out);
+      if (frames) frames->add(i, path.time_s[i], tip, contact, played[i].out);
     }
     return played;
   }
@@ -91,8 +151,8 @@ class Replay final : public Command {
   }
 
   static constexpr std::size_t kFaultsShown = 10;
-  std::string asset_, path_, output_;
-  int rate_Hz_ = 0;
+  std::string asset_, path_, output_, surface_;
+  int rate_Hz_ = 0, every_ = 20;
 };
 
 }  // namespace

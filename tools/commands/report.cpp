@@ -1,8 +1,11 @@
 #include <nlohmann/json.hpp>
 
+#include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
+#include "tools/report/figures.hpp"
 #include "tools/report/page.hpp"
 
 namespace palpate::tools {
@@ -14,19 +17,35 @@ class Report final : public Command {
     arguments.positionals(
         "folder", folders_,
         "Folder of a run, whole or in part, or of a study; further ones are compared with it");
-    arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind});
+    arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind},
+                     /*is_required=*/false);
+    arguments.option("--figures", figures_, "Folder for figures of the first folder, as SVG");
   }
 
   int run(Reply& reply) override {
-    write_page(output_, contents_of_folders(folders_));
-    say("wrote {}: open it in a browser", output_);
+    if (output_.empty() && figures_.empty())
+      throw Error("report", "neither a page nor figures are wanted",
+                  "Give --output report.html, --figures FOLDER, or both.");
+    const std::string contents = contents_of_folders(folders_);
     reply.json = nlohmann::ordered_json{{"folders", folders_}};
+    if (!output_.empty()) {
+      write_page(output_, contents);
+      say("wrote {}: open it in a browser", output_);
+    }
+    if (!figures_.empty()) {
+      const auto names = write_figures(Json::parse(contents), figures_);
+      if (names.empty())
+        throw Error(folders_.front(), "holds nothing that a figure is made of",
+                    "Give the folder of a run with curves.h5 and samples.h5.");
+      say("wrote {}: {}", figures_, listed(names));
+      reply.json["figures"] = names;
+    }
     return kDone;
   }
 
  private:
   std::vector<std::string> folders_;
-  std::string output_;
+  std::string output_, figures_;
 };
 
 }  // namespace

@@ -14,6 +14,7 @@ const common = {
   format: "iife",
   legalComments: "none",
   charset: "utf8",
+  loader: { ".inc": "text" },
   nodePaths: [path.join(modules, "node_modules")],
 };
 const bundle = async (entry, plugins = []) => {

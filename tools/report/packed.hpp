@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -27,6 +28,27 @@ inline std::string base64(std::string_view bytes) {
   return out;
 }
 
+/// The bytes again; anything after the first character of no digit is left out.
+inline std::string from_base64(std::string_view text) {
+  const auto digit = [](char c) -> int {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+  };
+  std::string out;
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text) {
+    const int value = digit(c);
+    if (value < 0) break;
+    group = group << 6 | static_cast<std::uint32_t>(value);
+    bits += 6;
+    if (bits >= 8) out += static_cast<char>(group >> (bits -= 8) & 255);
+  }
+  return out;
+}
+
 template <class T>
 inline constexpr const char* kTypeName = nullptr;
 template <>
@@ -42,6 +64,15 @@ Json packed(const std::vector<T>& values) {
   return {
       {"type", kTypeName<T>},
       {"bytes", base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)})}};
+}
+/// The numbers again; none where there is nothing packed.
+template <class T>
+std::vector<T> unpacked(const Json& json) {
+  if (!json.is_object()) return {};
+  const std::string bytes = from_base64(json.at("bytes").get_ref<const std::string&>());
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
 }
 /// Entries of a matrix, row by row, each as a T.
 template <class T, class Matrix>

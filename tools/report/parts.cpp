@@ -99,16 +99,6 @@ std::optional<Eigen::Index> point_called(const FittedCurves& fitted, const std::
   return std::nullopt;
 }
 
-Surface surface_of(const runtime::AssetView& asset) {
-  Surface surface;
-  const auto vertices = Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
-      asset.vertex, asset.vertices, 3);
-  surface.vertices = vertices.cast<double>();
-  surface.vertices.rowwise() += Eigen::Map<const Vec3>(asset.origin_m).transpose();
-  surface.triangles = Eigen::Map<const Triangles>(asset.triangle, asset.triangles, 3);
-  return surface;
-}
-
 }  // namespace
 
 Json settings_json(const Settings& settings) {
@@ -240,6 +230,13 @@ void add_held_out(Json& json, const fs::path& path) {
                       {"deflection_m", vectors({"dx_m", "dy_m", "dz_m"})},
                       {"force_N", vectors({"fx_N", "fy_N", "fz_N"})},
                       {"engine_N", vectors({"ex_N", "ey_N", "ez_N"})}};
+}
+
+void add_placement(Json& json, const fs::path& path) {
+  static constexpr CsvColumnRule kRules[] = {{"points"},  {"new_points"}, {"median_rel"},
+                                             {"p95_rel"}, {"max_rel"},    {"dragged"}};
+  const CsvTable table = read_csv(path, kRules);
+  for (const CsvColumnRule& rule : kRules) json["placement"][std::string(rule.name)] = table.number(rule.name);
 }
 
 void add_asset(Json& json, const fs::path& path) {

@@ -48,6 +48,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
     throw Error("--elsewhere", "\"" + elsewhere + "\" is no choice", "Use mean or none.");
   options.has_mean_elsewhere = elsewhere == "mean";
   options.meta_json = meta.dump();
+  options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);

@@ -12,6 +12,7 @@ struct ExportRequest {
   ExportSection settings;
   std::string fingerprint;       ///< put into the asset's meta; empty for none
   std::string statement;         ///< JSON object put into the asset's meta; empty for none
+  double map_depth_m = 0;        ///< of a coloured surface; 0: half of the curves' range
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
 };
 

@@ -78,7 +78,7 @@ TEST_F(Exporting, every_row_refuses_a_model_whose_arrays_differ_in_size_and_leav
 
 TEST_F(Exporting, unknown_formats_are_refused_with_the_names) {
   EXPECT_EQ(error_of([] { find_exporter("obj"); }),
-            "--format: there is no asset format \"obj\"\n  Choose one of: palp, vtu.");
+            "--format: there is no asset format \"obj\"\n  Choose one of: palp, vtu, glb, ply.");
 }
 
 TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {

@@ -190,6 +190,74 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
+  async a_gamepad_presses_drags_and_turns() {
+    await page.addInitScript(() => {
+      const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
+      window.pad = { connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
+      navigator.getGamepads = () => [null, window.pad];
+    });
+    await open();
+    const set = (act) => page.evaluate(act);
+    await page.evaluate(() => dispatchEvent(new Event("gamepadconnected")));
+    assert.match(await text("#tool-message"), /right trigger presses/);
+    await set(() => (window.pad.buttons[7].value = 0.6));
+    await until("#poke-state", (s) => s === "sticks" || s === "slides");
+    const range = Number(await page.locator("#poke-depth").getAttribute("max"));
+    assert.ok(Math.abs(Number(await page.locator("#poke-depth").inputValue()) - 0.6 * range) < 0.01 * range);
+    await until("#poke-depth-now", (s) => Number.parseFloat(s) > 0.4 * 1e3 * range);
+    await set(() => (window.pad.axes[0] = 0.1)); // within what sticks rest at
+    await page.waitForTimeout(300);
+    assert.ok(Number.parseFloat((await text("#poke-depth-now")).split(",")[1]) < 0.05);
+    await set(() => (window.pad.axes[0] = 1));
+    await until("#poke-state", (s) => s === "slides");
+    await set(() => (window.pad.axes[0] = 0));
+    await set(() => (window.pad.buttons[7].value = 0));
+    await until("#poke-state", (s) => s === "in the air");
+    await set(() => (window.pad.buttons[0].pressed = true));
+    await until("#poke-state", (s) => s === "sticks" || s === "slides");
+    await set(() => (window.pad.buttons[0].pressed = false));
+    await page.waitForTimeout(100);
+    await set(() => (window.pad.buttons[0].pressed = true));
+    await until("#poke-state", (s) => s === "in the air");
+    const before = await canvas.screenshot();
+    await set(() => (window.pad.axes[2] = 1));
+    await page.waitForTimeout(300);
+    await set(() => (window.pad.axes[2] = 0));
+    assert.notDeepEqual(await canvas.screenshot(), before);
+    assert.deepEqual(errors, []);
+  },
+
+  async the_sound_switch_plays_what_the_tool_feels() {
+    // What is handed to the loudspeaker, whatever there is of one.
+    await page.addInitScript(() => {
+      window.heard = { samples: 0, peak: 0 };
+      const copy = AudioBuffer.prototype.copyToChannel;
+      AudioBuffer.prototype.copyToChannel = function (samples, ...rest) {
+        window.heard.samples += samples.length;
+        window.heard.peak = Math.max(window.heard.peak, ...samples.map(Math.abs));
+        copy.call(this, samples, ...rest);
+      };
+    });
+    await open();
+    await page.check("#poke-on");
+    const touch = async () => {
+      await page.click("#poke-press");
+      await until("#poke-state", (s) => s === "sticks" || s === "slides");
+      await page.waitForTimeout(1000);
+      await page.click("#poke-press");
+      await until("#poke-state", (s) => s === "in the air");
+      return page.evaluate(() => window.heard);
+    };
+    assert.equal((await touch()).samples, 0); // off at first
+    await page.check("#poke-sound");
+    const { samples, peak } = await touch();
+    assert.ok(samples > 20000, `${samples} samples`); // at least half a second
+    assert.ok(peak > 0 && peak < 0.2, `a smooth touch peaks at ${peak}`);
+    await page.uncheck("#poke-sound");
+    assert.equal((await touch()).samples, samples);
+    assert.deepEqual(errors, []);
+  },
+
   async both_schemes_and_narrow_screens_hold_it() {
     const grounds = [];
     for (const [colorScheme, width] of [

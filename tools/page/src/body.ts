@@ -10,6 +10,7 @@ import {
   MeshBasicMaterial,
   Object3D,
   PerspectiveCamera,
+  Ray,
   Raycaster,
   Scene,
   SphereGeometry,
@@ -43,6 +44,7 @@ export class BodyView {
   private readonly setUp: Group;
   private readonly tool: ToolGlyph;
   private isDue = false;
+  private before: (() => void) | undefined;
 
   constructor(
     private readonly contents: Contents,
@@ -184,13 +186,13 @@ export class BodyView {
       new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height),
       this.camera,
     );
-    return this.surface.hit(caster);
+    return this.surface.hit(caster.ray);
   }
 
   /** Where a ray against an outward normal, through a point [m] near the surface, meets it from outside. */
   beside(point: Vector3, outward: Vector3): Place | undefined {
     return this.surface.hit(
-      new Raycaster(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()),
+      new Ray(point.clone().addScaledVector(outward, 0.2 * this.radius), outward.clone().negate()),
     );
   }
 
@@ -223,11 +225,19 @@ export class BodyView {
     this.draw();
   }
 
+  /** Does something in the next frame before it is drawn; of several asked for, the latest. */
+  inFrame(act: () => void): void {
+    this.before = act;
+    this.draw();
+  }
+
   /** Once in the next frame. */
   draw(): void {
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => {
+      this.before?.();
+      this.before = undefined;
       this.isDue = false;
       this.renderer.render(this.scene, this.camera);
     });

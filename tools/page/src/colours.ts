@@ -1,5 +1,7 @@
 // Colours of series, of what stands beside the body, and of values. Viridis by its anchors (van der Walt and Smith 2015), readable without hue.
 
+import viridisTable from "../../../libfit/assets/viridis.inc";
+
 /** The CSS colour of a series by its number. */
 export function seriesColour(k: number): string {
   return `var(--c${k % 8})`;
@@ -12,18 +14,9 @@ export function css(rgb: [number, number, number]): string {
 
 export const kSetUpColours = { held: "#cc79a7", window: "#0072b2", inclusion: "#d55e00" };
 
-const anchors = [
-  [68, 1, 84],
-  [72, 40, 120],
-  [62, 73, 137],
-  [49, 104, 142],
-  [38, 130, 142],
-  [31, 158, 137],
-  [53, 183, 121],
-  [110, 206, 88],
-  [181, 222, 43],
-  [253, 231, 37],
-];
+// The table that `palpate export` colours by, too.
+const numbers = viridisTable.match(/\d+/g)?.map(Number) ?? [];
+const anchors = Array.from({ length: numbers.length / 3 }, (_, k) => numbers.slice(3 * k, 3 * k + 3));
 
 /** Red, green, blue from 0 to 1 of a share from 0 to 1. */
 export function viridis(share: number): [number, number, number] {

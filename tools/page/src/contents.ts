@@ -117,6 +117,8 @@ export interface Contents {
     force_N: Packed;
     engine_N: Packed;
   };
+  /** A row per round of placement. */
+  placement?: { points: number[]; median_rel: number[]; p95_rel: number[]; max_rel: number[] };
   compared?: {
     name: string;
     statement?: Statement;

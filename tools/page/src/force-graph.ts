@@ -18,17 +18,16 @@ export class ForceGraph {
   /** least_N: what the graph's height stands for at least. */
   constructor(private readonly least_N: number) {}
 
-  /** Adds the forces of ticks and draws. */
+  /** Adds the forces of ticks; draw() shows them. */
   add(pressing_N: Float32Array, sliding_N: Float32Array): void {
     pressing_N.forEach((force, i) => {
       this.pressing[this.ticks % kShown] = force;
       this.sliding[this.ticks % kShown] = sliding_N[i];
       ++this.ticks;
     });
-    this.draw();
   }
 
-  private draw(): void {
+  draw(): void {
     const ratio = Math.min(devicePixelRatio, 2);
     const { clientWidth, clientHeight } = this.canvas;
     if (this.canvas.width !== Math.round(clientWidth * ratio)) {

@@ -1,4 +1,4 @@
-// Poking: mouse, pen, fingers and keys are the tool; what the engine answers is shown live.
+// Poking: mouse, pen, fingers, keys and gamepads are the tool; what the engine answers is shown live.
 
 import { Vector3 } from "three";
 import workerSource from "worker-source";
@@ -8,6 +8,8 @@ import { bytes, type Contents, floats, largest } from "./contents";
 import { html, swatch } from "./dom";
 import { Answer } from "./engine";
 import { ForceGraph } from "./force-graph";
+import { listenForGamepad } from "./gamepad";
+import { ForceSound } from "./sound";
 import type { Place } from "./surface";
 import { kKeyStep, listenForTool, type Tool } from "./tool-input";
 import type { Batch, News, Order, Vector } from "./worker";
@@ -16,7 +18,7 @@ import { millimetres, quantity } from "./words";
 const kStates = ["in the air", "sticks", "slides", "touches"];
 const kHelp =
   "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
-  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. ";
+  "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. A gamepad works, too. ";
 const kDeforms = "The surface moves as the engine shows it; its error is stated above.";
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
@@ -29,6 +31,8 @@ export class Poke implements Tool {
   private readonly ball_m: number;
   private readonly fullForce_N: number;
   private place: Place | undefined;
+  /** A batch that no frame has shown yet. */
+  private latest: Batch | undefined;
   isPressed = false;
   /** Of the last touch. */
   private isBlended = true;
@@ -36,7 +40,8 @@ export class Poke implements Tool {
   private readonly depthText = html("output", {});
   private readonly values = new Map<string, HTMLElement>();
   private readonly graph: ForceGraph;
-  private readonly message = html("p", { class: "small", "aria-live": "polite" });
+  private readonly sound: ForceSound;
+  private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
   private readonly pokeBox: HTMLInputElement;
   private readonly blendBox: HTMLInputElement;
@@ -49,8 +54,9 @@ export class Poke implements Tool {
     this.range_m = contents.asset?.range_m ?? 0.01;
     const radius = contents.probe?.shape === "sphere" ? contents.probe.values.radius?.[0] : undefined;
     this.ball_m = radius ?? 0;
-    this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1e-9;
+    this.fullForce_N = largest(floats(contents.maps?.force_N)) || 1; // of an asset alone nothing is known
     this.graph = new ForceGraph(0.1 * this.fullForce_N);
+    this.sound = new ForceSound(this.fullForce_N);
     this.depth = html("input", {
       type: "range",
       id: "poke-depth",
@@ -78,6 +84,7 @@ export class Poke implements Tool {
       html("label", { class: "switch" }, this.pokeBox, " Poke: the pointer is the tool"),
       html("label", {}, "Depth ", this.depth, " ", this.depthText),
       html("label", {}, this.blendBox, " interpolate (off: each facet by itself, which clicks)"),
+      this.sound.element,
       this.graph.canvas,
       html("p", { class: "legend" }, swatch("normal", seriesColour(0)), swatch("lateral force [N]", seriesColour(1))),
       html(
@@ -109,6 +116,9 @@ export class Poke implements Tool {
     this.showDepth();
     this.open(engine);
     listenForTool(view, this);
+    listenForGamepad(view, this, (sentence) => {
+      this.message.textContent = sentence;
+    });
   }
 
   private order(order: Order, transfer: Transferable[] = []): void {
@@ -141,7 +151,7 @@ export class Poke implements Tool {
     else if (news.news === "ready") {
       this.panel.dataset.ready = "yes";
       this.help.textContent = kHelp + (news.deforms ? kDeforms : kAtRest);
-    } else if (news.news === "batch") this.show(news.batch);
+    } else if (news.news === "batch") this.take(news.batch);
     else if (news.news === "measured")
       this.message.textContent = news.ticks_per_s
         ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
@@ -243,22 +253,36 @@ export class Poke implements Tool {
     this.follow();
   }
 
-  /** Moves the tool along the surface by shares of the range, as the screen has right and up. */
-  moveBy(right: number, up: number): void {
+  moveBy(right: number, up: number, share = kKeyStep): void {
     if (!this.place) return;
     const [x, y] = this.view.screenAxes();
     const way = x.multiplyScalar(right).addScaledVector(y, up);
     way.addScaledVector(this.place.outward, -way.dot(this.place.outward));
-    const to = this.place.position.clone().addScaledVector(way.normalize(), kKeyStep * this.range_m);
+    const to = this.place.position.clone().addScaledVector(way.normalize(), share * this.range_m);
     const next = this.view.beside(to, this.place.outward);
     if (!next) return;
     this.place = next;
     this.follow();
+    if (!this.isPressed) this.view.showTool(next.position, next.outward, this.ball_m, new Vector3(), this.fullForce_N);
+  }
+
+  /** Ticks are heard and remembered as they come; what is seen follows once a frame. */
+  private take(batch: Batch): void {
+    this.sound.play(batch);
+    this.graph.add(batch.pressing_N, batch.sliding_N);
+    const before = this.latest;
+    batch.displacement ??= before?.displacement;
+    batch.slid ||= before?.slid ?? false;
+    this.latest = batch;
+    this.view.inFrame(() => {
+      this.latest = undefined;
+      this.show(batch);
+    });
   }
 
   private show(batch: Batch): void {
     const a = batch.answer;
-    this.graph.add(batch.pressing_N, batch.sliding_N);
+    this.graph.draw();
     const force = new Vector3().fromArray(a, Answer.force_N);
     const last = batch.pressing_N.length - 1;
     const state = a[Answer.state];

@@ -3,7 +3,7 @@
 import { seriesColour } from "./colours";
 import { type Contents, type ErrorFigures, floats, type Statement, vector } from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
-import { type Bar, bars, errorPlot } from "./plot";
+import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
 import { counted, percent, plain, quantity } from "./words";
 
 export function verdict(contents: Contents): string {
@@ -89,6 +89,34 @@ function scatter(contents: Contents): HTMLElement | undefined {
   );
 }
 
+/** What a round's new test points were off by, over the points that predicted them. */
+function costPlot(contents: Contents): HTMLElement | undefined {
+  const placement = contents.placement;
+  if (!placement) return undefined;
+  const lines: [string, number[]][] = [
+    ["median", placement.median_rel],
+    ["95th percentile", placement.p95_rel],
+  ];
+  const most = Math.max(...placement.points);
+  const jnd = contents.jnd.share;
+  return figure(
+    "Error against cost: new test points, predicted from those before",
+    plot(
+      "Error of the prediction at new test points over the number of test points",
+      { label: "test points that predicted", min: 0, max: 1.04 * most },
+      { label: "error [%]", scale: 100, min: 0 },
+      [
+        { kind: "line", look: "jnd", x: [0, 1.04 * most], y: [jnd, jnd] },
+        ...lines.flatMap(([, y], k): Series[] => [
+          { kind: "line", colour: seriesColour(k), x: placement.points, y },
+          { kind: "dots", colour: seriesColour(k), x: placement.points, y },
+        ]),
+      ],
+    ),
+    html("p", { class: "legend" }, ...lines.map(([name], k) => swatch(name, seriesColour(k)))),
+  );
+}
+
 export function statementSection(contents: Contents): HTMLElement {
   const out = section("error", "How wrong it is");
   const s = contents.statement;
@@ -107,6 +135,8 @@ export function statementSection(contents: Contents): HTMLElement {
   ] as [string, Record<string, ErrorFigures>][])
     if (Object.keys(errors).length)
       pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
+  const cost = costPlot(contents);
+  if (cost) pictures.append(cost);
   out.append(
     pictures,
     html(

@@ -5,16 +5,18 @@ import {
   BufferGeometry,
   Color,
   DoubleSide,
+  DynamicDrawUsage,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
-  type Raycaster,
+  type Ray,
   SRGBColorSpace,
   Vector3,
 } from "three";
 import { kUncovered, viridis } from "./colours";
-import { type Contents, floats, integers, nearest, vector } from "./contents";
+import { type Contents, floats, integers, nearest } from "./contents";
 import type { PlaceCurve } from "./curves";
+import { fillNormals, Picker } from "./picking";
 
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
 
@@ -37,29 +39,30 @@ export class BodySurface {
   readonly covered: Int32Array;
   /** Its edges, which show how it bends; seen while it is moved. */
   private readonly wires: Mesh<BufferGeometry, MeshBasicMaterial>;
-  /** As it rests: what rays meet, whatever a tool does to the body. */
-  private readonly rest: Mesh<BufferGeometry, MeshBasicMaterial>;
+  /** At rest [m], three numbers a vertex: what rays meet, whatever a tool does to the body. */
+  readonly vertices: Float32Array;
+  private readonly index: Uint32Array<ArrayBuffer>;
+  private readonly picker: Picker;
   /** As `Contents.maps` has them, read once. */
   private readonly maps: Record<MapName, Float32Array>;
 
   constructor(private readonly contents: Contents) {
     const surface = contents.surface;
     if (!surface) throw new Error("There is no surface.");
-    const vertices = floats(surface.vertices_m);
-    const index = new BufferAttribute(new Uint32Array(integers(surface.triangles).buffer), 1);
-    const made = (positions: Float32Array) => {
-      const geometry = new BufferGeometry();
-      geometry.setAttribute("position", new BufferAttribute(positions, 3));
-      geometry.setIndex(index);
-      geometry.computeBoundingSphere();
-      return geometry;
-    };
-    const geometry = made(vertices.slice());
-    geometry.computeVertexNormals();
+    this.vertices = floats(surface.vertices_m);
+    this.index = new Uint32Array(integers(surface.triangles).buffer);
+    this.picker = new Picker(this.vertices, this.index);
+    const moving = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", moving(this.vertices.slice()));
+    geometry.setAttribute("normal", moving(new Float32Array(this.vertices.length)));
+    geometry.setIndex(new BufferAttribute(this.index, 1));
+    geometry.computeBoundingSphere();
+    fillNormals(this.vertices, this.index, geometry.getAttribute("normal").array as Float32Array);
     this.normals = surface.inward_normal
       ? floats(surface.inward_normal).map((v) => -v)
       : (geometry.getAttribute("normal").array as Float32Array).slice();
-    geometry.setAttribute("color", new BufferAttribute(new Float32Array(vertices.length), 3));
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(this.vertices.length), 3));
     this.mesh = new Mesh(
       geometry,
       new MeshLambertMaterial({
@@ -76,7 +79,6 @@ export class BodySurface {
     );
     this.wires.visible = false;
     this.mesh.add(this.wires);
-    this.rest = new Mesh(made(vertices), new MeshBasicMaterial({ side: DoubleSide }));
     this.covered = integers(contents.maps?.vertices);
     this.maps = {
       stiffness_N_m: floats(contents.maps?.stiffness_N_m),
@@ -85,41 +87,47 @@ export class BodySurface {
     };
   }
 
-  /** At rest [m], three numbers a vertex. */
-  get vertices(): Float32Array {
-    return this.rest.geometry.getAttribute("position").array as Float32Array;
-  }
-
   /** Moves the vertices by three numbers each [m], none: to rest. Returns the one that moves most, where it is now. */
   deform(displacement: Float32Array | undefined): { by_m: number; at: Vector3 } {
-    const attribute = this.mesh.geometry.getAttribute("position") as BufferAttribute;
-    const at = attribute.array as Float32Array;
+    const [position, normal] = ["position", "normal"].map(
+      (name) => this.mesh.geometry.getAttribute(name) as BufferAttribute,
+    );
+    const at = position.array as Float32Array;
     const rest = this.vertices;
-    if (displacement?.length === rest.length) for (let i = 0; i < at.length; ++i) at[i] = rest[i] + displacement[i];
+    let [most, squared] = [0, 0];
+    if (displacement?.length === rest.length)
+      for (let i = 0; i < at.length; i += 3) {
+        const x = displacement[i];
+        const y = displacement[i + 1];
+        const z = displacement[i + 2];
+        at[i] = rest[i] + x;
+        at[i + 1] = rest[i + 1] + y;
+        at[i + 2] = rest[i + 2] + z;
+        const here = x * x + y * y + z * z;
+        if (here > squared) {
+          most = i;
+          squared = here;
+        }
+      }
     else at.set(rest);
     this.wires.visible = displacement !== undefined;
-    attribute.needsUpdate = true;
-    this.mesh.geometry.computeVertexNormals();
-    let [most, squared] = [0, 0];
-    for (let v = 0; v < at.length / 3; ++v) {
-      const [x, y, z] = vector(at, v);
-      const [a, b, c] = vector(rest, v);
-      const here = (x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2;
-      if (here > squared) [most, squared] = [v, here];
-    }
-    return { by_m: Math.sqrt(squared), at: new Vector3(...vector(at, most)) };
+    fillNormals(at, this.index, normal.array as Float32Array);
+    position.needsUpdate = true;
+    normal.needsUpdate = true;
+    return { by_m: Math.sqrt(squared), at: new Vector3().fromArray(at, most) };
   }
 
   /** Where a ray meets the resting surface first. */
-  hit(caster: Raycaster): Place | undefined {
-    const hit = caster.intersectObject(this.rest)[0];
-    if (!hit?.face || !hit.barycoord) return undefined;
+  hit(ray: Ray): Place | undefined {
+    const hit = this.picker.hit(ray);
+    if (!hit) return undefined;
     const outward = new Vector3();
-    [hit.face.a, hit.face.b, hit.face.c].forEach((v, k) => {
-      outward.addScaledVector(new Vector3(...vector(this.normals, v)), hit.barycoord?.getComponent(k) ?? 0);
-    });
-    if (outward.lengthSq() < 1e-12) outward.copy(hit.face.normal);
-    return { position: hit.point, outward: outward.normalize() };
+    for (let k = 0; k < 3; ++k)
+      outward.addScaledVector(
+        new Vector3().fromArray(this.normals, 3 * this.index[3 * hit.triangle + k]),
+        hit.weights.getComponent(k),
+      );
+    return { position: hit.position, outward: outward.normalize() };
   }
 
   /** Values of a map at each covered vertex, between the depths that are stored. */

@@ -16,8 +16,8 @@ export interface Tool {
   drag(place: Place | undefined): void;
   lift(): void;
   setDepth(depth_m: number): void;
-  /** By key steps along the surface, as the screen has right and up. */
-  moveBy(right: number, up: number): void;
+  /** Along the surface, as the screen has right and up, by a share of the range; not given: a key's. */
+  moveBy(right: number, up: number, share?: number): void;
 }
 
 export function listenForTool(view: BodyView, tool: Tool): void {

@@ -3,3 +3,9 @@ declare module "worker-source" {
   const text: string;
   export default text;
 }
+
+// A table of the C++ program as text.
+declare module "*.inc" {
+  const text: string;
+  export default text;
+}

@@ -38,13 +38,14 @@ const kRate_Hz = 1000;
 const kSlip = 2; // PALPATE_SLIP
 const kMaxDue = 100; // after a pause the tool goes on where it stood
 const kNews_ms = 15;
-const kNearing = 0.04; // of the way that is left, a tick: 25 ms until the tool has followed
+const kNearing = 0.08; // of the way that is left, a tick, twice: 25 ms until the tool has followed, without a jerk
 const kDeformShare = 0.3; // of the time: large bodies are drawn less often than forces are told
 const kRecorded = 600 * kRate_Hz; // ticks; ten minutes
 
 let engine: Engine;
 let step_m = 0;
 let tip: Vector = [0, 0, 0];
+let lead: Vector = [0, 0, 0]; // on the way to the target, ahead of the tip
 let target: Vector = [0, 0, 0];
 let started_ms = 0;
 let done = 0;
@@ -64,10 +65,11 @@ let timer: ReturnType<typeof setTimeout> | undefined;
 const say = (news: News, transfer: Transferable[] = []) => postMessage(news, { transfer });
 
 function tick(): void {
-  const way = target.map((t, k) => t - tip[k]);
+  const way = target.map((t, k) => t - lead[k]);
   const length = Math.hypot(...way);
   const share = length > 0 ? Math.min(Math.max(kNearing, 1e-6 / length), step_m / length, 1) : 0;
-  tip = tip.map((v, k) => v + share * way[k]) as Vector;
+  lead = lead.map((v, k) => v + share * way[k]) as Vector;
+  tip = tip.map((v, k) => v + kNearing * (lead[k] - v)) as Vector;
   engine.tick(...tip);
   const a = engine.answer();
   const force = vector(a.subarray(Answer.force_N), 0);
@@ -141,7 +143,7 @@ function begin(from: Vector, to: Vector, interpolates: boolean): void {
   engine.start(interpolates);
   recorded = 0;
   stood = "";
-  [tip, target] = [from, to];
+  [tip, lead, target] = [from, from, to];
   if (timer !== undefined) return;
   [started_ms, done, rate] = [performance.now(), 0, []];
   run();

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "tests/tools/block_scene.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools::testing_support {
+
+/// One run of the block for all tests. ctest starts a process for each: the run stays in the build
+/// folder, where `palpate run` finds it up to date.
+class KeptRun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    const fs::path kept = PALPATE_RUN_DIR;
+    fs::create_directories(kept);
+    const int lock = open((kept / "lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    ASSERT_EQ(flock(lock, LOCK_EX), 0);
+    std::ofstream(kept / "scene.toml") << kScene;
+    std::ofstream(kept / "block.off") << block_off(8);
+    const Outcome run = palpate(
+        *folder_, "run " + (kept / "scene.toml").string() + " -o " + (kept / "out").string());
+    if (run.status == 0) fs::copy(kept / "out", *folder_ / "out", fs::copy_options::recursive);
+    close(lock);
+    ASSERT_EQ(run.status, 0) << run.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
+
+  static Folder* folder_;
+};
+inline Folder* KeptRun::folder_ = nullptr;
+
+}  // namespace palpate::tools::testing_support
