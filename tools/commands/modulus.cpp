@@ -21,8 +21,8 @@ using namespace recordings;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFairDeviation = 0.1, kPoorDeviation = 0.3;  // of the modulus
-constexpr double kMuchBetter = 10;    // bic by which a free exponent beats the tip's models
-constexpr double kWorthSaying = 0.2;  // of the exponent
+constexpr double kMuchBetter = 10;  // bic by which a free exponent beats the tip's models
+constexpr double kOtherExponent = 0.2, kNoSuchExponent = 1;  // off the tip's own
 constexpr std::array<const char*, 3> kGrades{"good", "fair", "poor"};
 constexpr std::array<std::string_view, 19> kColumns{"file",       "point",
                                                     "x_m",        "y_m",
@@ -58,7 +58,7 @@ void put(CsvWriter& csv, double value) {
 }
 
 // One recording, or an item that gave none.
-struct Row {
+struct ModulusRow {
   std::string file, point;
   std::optional<Vec3> position_m;
   Indentation press;
@@ -105,9 +105,9 @@ class Modulus final : public Command {
     if (manifest.motion) batch.body_from_rig = manifest.motion->rotation;
     const auto results = run_batch(manifest.items, batch, progress.progress());
     if (progress.progress().stopped()) throw Interrupted("modulus: nothing was written");
-    std::vector<Row> rows = rows_of(manifest, results);
+    std::vector<ModulusRow> rows = rows_of(manifest, results);
     std::vector<ModelFitTask> tasks;
-    for (const Row& row : rows) tasks.push_back({&row.travel_m, &row.push_N, row.press, {}});
+    for (const ModulusRow& row : rows) tasks.push_back({&row.travel_m, &row.push_N, row.press, {}});
     std::size_t at = 0;
     for (std::size_t i = 0; i < results.size(); ++i)
       for (std::size_t k = 0; k < std::max<std::size_t>(1, results[i].recordings.size()); ++k)
@@ -152,9 +152,9 @@ class Modulus final : public Command {
     return options;
   }
 
-  static std::vector<Row> rows_of(const Manifest& manifest,
-                                  const std::vector<ItemResult>& results) {
-    std::vector<Row> rows;
+  static std::vector<ModulusRow> rows_of(const Manifest& manifest,
+                                         const std::vector<ItemResult>& results) {
+    std::vector<ModulusRow> rows;
     for (std::size_t i = 0; i < results.size(); ++i) {
       const BatchItem& item = manifest.items[i];
       if (const auto& failure = results[i].failure) {
@@ -165,7 +165,7 @@ class Modulus final : public Command {
         continue;
       }
       for (const Conditioned& r : results[i].recordings) {
-        Row row;
+        ModulusRow row;
         row.file = item.shown + (r.name.empty() ? "" : "#" + r.name);
         row.point = point_of(item, r);
         if (item.position_m)
@@ -183,7 +183,7 @@ class Modulus final : public Command {
     return rows;
   }
 
-  static void judge(Row& row) {
+  static void judge(ModulusRow& row) {
     if (row.is_refused) return;
     const auto note = [&](int least, const std::string& reason) {
       row.grade = std::max(row.grade, least);
@@ -208,16 +208,16 @@ class Modulus final : public Command {
     const double tip_exponent = row.press.tip == Tip::sphere ? 1.5
                                 : row.press.tip == Tip::flat ? 1.0
                                                              : 2.0;
-    if (!last.model->law && last.bic + kMuchBetter < fit.bic &&
-        std::abs(last.exponent - tip_exponent) > kWorthSaying)
-      note(0, fmt::format("the force rises as depth to the {:.2f} +- {:.2g}, the tip's models have "
-                          "{}",
-                          last.exponent, last.exponent_deviation, tip_exponent));
+    const double off = std::abs(last.exponent - tip_exponent);
+    if (!last.model->law && last.bic + kMuchBetter < fit.bic && off > kOtherExponent)
+      note(off > kNoSuchExponent ? 2 : 1,
+           fmt::format("the force rises as depth to the {:.2f} +- {:.2g}, the tip's models have {}",
+                       last.exponent, last.exponent_deviation, tip_exponent));
   }
 
-  void write_all(const std::vector<Row>& rows) const {
+  void write_all(const std::vector<ModulusRow>& rows) const {
     CsvWriter csv(output_, kColumns), models(beside(".models.csv"), kModelColumns);
-    for (const Row& row : rows) {
+    for (const ModulusRow& row : rows) {
       ModelFit none;
       for (double* value :
            {&none.young_Pa, &none.young_deviation_Pa, &none.contact_m, &none.contact_deviation_m,
@@ -255,13 +255,13 @@ class Modulus final : public Command {
     write_pictures(rows);
   }
 
-  void write_pictures(const std::vector<Row>& rows) const {
+  void write_pictures(const std::vector<ModulusRow>& rows) const {
     std::vector<ModulusPicture> pictures;
     Surface cloud;
     std::vector<double> young, deviation, depth;
     std::vector<char> grade;
     std::vector<Vec3> places;
-    for (const Row& row : rows) {
+    for (const ModulusRow& row : rows) {
       ModulusPicture p{.name = row.file,
                        .point = row.point,
                        .model = {},
@@ -298,7 +298,7 @@ class Modulus final : public Command {
     write_file_atomically(beside(".vtu"), vtu.text(cloud, "young_Pa"));
   }
 
-  static std::string grade_of(const Row& row) {
+  static std::string grade_of(const ModulusRow& row) {
     return row.is_refused ? "refused" : kGrades[static_cast<std::size_t>(row.grade)];
   }
 
@@ -308,10 +308,10 @@ class Modulus final : public Command {
     return output.parent_path() / (output.stem().string() + extension);
   }
 
-  void report(const std::vector<Row>& rows) const {
+  void report(const std::vector<ModulusRow>& rows) const {
     constexpr std::size_t kListed = 20;
     std::size_t shown = 0;
-    for (const Row& row : rows) {
+    for (const ModulusRow& row : rows) {
       if (++shown > kListed) break;
       if (!row.best) {
         say_failed("  {}: {}: {}", row.file, grade_of(row), listed(row.reasons, "; "));

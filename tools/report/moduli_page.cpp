@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
-#include "libfit/core/text.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/svg_plot.hpp"
 
 namespace palpate::tools {
 namespace {
 
-constexpr int kWidth = 380, kHeight = 200, kLeft = 60, kRest = 50;  // of a plot; of what is left
-constexpr Eigen::Index kShown = 300;                                // readings of a plot
+constexpr int kWidth = 380, kHeight = 275;  // of a plot [pt]
+constexpr Eigen::Index kShown = 300;        // readings of a plot
 constexpr std::array<const char*, 4> kGrades{"refused", "poor", "fair", "good"};
 constexpr std::array<const char*, 4> kColours{"#b00020", "#d9480f", "#b08900", "#2b8a3e"};
 
@@ -22,76 +23,74 @@ std::size_t rank(const ModulusPicture& p) {
   return static_cast<std::size_t>(std::min(at - kGrades.begin(), std::ptrdiff_t{3}));
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
+constexpr std::array kPrefixes{"f", "p", "n", "µ", "m", "", "k", "M", "G", "T"};
+
+// Powers of a thousand of the prefix that suits a value.
+int prefix_of(double value) {
+  if (!(std::abs(value) > 0)) return 0;
+  return std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value)) / 3)), -5, 4);
 }
 
-// A number with a prefix, such as "1.2 k" for kilo.
+// A number with a prefix, such as "1.2 kPa".
 std::string prefixed(double value, const char* unit) {
   if (!std::isfinite(value)) return "unknown";
-  if (value == 0) return fmt::format("0 {}", unit);
-  static constexpr std::array kPrefixes{"f", "p", "n", "µ", "m", "", "k", "M", "G", "T"};
-  const int k = std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value)) / 3)), -5, 4);
+  const int k = prefix_of(value);
   return fmt::format("{:.4g} {}{}", value / std::pow(1e3, k),
                      kPrefixes[static_cast<std::size_t>(k + 5)], unit);
 }
 
-// Places of a plot from quantities, both axes linear.
-struct Axes {
-  double x0, x1, y0, y1;
-  double top, height;
-  double x(double v) const { return kLeft + (v - x0) / (x1 - x0) * (kWidth - kLeft - 8); }
-  double y(double v) const { return top + height - (v - y0) / (y1 - y0) * height; }
+// "nN" and 1e9 for values about nanonewtons.
+struct Scale {
+  std::string unit;
+  double factor = 1;
 };
-
-Axes axes_of(const Eigen::VectorXd& x, double y0, double y1, double top, double height) {
-  if (!(y1 > y0)) y0 -= 1e-30, y1 += 1e-30;
-  return {x.minCoeff(), std::max(x.maxCoeff(), x.minCoeff() + 1e-30), y0, y1, top, height};
+Scale scale_of(double largest, const char* unit) {
+  const int k = prefix_of(largest);
+  return {kPrefixes[static_cast<std::size_t>(k + 5)] + std::string(unit), std::pow(1e3, -k)};
 }
 
+// Readings, contact point and model above; what the model leaves below. Of long free travel twice
+// the press is shown.
 std::string plot(const ModulusPicture& p) {
-  const Eigen::Index stride = std::max<Eigen::Index>(1, p.travel_m.size() / kShown);
-  const Axes force = axes_of(p.travel_m, p.push_N.minCoeff(), p.push_N.maxCoeff(), 8, kHeight - 16);
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(p.travel_m.size());
-  if (p.fitted_N.size() == left.size())
-    left = (p.push_N - p.fitted_N).array().isFinite().select(p.push_N - p.fitted_N, 0.0);
-  const double most = left.cwiseAbs().maxCoeff();
-  const Axes rest = axes_of(p.travel_m, -most, most, kHeight, kRest);
-  std::string dots, line, rests;
-  for (Eigen::Index i = 0; i < p.travel_m.size(); i += stride) {
-    const double x = force.x(p.travel_m[i]);
-    dots += fmt::format("M{:.1f} {:.1f}h.01", x, force.y(p.push_N[i]));
-    rests += fmt::format("M{:.1f} {:.1f}h.01", x, rest.y(left[i]));
-    if (p.fitted_N.size() == left.size() && std::isfinite(p.fitted_N[i]))
-      line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, force.y(p.fitted_N[i]));
+  const Eigen::Index n = p.travel_m.size();
+  const double last_m = p.travel_m.maxCoeff(),
+               from_m = p.model.empty() ? p.travel_m.minCoeff()
+                                        : p.contact_m - 2 * (last_m - p.contact_m);
+  const Eigen::Index shown = (p.travel_m.array() >= from_m).count(),
+                     stride = std::max<Eigen::Index>(1, shown / kShown);
+  const Scale x = scale_of(p.travel_m.cwiseAbs().maxCoeff(), "m"),
+              y = scale_of(p.push_N.cwiseAbs().maxCoeff(), "N");
+  std::vector<double> travel, push, at, fitted, left;
+  for (Eigen::Index i = 0; i < n; i += stride) {
+    if (p.travel_m[i] < from_m) continue;
+    travel.push_back(p.travel_m[i] * x.factor), push.push_back(p.push_N[i] * y.factor);
+    if (p.fitted_N.size() != n || !std::isfinite(p.fitted_N[i])) continue;
+    at.push_back(travel.back()), fitted.push_back(p.fitted_N[i] * y.factor);
+    left.push_back(push.back() - fitted.back());
   }
-  std::string svg = fmt::format(
-      "<svg viewBox='0 0 {} {}' width='{}' stroke-linecap='round' fill='none' font-size='10'>",
-      kWidth, kHeight + kRest + 18, kWidth);
-  if (!p.model.empty()) {
-    const double x = force.x(p.contact_m);
-    const double half = std::max(1., force.x(p.contact_m + p.contact_deviation_m) - x);
-    svg += fmt::format(
-        "<rect x='{:.1f}' y='8' width='{:.1f}' height='{}' fill='#1c7ed6' opacity='.25'/>",
-        std::max<double>(kLeft, x - half), std::min<double>(2 * half, kWidth - kLeft),
-        kHeight - 16);
-  }
-  svg += fmt::format("<path d='{}' stroke='#555' stroke-width='2'/>", dots);
-  svg += fmt::format("<path d='{}' stroke='#e8590c' stroke-width='1.5'/>", line);
-  svg += fmt::format("<path d='{}' stroke='#868e96' stroke-width='1.5'/>", rests);
-  const auto label = [&](double x, double y, const char* anchor, const std::string& text) {
-    svg += fmt::format("<text x='{:.0f}' y='{:.0f}' text-anchor='{}' fill='currentColor'>{}</text>",
-                       x, y, anchor, text);
+  const auto range = [](const std::vector<double>& v, std::string label, bool has_ticks = true) {
+    const auto [low, high] = std::ranges::minmax(v);
+    const double margin = std::max(0.02 * (high - low), 1e-12);
+    return Axis{std::move(label), low - margin, high + margin, has_ticks};
   };
-  label(kLeft - 4, 16, "end", prefixed(force.y1, "N"));
-  label(kLeft - 4, kHeight - 8, "end", prefixed(force.y0, "N"));
-  label(kLeft - 4, kHeight + 12, "end", "±" + prefixed(most, "N"));
-  label(kLeft, kHeight + kRest + 14, "start", prefixed(force.x0, "m"));
-  label(kWidth - 8, kHeight + kRest + 14, "end", prefixed(force.x1, "m"));
-  return svg + "</svg>";
+  Svg svg(kWidth, kHeight, p.name);
+  const Axis across = range(travel, "", false), up = range(push, "force, " + y.unit);
+  Plot press(svg, 52, 8, kWidth - 8, 180, across, up);
+  if (!at.empty()) {
+    const double c = p.contact_m * x.factor;
+    const double half =
+        std::max(p.contact_deviation_m * x.factor, 2e-3 * (across.high - across.low));
+    press.band({std::max(across.low, c - half), std::min(across.high, c + half)}, {up.low, up.low},
+               {up.high, up.high}, "fill=\"#56b4e9\" fill-opacity=\"0.4\"");
+  }
+  press.marks("readings", travel, push, kMarkers[0], "fill=\"#888888\" stroke=\"none\"");
+  if (!at.empty()) {
+    press.line(at, fitted, "stroke=\"#d55e00\" stroke-width=\"1.5\"");
+    Plot rest(svg, 52, 188, kWidth - 8, 240, range(travel, "travel, " + x.unit),
+              range(left, "left"));
+    rest.marks("residuals", at, left, kMarkers[0], "fill=\"#888888\" stroke=\"none\"");
+  }
+  return svg.str();
 }
 
 // A colour between blue and yellow for 0 to 1.
@@ -147,7 +146,7 @@ std::string moduli_page(const std::string& title, std::vector<ModulusPicture> pi
                      escaped(title) +
                      "</title><style>body{font:14px sans-serif;margin:"
                      "1em;color-scheme:light dark}section{display:inline-block;vertical-align:top;"
-                     "width:400px;margin:6px}b{font-weight:600}p{margin:2px 0}</style><h1>" +
+                     "width:520px;margin:6px}b{font-weight:600}p{margin:2px 0}</style><h1>" +
                      escaped(title) + "</h1>";
   std::array<std::size_t, 4> count{};
   for (const auto& p : pictures) ++count[rank(p)];
@@ -161,7 +160,9 @@ std::string moduli_page(const std::string& title, std::vector<ModulusPicture> pi
   page += "<h2>Recordings</h2>";
   for (const auto& p : pictures) {
     page += fmt::format("<section><p><b>{}</b> {} <span style='color:{}'>{}</span></p>",
-                        escaped(p.name), escaped(p.point), kColours[rank(p)], p.grade);
+                        escaped(p.name),
+                        p.name.find(p.point) == std::string::npos ? escaped(p.point) : "",
+                        kColours[rank(p)], p.grade);
     if (!p.model.empty())
       page += fmt::format("<p>{}: E = {} ± {}; contact {} ± {}</p>", p.model,
                           prefixed(p.young_Pa, "Pa"), prefixed(p.young_deviation_Pa, "Pa"),

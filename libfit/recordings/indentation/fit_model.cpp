@@ -31,7 +31,7 @@ double square(double x) { return x * x; }
 
 // A curve in units of its range and rise; unknowns are contact, amplitude, level, and where asked
 // for exponent and slope.
-struct Problem {
+struct ModelProblem {
   Eigen::VectorXd x, y;
   double range_m = 1, rise_N = 1, first_m = 0, base_N = 0;
   ModelLaw law;  // empty: power law
@@ -39,11 +39,11 @@ struct Problem {
   bool has_slope = false;
   std::optional<double> contact;
 
-  // Shape at a scaled depth, 1 at about full depth; by depth and by exponent.
-  struct Shape {
+  // ShapeValue at a scaled depth, 1 at about full depth; by depth and by exponent.
+  struct ShapeValue {
     double value = 0, by_depth = 0, by_exponent = 0;
   };
-  Shape shape(double depth, double exponent) const {
+  ShapeValue shape(double depth, double exponent) const {
     if (!(depth > 0)) return {};
     if (law) {
       const ModelForce f = law(depth * range_m);
@@ -83,7 +83,7 @@ using Unknowns = Eigen::Matrix<double, 5, 1>;
 
 class Residuals final : public ceres::CostFunction {
  public:
-  explicit Residuals(const Problem& problem) : problem_(problem) {
+  explicit Residuals(const ModelProblem& problem) : problem_(problem) {
     set_num_residuals(static_cast<int>(problem.x.size()));
     mutable_parameter_block_sizes()->push_back(5);
   }
@@ -104,12 +104,12 @@ class Residuals final : public ceres::CostFunction {
   }
 
  private:
-  const Problem& problem_;
+  const ModelProblem& problem_;
 };
 
 // Unknowns to start from: the best of trial contact points that lie denser towards the end, since a
 // press may be a small part of the travel.
-std::optional<Unknowns> start_of(const Problem& p) {
+std::optional<Unknowns> start_of(const ModelProblem& p) {
   const Eigen::Index stride = std::max<Eigen::Index>(1, p.x.size() / kScanRows);
   std::vector<double> trial;
   if (p.contact) {
@@ -157,7 +157,7 @@ double correlation_time(const Eigen::VectorXd& left) {
 }
 
 // Root mean square of means of residuals over parts of the depth, less what noise leaves in them.
-double misfit_of(const Problem& p, const Eigen::VectorXd& left, double contact) {
+double misfit_of(const ModelProblem& p, const Eigen::VectorXd& left, double contact) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(kParts), count = sum;
   double noise = 0;
   for (Eigen::Index i = 1; i < left.size(); ++i) {
@@ -174,14 +174,14 @@ double misfit_of(const Problem& p, const Eigen::VectorXd& left, double contact) 
   return std::sqrt(std::max(0., squares / std::max(1, parts)));
 }
 
-struct Solved {
+struct SolvedModel {
   ModelFit fit;
   double squares = 0, correlation_time = 1;
   Eigen::Index unknowns = 0;
 };
 
-std::optional<Solved> solve(const Problem& p, const IndentationModel& model,
-                            const Indentation& press) {
+std::optional<SolvedModel> solve(const ModelProblem& p, const IndentationModel& model,
+                                 const Indentation& press) {
   auto start = start_of(p);
   if (!start) return std::nullopt;
   Unknowns u = *start;
@@ -216,7 +216,7 @@ std::optional<Solved> solve(const Problem& p, const IndentationModel& model,
   for (int k = 0; k < 5; ++k)
     if (std::ranges::find(fixed, k) == fixed.end()) free.push_back(k);
   const Eigen::MatrixXd columns = all(Eigen::all, free);
-  Solved out;
+  SolvedModel out;
   out.unknowns = static_cast<Eigen::Index>(free.size());
   out.squares = left.squaredNorm();
   out.correlation_time = correlation_time(left);
@@ -261,7 +261,7 @@ std::optional<Solved> solve(const Problem& p, const IndentationModel& model,
 std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::VectorXd& push_N,
                                  const Indentation& press, const std::vector<std::string>& names,
                                  const ModelFitOptions& options) {
-  Problem p;
+  ModelProblem p;
   Eigen::Index rows = travel_m.size();
   const double first_N = push_N.head(std::max<Eigen::Index>(1, rows / 10)).mean();
   if (options.force_share > 0 && options.force_share < 1) {
@@ -279,7 +279,7 @@ std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::V
   p.has_slope = options.has_slope;
   if (options.contact_m) p.contact = (*options.contact_m - p.first_m) / p.range_m;
 
-  std::vector<Solved> solved;
+  std::vector<SolvedModel> solved;
   for (const IndentationModel& model : indentation_models()) {
     if (!names.empty() && std::ranges::find(names, model.name) == names.end()) continue;
     if (!model.is_admissible(press)) continue;
@@ -294,16 +294,16 @@ std::vector<ModelFit> fit_models(const Eigen::VectorXd& travel_m, const Eigen::V
     if (auto found = solve(p, model, press)) solved.push_back(std::move(*found));
   }
   if (solved.empty()) return {};
-  const auto best = std::ranges::min_element(solved, {}, &Solved::squares);
+  const auto best = std::ranges::min_element(solved, {}, &SolvedModel::squares);
   const double readings = std::max(8., static_cast<double>(rows) / best->correlation_time);
   double least = kInfinity;
-  for (Solved& s : solved) {
+  for (SolvedModel& s : solved) {
     s.fit.bic = readings * std::log(std::max(s.squares, 1e-300)) +
                 static_cast<double>(s.unknowns) * std::log(readings);
     least = std::min(least, s.fit.bic);
   }
   std::vector<ModelFit> fits;
-  for (Solved& s : solved) {
+  for (SolvedModel& s : solved) {
     s.fit.bic -= least;
     fits.push_back(std::move(s.fit));
   }
