@@ -32,6 +32,7 @@ constexpr int kBarWidth = 28;
 }  // namespace
 
 void set_loudness(Loudness wanted) { loudness = wanted; }
+bool is_verbose() { return loudness == Loudness::verbose; }
 
 void say_line(Tone tone, const std::string& line) {
   static std::mutex mutex;

@@ -31,6 +31,7 @@ bool has_abandoned_work();
 /// What of it is shown: errors and failed items alone; all; all with the time since the start.
 enum class Loudness { quiet, normal, verbose };
 void set_loudness(Loudness loudness);
+bool is_verbose();
 
 /// What a line on stderr is. Warnings and failed items are remembered for --json; a failed item is
 /// shown whatever the loudness, as an error is.

@@ -6,12 +6,14 @@
 #include <regex>
 #include <set>
 
+#include "tests/support/afm_files.hpp"
 #include "tests/tools/block_scene.hpp"
 
 namespace palpate::tools {
 namespace {
 
 using namespace testing_support;
+namespace afm = palpate::testing_support;
 
 struct BadInput {
   const char* what;     ///< is wrong
@@ -39,6 +41,21 @@ BadInput in_manifest(const char* what, const std::string& manifest,
 }
 
 const std::string kManifest = press_manifest("a.csv");
+
+// A recording of an instrument that says itself what it holds.
+BadInput in_recording(const char* what, const std::string& file, const std::string& content,
+                      const std::string& keys = "") {
+  return {what,
+          "import bad.toml -o s.h5",
+          1,
+          {{"bad.toml", "[[recording]]\nfile = \"" + file + "\"\n" + keys}, {file, content}}};
+}
+
+afm::Parts jpk_without(const std::string& part) {
+  auto parts = afm::jpk_curve();
+  parts.erase(part);
+  return parts;
+}
 
 std::vector<BadInput> bad_inputs() {
   const std::string fixed = "fixed = [ { below = { axis = \"z\", at = \"1 mm\" } } ]\n";
@@ -169,6 +186,23 @@ std::vector<BadInput> bad_inputs() {
        "modulus bad.toml -o m.csv",
        1,
        {{"bad.toml", kManifest + "kind = \"path\"\n"}, {"a.csv", "t,d,F\n0,0,0\n"}}},
+      in_recording("a JPK file cut in the middle", "a.jpk-force",
+                   afm::zip_of(afm::jpk_curve()).substr(0, 3000)),
+      in_recording("a JPK file with a password", "a.jpk-force",
+                   afm::zip_of(afm::jpk_curve(), "secret")),
+      in_recording("a JPK file without a spring constant", "a.jpk-force",
+                   afm::zip_of(afm::jpk_curve(false))),
+      in_recording("a JPK file without its deflection", "a.jpk-force",
+                   afm::zip_of(jpk_without("segments/0/channels/vDeflection.dat"))),
+      in_recording("a zip file of something else", "a.zip", afm::zip_of({{"readme.txt", "a"}})),
+      in_recording("an Igor wave cut in the middle", "a.ibw", afm::igor_wave().substr(0, 5000)),
+      in_recording("a MATLAB file without the variable", "a.mat", afm::matlab_file(),
+                   "columns = { depth = \"z\", force = \"M(:,2)\" }\nforce_on = \"body\"\n"
+                   "units = { position = \"mm\", force = \"N\" }\n"),
+      in_recording("a unit that is none behind a column's name", "a.csv",
+                   "t_s,x_furlong,F_N\n0,0,0\n", "force_on = \"body\"\n"),
+      in_recording("a unit that is not the header's", "a.csv", "t_s,x_mm,F_N\n0,0,0\n",
+                   "force_on = \"body\"\nunits = { position = \"m\" }\n"),
       {"samples that are missing", "fit none.h5 -o c.h5"},
       {"a body where samples belong", "fit out/body.h5 -o c.h5"},
       {"samples cut in the middle", "fit cut.h5 -o c.h5"},

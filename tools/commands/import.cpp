@@ -1,9 +1,11 @@
 #include <malloc.h>
 
 #include <filesystem>
+#include <map>
 
 #include "libfem/mesh/read/read.hpp"
 #include "libfem/mesh/repair/mend.hpp"
+#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
@@ -124,6 +126,7 @@ class Import final : public Command {
       say("surface: residual {:.3g} mm rms, {:.3g} mm at most, after {} steps",
           1e3 * assembled.registration->rms_m, 1e3 * assembled.registration->largest_m,
           assembled.registration->iterations);
+    report_formats(manifest, results);
     report_distance(assembled);
     for (std::size_t i = 0; i < assembled.notes.size() && i < kListed; ++i)
       say("note: {}", assembled.notes[i]);
@@ -138,6 +141,20 @@ class Import final : public Command {
           beside(output_, ".csv").string());
     report_grades(assembled);
     (void)manifest;
+  }
+
+  // What the files were recognised as; with --verbose what was taken from each.
+  static void report_formats(const Manifest& manifest, const std::vector<ItemResult>& results) {
+    std::map<std::string, int> formats;
+    for (std::size_t i = 0; i < results.size(); ++i)
+      for (const Conditioned& r : results[i].recordings) {
+        ++formats[r.format];
+        if (is_verbose())
+          say("{}{}: {}; {}", manifest.items[i].shown, r.name.empty() ? "" : "#" + r.name, r.format,
+              listed(r.taken, "; "));
+      }
+    for (const auto& [format, count] : formats)
+      say("{} read as {}", counted(count, "recording", "recordings"), format);
   }
 
   static void report_distance(const Assembled& assembled) {

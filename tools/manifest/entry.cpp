@@ -153,10 +153,11 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   }
 }
 
-bool is_table_format(const importers::ReadSettings& read) {
+// Whether the manifest says what the columns are; files of some formats say it themselves.
+bool is_table(const importers::ReadSettings& read) {
   const auto& c = read.columns;
-  return read.format == "csv" || read.format == "hdf5" || read.format == "robot-palpation" ||
-         (read.format == "auto" && (!c.depth.empty() || !c.position.empty() || !c.force.empty()));
+  return read.format == "robot-palpation" || !c.depth.empty() || !c.position.empty() ||
+         !c.force.empty();
 }
 
 }  // namespace
@@ -204,12 +205,12 @@ void complete(const SceneTable& table, ManifestEntry& entry) {
   if (entry.file.empty())
     throw Error(table.where_table(), "[[recording]] has no file", "Add file = \"...\".");
   const auto& c = item.read.columns;
-  if (is_table_format(item.read)) {
+  item.read.is_force_on_tool = entry.is_force_on_tool;
+  if (is_table(item.read)) {
     if (!entry.is_force_on_tool)
       throw Error(
           table.where_table(), "force_on is missing: whose force the sensor reports",
           "Add force_on = \"tool\" (what the sensor feels) or \"body\" (what the body feels).");
-    item.read.is_force_on_tool = *entry.is_force_on_tool;
     if (item.read.format != "robot-palpation" &&
         (c.force.empty() || (c.depth.empty() && c.position.empty())))
       throw Error(

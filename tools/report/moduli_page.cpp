@@ -14,6 +14,7 @@ namespace palpate::tools {
 namespace {
 
 constexpr int kWidth = 380, kHeight = 275;  // of a plot [pt]
+constexpr double kLeastSpan = 1.1;          // of the map's colours, stiffest over softest
 constexpr Eigen::Index kShown = 300;        // readings of a plot
 constexpr std::array<const char*, 4> kGrades{"refused", "poor", "fair", "good"};
 constexpr std::array<const char*, 4> kColours{"#b00020", "#d9480f", "#b08900", "#2b8a3e"};
@@ -110,6 +111,7 @@ std::string map(const std::vector<ModulusPicture>& pictures) {
     low = low.cwiseMin(*p->position_m), high = high.cwiseMax(*p->position_m);
     soft = std::min(soft, p->young_Pa), stiff = std::max(stiff, p->young_Pa);
   }
+  stiff = std::max(stiff, kLeastSpan * soft);
   Eigen::Index across = 2;
   (high - low).minCoeff(&across);
   const Eigen::Index u = across == 0 ? 1 : 0, v = across == 2 ? 1 : 2;
@@ -118,7 +120,7 @@ std::string map(const std::vector<ModulusPicture>& pictures) {
   const double radius = std::clamp(180 / std::sqrt(static_cast<double>(placed.size())), 3., 24.);
   std::string svg = "<h2>Map</h2><svg viewBox='0 0 520 480' width='520' font-size='11'>";
   for (const auto* p : placed) {
-    const double t = stiff > soft ? std::log(p->young_Pa / soft) / std::log(stiff / soft) : 0.5;
+    const double t = std::log(p->young_Pa / soft) / std::log(stiff / soft);
     svg += fmt::format(
         "<circle cx='{:.1f}' cy='{:.1f}' r='{:.1f}' fill='{}' stroke='{}'><title>{}: {} ± {}, "
         "{}</title></circle>",

@@ -23,8 +23,8 @@ namespace {
 
 constexpr std::time_t kTick_s = 2;  // files that changed so lately may change again unseen
 
-// Of each recording of a file, where its contact is known by now; empty: of none.
-using KnownContacts = std::vector<std::optional<KnownContact>>;
+// Of the recordings of a file, by name, where their contacts are known by now.
+using KnownContacts = std::map<std::string, KnownContact>;
 
 // The recordings of one file's content.
 void condition_all(const BatchItem& item, const Mat3& body_from_rig, const KnownContacts& known,
@@ -32,20 +32,26 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
   const std::string content = importers::unpacked(item.file, std::move(bytes), item.read.max_bytes);
   std::optional<Vec3> inward;
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
-  SignalSettings signal = item.signal;
-  for (const auto& raw : importers::read_recordings(item.file, content, item.read)) {
-    if (!known.empty()) signal.known_contact = known.at(result.recordings.size());
-    result.recordings.push_back(
-        condition(raw, signal, inward, item.file.string(), item.read.drop_invalid));
-  }
+  const auto recordings = importers::read_recordings(item.file, content, item.read);
+  for (const auto& raw : recordings) try {
+      if (raw.unread) throw *raw.unread;
+      SignalSettings signal = item.signal;
+      if (const auto contact = known.find(raw.name); contact != known.end())
+        signal.known_contact = contact->second;
+      const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
+      result.recordings.push_back(condition(raw, signal, inward, shown, item.read.drop_invalid));
+    } catch (const Error& error) {
+      if (recordings.size() == 1) throw;
+      result.refused.push_back({raw.name, {error.where(), error.fact(), error.remedy()}});
+    }
 }
 
 // What decides an item's result but for the content of its file.
 ContentHash settings_of(const BatchItem& item, const BatchOptions& options,
                         const KnownContacts& known) {
   ContentHash hash;
-  for (const auto& contact : known)
-    hash.add(contact ? to_text(contact->travel_m) + " " + to_text(contact->deviation_m) : "none");
+  for (const auto& [name, contact] : known)
+    hash.add(name + " " + to_text(contact.travel_m) + " " + to_text(contact.deviation_m));
   hash.add(options.program).add(canonical(item));
   for (int k = 0; k < 9; ++k) hash.add(to_text(options.body_from_rig.data()[k]));
   return hash;
@@ -90,16 +96,16 @@ ItemResult import_item(const BatchItem& item, const BatchOptions& options,
     condition_all(item, options.body_from_rig, known, std::move(bytes), result);
   } catch (const Error& error) {
     result.failure = Failure{error.where(), error.fact(), error.remedy()};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
   } catch (const std::bad_alloc&) {
     result.failure = Failure{item.file.string(), "needs more memory than there is",
                              "Use fewer --jobs, or cut the file into several."};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
     key.clear();
   } catch (const std::exception& error) {  // one recording never stops the rest
     result.failure = Failure{item.file.string(), std::string("could not be read: ") + error.what(),
                              "Please report this with the file."};
-    result.recordings.clear();
+    result.recordings.clear(), result.refused.clear();
     key.clear();
   }
   result.is_done = true;
@@ -121,7 +127,7 @@ std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
       continue;
     const auto& recordings = results[i].recordings;
     for (std::size_t k = 0; k < recordings.size(); ++k) {
-      Repeats& repeats = points[point_of(items[i], recordings[k])];
+      Repeats& repeats = points[point_of(items[i], recordings[k].name)];
       repeats.member.emplace_back(i, k);
       repeats.ways.push_back({recordings[k].way_in_travel_m, recordings[k].way_in_push_N});
     }
@@ -134,8 +140,7 @@ std::vector<KnownContacts> known_together(const std::vector<BatchItem>& items,
     const auto contacts = common_contacts(repeats.ways, settings);
     for (std::size_t m = 0; m < contacts.size(); ++m) {
       const auto [item, recording] = repeats.member[m];
-      known[item].resize(results[item].recordings.size());
-      known[item][recording] = contacts[m];
+      known[item][results[item].recordings[recording].name] = contacts[m];
     }
   }
   return known;
@@ -165,10 +170,12 @@ std::string canonical(const BatchItem& item) {
   put(r.units.time), put(r.units.position), put(r.units.force), put(r.units.torque),
       put(r.encoding), put(r.comment);
   for (const double number :
-       {double(r.is_force_on_tool), double(r.is_normal_outward), double(r.separator),
-        double(r.decimal), double(r.drop_invalid), static_cast<double>(r.max_bytes),
-        r.cantilever ? r.cantilever->stiffness_N_m : -1,
-        r.cantilever ? r.cantilever->sensitivity_m : -1})
+       {r.is_force_on_tool ? double(*r.is_force_on_tool) : -1, double(r.is_normal_outward),
+        double(r.separator), double(r.decimal), double(r.drop_invalid),
+        static_cast<double>(r.max_bytes), r.cantilever ? r.cantilever->stiffness_N_m : -1,
+        r.cantilever ? r.cantilever->sensitivity_m : -1,
+        r.cantilever ? r.cantilever->stiffness_deviation : -1,
+        r.cantilever ? r.cantilever->sensitivity_deviation : -1})
     put_number(number);
   put(s.contact);
   for (const double number :
@@ -182,9 +189,9 @@ std::string canonical(const BatchItem& item) {
   return text;
 }
 
-std::string point_of(const BatchItem& item, const Conditioned& recording) {
+std::string point_of(const BatchItem& item, const std::string& recording) {
   const std::string point = item.point.empty() ? item.file.stem().string() : item.point;
-  return recording.name.empty() ? point : point + "#" + recording.name;
+  return recording.empty() ? point : point + "#" + recording;
 }
 
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,

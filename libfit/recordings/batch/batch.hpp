@@ -23,18 +23,26 @@ struct BatchItem {
   SignalSettings signal;
 };
 
-/// Name of the point that a recording is of: recordings of one name are repeats.
-std::string point_of(const BatchItem& item, const Conditioned& recording);
+/// Name of the point that a recording of a file is of, by its name there: recordings of one point
+/// are repeats.
+std::string point_of(const BatchItem& item, const std::string& recording);
 
 /// Why an item gave nothing: the parts of an Error.
 struct Failure {
   std::string where, what, remedy;
 };
 
+/// One recording of a file of several that gave nothing.
+struct Refused {
+  std::string name;  ///< within its file
+  Failure failure;
+};
+
 /// What became of an item: its recordings, or a failure.
 struct ItemResult {
   std::string hash;  ///< ContentHash of the file's bytes; empty when they could not be read
   std::vector<Conditioned> recordings;
+  std::vector<Refused> refused;  ///< of a file of several
   std::optional<Failure> failure;
   bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again
   bool is_done = false;    ///< else the batch was stopped before
@@ -52,8 +60,8 @@ struct BatchOptions {
 /// have the hashes of a journal entry is taken from there (its file is not read where size, inode
 /// and times of change are those of then), so a batch that was interrupted (or killed) goes on
 /// where it was. Presses of one point whose settings ask for a common contact point are conditioned
-/// a second time, with it. Returns a result per item, in their order. Stops early, with items not done, when
-/// Progress says so.
+/// a second time, with it. Returns a result per item, in their order. Stops early, with items not
+/// done, when Progress says so.
 std::vector<ItemResult> run_batch(const std::vector<BatchItem>& items, const BatchOptions& options,
                                   const Progress& progress);
 

@@ -172,6 +172,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   out.is_axial = raw.is_axial();
   out.dropped_rows = raw.dropped_rows;
   out.is_force_from_signal = raw.is_force_from_signal;
+  out.cantilever = raw.cantilever;
+  out.format = raw.format, out.taken = raw.taken;
   out.inward = inward ? inward : raw.normal;
   if (out.is_axial && settings.kind != ExperimentKind::press)
     throw Error(file, "a drag or path needs positions of three axes",

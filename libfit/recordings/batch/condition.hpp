@@ -40,8 +40,11 @@ struct Conditioned {
   Grade grade = Grade::good;
   std::vector<std::string> reasons;  ///< of the grade, a sentence each
   std::size_t dropped_rows = 0;
-  bool is_force_from_signal = false;  ///< of a cantilever
-  double tip_radius_m = 0;            ///< as the manifest or the file says; 0: unknown
+  bool is_force_from_signal = false;                ///< of a cantilever
+  std::optional<importers::Cantilever> cantilever;  ///< as it was used
+  std::string format;                               ///< that the file was recognised as
+  std::vector<std::string> taken;                   ///< of the file beside the rows, a phrase each
+  double tip_radius_m = 0;  ///< as the manifest or the file says; 0: unknown
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal

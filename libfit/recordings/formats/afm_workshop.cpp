@@ -2,6 +2,7 @@
 // side by side; the retract columns begin at the deepest row. Force in nN, or a raw signal in V.
 
 #include "libfit/core/units.hpp"
+#include "libfit/recordings/formats/afm_curve.hpp"
 #include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/formats/text_file.hpp"
@@ -21,15 +22,13 @@ std::map<std::string, std::string> preamble_of(const TextFile& file, std::size_t
 }
 
 // "X, um" and "Y, um": the place in the map, in its plane.
-std::optional<Vec3> place_of(const std::map<std::string, std::string>& facts) {
-  Vec3 place = Vec3::Zero();
-  for (int k = 0; k < 2; ++k) {
-    const auto fact = facts.find(k == 0 ? "X, um" : "Y, um");
-    const auto number = fact == facts.end() ? std::nullopt : parse_number(fact->second, '.');
-    if (!number) return std::nullopt;
-    place[k] = *number * *unit_factor("um", Dimension::length);
-  }
-  return place;
+void place_by(const std::map<std::string, std::string>& facts, RawRecording& out) {
+  std::optional<double> place[2];
+  for (int k = 0; k < 2; ++k)
+    if (const auto fact = facts.find(k == 0 ? "X, um" : "Y, um"); fact != facts.end())
+      place[k] = parse_number(fact->second, '.');
+  const double metre = *unit_factor("um", Dimension::length);
+  if (place[0] && place[1]) place_in_plane(*place[0] * metre, *place[1] * metre, out);
 }
 
 }  // namespace
@@ -61,7 +60,7 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
 
   RawRecording r;
   r.facts = preamble_of(file, header);
-  r.contact_m = place_of(r.facts);
+  place_by(r.facts, r);
   r.dropped_rows = table.dropped_rows;
   r.retract_begins = static_cast<Eigen::Index>(table.line.size());
   const double metre = factor_of({Meaning::depth, 0, names[0]}, names[0], {}, fail);
@@ -72,18 +71,18 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path& path,
     r.line.insert(r.line.end(), table.line.begin(), table.line.end());
   }
   const std::string unit = split_unit(names[1]).second;
+  r.cantilever = settings.cantilever;
   if (unit == "V") {
-    bend_cantilever(file, header, settings, scanner_m, signal, r);
+    const Cantilever cantilever = cantilever_of(settings, {}, fail, r);
+    bend_cantilever(cantilever, scanner_m, bent_by(cantilever, signal), r);
   } else {
     const double newton = factor_of({Meaning::force, 0, names[1]}, names[1], {}, fail);
+    const double k = settings.cantilever ? settings.cantilever->stiffness_N_m : 0;
     for (std::size_t i = 0; i < signal.size(); ++i) {
       r.push_N.push_back(signal[i] * newton);
-      const double bent_m = settings.cantilever ? (signal[i] - signal[0]) * newton /
-                                                      settings.cantilever->stiffness_N_m
-                                                : 0;
-      r.travel_m.push_back(scanner_m[i] - bent_m);
+      r.travel_m.push_back(scanner_m[i] - (k > 0 ? (signal[i] - signal[0]) * newton / k : 0));
     }
-    if (!settings.cantilever) r.facts["cantilever"] = "not given: its bending is part of the depth";
+    if (!(k > 0)) r.facts["cantilever"] = "not given: its bending is part of the depth";
   }
   return {r};
 }

@@ -3,6 +3,7 @@
 // is that difference cut off at its contact point, so it is not used.
 
 #include "libfit/core/units.hpp"
+#include "libfit/recordings/formats/afm_curve.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
@@ -70,7 +71,7 @@ std::vector<RawRecording> read_chiaro(const std::filesystem::path& path, std::st
     r.probe_radius_m = *radius * *unit_factor("um", Dimension::length);
   const double micrometre = *unit_factor("um", Dimension::length);
   const auto x = number_in(r.facts, "X-position (um)"), y = number_in(r.facts, "Y-position (um)");
-  if (x && y) r.contact_m = Vec3(*x * micrometre, *y * micrometre, 0);
+  if (x && y) place_in_plane(*x * micrometre, *y * micrometre, r);
   return {r};
 }
 

@@ -3,10 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace palpate::importers {
 namespace {
+
+constexpr double kLargestNumber = 1e15;  // as in text files
 
 struct Quantity {
   std::string UnitNames::*unit;
@@ -117,7 +120,11 @@ double factor_of(const Role& role, const std::string& header_name, const UnitNam
   const auto quantity = quantity_of(role.meaning);
   if (!quantity) return role.sign;
   const std::string& given = units.*(quantity->unit);
-  const std::string written = split_unit(header_name).second;
+  std::string written = split_unit(header_name).second;
+  if (const std::string behind = header_name.substr(header_name.rfind('_') + 1);
+      written.empty() && behind.size() < header_name.size() &&
+      unit_factor(behind, quantity->dimension))
+    written = behind;
   const auto by_header = unit_factor(written, quantity->dimension);
   const std::string column = "column `" + header_name + "`";
   if (given.empty()) {
@@ -141,7 +148,7 @@ double factor_of(const Role& role, const std::string& header_name, const UnitNam
 RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,
                           const std::vector<double>& factors, std::vector<std::size_t> line,
                           const ReadSettings& settings) {
-  const double sign = settings.is_force_on_tool ? -1 : 1;
+  const double sign = settings.is_force_on_tool.value_or(false) ? -1 : 1;
   Collected c;
   std::vector<std::vector<const std::vector<double>*>*> slot;
   slot = {&c.time,          &c.force_time, &c.depth,  &c.position, &c.force, &c.retract_depth,
@@ -171,6 +178,43 @@ RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vecto
     recording.line.insert(recording.line.end(), lines.begin(), lines.end());
     recording.time_s.clear();  // one clock cannot serve both
   }
+  return recording;
+}
+
+RawRecording recording_of_arrays(const std::vector<Role>& roles,
+                                 std::vector<std::vector<double>> columns,
+                                 const std::vector<double>& factors, const ReadSettings& settings,
+                                 const FailRole& fail) {
+  const std::size_t before = columns[0].size();
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if (columns[c].size() != before)
+      throw fail(roles[c],
+                 fmt::format("has {} rows, {} has {}", columns[c].size(), roles[0].name, before),
+                 "Give columns of one length.");
+  std::vector<std::size_t> line;
+  for (std::size_t i = 0; i < before; ++i) {
+    bool is_usable = true;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (std::abs(columns[c][i]) <= kLargestNumber) continue;
+      if (!settings.drop_invalid)
+        throw fail(roles[c], fmt::format("row {} is not a number in range", i + 1),
+                   "Correct or remove the row, or import with --drop-invalid to skip and count "
+                   "such rows.");
+      is_usable = false;
+    }
+    if (is_usable) line.push_back(i + 1);
+  }
+  if (line.empty())
+    throw fail(roles[0], "has no row of numbers",
+               "Record it again, or remove it from the manifest.");
+  for (auto& column : columns) {
+    for (std::size_t i = 0; i < line.size(); ++i) column[i] = column[line[i] - 1];
+    column.resize(line.size());
+  }
+  const std::size_t rows = line.size();
+  RawRecording recording =
+      recording_of(roles, std::move(columns), factors, std::move(line), settings);
+  recording.dropped_rows = before - rows;
   return recording;
 }
 

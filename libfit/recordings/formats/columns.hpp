@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 
 #include "libfit/core/units.hpp"
 #include "libfit/recordings/formats/recording.hpp"
@@ -42,8 +43,24 @@ std::vector<std::size_t> find_columns(const std::vector<Role>& roles,
                                       const std::vector<std::string>& header,
                                       const FailColumn& fail);
 
-/// SI value of a role's column: its unit by the settings, else in the brackets of its header; 1 for
-/// directions. Throws what `fail` makes when there is none, it is unknown, or the two differ.
+/// Columns that a header names by quantity and unit, such as "t_s", "x_mm" or "force (mN)": three
+/// axes of a position or one depth, and a force. Empty where it names no such two.
+struct NamedColumns {
+  ColumnNames columns;
+  std::string problem, remedy;  ///< what keeps the names from saying it; empty: nothing
+};
+NamedColumns columns_named(const std::vector<std::string>& header);
+
+/// The settings with those columns where they name none, and a phrase of what was taken. Throws
+/// what `fail` makes when the header has a problem or `force_on` is not said; as they are where the
+/// header names none.
+ReadSettings with_named_columns(const ReadSettings& settings,
+                                const std::vector<std::string>& header, const FailColumn& fail,
+                                std::string& taken);
+
+/// SI value of a role's column: its unit by the settings, else in the brackets of its header or
+/// behind its last underscore; 1 for directions. Throws what `fail` makes when there is none, it is
+/// unknown, or the two differ.
 double factor_of(const Role& role, const std::string& header_name, const UnitNames& units,
                  const FailColumn& fail);
 
@@ -52,5 +69,18 @@ double factor_of(const Role& role, const std::string& header_name, const UnitNam
 RawRecording recording_of(const std::vector<Role>& roles, std::vector<std::vector<double>> columns,
                           const std::vector<double>& factors, std::vector<std::size_t> line,
                           const ReadSettings& settings);
+
+/// A recording of whole arrays, as HDF5 and MATLAB files hold them: of the rows whose numbers are
+/// all in range. Throws what `fail` makes for a role whose array has such a number and is not
+/// dropped, is of another length than the first, or when no row is left.
+using FailRole =
+    std::function<Error(const Role&, const std::string& what, const std::string& remedy)>;
+RawRecording recording_of_arrays(const std::vector<Role>& roles,
+                                 std::vector<std::vector<double>> columns,
+                                 const std::vector<double>& factors, const ReadSettings& settings,
+                                 const FailRole& fail);
+
+/// Debian's HDF5 takes one thread at a time: held while a file is open.
+std::unique_lock<std::mutex> lock_hdf5();
 
 }  // namespace palpate::importers

@@ -78,6 +78,32 @@ ColumnsHeader find_header(const TextFile& file, const std::vector<Role>& roles,
   return best;
 }
 
+// A line as the names of columns; a header may itself be commented out, as numpy writes it.
+std::vector<std::string> names_of_line(std::string_view line, const ReadSettings& settings) {
+  if (!settings.comment.empty() && trimmed(line).starts_with(settings.comment))
+    line = trimmed(line).substr(settings.comment.size());
+  return names_in(line, settings.separator ? settings.separator : guess_separator(line));
+}
+
+// With the columns of the first line that names them by quantity and unit, where none are asked
+// for.
+ReadSettings named_by_header(const TextFile& file, const ReadSettings& settings,
+                             std::string& taken) {
+  if (!roles_of(settings.columns).empty()) return settings;
+  const std::size_t lines = std::min(file.lines(), kHeaderLines);
+  std::size_t i = 0;
+  while (i < lines && columns_named(names_of_line(file.line(i), settings)).columns.force.empty())
+    ++i;
+  const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
+    return file.error(i == lines ? 0 : i, what, remedy);
+  };
+  if (i == lines)
+    throw fail("no column is named",
+               "Name columns = { time = ..., depth = ..., force = ... } in the manifest, or in a "
+               "header with their units: t_s, x_mm, F_N.");
+  return with_named_columns(settings, names_of_line(file.line(i), settings), fail, taken);
+}
+
 // A comma is the decimal sign where it separates no fields and the first rows have one in a number.
 char decimal_of(const TextFile& file, const ColumnsHeader& header, const ReadSettings& settings) {
   if (settings.decimal) return settings.decimal;
@@ -94,9 +120,20 @@ char decimal_of(const TextFile& file, const ColumnsHeader& header, const ReadSet
 
 }  // namespace
 
+bool begins_named_columns(std::string_view head) {
+  for (std::size_t lines = 0; lines < kHeaderLines && !head.empty(); ++lines) {
+    const std::size_t end = std::min(head.find_first_of("\r\n"), head.size());
+    if (!columns_named(names_of_line(head.substr(0, end), {})).columns.force.empty()) return true;
+    head.remove_prefix(std::min(end + 1, head.size()));
+  }
+  return false;
+}
+
 std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
-                                           std::string_view bytes, const ReadSettings& settings) {
-  const TextFile file(path, bytes, settings.encoding);
+                                           std::string_view bytes, const ReadSettings& given) {
+  const TextFile file(path, bytes, given.encoding);
+  std::string taken;
+  const ReadSettings settings = named_by_header(file, given, taken);
   const auto roles = roles_of(settings.columns);
   const ColumnsHeader header = find_header(file, roles, settings);
   const FailColumn fail = [&](const std::string& what, const std::string& remedy) {
@@ -143,6 +180,7 @@ std::vector<RawRecording> read_columns_csv(const std::filesystem::path& path,
   RawRecording recording =
       recording_of(roles, std::move(columns), factors, std::move(line), settings);
   recording.dropped_rows = dropped;
+  if (!taken.empty()) recording.taken.push_back(taken);
   return {recording};
 }
 

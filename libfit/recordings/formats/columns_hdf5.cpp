@@ -3,18 +3,12 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
-#include <mutex>
-
 #include "libfit/io/hdf5/hdf5.hpp"
 #include "libfit/recordings/formats/columns.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
 namespace {
-
-constexpr double kLargestNumber = 1e15;  // as in text files
-std::mutex library;                      // Debian's HDF5 takes one thread at a time
 
 std::vector<double> values_of(const h5::Reader& file, const std::string& set, h5::Shape shape) {
   if (file.type_of(set).starts_with("float")) return file.numbers(set, h5::kAnyUnit, shape, true);
@@ -58,36 +52,29 @@ void strip_root(ColumnNames& names) {
     for (std::string& name : *axes) strip(name);
 }
 
-// Rows whose numbers are all usable.
-std::vector<std::size_t> usable_rows(const h5::Reader& file, const std::vector<Role>& roles,
-                                     const std::vector<std::vector<double>>& columns,
-                                     bool drop_invalid) {
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < columns[0].size(); ++i) {
-    bool is_usable = true;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (std::abs(columns[c][i]) <= kLargestNumber) continue;
-      if (!drop_invalid)
-        throw file.error(set_and_axis(roles[c].name).first,
-                         fmt::format("row {} is not a number in range", i));
-      is_usable = false;
-    }
-    if (is_usable) rows.push_back(i);
-  }
-  return rows;
-}
-
 }  // namespace
+
+std::unique_lock<std::mutex> lock_hdf5() {
+  static std::mutex library;
+  return std::unique_lock<std::mutex>(library);
+}
 
 bool begins_hdf5(std::string_view head) { return head.starts_with("\x89HDF\r\n\x1a\n"); }
 
 std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, std::string_view,
-                                            const ReadSettings& settings) {
-  const std::lock_guard<std::mutex> lock(library);
+                                            const ReadSettings& given) {
+  const auto lock = lock_hdf5();
   const h5::Reader file(
       path,
       "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "
       "(or import with --drop-invalid).");
+  std::string taken;
+  const ReadSettings settings = with_named_columns(
+      given, file.data_sets(),
+      [&](const std::string& what, const std::string& remedy) {
+        return Error(path.string(), what, remedy);
+      },
+      taken);
   ColumnNames names = settings.columns;
   strip_root(names);
   expand(file, names.position), expand(file, names.force), expand(file, names.torque);
@@ -106,24 +93,14 @@ std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, s
       throw fail("data set is missing", "There are: " + list.substr(0, 300) + ".");
     }
     columns.push_back(column_of(file, role.name));
-    if (columns.back().size() != columns.front().size())
-      throw fail(fmt::format("has {} rows, {} has {}", columns.back().size(),
-                             set_and_axis(roles[0].name).first, columns.front().size()),
-                 "Give data sets of one length.");
     factors.push_back(factor_of(role, set + " (" + file.unit_of(set) + ")", settings.units, fail));
   }
-  const auto rows = usable_rows(file, roles, columns, settings.drop_invalid);
-  if (rows.empty()) throw file.error(set_and_axis(roles[0].name).first, "has no row of numbers");
-  const std::size_t before = columns[0].size();
-  for (auto& column : columns) {
-    for (std::size_t i = 0; i < rows.size(); ++i) column[i] = column[rows[i]];
-    column.resize(rows.size());
-  }
-  std::vector<std::size_t> line;
-  for (const std::size_t row : rows) line.push_back(row + 1);
-  RawRecording recording =
-      recording_of(roles, std::move(columns), factors, std::move(line), settings);
-  recording.dropped_rows = before - rows.size();
+  RawRecording recording = recording_of_arrays(
+      roles, std::move(columns), factors, settings,
+      [&](const Role& role, const std::string& what, const std::string& remedy) {
+        return Error(path.string() + ":" + set_and_axis(role.name).first, what, remedy);
+      });
+  if (!taken.empty()) recording.taken.push_back(taken);
   return {recording};
 }
 

@@ -3,10 +3,21 @@
 #include <algorithm>
 #include <array>
 
+#include "libfit/core/text.hpp"
+
 namespace palpate::importers {
 namespace {
 
-constexpr std::array<Importer, 7> kImporters{{
+constexpr std::array<Importer, 12> kImporters{{
+    {"jpk", "JPK force curve or map: .jpk-force, .jpk-force-map, .jpk-qi-data", begins_zip,
+     read_jpk},
+    {"igor", "Igor binary wave of an Asylum Research microscope: .ibw", begins_igor, read_igor},
+    {"afmformats", "force curve as afmformats exports it: .tab", begins_afmformats,
+     read_afmformats},
+    {"afmformats-hdf5", "force curves as afmformats exports them: .h5", nullptr,
+     read_afmformats_hdf5},
+    {"matlab", "variables of a .mat file (5 to 7.3), named in the manifest", begins_matlab,
+     read_matlab},
     {"hdf5", "data sets of an HDF5 file, named in the manifest", begins_hdf5, read_columns_hdf5},
     {"chiaro", "Optics11 Chiaro nanoindenter, text export", begins_chiaro, read_chiaro},
     {"afm-workshop", "AFMWorkshop force-distance curve, extend and retract side by side",
@@ -17,7 +28,8 @@ constexpr std::array<Importer, 7> kImporters{{
     {"robot-palpation",
      "a row per depth: contact point, surface normal, contact force, desired and current position",
      nullptr, read_robot_palpation},
-    {"csv", "delimited text with the columns that the manifest names", nullptr, read_columns_csv},
+    {"csv", "delimited text with the columns that the manifest or their own names tell",
+     begins_named_columns, read_columns_csv},
 }};
 
 constexpr std::size_t kHeadBytes = 4096;  // what the formats look at
@@ -30,14 +42,20 @@ bool has_columns(const ColumnNames& c) {
 const Importer& recognise(const std::filesystem::path& path, std::string_view bytes,
                           const ReadSettings& settings) {
   const std::string_view head = bytes.substr(0, kHeadBytes);
-  if (begins_hdf5(head)) return *importer_named("hdf5");
-  if (has_columns(settings.columns)) return *importer_named("csv");
+  // Of HDF5 files those of afmformats say in every curve how it was imaged.
+  if (begins_hdf5(head) && !has_columns(settings.columns) &&
+      bytes.find("imaging mode") != std::string_view::npos)
+    return *importer_named("afmformats-hdf5");
+  const bool is_binary =
+      begins_hdf5(head) || begins_zip(head) || begins_igor(head) || begins_matlab(head);
+  if (has_columns(settings.columns) && !is_binary) return *importer_named("csv");
   for (const Importer& row : kImporters)
     if (row.begins && row.begins(head)) return row;
   const TextFile check(path, bytes, "latin-1");  // empty and binary files say so themselves
   throw Error(
       path.string() + ":1", "is in no format that is known by its beginning",
-      "Name its columns in the manifest: columns = { time = ..., depth = ..., force = ... }.");
+      "Name its columns in the manifest: columns = { time = ..., depth = ..., force = ... }, or in "
+      "its header with their units: t_s, x_mm, F_N.");
 }
 
 }  // namespace
@@ -52,13 +70,23 @@ const Importer* importer_named(std::string_view name) {
 
 std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
                                           const ReadSettings& settings) {
-  if (settings.format == "auto")
-    return recognise(path, bytes, settings).read(path, bytes, settings);
-  const Importer* row = importer_named(settings.format);
+  const Importer* row = settings.format == "auto" ? &recognise(path, bytes, settings)
+                                                  : importer_named(settings.format);
   if (!row)
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
-  return row->read(path, bytes, settings);
+  auto recordings = row->read(path, bytes, settings);
+  for (RawRecording& r : recordings) {
+    r.format = row->name;
+    if (!r.unread && ((r.travel_m.empty() && r.position_m.rows() == 0) ||
+                      (r.push_N.empty() && r.force_N.rows() == 0)))
+      throw Error(path.string(), "names neither one axis nor three of position and force",
+                  "Name depth or three positions, and one force or three, under `columns`.");
+    if (r.probe_radius_m)
+      r.taken.push_back("tip radius " + number(1e6 * *r.probe_radius_m) + " um");
+    if (r.contact_m) r.taken.push_back("position " + coordinates(*r.contact_m));
+  }
+  return recordings;
 }
 
 }  // namespace palpate::importers

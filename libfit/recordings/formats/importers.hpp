@@ -35,8 +35,14 @@ std::string read_bytes(const std::filesystem::path& path, std::uintmax_t max_byt
 std::string unpacked(const std::filesystem::path& path, std::string bytes,
                      std::uintmax_t max_bytes);
 
+/// Takes one stream of zlib or gzip members apart, never more than `max_bytes`. Throws Error saying
+/// that the file `is_damaged`, or that it holds more.
+std::string inflated(const std::filesystem::path& path, std::string_view packed,
+                     std::uintmax_t max_bytes, const std::string& is_damaged);
+
 /// The recordings in the content of a file by its format, or by the format it begins like.
-/// Every recording has at least one row; all numbers are finite and within 1e15 of zero. Safe on
+/// Every recording has at least one row, or of several says why it is unread; all numbers are
+/// finite and within 1e15 of zero. Each names the format and what was taken from the file. Safe on
 /// untrusted bytes.
 std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
                                           const ReadSettings& settings);
@@ -56,6 +62,21 @@ std::vector<RawRecording> read_afm_workshop(const std::filesystem::path&, std::s
                                             const ReadSettings&);
 std::vector<RawRecording> read_nt_mdt(const std::filesystem::path&, std::string_view,
                                       const ReadSettings&);
+std::vector<RawRecording> read_jpk(const std::filesystem::path&, std::string_view,
+                                   const ReadSettings&);
+std::vector<RawRecording> read_igor(const std::filesystem::path&, std::string_view,
+                                    const ReadSettings&);
+std::vector<RawRecording> read_afmformats(const std::filesystem::path&, std::string_view,
+                                          const ReadSettings&);
+std::vector<RawRecording> read_afmformats_hdf5(const std::filesystem::path&, std::string_view,
+                                               const ReadSettings&);
+std::vector<RawRecording> read_matlab(const std::filesystem::path&, std::string_view,
+                                      const ReadSettings&);
+bool begins_igor(std::string_view head);
+bool begins_afmformats(std::string_view head);
+bool begins_matlab(std::string_view head);
+bool begins_named_columns(std::string_view head);
+bool begins_zip(std::string_view head);
 bool begins_hdf5(std::string_view head);
 bool begins_instron(std::string_view head);
 bool begins_chiaro(std::string_view head);

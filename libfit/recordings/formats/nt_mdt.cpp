@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libfit/core/units.hpp"
+#include "libfit/recordings/formats/afm_curve.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "libfit/recordings/formats/text_file.hpp"
 
@@ -54,7 +55,13 @@ std::vector<RawRecording> read_nt_mdt(const std::filesystem::path& path, std::st
     signal.push_back(table.column[2][i]);
     r.line.push_back(table.line[i]);
   }
-  bend_cantilever(file, 0, settings, scanner_m, signal, r);
+  const Cantilever cantilever = cantilever_of(
+      settings, {},
+      [&](const std::string& what, const std::string& remedy) {
+        return file.error(0, what, remedy);
+      },
+      r);
+  bend_cantilever(cantilever, scanner_m, bent_by(cantilever, signal), r);
   return {r};
 }
 

@@ -23,14 +23,13 @@ Error too_large(const fs::path& path, std::uintmax_t most) {
                "Cut it into one recording per file, or raise `largest_file` in the manifest.");
 }
 
-Error damaged(const fs::path& path) {
-  return Error(path.string(), "is a damaged gzip file", "Pack it again from its source.");
-}
+}  // namespace
 
-// Unpacks all members of a gzip file (RFC 1952), never more than `most` bytes.
-std::string gunzip(const fs::path& path, std::string_view packed, std::uintmax_t most) {
+std::string inflated(const fs::path& path, std::string_view packed, std::uintmax_t most,
+                     const std::string& is_damaged) {
+  const Error damaged(path.string(), is_damaged, "Pack or save it again from its source.");
   z_stream stream{};
-  if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) throw damaged(path);
+  if (inflateInit2(&stream, 32 + MAX_WBITS) != Z_OK) throw damaged;
   struct End {
     z_stream& stream;
     ~End() { inflateEnd(&stream); }
@@ -48,14 +47,12 @@ std::string gunzip(const fs::path& path, std::string_view packed, std::uintmax_t
     if (text.size() > most) throw too_large(path, most);
     if (result == Z_STREAM_END) {
       if (stream.avail_in == 0) return text;
-      if (inflateReset(&stream) != Z_OK) throw damaged(path);
+      if (inflateReset(&stream) != Z_OK) throw damaged;
     } else if (result != Z_OK || (stream.avail_in == 0 && stream.avail_out != 0)) {
-      throw damaged(path);
+      throw damaged;
     }
   }
 }
-
-}  // namespace
 
 std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
   std::error_code failure;
@@ -77,7 +74,8 @@ std::string read_bytes(const fs::path& path, std::uintmax_t max_bytes) {
 }
 
 std::string unpacked(const fs::path& path, std::string bytes, std::uintmax_t max_bytes) {
-  return bytes.starts_with("\x1f\x8b") ? gunzip(path, bytes, max_bytes) : std::move(bytes);
+  return bytes.starts_with("\x1f\x8b") ? inflated(path, bytes, max_bytes, "is a damaged gzip file")
+                                       : std::move(bytes);
 }
 
 }  // namespace palpate::importers

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libfit/core/error.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::importers {
@@ -29,7 +30,8 @@ struct UnitNames {
   std::string torque = {};
 };
 
-/// Turns the deflection signal of an atomic force microscope into force and indentation.
+/// Turns the deflection signal of an atomic force microscope into force and indentation; 0 where
+/// nobody says.
 struct Cantilever {
   double stiffness_N_m = 0;
   double sensitivity_m = 0;  ///< deflection per unit of the signal (V, nA)
@@ -41,9 +43,9 @@ struct ReadSettings {
   std::string format = "auto";  ///< a name of kImporters
   ColumnNames columns;
   UnitNames units;
-  bool is_force_on_tool = false;   ///< else on the body
-  bool is_normal_outward = false;  ///< of columns.normal
-  char separator = 0;              ///< 0: tab, semicolon, comma or blanks, by the header line
+  std::optional<bool> is_force_on_tool;  ///< else on the body; tables ask for it
+  bool is_normal_outward = false;        ///< of columns.normal
+  char separator = 0;                    ///< 0: tab, semicolon, comma or blanks, by the header line
   char decimal = 0;                ///< 0: a point, or a comma where the separator leaves it free
   std::string encoding = "utf-8";  ///< or "latin-1"
   std::string comment = "#";       ///< lines that begin so are no rows
@@ -69,8 +71,13 @@ struct RawRecording {
   std::optional<Vec3> contact_m;               ///< where the press began, where the file says it
   std::optional<Vec3> normal;                  ///< inward unit, likewise
   std::optional<double> probe_radius_m;
-  std::size_t dropped_rows = 0;       ///< left out by drop_invalid
-  bool is_force_from_signal = false;  ///< by Cantilever
+  std::size_t dropped_rows = 0;          ///< left out by drop_invalid
+  bool is_force_from_signal = false;     ///< by Cantilever
+  std::optional<Cantilever> cantilever;  ///< as it was used: the manifest's, else the file's
+  std::string format;                    ///< a name of kImporters
+  std::vector<std::string> taken;  ///< of the file beside the rows: "spring constant 0.04 N/m"
+  std::optional<Error>
+      unread;  ///< why it could not be read, of several in a file: then it is empty
   std::map<std::string, std::string>
       facts;  ///< what else the file says: instrument, date, its own result
 

@@ -82,11 +82,11 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
       columns_of(table, roles, Meaning::normal, factors) * (settings.is_normal_outward ? -1 : 1);
   const Points position = columns_of(table, roles, Meaning::position, factors);
   const Points desired = columns_of(table, roles, Meaning::desired, factors);
-  const Points force =
-      columns_of(table, roles, Meaning::force, factors) * (settings.is_force_on_tool ? -1 : 1);
+  const Points force = columns_of(table, roles, Meaning::force, factors) *
+                       (settings.is_force_on_tool.value_or(false) ? -1 : 1);
 
-  const Points torque =
-      columns_of(table, roles, Meaning::torque, factors) * (settings.is_force_on_tool ? -1 : 1);
+  const Points torque = columns_of(table, roles, Meaning::torque, factors) *
+                        (settings.is_force_on_tool.value_or(false) ? -1 : 1);
 
   std::vector<RawRecording> recordings;
   const Eigen::Index rows = contact.rows();

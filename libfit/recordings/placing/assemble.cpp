@@ -17,7 +17,7 @@ std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
       Candidate c;
       c.item = i;
       c.recording = &recording;
-      c.point = point_of(items[i], recording);
+      c.point = point_of(items[i], recording.name);
       candidates.push_back(std::move(c));
     }
   return candidates;
@@ -134,6 +134,9 @@ std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
       outcomes.push_back(
           {i, c.recording->name, c.point, c.experiment, c.failure, c.surface_distance_m});
     }
+    for (const Refused& r : results[i].refused)
+      outcomes.push_back(
+          {i, r.name, items[i].point, -1, r.failure, std::numeric_limits<double>::quiet_NaN()});
   }
   return outcomes;
 }

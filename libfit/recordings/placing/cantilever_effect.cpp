@@ -32,8 +32,8 @@ double steepest_N_m(const Eigen::VectorXd& depth_m, const Eigen::VectorXd& push_
 }  // namespace
 
 std::optional<CantileverEffect> cantilever_effect(const BatchItem& item, const Conditioned& r) {
-  if (!item.read.cantilever || !(item.read.cantilever->stiffness_N_m > 0)) return std::nullopt;
-  const importers::Cantilever& c = *item.read.cantilever;
+  if (!r.cantilever || !(r.cantilever->stiffness_N_m > 0)) return std::nullopt;
+  const importers::Cantilever& c = *r.cantilever;
   std::vector<Eigen::Index> good;
   for (std::size_t i = 0; i < r.status.size(); ++i)
     if (r.status[i] == RowStatus::good) good.push_back(static_cast<Eigen::Index>(i));
@@ -57,11 +57,13 @@ std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
                                           const std::vector<Candidate>& candidates) {
   std::vector<double> stiffness, sensitivity, max_m, open;
   const importers::Cantilever* cantilever = nullptr;
+  bool is_stated = false;
   for (const Candidate& candidate : candidates) {
     if (candidate.failure) continue;
     const auto effect = cantilever_effect(items[candidate.item], *candidate.recording);
     if (!effect) continue;
-    cantilever = &*items[candidate.item].read.cantilever;
+    is_stated |= items[candidate.item].read.cantilever.has_value();
+    cantilever = &*candidate.recording->cantilever;
     stiffness.push_back(effect->stiffness);
     sensitivity.push_back(effect->sensitivity);
     max_m.push_back(effect->max_sensitivity_m);
@@ -69,9 +71,10 @@ std::vector<std::string> cantilever_notes(const std::vector<BatchItem>& items,
                               effect->sensitivity * cantilever->sensitivity_deviation));
   }
   if (!cantilever) return {};
-  std::string note = fmt::format(
-      "cantilever of {} recordings, as the manifest has it: 10 % more stiffness makes moduli {}",
-      stiffness.size(), change(0.1 * upper_median(stiffness)));
+  std::string note =
+      fmt::format("cantilever of {} recordings, as {}: 10 % more stiffness makes moduli {}",
+                  stiffness.size(), is_stated ? "the manifest has it" : "the files have it",
+                  change(0.1 * upper_median(stiffness)));
   if (upper_median(sensitivity) > 0) {
     note += ", 10 % more sensitivity " + change(0.1 * upper_median(sensitivity));
     if (upper_median(max_m) > 0)

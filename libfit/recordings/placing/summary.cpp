@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 3> kGradeNames{"good", "fair", "poor"};
-constexpr std::array<std::string_view, 17> kHeader{"file",
+constexpr std::array<std::string_view, 19> kHeader{"file",
                                                    "line",
                                                    "recording",
                                                    "point",
@@ -30,6 +30,8 @@ constexpr std::array<std::string_view, 17> kHeader{"file",
                                                    "hysteresis",
                                                    "young_Pa",
                                                    "surface_distance_m",
+                                                   "format",
+                                                   "taken",
                                                    "hash"};
 
 const Conditioned* recording_of(const std::vector<ItemResult>& results, const Outcome& outcome) {
@@ -75,6 +77,8 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   row["hysteresis"] = number(r->hysteresis);
   row["young_Pa"] = number(r->young_Pa);
   row["surface_distance_m"] = number(o.surface_distance_m);
+  row["format"] = r->format;
+  row["taken"] = r->taken;
   row["hash"] = results[o.item].hash;
   return row;
 }
@@ -140,12 +144,13 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
     csv.text(o.failure ? o.failure->what : listed(r->reasons, "; "))
         .text(o.failure ? o.failure->remedy : "");
     if (o.failure)
-      for (int k = 0; k < 8; ++k) csv.text("");
+      for (int k = 0; k < 10; ++k) csv.text("");
     else {
       csv.integer(o.experiment);
       for (const double value : {r->contact_travel_m, r->contact_deviation_m, r->speed_m_s,
                                  r->noise_N, r->hysteresis, r->young_Pa, o.surface_distance_m})
         put(csv, value);
+      csv.text(r->format).text(listed(r->taken, "; "));
     }
     csv.text(results[o.item].hash);
     csv.end_row();
