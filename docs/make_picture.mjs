@@ -2,7 +2,8 @@
 // by its CSS selector, as the tutorial has them.
 //   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/liver.png
 //   node docs/make_picture.mjs build/native/tools/page out/report.html docs/tutorial/error.png '#error .charts'
-// The first folder is where the page was built, with npm's packages.
+//   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/page photographs
+// The last makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
 import path from "node:path";
 
@@ -15,6 +16,24 @@ const browser = await chromium.launch({
 });
 const page = await browser.newPage({ viewport: { width: part ? 900 : 1200, height: 1000 }, colorScheme: "light" });
 await page.goto(`file://${report}`);
+if (part === "photographs") {
+  for (const [name, width, height, colorScheme, place] of [
+    ["light", 1100, 1150, "light", "header"],
+    ["dark", 800, 700, "dark", "#body"],
+    ["phone", 390, 844, "light", "#body"],
+  ]) {
+    await page.setViewportSize({ width, height });
+    await page.emulateMedia({ colorScheme });
+    await page.goto(`file://${report}`);
+    await page.locator(".panel[data-ready]").waitFor();
+    await page.click("#poke-press");
+    await page.evaluate((selector) => document.querySelector(selector).scrollIntoView(), place);
+    await page.waitForTimeout(3000);
+    await page.screenshot({ path: path.join(output, `${name}.png`) });
+  }
+  await browser.close();
+  process.exit();
+}
 if (part) {
   await page.locator(part).first().scrollIntoViewIfNeeded();
   await page.waitForTimeout(2000);

@@ -340,6 +340,12 @@ TEST_F(Report, facets_are_heard_and_interpolation_is_not) {
   EXPECT_GT(faceted, 8 * smooth) << heard.out;
 }
 
+TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) {
+  SKIP_WITHOUT_PAGE();
+  const Outcome seen = node("surface.mjs", PALPATE_SOURCE_DIR "/tools/page/src");
+  EXPECT_EQ(seen.status, 0) << seen.out;
+}
+
 TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");

@@ -47,6 +47,20 @@ async function until(id, test) {
   assert.fail(`${id} stays "${await text(id)}"`);
 }
 
+/** Readouts of one frame that no longer change, however slow frames are. */
+async function settled(...ids) {
+  const read = () => page.evaluate((all) => all.map((id) => document.querySelector(id).textContent), ids);
+  let last = await read();
+  for (let i = 0, same = 0; i < 100; ++i) {
+    await page.waitForTimeout(100);
+    const now = await read();
+    same = now.join() === last.join() ? same + 1 : 0;
+    if (same >= 8) return now;
+    last = now;
+  }
+  return assert.fail(`${ids} do not settle: ${last}`);
+}
+
 /** Where a tool can press: a place of the view at which the engine answers. */
 async function touchable() {
   for (const [x, y] of [
@@ -139,8 +153,7 @@ const claims = {
     await until("#poke-dent", (s) => Number.parseFloat(s) === 0);
     await page.mouse.down();
     await until("#poke-dent", (s) => Number.parseFloat(s) > 1);
-    await page.waitForTimeout(400);
-    const [moved, pressed] = [await text("#poke-dent"), await text("#poke-depth-now")].map(Number.parseFloat);
+    const [moved, pressed] = (await settled("#poke-dent", "#poke-depth-now")).map(Number.parseFloat);
     const away = await page.locator("#poke-dent").getAttribute("data-from_tip_m");
     assert.ok(moved > 0.6 * pressed && moved < 1.3 * pressed, `${moved} mm of ${pressed}`);
     // The vertex that moves most is one under the tool: no farther from the tip than a cell of this mesh.

@@ -142,6 +142,8 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
   const height = rows.length * step + 34;
   const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95));
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
+  // Not across the line of what is noticeable.
+  const labelAt = (x: number) => (x < px(jnd) + 2 && x > px(jnd) - 36 ? px(jnd) + 5 : x);
   const said = rows.map((r) => `${r.name} ${percent(r.p95)}`).join(", ");
   const root = svg("svg", {
     viewBox: `0 0 ${kWidth} ${height}`,
@@ -162,7 +164,7 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
       svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
       svg("rect", { class: "bar p95", x: left, y, width: Math.max(px(row.p95) - left, 0.5), height: 16 }),
       svg("rect", { class: "bar median", x: left, y: y + 4, width: Math.max(px(row.median) - left, 0.5), height: 8 }),
-      svg("text", { x: px(row.p95) + 5, y: y + 13 }, percent(row.p95, row.p95 < 0.0995 ? 1 : 0)),
+      svg("text", { x: labelAt(px(row.p95) + 5), y: y + 13 }, percent(row.p95, row.p95 < 0.0995 ? 1 : 0)),
     );
   });
   root.append(svg("line", { class: "jnd", x1: px(jnd), x2: px(jnd), y1: 2, y2: height - 28 }));

@@ -126,8 +126,7 @@ export function statementSection(contents: Contents): HTMLElement {
   }
   out.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
   const pictures = html("div", { class: "figures" });
-  const rows = scatter(contents);
-  if (rows) pictures.append(rows);
+  for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
   for (const [caption, errors] of [
     ["By path of the tool", s.by_path],
     ["By cause", s.causes],
@@ -135,8 +134,6 @@ export function statementSection(contents: Contents): HTMLElement {
   ] as [string, Record<string, ErrorFigures>][])
     if (Object.keys(errors).length)
       pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
-  const cost = costPlot(contents);
-  if (cost) pictures.append(cost);
   out.append(
     pictures,
     html(

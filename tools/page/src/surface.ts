@@ -18,6 +18,9 @@ import { type Contents, floats, integers, nearest } from "./contents";
 import type { PlaceCurve } from "./curves";
 import { fillNormals, Picker } from "./picking";
 
+/** Edges of finer surfaces than this lie so close that they only darken them. */
+const kWired = 30000;
+
 export type MapName = "stiffness_N_m" | "force_N" | "friction";
 
 /** Where a ray from the eye meets the resting surface. */
@@ -37,7 +40,7 @@ export class BodySurface {
   /** Of each vertex: outward. */
   readonly normals: Float32Array;
   readonly covered: Int32Array;
-  /** Its edges, which show how it bends; seen while it is moved. */
+  /** Its edges, which show how it bends; seen while it is moved, unless they are too many. */
   private readonly wires: Mesh<BufferGeometry, MeshBasicMaterial>;
   /** At rest [m], three numbers a vertex: what rays meet, whatever a tool does to the body. */
   readonly vertices: Float32Array;
@@ -110,7 +113,7 @@ export class BodySurface {
         }
       }
     else at.set(rest);
-    this.wires.visible = displacement !== undefined;
+    this.wires.visible = displacement !== undefined && this.index.length <= 3 * kWired;
     fillNormals(at, this.index, normal.array as Float32Array);
     position.needsUpdate = true;
     normal.needsUpdate = true;

@@ -9,6 +9,8 @@ const prefixes: [number, string][] = [
   [1e-9, "n"],
 ];
 
+const kLeast = 1e-12; // what is less is rounding, not a quantity
+
 /** Three significant digits, never in powers of ten. */
 export function digits(value: number, count = 3): string {
   if (!Number.isFinite(value)) return "unknown";
@@ -17,13 +19,13 @@ export function digits(value: number, count = 3): string {
   return value.toFixed(Math.min(decimals, 12));
 }
 
-/** "2.13 mm", "41 mN"; a value of 0 has no prefix. */
+/** "2.13 mm", "41 mN"; 0, or what rounds to it, has no prefix. */
 export function quantity(value: number, unit: string, count = 3): string {
   if (!Number.isFinite(value)) return "unknown";
-  const size = Math.abs(value);
+  const size = Math.abs(value) < kLeast ? 0 : Math.abs(value);
   const found = prefixes.find(([factor]) => size >= factor * 0.9995) ?? prefixes[prefixes.length - 1];
   const [factor, prefix] = size === 0 ? prefixes[2] : found;
-  return `${digits(value / factor, count)} ${prefix}${unit}`;
+  return `${digits(size === 0 ? 0 : value / factor, count)} ${prefix}${unit}`;
 }
 
 /** 0.0213 is "2.1 %". */

@@ -19,7 +19,7 @@ export interface Batch {
   tip: Vector;
   answer: Float64Array;
   /** Of each vertex [m], three numbers; none where the engine does not say, or said it just now. */
-  displacement: Float32Array | undefined;
+  displacement: Float32Array<ArrayBuffer> | undefined;
   /** A tick of the batch slid. */
   slid: boolean;
   pressing_N: Float32Array;
@@ -86,13 +86,13 @@ function tick(): void {
   ++ticks;
 }
 
-function deformed(now: number): Float32Array | undefined {
+function deformed(now: number): Float32Array<ArrayBuffer> | undefined {
   if (!engine.deforms || now < deforms_ms) return undefined;
   const a = engine.answer();
   const stands = [...tip, a[Answer.state], ...vector(a.subarray(Answer.contact_m), 0)].join();
   if (stands === stood) return undefined;
   stood = stands;
-  const displacement = engine.deform().slice();
+  const displacement = new Float32Array(engine.deform());
   const spent = performance.now() - now;
   deforms_ms = now + spent / kDeformShare;
   return displacement;
@@ -105,18 +105,16 @@ function tell(now: number): void {
   rate = rate.filter((r) => now - r.at_ms < 1500);
   const [first, last] = [rate[0], rate[rate.length - 1]];
   const displacement = deformed(now);
-  say({
-    news: "batch",
-    batch: {
-      tip,
-      answer: engine.answer().slice(),
-      displacement,
-      slid,
-      pressing_N: Float32Array.from(pressing),
-      sliding_N: Float32Array.from(sliding),
-      ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
-    },
-  });
+  const batch: Batch = {
+    tip,
+    answer: engine.answer().slice(),
+    displacement,
+    slid,
+    pressing_N: Float32Array.from(pressing),
+    sliding_N: Float32Array.from(sliding),
+    ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
+  };
+  say({ news: "batch", batch }, displacement ? [displacement.buffer] : []);
   pressing = [];
   sliding = [];
   slid = false;
