@@ -62,6 +62,7 @@ struct ModulusRow {
   std::string file, point;
   std::optional<Vec3> position_m;
   Indentation press;
+  ModelFitOptions options;
   std::vector<ModelFit> fits;
   std::optional<std::size_t> best;
   int grade = 0;
@@ -107,11 +108,8 @@ class Modulus final : public Command {
     if (progress.progress().stopped()) throw Interrupted("modulus: nothing was written");
     std::vector<ModulusRow> rows = rows_of(manifest, results);
     std::vector<ModelFitTask> tasks;
-    for (const ModulusRow& row : rows) tasks.push_back({&row.travel_m, &row.push_N, row.press, {}});
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < results.size(); ++i)
-      for (std::size_t k = 0; k < std::max<std::size_t>(1, results[i].recordings.size()); ++k)
-        tasks[at++].options = options_of(manifest.items[i].signal);
+    for (const ModulusRow& row : rows)
+      tasks.push_back({&row.travel_m, &row.push_N, row.press, row.options});
     auto fits = fit_all(tasks, names, job_count(jobs_));
     std::size_t failed = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -157,23 +155,27 @@ class Modulus final : public Command {
     std::vector<ModulusRow> rows;
     for (std::size_t i = 0; i < results.size(); ++i) {
       const BatchItem& item = manifest.items[i];
-      if (const auto& failure = results[i].failure) {
-        rows.emplace_back();
-        rows.back().file = item.shown, rows.back().point = item.point;
-        rows.back().is_refused = true;
-        rows.back().reasons = {failure->what, failure->remedy};
-        continue;
-      }
+      const auto refuse = [&](const std::string& name, const Failure& failure) {
+        ModulusRow row;
+        row.file = item.shown + (name.empty() ? "" : "#" + name);
+        row.point = point_of(item, name);
+        row.is_refused = true;
+        row.reasons = {failure.what, failure.remedy};
+        rows.push_back(std::move(row));
+      };
+      if (results[i].failure) refuse("", *results[i].failure);
+      for (const Refused& refused : results[i].refused) refuse(refused.name, refused.failure);
       for (const Conditioned& r : results[i].recordings) {
         ModulusRow row;
         row.file = item.shown + (r.name.empty() ? "" : "#" + r.name);
-        row.point = point_of(item, r);
+        row.point = point_of(item, r.name);
         if (item.position_m)
           row.position_m = item.position_m;
         else if (r.contact_m)
           row.position_m = manifest.motion ? (*manifest.motion)(*r.contact_m) : *r.contact_m;
         const SignalSettings& s = item.signal;
         row.press = {s.tip, r.tip_radius_m, s.half_angle_rad, s.thickness_m, s.poisson};
+        row.options = options_of(s);
         row.travel_m = r.way_in_travel_m, row.push_N = r.way_in_push_N;
         if (r.dropped_rows > 0)
           row.reasons.push_back(fmt::format("{} unusable rows were left out", r.dropped_rows));
