@@ -17,6 +17,8 @@ constexpr CommandRow kCommands[] = {
     {"import", "Turn the recordings that a manifest names into samples", declare_import},
     {"calibrate", "Identify a material from presses on a body or from tests of specimens",
      declare_calibrate},
+    {"modulus", "Fit contact models to recordings: Young's modulus of each press, and maps of it",
+     declare_modulus},
     {"fit", "Identify response curves at the test points", declare_fit},
     {"refine", "Interpolate the curves onto every vertex of the fine surface", declare_refine},
     {"export", "Write a model as a runtime asset or in another format", declare_export},

@@ -9,7 +9,7 @@ namespace {
 constexpr int kMaxIterations = 60;
 constexpr double kFreeStress = 1e-7;  // left on a free side, over the stress that is measured
 
-/// Minimises the energy over the free sides (M42), from those of F. False where that fails.
+/// Minimises the energy over the free sides (M45), from those of F. False where that fails.
 bool relax_free_sides(const Material& material, std::string_view sides, double modulus_Pa,
                       Mat3& F) {
   std::vector<int> free;

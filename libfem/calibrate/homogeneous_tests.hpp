@@ -9,7 +9,7 @@
 
 namespace palpate::fem {
 
-/// A test whose specimen deforms alike everywhere (M42): which stretches the machine sets, and
+/// A test whose specimen deforms alike everywhere (M45): which stretches the machine sets, and
 /// which follow because nothing loads those sides.
 struct HomogeneousTestRow {
   std::string_view name, summary;

@@ -124,7 +124,7 @@ class MaterialSearch final : public ceres::CostFunction {
         J.col(j) = (moved[sides[0]] - response) / step[sides[0]].second;
     }
     if (by_scaling < 0) return J;
-    // (M40a): the sum of modulus times derivative is the response.
+    // (M43a): the sum of modulus times derivative is the response.
     VectorXd rest = response;
     for (Index j = 0; j < k; ++j) {
       const Coordinate& c = coordinates[static_cast<std::size_t>(j)];
@@ -303,7 +303,7 @@ SearchEnd solve(MaterialSearch& search, const MaterialParameters& start, int max
 }
 
 // How many residuals one independent residual stands for: 1 + 2 sum of their correlations over lags
-// within experiments, up to the first that is within two of its own errors (M41).
+// within experiments, up to the first that is within two of its own errors (M44).
 double rows_each(const VectorXd& r, const std::vector<int>& group) {
   const double variance = r.squaredNorm() / static_cast<double>(r.size());
   double sum = 1;
@@ -321,7 +321,7 @@ double rows_each(const VectorXd& r, const std::vector<int>& group) {
   return sum;
 }
 
-// (M41), and what the observations do not tell.
+// (M44), and what the observations do not tell.
 void state_errors(const MaterialSearch& search, const Observations& observed, const VectorXd& y,
                   double common_error, Identification& out) {
   const auto k = static_cast<Index>(search.coordinates.size());

@@ -43,7 +43,7 @@ struct DeterminedCombination {
   double value = 0, deviation = 0;
 };
 
-/// A material found. covariance, correlation: of the free parameters, in their own units (M41).
+/// A material found. covariance, correlation: of the free parameters, in their own units (M44).
 struct Identification {
   MaterialParameters material;
   std::vector<std::size_t> free;
@@ -69,7 +69,7 @@ struct Identification {
 /// bulk modulus and directions.
 std::vector<std::size_t> identifiable(const MaterialParameters& material);
 
-/// Nonlinear least squares (Levenberg-Marquardt) over the parameters (M40), from those of `start`
+/// Nonlinear least squares (Levenberg-Marquardt) over the parameters (M43), from those of `start`
 /// times the factor that fits best. Positive parameters are sought by their logarithm.
 /// Preconditions: `start` is stable and has a value for every row of its law; `free` is neither
 /// empty nor longer than the observations.

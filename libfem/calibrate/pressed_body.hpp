@@ -21,7 +21,7 @@ enum class PressMesh { coarse, scene };
 /// Presses on a body of known shape, and the same presses by the simulator with other materials of
 /// /// the body. Every press is simulated once: `known` holds those that were, by their name.
 /// Materials that differ by a common factor of their moduli are one, unless there are inclusions
-/// (M40a).
+/// (M43a).
 class PressedBody {
  public:
   /// samples: good press rows along the inward normal are used; their points lie on the surface.
@@ -61,7 +61,7 @@ class PressedBody {
 };
 
 /// A material identified from presses: sought on the coarse mesh, whose forces are multiplied row
-/// by row with what they lack of the scene's accuracy at the material found (M40b). Where one
+/// by row with what they lack of the scene's accuracy at the material found (M43b). Where one
 /// common factor is all that is free, the scene's meshes alone are used, once.
 Identification identify(PressedBody& body, const MaterialParameters& start,
                         IdentifyOptions options);

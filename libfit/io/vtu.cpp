@@ -11,19 +11,25 @@ std::string VtuWriter::text(const Surface& surface, const std::string& scalars) 
   const auto* places = surface.vertices.data();
   add("Points", 3, std::vector<double>(places, places + surface.vertices.size()));
   close("Points");
+  const bool is_cloud = surface.triangles.rows() == 0;
   const auto* corners = surface.triangles.data();
+  std::vector<std::int32_t> connectivity(corners, corners + surface.triangles.size());
+  for (std::int32_t v = 0; is_cloud && v < surface.vertices.rows(); ++v) connectivity.push_back(v);
+  const int width = is_cloud ? 1 : 3;
+  const auto cells = static_cast<std::int64_t>(connectivity.size()) / width;
   std::vector<std::int64_t> offsets;
-  for (Eigen::Index t = 1; t <= surface.triangles.rows(); ++t) offsets.push_back(3 * t);
-  append("Int32", "connectivity", 1,
-         std::vector<std::int32_t>(corners, corners + surface.triangles.size()));
+  for (std::int64_t t = 1; t <= cells; ++t) offsets.push_back(width * t);
+  append("Int32", "connectivity", 1, connectivity);
   append("Int64", "offsets", 1, offsets);
-  append("UInt8", "types", 1, std::vector<std::uint8_t>(offsets.size(), 5));  // VTK_TRIANGLE
+  constexpr std::uint8_t kVertex = 1, kTriangle = 5;  // VTK's numbers
+  append("UInt8", "types", 1,
+         std::vector<std::uint8_t>(offsets.size(), is_cloud ? kVertex : kTriangle));
   close("Cells");
   return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
          "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n" +
          (fields_.empty() ? "" : "    <FieldData>\n" + fields_ + "    </FieldData>\n") +
          "    <Piece NumberOfPoints=\"" + std::to_string(surface.vertices.rows()) +
-         "\" NumberOfCells=\"" + std::to_string(surface.triangles.rows()) + "\">\n" + body_ +
+         "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" + body_ +
          "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _" + data_ +
          "\n  </AppendedData>\n</VTKFile>\n";
 }

@@ -98,6 +98,7 @@ const std::vector<Row> kRooms{
     {"libfit/recordings/formats", {}},
     {"libfit/recordings/signal", {"libfit/recordings/formats"}},
     {"libfit/recordings/contact_point", {"libfit/recordings/formats", "libfit/recordings/signal"}},
+    {"libfit/recordings/indentation", {"libfit/recordings/formats", "libfit/recordings/signal"}},
     {"libfit/recordings/batch",
      {"libfit/recordings/formats", "libfit/recordings/signal", "libfit/recordings/contact_point"}},
     {"libfit/recordings/placing",

@@ -33,7 +33,8 @@ constexpr std::array kUses{Named{"approach", recordings::Use::approach},
                            Named{"retract", recordings::Use::retract},
                            Named{"mean", recordings::Use::mean}};
 constexpr std::array kTips{Named{"sphere", Tip::sphere}, Named{"flat", Tip::flat},
-                           Named{"cone", Tip::cone}};
+                           Named{"cone", Tip::cone}, Named{"pyramid", Tip::pyramid},
+                           Named{"pyramid-3", Tip::pyramid_3}};
 constexpr std::array kSeparators{Named{"comma", ','}, Named{"semicolon", ';'}, Named{"tab", '\t'},
                                  Named{"blank", ' '}};
 constexpr std::array kNormals{Named{"inward", false}, Named{"outward", true}};
@@ -132,6 +133,7 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   read_named(table, "use", kUses, s.use);
   s.rows = static_cast<int>(table.integer("rows", s.rows, 3, 100000));
   s.poisson = table.number("poisson", s.poisson, 0, 0.5);
+  s.thickness_m = table.quantity("thickness", Dimension::length, s.thickness_m, 0, 10);
   if (table.has("plausible")) {
     const auto range = table.quantities("plausible", Dimension::pressure, 0, 1e15);
     if (range.size() != 2 || !(range[0] < range[1]))
@@ -145,6 +147,7 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
     SceneTable probe = table.table("probe", "probe");
     read_named(probe, "shape", kTips, s.tip);
     s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 10);
+    s.half_angle_rad = probe.quantity("half_angle", Dimension::angle, s.half_angle_rad, 0, 1.57);
     if (probe.has("friction")) entry.friction = probe.number("friction", 0, 0, 100);
     probe.finish();
   }

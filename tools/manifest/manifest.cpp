@@ -50,7 +50,7 @@ void read_registration(SceneTable table, Manifest& manifest) {
 ProbeSpec probe_of(recordings::Tip tip, double radius_m, double friction) {
   ProbeSpec probe = sphere_spec(radius_m, friction);
   if (tip == recordings::Tip::flat) probe.shape = "flat";
-  if (tip != recordings::Tip::cone) return probe;
+  if (tip == recordings::Tip::sphere || tip == recordings::Tip::flat) return probe;
   probe.shape = "cone";
   probe.values = {{"tip_radius", {radius_m}}};
   return probe;

@@ -12,8 +12,8 @@ namespace palpate::recordings {
 enum class Drift { none, bias, line };
 
 /// Shape of the tip that pressed, for the contact estimate: force grows as depth to the power
-/// 3/2 (sphere), 1 (flat) or 2 (cone).
-enum class Tip { sphere, flat, cone };
+/// 3/2 (sphere), 1 (flat) or 2 (cone, and pyramids of four and of three faces).
+enum class Tip { sphere, flat, cone, pyramid, pyramid_3 };
 
 /// Which way of a press gives its rows: the way in that goes farthest, the way back from it, or the
 /// mean of every way in and back that goes as far (the middle of the loop, on all readings).
@@ -35,7 +35,9 @@ struct SignalSettings {
   Drift drift = Drift::bias;
   Tip tip = Tip::sphere;
   double radius_m = 0;        ///< of the tip; 0: unknown
-  double poisson = 0.5;       ///< of the body, for the apparent modulus alone
+  double half_angle_rad = 0;  ///< of a cone, or between a pyramid's axis and its faces; 0: unknown
+  double thickness_m = 0;     ///< of the body, a layer on a rigid ground; 0: deep. Of moduli alone
+  double poisson = 0.5;       ///< of the body, for moduli alone
   double smooth_s = 0;        ///< standard deviation of the Gaussian filter, which has no delay
   double force_delay_s = 0;   ///< the force signal is this late
   double compliance_m_N = 0;  ///< of the rig: travel that the body does not see

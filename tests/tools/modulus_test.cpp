@@ -1,0 +1,136 @@
+// `palpate modulus` as a user runs it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/shared_data.hpp"
+#include "tests/tools/command_line.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// A press of a paraboloid of 5 mm on E = 10 kPa (F = 4/3 E / 0.75 sqrt(R) d^1.5) after 2 mm, 4 mm
+// deep; or of a body that pushes back as the tenth power of depth.
+std::string press(double young_Pa, bool is_odd = false) {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i < 300; ++i) {
+    const double depth_mm = std::max(0.0, 0.02 * i - 2);
+    const double force_N =
+        is_odd ? 0.5 * std::pow(depth_mm / 4, 10)
+               : young_Pa * 4 / 2.25 * std::sqrt(5e-3) * std::pow(1e-3 * depth_mm, 1.5);
+    text += std::to_string(0.01 * i) + "," + std::to_string(0.02 * i) + "," +
+            std::to_string(force_N + 1e-4 * ((i * 7919) % 11 - 5)) + "\n";
+  }
+  return text;
+}
+
+const std::string kManifest = R"([defaults]
+columns = { time = "t", depth = "d", force = "F" }
+units = { time = "s", position = "mm", force = "N" }
+force_on = "body"
+normal = [0, 0, -1]
+probe = { shape = "sphere", radius = "5 mm" }
+[[recording]]
+file = "a.csv"
+point = "soft"
+position = [0, 0, 40]
+[[recording]]
+file = "b.csv"
+point = "stiff"
+position = [10, 5, 40]
+)";
+
+struct Answer {
+  Outcome outcome;
+  std::string table, models, page;
+};
+
+Answer answer(const Folder& folder, const std::string& more = "") {
+  Answer out;
+  out.outcome = palpate(folder, "modulus " + (folder / "manifest.toml").string() + " -o " +
+                                    (folder / "m.csv").string() + " " + more);
+  if (!fs::exists(folder / "m.csv")) return out;
+  out.table = content_of(folder / "m.csv"), out.models = content_of(folder / "m.models.csv");
+  out.page = content_of(folder / "m.html");
+  return out;
+}
+
+// A field of the row of a point.
+std::string field(const std::string& table, const std::string& point, int column) {
+  const std::size_t begin = table.rfind('\n', table.find("," + point + ","));
+  std::istringstream fields(table.substr(begin + 1));
+  std::string value;
+  for (int k = 0; k <= column; ++k) std::getline(fields, value, ',');
+  return value;
+}
+
+TEST(modulus, is_that_of_the_law_with_a_map_a_cloud_and_a_page) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1e4)),
+      folder.write("b.csv", press(3e4));
+  const Answer got = answer(folder, "--models hertz,power");
+  ASSERT_EQ(got.outcome.status, 0) << got.outcome.err;
+  EXPECT_NEAR(std::stod(field(got.table, "soft", 6)), 1e4, 50) << got.table;
+  EXPECT_NEAR(std::stod(field(got.table, "stiff", 6)), 3e4, 150) << got.table;
+  EXPECT_EQ(field(got.table, "stiff", 2), "0.01");
+  EXPECT_NEAR(std::stod(field(got.table, "soft", 8)), 2e-3, 5e-6);
+  EXPECT_NEAR(std::stod(field(got.table, "soft", 14)), 1.5, 0.01);
+  const std::string cloud = content_of(folder / "m.vtu");
+  EXPECT_NE(cloud.find("NumberOfPoints=\"2\" NumberOfCells=\"2\""), std::string::npos);
+  EXPECT_NE(cloud.find("young_Pa"), std::string::npos);
+  EXPECT_NE(got.page.find("<h2>Map</h2>"), std::string::npos);
+  EXPECT_NE(got.page.find("stiff: 30"), std::string::npos);
+  const Answer again = answer(folder, "--models hertz,power --jobs 1");
+  EXPECT_EQ(again.table, got.table);
+}
+
+TEST(modulus, what_has_none_is_listed_and_shown_first) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1e4)),
+      folder.write("b.csv", "t,d,F\n0,0,0\n0,x,1\n");
+  const Answer got = answer(folder);
+  EXPECT_EQ(got.outcome.status, 3) << got.outcome.err;
+  EXPECT_NE(got.outcome.err.find("`x` is not a number"), std::string::npos) << got.outcome.err;
+  EXPECT_LT(got.page.find("<b>b.csv"), got.page.find("<b>a.csv"));
+  EXPECT_EQ(field(got.table, "stiff", 16), "refused");
+  EXPECT_EQ(field(got.table, "soft", 5), "hertz") << got.table;
+  EXPECT_NE(got.table.find("deeper than the model holds"), std::string::npos) << got.table;
+}
+
+TEST(modulus, a_curve_that_no_model_describes_is_poor_and_a_tip_without_angle_is_asked_for) {
+  const Folder folder;
+  folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1e4, true)),
+      folder.write("b.csv", press(1e4));
+  const Answer odd = answer(folder);
+  EXPECT_EQ(field(odd.table, "soft", 16), "poor") << odd.table;
+  EXPECT_NE(odd.table.find("the tip's models have 1.5"), std::string::npos) << odd.table;
+  std::string text = kManifest;
+  folder.write("manifest.toml", text.replace(text.find("\"sphere\""), 8, "\"cone\""));
+  const Answer cone = answer(folder);
+  EXPECT_EQ(cone.outcome.status, 1) << cone.outcome.err;
+  EXPECT_NE(cone.outcome.err.find("no model speaks of a tip without half_angle"), std::string::npos)
+      << cone.outcome.err;
+}
+
+TEST(modulus, of_the_nanoindenter_is_the_instruments_by_its_model) {
+  PALPATE_NEEDS_DATA("data/indentation");
+  const Folder folder;
+  folder.write(
+      "manifest.toml",
+      "[[recording]]\nfile = \"" +
+          fs::canonical(palpate::testing_support::shared_data("data/indentation")).string() +
+          "/fmt-chiaro*.txt\"\npoint = \"gel\"\n");
+  const Answer got = answer(folder);
+  ASSERT_EQ(got.outcome.status, 0) << got.outcome.err;
+  const std::size_t hertz = got.models.find(",hertz,");
+  EXPECT_NEAR(std::stod(got.models.substr(hertz + 7)), 117.007, 0.5);
+  // 12 um into a ball of 27: the paraboloid is 6 % softer than the ball.
+  EXPECT_NEAR(std::stod(field(got.table, "gel", 6)), 124.1, 0.5);
+}
+
+}  // namespace
+}  // namespace palpate::tools
