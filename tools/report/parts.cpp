@@ -236,7 +236,8 @@ void add_placement(Json& json, const fs::path& path) {
   static constexpr CsvColumnRule kRules[] = {{"points"},  {"new_points"}, {"median_rel"},
                                              {"p95_rel"}, {"max_rel"},    {"dragged"}};
   const CsvTable table = read_csv(path, kRules);
-  for (const CsvColumnRule& rule : kRules) json["placement"][std::string(rule.name)] = table.number(rule.name);
+  for (const CsvColumnRule& rule : kRules)
+    json["placement"][std::string(rule.name)] = table.number(rule.name);
 }
 
 void add_asset(Json& json, const fs::path& path) {

@@ -27,7 +27,7 @@ struct KnownContact {
 /// How the signals of one recording become samples.
 struct SignalSettings {
   ExperimentKind kind = ExperimentKind::press;
-  std::string contact = "auto";  ///< a name of kContactEstimators
+  std::string contact = "auto";                    ///< a name of kContactEstimators
   std::optional<KnownContact> known_contact = {};  ///< by the rig; nothing is estimated then
   bool has_common_contact = false;  ///< one for all presses of its point, see common_contacts
   bool keeps_way_in = false;        ///< Conditioned::way_in_travel_m, way_in_push_N

@@ -43,12 +43,17 @@ export function setUpGroup(contents: Contents): Group {
   };
   const place = (key: string) => new Vector3(...(numbers(key) as [number, number, number]));
   for (const key of Object.keys(set_up.settings)) {
-    const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low)$/.exec(key);
+    const found = /^(experiments\/region|inclusion\/\d+)\/(sphere\/radius|box\/low|inside\/vertices)$/.exec(key);
     if (!found) continue;
     const [, owner, shape] = found;
     const colour = kSetUpColours[owner.startsWith("inclusion") ? "inclusion" : "window"];
     if (shape === "box/low") {
       group.add(new Box3Helper(new Box3(place(key), place(`${owner}/box/high`)), new Color(colour)));
+    } else if (shape === "inside/vertices") {
+      const solid = new BufferGeometry();
+      solid.setAttribute("position", new BufferAttribute(new Float32Array(numbers(key)), 3));
+      solid.setIndex(numbers(`${owner}/inside/triangles`));
+      group.add(new Mesh(solid, wire(colour, 0.22, true)));
     } else {
       const ball = new Mesh(new SphereGeometry(numbers(key)[0], 20, 12), wire(colour, 0.22, true));
       ball.position.copy(place(`${owner}/sphere/center`));
