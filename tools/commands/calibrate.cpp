@@ -11,6 +11,8 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
+#include "tools/commands/calibration_answer.hpp"
+#include "tools/commands/press_cache.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/specimens.hpp"
 #include "tools/outputs.hpp"
@@ -27,23 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kHeading = "# Calibrated by palpate";
-constexpr double kKeepShare = 0.05;    // of the time, spent on keeping what is simulated
 constexpr Eigen::Index kThinned = 60;  // rows of a test, while starts are compared
 constexpr int kStarts = 12;
-
-struct NamedParameter {
-  std::string name;
-  bool is_modulus = false;
-};
-
-// Names of a law's values, one each.
-std::vector<NamedParameter> names_of(const fem::MaterialParameters& material) {
-  std::vector<NamedParameter> out;
-  for (const fem::ParameterRow& row : fem::find_law(material.law, "law").parameters)
-    for (int k = 0; k < row.count; ++k) out.push_back({std::string(row.name), !row.unit.empty()});
-  return out;
-}
 
 std::vector<std::string> split_names(const std::string& text) {
   std::vector<std::string> names{""};
@@ -85,219 +72,6 @@ std::vector<std::size_t> free_of(const fem::MaterialParameters& material, const 
   return free;
 }
 
-// Pressures in the unit that suits the largest of them.
-struct PressureUnit {
-  explicit PressureUnit(double largest_Pa)
-      : name(largest_Pa >= 1e6   ? "MPa"
-             : largest_Pa >= 1e3 ? "kPa"
-                                 : "Pa"),
-        size_Pa(largest_Pa >= 1e6   ? 1e6
-                : largest_Pa >= 1e3 ? 1e3
-                                    : 1) {}
-  std::string name;
-  double size_Pa;
-};
-
-std::string in_toml(double value, bool is_modulus) {
-  if (!is_modulus) return number(value, 6);
-  const PressureUnit unit(std::abs(value));
-  return fmt::format("\"{} {}\"", number(value / unit.size_Pa, 6), unit.name);
-}
-
-/// What was found, in words, as JSON and as values of [material].
-class CalibrationAnswer {
- public:
-  /// unit: of what was observed. is_stated: some rows state their error.
-  CalibrationAnswer(const fem::Identification& found, Eigen::Index rows, std::string_view unit,
-                    bool is_stated)
-      : found_(found),
-        names_(names_of(found.material)),
-        rows_(rows),
-        unit_(unit),
-        is_stated_(is_stated) {}
-
-  std::string value_in_words(std::size_t k) const {
-    const std::size_t i = found_.free[k];
-    const double value = found_.material.values[i], deviation = found_.deviation(k);
-    if (!names_[i].is_modulus) return fmt::format("{:.4g} ± {:.2g}", value, deviation);
-    const PressureUnit unit(std::abs(value));
-    return fmt::format("{:.4g} ± {:.2g} {}", value / unit.size_Pa, deviation / unit.size_Pa,
-                       unit.name);
-  }
-  std::string in_words() const {
-    std::string text =
-        fmt::format("{:<12} {:>26}  95 %\n", found_.material.law, "value, deviation");
-    for (std::size_t k = 0; k < found_.free.size(); ++k) {
-      const std::size_t i = found_.free[k];
-      const double value = found_.material.values[i],
-                   half = found_.half_width * found_.deviation(k);
-      const PressureUnit unit(names_[i].is_modulus ? std::abs(value) : 1);
-      text += fmt::format("{:<12} {:>26}  {:.4g} to {:.4g}\n", names_[i].name, value_in_words(k),
-                          (value - half) / unit.size_Pa, (value + half) / unit.size_Pa);
-    }
-    for (std::size_t k = 1; k < found_.free.size(); ++k)
-      for (std::size_t m = 0; m < k; ++m)
-        text += fmt::format(
-            "correlation of {} and {}: {:.3f}\n", name(m), name(k),
-            found_.correlation(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(m)));
-    text +=
-        is_stated_
-            ? fmt::format("{} rows; residuals {:.2g} of the stated errors", rows_, found_.misfit)
-            : fmt::format("{} rows; residuals {:.3g} {} rms", rows_,
-                          std::sqrt(found_.sum_of_squares / static_cast<double>(rows_)), unit_);
-    if (found_.rows_each > 1)
-      text += fmt::format(", {:.2g} rows go together as one", found_.rows_each);
-    for (const std::string& line : not_told_apart()) text += "\n" + line;
-    return text;
-  }
-  std::vector<std::string> not_told_apart() const {
-    if (found_.are_told_apart) return {};
-    std::vector<std::string> all;
-    for (std::size_t k = 0; k < found_.free.size(); ++k) all.push_back(name(k));
-    if (all.size() == 1) return {fmt::format("the rows do not determine {}", all.front())};
-    std::vector<std::string> lines{
-        fmt::format("the rows do not tell {} apart{}", listed(all, ", "),
-                    found_.determined.empty() ? " and determine none" : "; they determine")};
-    for (const auto& one : found_.determined) lines.push_back("  " + in_words(one));
-    return lines;
-  }
-  Json json() const {
-    Json parameters = Json::array(), correlation = Json::array(), determined = Json::array();
-    for (std::size_t k = 0; k < found_.free.size(); ++k) {
-      const std::size_t i = found_.free[k];
-      const double value = found_.material.values[i],
-                   half = found_.half_width * found_.deviation(k);
-      parameters.push_back({{"name", names_[i].name},
-                            {"unit", names_[i].is_modulus ? "Pa" : "1"},
-                            {"value", value},
-                            {"deviation", found_.deviation(k)},
-                            {"low", value - half},
-                            {"high", value + half}});
-      Json line = Json::array();
-      for (std::size_t m = 0; m < found_.free.size(); ++m)
-        line.push_back(
-            found_.correlation(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(m)));
-      correlation.push_back(line);
-    }
-    for (const auto& one : found_.determined)
-      determined.push_back(
-          {{"what", combination(one)}, {"value", one.value}, {"deviation", one.deviation}});
-    return {{"law", found_.material.law},
-            {"parameters", parameters},
-            {"correlation", correlation},
-            {"told_apart", found_.are_told_apart},
-            {"determined", determined},
-            {"rows", rows_},
-            {"misfit", found_.misfit},
-            {"rows_each", found_.rows_each},
-            {"sum_of_squares", found_.sum_of_squares},
-            {"converged", found_.is_converged}};
-  }
-  std::vector<NewValue> values() const {
-    std::vector<NewValue> out;
-    for (const std::size_t i : found_.free)
-      out.push_back(
-          {"material", names_[i].name, in_toml(found_.material.values[i], names_[i].is_modulus)});
-    return out;
-  }
-  std::string heading() const {
-    std::string line(kHeading);
-    for (std::size_t k = 0; k < found_.free.size(); ++k)
-      line += fmt::format("{} {} = {}", k == 0 ? ":" : ",", name(k), value_in_words(k));
-    return line + "\n";
-  }
-
- private:
-  std::string name(std::size_t k) const { return names_[found_.free[k]].name; }
-  std::string combination(const fem::DeterminedCombination& one) const {
-    std::string text;
-    for (Eigen::Index k = 0; k < one.weight.size(); ++k) {
-      const double weight = one.weight[k];
-      if (std::abs(weight) < 0.005) continue;
-      const std::string shown = number(std::abs(weight), 3);
-      const bool is_one = std::abs(std::abs(weight) - 1) < 0.005;
-      const std::string its_name = name(static_cast<std::size_t>(k));
-      if (one.is_product)
-        text += fmt::format("{}{}{}", text.empty() ? "" : " ", its_name,
-                            is_one && weight > 0 ? "" : fmt::format("^{:.3g}", weight));
-      else
-        text += fmt::format("{}{}{}",
-                            text.empty() ? (weight < 0 ? "-" : "")
-                            : weight < 0 ? " - "
-                                         : " + ",
-                            is_one ? "" : fmt::format("{} ", shown), its_name);
-    }
-    return text;
-  }
-  std::string in_words(const fem::DeterminedCombination& one) const {
-    if (one.is_product)
-      return fmt::format("{} = {:.4g} ± {:.2g}", combination(one), one.value, one.deviation);
-    const PressureUnit unit(std::abs(one.value));
-    return fmt::format("{} = {:.4g} ± {:.2g} {}", combination(one), one.value / unit.size_Pa,
-                       one.deviation / unit.size_Pa, unit.name);
-  }
-
-  const fem::Identification& found_;
-  std::vector<NamedParameter> names_;
-  Eigen::Index rows_;
-  std::string_view unit_;
-  bool is_stated_;
-};
-
-/// Presses that were simulated, beside the output until it is written.
-class PressCache {
- public:
-  PressCache(const std::string& output, std::string fingerprint, bool resume,
-             fem::PressedBody& body)
-      : path_(output + ".partial"), fingerprint_(std::move(fingerprint)), body_(body) {
-    if (fs::exists(path_)) {
-      const Json kept = resume ? Json::parse(read_whole_file(path_), nullptr, false) : Json();
-      if (!resume)
-        say("  {} of an interrupted run is not used (no --resume)", path_);
-      else if (!kept.is_object() || kept.value("made_from", "") != fingerprint_)
-        say("  {} was made from something else and is not used", path_);
-      else
-        take(kept);
-    }
-    body_.on_press = [this] {
-      const double from_s = wall_seconds();
-      if (from_s < next_s_) return;
-      keep();
-      next_s_ = wall_seconds() + (wall_seconds() - from_s) / kKeepShare;
-    };
-  }
-  void keep() const {
-    Json presses = Json::object();
-    for (const auto& [name, press] : body_.known)
-      presses[name] = {{"force_N", press.force_N}, {"error_N", press.error_N}};
-    write_file_atomically(path_, Json{{"made_from", fingerprint_}, {"presses", presses}}.dump());
-  }
-  void remove() const {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  void take(const Json& kept) {
-    try {
-      for (const auto& [name, press] : kept.at("presses").items()) {
-        fem::SimulatedPress& known = body_.known[name];
-        known.force_N = press.at("force_N").get<std::vector<double>>();
-        for (const Json& error : press.at("error_N"))
-          known.error_N.push_back(error.is_number() ? error.get<double>() : NAN);
-      }
-      say("  resuming: {} presses are done", body_.known.size());
-    } catch (const Json::exception&) {
-      body_.known.clear();
-    }
-  }
-
-  std::string path_, fingerprint_;
-  fem::PressedBody& body_;
-  double next_s_ = 0;
-};
-
 class Calibrate final : public Command {
  public:
   explicit Calibrate(Arguments& arguments) {
@@ -312,7 +86,7 @@ class Calibrate final : public Command {
     arguments.option("--points", points_,
                      "Points of the samples to use, evenly among them; 0 uses all");
     arguments.output("-o,--output", output_, "The scene with the material found, calibrated.toml",
-                     {kHeading});
+                     {kCalibrationHeading});
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--resume", resume_, "Go on from the presses that an interrupted run kept");
@@ -433,7 +207,7 @@ class Calibrate final : public Command {
     const CalibrationAnswer answer(found, rows, "N",
                                    (pressed.observed().deviation.array() > 0).any());
     std::string whole = text;
-    if (whole.starts_with(kHeading)) whole.erase(0, whole.find('\n') + 1);
+    if (whole.starts_with(kCalibrationHeading)) whole.erase(0, whole.find('\n') + 1);
     if (fs::absolute(output_).parent_path() != fs::absolute(input_).parent_path())
       for (const NewValue& named : absolute_files(whole, input_))
         whole = rewritten(whole, input_, {{named.section, named.key, quoted(named.value)}});
