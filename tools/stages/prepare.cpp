@@ -83,14 +83,6 @@ void mend(const Scene& scene, bool surface_only, Body& body, const std::string& 
   body.surface = std::move(mended.surface);
 }
 
-double mean_edge_m(const Surface& surface) {
-  double sum = 0;
-  for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      sum += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
-  return sum / static_cast<double>(3 * surface.triangles.rows());
-}
-
 void filter(double noise_m, Body& body) {
   FilteredSurface filtered = filter_noise(body.surface, noise_m);
   body.surface = std::move(filtered.surface);

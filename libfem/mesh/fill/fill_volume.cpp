@@ -33,14 +33,6 @@ void refuse_bad_input(const Surface& closed, const FillOptions& options) {
                 "Give an edge >= 0, a growth >= 1 and a CPU limit > 0.");
 }
 
-double mean_edge_m(const Surface& surface) {
-  double sum = 0;
-  for (const auto& t : surface.triangles.rowwise())
-    for (int k = 0; k < 3; ++k)
-      sum += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
-  return sum / static_cast<double>(3 * surface.triangles.rows());
-}
-
 double volume_of_edge_m3(double edge_m) { return edge_m * edge_m * edge_m / (6 * std::sqrt(2.0)); }
 
 /// A mesh or the reason for none; checked and smoothed.
@@ -134,6 +126,14 @@ void fill_report(FillReport& report, Mesher mesher, const Filled& filled, double
 }
 
 }  // namespace
+
+double mean_edge_m(const Surface& surface) {
+  double sum = 0;
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      sum += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
+  return sum / static_cast<double>(3 * surface.triangles.rows());
+}
 
 TetMesh fill_volume(const Surface& given, const FillOptions& options, FillReport* report) {
   refuse_bad_input(given, options);

@@ -52,4 +52,7 @@ struct FillReport {
 TetMesh fill_volume(const Surface& closed, const FillOptions& options = {},
                     FillReport* report = nullptr);
 
+/// Mean length of a triangle's edges.
+double mean_edge_m(const Surface& surface);
+
 }  // namespace palpate
