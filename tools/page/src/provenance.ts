@@ -4,10 +4,13 @@ import { type Contents, codes, floats, type Setting } from "./contents";
 import { html, section, table } from "./dom";
 import { digits, plain, quantity } from "./words";
 
+const kShownNumbers = 24;
+
 /** A setting with its unit. */
 export function shown(setting: Setting): string {
   if ("text" in setting) return setting.text;
   const { numbers, unit } = setting;
+  if (numbers.length > kShownNumbers) return `${numbers.length} numbers`; // a surface
   if (unit === "m" || unit === "Pa") return numbers.map((v) => quantity(v, unit)).join(", ");
   const text = numbers.map((v) => String(Number(v.toPrecision(4)))).join(", ");
   return unit === "1" ? text : `${text} ${unit}`;
