@@ -83,8 +83,8 @@ class Equilibrium {
   /// Multiplies the contact penalty from here on; accepted states can be gone on from.
   void stiffen_contact(double factor) { contact_.stiffen(factor); }
 
-  /// Sum of the forces of the ground on the body at held nodes [N]; minus the contact force in
-  /// equilibrium. moment_Nm: the same of their moments about a point.
+  /// Sum of the forces of the ground on the body at held nodes [N]; where there is no bed, minus
+  /// the contact force in equilibrium. moment_Nm: the same of their moments about a point.
   Vec3 reaction_N(const Points& u) const;
   Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
 
