@@ -36,8 +36,8 @@ namespace {
 constexpr double kMeshSizeRatio = 0.28;
 constexpr double kChordVolumeLoss = 0.08;
 
-// Over the mean edge. A hand and three livers have 0.8 to 2.6 %, an elephant 5; noise of 18 % could
-// not be meshed.
+// Over the mean edge. A hand and three livers have 0.8 to 2.6 %, an elephant 5; at 18 % of
+// noise a surface cannot be coarsened.
 constexpr double kRough = 0.08;
 
 // The boundary of a volume mesh with the vertices it uses.
