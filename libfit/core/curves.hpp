@@ -11,6 +11,7 @@
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
+#include "libfit/core/relaxation.hpp"
 #include "libfit/runtime/families/families.hpp"
 
 namespace palpate {
@@ -68,6 +69,7 @@ struct CurveSet {
       std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
   /// Of each part: # x width size_of() numbers, control value by control value.
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
+  Relaxation relaxation;  ///< of the body: the curves are those of slow motion
 
   CurveSet() = default;
   explicit CurveSet(CurveFamily of)

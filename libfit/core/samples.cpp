@@ -62,10 +62,12 @@ void append_row(Samples& to, const Samples& from, Eigen::Index row, std::int32_t
   to.force.row(at) = from.force.row(row);
   to.torque.row(at) = from.torque.row(row);
   to.force_error[at] = from.force_error[row];
+  if (to.time_s.size() > 0) to.time_s[at] = from.time_s[row];
   if (to.surface.cols() > 0) to.surface.row(at) = from.surface.row(row);
 }
 
-void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_columns) {
+void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_columns, bool has_time) {
+  samples.time_s.conservativeResize(has_time ? rows : 0);
   samples.surface.conservativeResize(surface_columns > 0 ? rows : 0, surface_columns);
   samples.deflection.conservativeResize(rows, 3);
   samples.force.conservativeResize(rows, 3);
@@ -106,7 +108,8 @@ Samples take_points(const Samples& from, const TestPoints& wanted, int per_point
   out.point_normal = wanted.normal;
   out.point_name = wanted.name;
   out.point_normal_gradient.setZero(wanted.position.rows(), 9);
-  resize_rows(out, rows, from.surface.cols());
+  resize_rows(out, rows, from.surface.cols(), from.time_s.size() > 0);
+  out.relaxation = from.relaxation;
   for (Eigen::Index p = 0; p < from.points(); ++p)
     if (new_number[static_cast<std::size_t>(p)] >= 0 && from.point_normal_gradient.rows() != 0)
       out.point_normal_gradient.row(new_number[static_cast<std::size_t>(p)]) =
@@ -148,7 +151,8 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
   const auto lacks = [](const Samples& s) { return s.rows() > 0 && s.surface.cols() == 0; };
   resize_rows(
       out, first.rows() + second.rows(),
-      lacks(first) || lacks(second) ? 0 : std::max(first.surface.cols(), second.surface.cols()));
+      lacks(first) || lacks(second) ? 0 : std::max(first.surface.cols(), second.surface.cols()),
+      first.time_s.size() > 0 && second.time_s.size() > 0);
   out.step_check.resize(out.point.size(), StepCheck::none);  // where nothing was checked in `first`
   for (Eigen::Index row = 0; row < second.rows(); ++row)
     append_row(out, second, row,

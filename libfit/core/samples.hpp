@@ -11,6 +11,7 @@
 #include "libfit/core/body.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
+#include "libfit/core/relaxation.hpp"
 
 namespace palpate {
 
@@ -120,12 +121,16 @@ struct Samples {
   Eigen::VectorXd force_error;           ///< N [N], estimated; NaN where unknown
   std::vector<RowStatus> status;         ///< N
   std::vector<StepCheck> step_check;     ///< N, or none at all where nothing checked
+  /// N [s] since the first touch of the experiment, rising within it; between rows the tool moves
+  /// at constant speed. Empty: the rows are of slow motion, or have no clock.
+  Eigen::VectorXd time_s;
   /// N x 3V [m], of simulated rows: x, y, z of each vertex of the fine surface in turn, how far it
   /// has moved; 0 of rows that are not good. No rows where it was not kept. A file of its own.
   SurfaceMotion surface;
 
   std::optional<ProbeSpec> probe;  ///< that made them; none where unknown
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
+  Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
 
   Eigen::Index rows() const { return deflection.rows(); }

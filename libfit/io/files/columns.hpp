@@ -207,4 +207,12 @@ void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::In
 void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
                     const Controls& controls, const CurveBasis& basis, Eigen::Index points);
 
+/// Columns of a Relaxation, R: Relaxation or const Relaxation; none where a body has none.
+template <class R, class F>
+void relaxation_columns(R& relaxation, F& f) {
+  if (!f.first("relaxation/share", relaxation.share, {.is_optional = true})) return;
+  f("relaxation/time", relaxation.time_s, {.unit = "s"});
+}
+void check_relaxation(const Complain& complain, const Relaxation& relaxation);
+
 }  // namespace palpate::h5

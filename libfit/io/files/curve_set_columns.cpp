@@ -64,6 +64,8 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.control[i] =
         Eigen::Map<const Controls>(values.data(), static_cast<Eigen::Index>(points), columns);
   }
+  ColumnReader in(reader);
+  relaxation_columns(curves.relaxation, in);
   return curves;
 }
 
@@ -79,6 +81,22 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
                     static_cast<std::size_t>(curves.control[i].cols())});
     if (parts[i].is_curve()) writer.attribute(group, "degree", curves.basis[i].degree);
   }
+  ColumnWriter out(writer);
+  relaxation_columns(curves.relaxation, out);
+}
+
+void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
+  check_rows(complain, "relaxation/time", relaxation.time_s.size(), relaxation.branches());
+  if (relaxation.branches() > kMaxBranches)
+    throw complain("relaxation/share", "has more than " + std::to_string(kMaxBranches) + " rows");
+  for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
+    const std::string row = "row " + std::to_string(k);
+    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= kMaxShare))
+      throw complain("relaxation/share", row + " is not above 0 and up to 1000");
+    if (!(relaxation.time_s[k] >= kMinRelaxation_s && relaxation.time_s[k] <= kMaxRelaxation_s) ||
+        (k > 0 && !(relaxation.time_s[k] > relaxation.time_s[k - 1])))
+      throw complain("relaxation/time", row + " is not above the one before, 1e-4 s to 1e6 s");
+  }
 }
 
 void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
@@ -92,6 +110,7 @@ void check_controls(const Complain& complain, const std::string& name, const run
 }
 
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
+  check_relaxation(complain, curves.relaxation);
   const auto parts = parts_of(curves.family);
   if (curves.basis.size() != parts.size() || curves.control.size() != parts.size())
     throw complain("curves", "has not the parts of its family");

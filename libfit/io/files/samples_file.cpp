@@ -38,6 +38,9 @@ void columns(S& s, F& f) {
   f("rows/force_error", s.force_error, {"N", true});
   f("rows/status", s.status, {.names = kRowStatusNames});
   f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
+  f("rows/time", s.time_s, {.unit = "s", .is_optional = true});
+
+  relaxation_columns(s.relaxation, f);
 
   auto& r = s.recordings;
   if (!f.first("recordings/experiment", r.experiment, {.is_optional = true})) return;
@@ -74,6 +77,12 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
     if (is_good && !s.torque.row(i).allFinite())
       throw complain("rows/torque", row_name(i) + " is good but not a finite number");
     if (s.force_error[i] < 0) throw complain("rows/force_error", row_name(i) + " is negative");
+    if (s.time_s.size() == 0) continue;
+    const bool is_first = i == 0 || s.experiment[static_cast<std::size_t>(i)] !=
+                                        s.experiment[static_cast<std::size_t>(i - 1)];
+    if (!(s.time_s[i] >= 0) || !std::isfinite(s.time_s[i]) ||
+        (!is_first && !(s.time_s[i] > s.time_s[i - 1])))
+      throw complain("rows/time", row_name(i) + " does not come after the row before");
   }
 }
 
@@ -105,6 +114,7 @@ void check(const Samples& s, const h5::Complain& complain) {
   check_indices(complain, "rows/point", s.point.data(), s.rows(), 1, s.points());
   check_numbers(s, complain);
   check_experiments(s, complain);
+  check_relaxation(complain, s.relaxation);
   check_measured(s.recordings, complain);
 }
 
