@@ -124,6 +124,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   if (!runtime::has_possible_counts(header))
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
                 "Export a coarser surface.");
+  if (model.curves.relaxation.branches() > 0) header.flags |= runtime::kFlagRelaxation;
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -163,7 +164,19 @@ void put_shape(AssetBytes& bytes, const Header& header, const AssetShape& shape)
   put_part(runtime::kShapeMode, shape.mode);
 }
 
-void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
+void put_relaxation(AssetBytes& bytes, const Header& header, const Relaxation& relaxation) {
+  runtime::RelaxationBlock block{};
+  block.branches = relaxation.branches();
+  for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
+    block.share[k] = relaxation.share[k];
+    block.time_s[k] = relaxation.time_s[k];
+  }
+  std::uint64_t sections[runtime::kSections];
+  const std::uint64_t end = runtime::lay_out(header, sections);
+  std::memcpy(bytes.data() + end - sizeof block, &block, sizeof block);
+}
+
+void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
              const std::string& meta) {
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
   put(bytes, header, runtime::kNormals, parts.surface.normal);
@@ -179,6 +192,8 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts,
     put(bytes, header, runtime::kPartTable + part, parts.table[static_cast<std::size_t>(part)]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
   put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
+  if (model.curves.relaxation.branches() > 0)
+    put_relaxation(bytes, header, model.curves.relaxation);
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 
@@ -243,7 +258,7 @@ AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
   const AssetParts parts = make_parts(model, options);
   const Header header = make_header(model, options, parts);
   AssetBytes bytes(header.file_bytes);
-  put_all(bytes, header, parts, options.meta_json);
+  put_all(bytes, header, parts, model, options.meta_json);
   seal(bytes, header);
   const int touching = record_check_forces(bytes, header);
   if (report != nullptr) fill_report(parts, header, touching, *report);

@@ -52,7 +52,7 @@ std::vector<PressedShape> pressed_shapes(const Model& model, const StiffnessMap&
     runtime::Output tick;
     for (int i = 0; i <= ticks; ++i) {
       const Vec3 tip = place + inward * depth_m * (1.1 * i / ticks - 0.1);
-      runtime::touch(asset, contact, tip.data(), tick);
+      runtime::touch(asset, contact, tip.data(), tick, nullptr, runtime::kMaxTimeStep_s);
     }
     if (contact.triangle < 0) return;
     Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> moved(asset.vertices, 3);

@@ -31,7 +31,8 @@ class Walk {
     const double at[3] = {x.x + asset_.origin_m[0], x.y + asset_.origin_m[1],
                           x.z + asset_.origin_m[2]};
     runtime::Output now;
-    runtime::touch_ball(asset_, contact_, at, options_.radius_m, now);
+    runtime::touch_ball(asset_, contact_, at, options_.radius_m, now, nullptr,
+                        runtime::kCheckTick_s);
     if (has_begun_) compare(now);
     has_begun_ = true;
     before_ = now;

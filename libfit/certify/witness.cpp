@@ -39,7 +39,7 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   out.contact.triangle = t;
   for (int k = 0; k < 3; ++k) out.contact.weight[k] = state.place.n[k];
   out.contact.arm.reach_m = radius_m;
-  runtime::RingAnchors<double, kRings> anchors{};
+  runtime::Rings::Memory<double> anchors{};
   for (int i = 1; i < kRings; ++i) anchors.set(i, q - state.ring[i]);
   runtime::Rings::save(anchors, out.contact.memory);
   runtime::put(x + runtime::make_vec3<double>(asset.origin_m), out.tip_m);
@@ -78,7 +78,8 @@ Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPo
     }
     StagedContact staged = stage(asset, t, e.radius_m, state);
     runtime::Output tick;
-    runtime::touch_ball(bare, staged.contact, staged.tip_m, e.radius_m, tick);
+    runtime::touch_ball(bare, staged.contact, staged.tip_m, e.radius_m, tick, nullptr,
+                        runtime::kMaxTimeStep_s);
     if (-tick.dissipated_J > out.created_J) {
       out.created_J = -tick.dissipated_J;
       out.stored_J = tick.stored_J - out.created_J;

@@ -2,21 +2,30 @@
 
 #include <Eigen/Core>
 
+#include "libfit/runtime/families/relaxation.hpp"
+
 namespace palpate {
 
-inline constexpr int kMaxBranches = 3;
-inline constexpr double kMaxShare = 1000;         ///< stiffer at first than any tissue
-inline constexpr double kMinRelaxation_s = 1e-4;  ///< faster than a tick is no memory
-inline constexpr double kMaxRelaxation_s = 1e6;
-
 /// How a body's forces relax: a Prony series (docs/method.md, section 24). At time t after a step
-/// the body is 1 + sum_k share_k e^{-t/time_k} times as stiff as in slow motion. K <= 3 branches;
-/// none: the body has no memory of time.
+/// the body is 1 + sum_k share_k e^{-t/time_k} times as stiff as in slow motion. K <=
+/// runtime::kMaxBranches; none: the body has no memory of time.
 struct Relaxation {
   Eigen::VectorXd share;   ///< K, > 0: of the stiffness of slow motion
   Eigen::VectorXd time_s;  ///< K, > 0, rising
 
   Eigen::Index branches() const { return share.size(); }
 };
+
+/// As the law reads it.
+inline runtime::RelaxationView relaxation_view(const Relaxation& relaxation) {
+  runtime::RelaxationView out;
+  out.branches = static_cast<int>(relaxation.branches());
+  for (int k = 0; k < out.branches; ++k) {
+    out.share[k] = relaxation.share[k];
+    out.time_s[k] = relaxation.time_s[k];
+    out.fast += out.share[k];
+  }
+  return out;
+}
 
 }  // namespace palpate

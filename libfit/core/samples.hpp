@@ -141,6 +141,7 @@ struct Samples {
 struct ToolPath {
   int point = 0;
   Points deflections;
+  Eigen::VectorXd time_s;  ///< N [s] since first touch, as Samples::time_s; empty: slow motion
 };
 
 /// What is simulated at a test point.

@@ -86,6 +86,7 @@ FittedCurves collect_curves(const Samples& samples, const BodyData& body, const 
   out.name = samples.point_name;
   out.curves = CurveSet(bases.family);
   out.curves.basis = bases.si;
+  if (bases.family == CurveFamily::rings) out.curves.relaxation = samples.relaxation;
   const auto parts = parts_of(bases.family);
   for (std::size_t i = 0; i < parts.size(); ++i)
     out.curves.control[i].resize(points, parts[i].width * size_of(parts[i], bases.si[i]));

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <mutex>
 
+#include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/fit/basis/choose_basis.hpp"
 #include "libfit/fit/collect.hpp"
@@ -17,6 +18,7 @@
 #include "libfit/fit/point/fit_point.hpp"
 #include "libfit/fit/point/nuisance.hpp"
 #include "libfit/fit/ring_constants.hpp"
+#include "libfit/fit/slow_motion.hpp"
 #include "libfit/fit/warm_start.hpp"
 
 namespace palpate {
@@ -28,6 +30,7 @@ using fit::PointResult;
 // By how much rings of a body's points differ from their median (docs/method.md, section 17).
 constexpr double kUsualLambda = 0.2, kUsualFriction = 0.03, kUsualFrictionSlope_1_m = 5;
 constexpr double kLeastSway = 0.05;
+constexpr int kTimeRounds = 3;
 constexpr int kNuisanceRounds = 2;  // a second round moves contact points by less than their errors
 
 template <class Act>
@@ -259,12 +262,9 @@ Reading settle_reading(const Samples& samples, const FitOptions& options) {
   return local;
 }
 
-}  // namespace
-
-FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
-                        FitReport* report, FitCache* cache) {
+FittedCurves fit_slow_rows(const Samples& samples, const FitOptions& wanted,
+                           const Progress& progress, FitReport* report, FitCache* cache) {
   const auto begin = std::chrono::steady_clock::now();
-  fit::check_options(wanted);
   FitOptions options = wanted.warm_start != nullptr ? fit::as_before(wanted) : wanted;
   Reading reading = settle_reading(samples, options);
   auto& [body, rows, degree, bases, family] = reading;
@@ -293,6 +293,29 @@ FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const 
     *cache = {std::move(fingerprint), std::move(smoothing.own_control),
               std::move(smoothing.own_covariance)};
   return fitted;
+}
+
+}  // namespace
+
+FittedCurves fit_curves(const Samples& samples, const FitOptions& wanted, const Progress& progress,
+                        FitReport* report, FitCache* cache) {
+  fit::check_options(wanted);
+  FitOptions options = wanted;
+  if (samples.relaxation.branches() > 0) {
+    if (options.family.value_or(CurveFamily::rings) != CurveFamily::rings)
+      throw Error("family",
+                  "`" + std::string(name_of(*options.family)) +
+                      "` has no memory of time, and the body relaxes",
+                  "Use rings, or leave the family out.");
+    options.family = CurveFamily::rings;
+  }
+  if (!fit::feels_time(samples)) return fit_slow_rows(samples, options, progress, report, cache);
+  options.warm_start = nullptr;  // its rows are of slow motion, and those are not known yet
+  FittedCurves curves = fit_slow_rows(samples, options, progress, nullptr, nullptr);
+  for (int round = 1; round < kTimeRounds; ++round)
+    curves =
+        fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, nullptr, nullptr);
+  return fit_slow_rows(fit::in_slow_motion(samples, curves), options, progress, report, cache);
 }
 
 }  // namespace palpate

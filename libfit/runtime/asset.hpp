@@ -17,7 +17,7 @@ bool replay_check_path(const AssetView& view, Callback callback) noexcept {
   for (int i = 0; i < view.check_ticks; ++i) {
     if (i % view.check_path_ticks == 0) contact = Contact();
     Output out;
-    touch(view, contact, view.check[i].tip_m, out);
+    touch(view, contact, view.check[i].tip_m, out, nullptr, kCheckTick_s);
     if (!callback(i, out)) return false;
   }
   return true;
@@ -72,7 +72,7 @@ class Asset : public AssetView {
     const std::uint64_t end = lay_out(header, offset);
     if (end < header.file_bytes)
       asset.shape = shape_view_of(static_cast<const unsigned char*>(bytes) + end, header);
-    *status = check_sections(asset, header);
+    *status = check_sections(asset, header, bytes);
     if (*status != Status::ok) return Asset();
     asset.skin_m = skin_of(asset);
     asset.sways = any_sway(asset);

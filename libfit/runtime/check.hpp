@@ -30,9 +30,11 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
     return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~(kFlagGuard | kFlagShape)) != 0) return Status::layout_wrong;
+  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation)) != 0)
+    return Status::layout_wrong;
   std::uint64_t offset[kSections];
   const std::uint64_t end = lay_out(header, offset);
+  if (end > size) return Status::layout_wrong;
   std::uint64_t shape_bytes = 0;
   if (!measure_shape(bytes, header, end, shape_bytes) || end + shape_bytes != header.file_bytes)
     return Status::layout_wrong;
@@ -304,9 +306,34 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
   return next_item == items && holds_all_solid(view, items) ? Status::ok : Status::tree_wrong;
 }
 
+/// A Prony series that rings can follow: what the block says and nothing beside it.
+inline Status check_relaxation(const AssetView& view, const Header& h, const void* bytes) noexcept {
+  if ((h.flags & kFlagRelaxation) == 0) return Status::ok;
+  std::uint64_t offset[kSections];
+  RelaxationBlock block;
+  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + lay_out(h, offset) - sizeof block,
+              sizeof block);
+  if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 || block.reserved != 0)
+    return Status::numbers_wrong;
+  for (int k = 0; k < kMaxBranches; ++k) {
+    if (k >= block.branches) {
+      if (block.share[k] != 0 || block.time_s[k] != 0) return Status::numbers_wrong;
+      continue;
+    }
+    const double least_s = k > 0 ? block.time_s[k - 1] : 0;
+    if (!(block.share[k] > 0 && block.share[k] <= kMaxShare) ||
+        !(block.time_s[k] >= kMinRelaxation_s && block.time_s[k] <= kMaxRelaxation_s) ||
+        !(block.time_s[k] > least_s))
+      return Status::numbers_wrong;
+  }
+  return Status::ok;
+}
+
 /// Everything about the sections of an asset whose envelope is good.
-inline Status check_sections(const AssetView& view, const Header& header) noexcept {
+inline Status check_sections(const AssetView& view, const Header& header,
+                             const void* bytes) noexcept {
   Status status = check_numbers(view);
+  if (status == Status::ok) status = check_relaxation(view, header, bytes);
   for (const SplineView& spline : view.curves.view)
     if (status == Status::ok && spline.pieces > 0) status = check_spline(spline);
   if (status == Status::ok) status = check_controls(view, header);

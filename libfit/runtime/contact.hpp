@@ -13,6 +13,9 @@
 namespace palpate {
 namespace runtime {
 
+constexpr double kMinTimeStep_s = 1e-5;  ///< of a tick that reads time: 100 kHz
+constexpr double kMaxTimeStep_s = 1e6;
+
 /// What one tool remembers between ticks. The caller allocates it, one per tool; a fresh one is in
 /// the air and knows no tip yet. Plain data: copy it to rewind, compare it to test.
 struct Contact {
@@ -27,7 +30,9 @@ struct Contact {
   Sway sway;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
-  SpotCache cache;                    ///< saves time, changes no bit
+  double half_tick_s = 0;             ///< of which `left` is what relaxation leaves
+  Decay left;
+  SpotCache cache;  ///< saves time, changes no bit
 };
 
 enum class ContactState { air, stick, slip };

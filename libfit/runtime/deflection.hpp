@@ -8,6 +8,7 @@
 // .control(part, j): number j of a part of the family there.
 
 #include "families/part.hpp"
+#include "families/relaxation.hpp"
 #include "families/ring_table.hpp"
 #include "scalar.hpp"
 #include "spline.hpp"
@@ -25,7 +26,8 @@ constexpr double kLateralZero_m = 1e-12;  ///< below a picometre the lateral dir
 struct CurveViews {
   int family = 0;
   SplineView view[kMaxParts];
-  RingTable<kRings> rings;  ///< of a body of rings
+  RingTable<kRings> rings;    ///< of a body of rings
+  RelaxationView relaxation;  ///< likewise
 };
 
 /// A tool's deflection in the frame of its contact point.

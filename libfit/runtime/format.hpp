@@ -3,8 +3,9 @@
 
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
-// next multiple of 64 with zeros between, and with kFlagShape a shape response (shape.hpp); the
-// whole size is a multiple of 64. Nothing else is allowed.
+// next multiple of 64 with zeros between, with kFlagRelaxation a RelaxationBlock, and with
+// kFlagShape a shape response (shape.hpp); the whole size is a multiple of 64. Nothing else is
+// allowed.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,8 +22,9 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::int32_t kLawRevision = 1;
 constexpr std::uint32_t kEndianMark = 0x01020304;
 constexpr std::uint64_t kAlignment = 64;
-constexpr std::uint32_t kFlagGuard = 1;  ///< refuse the energy-creating part of slips
-constexpr std::uint32_t kFlagShape = 2;  ///< a shape response follows the sections
+constexpr std::uint32_t kFlagGuard = 1;       ///< refuse the energy-creating part of slips
+constexpr std::uint32_t kFlagShape = 2;       ///< a shape response follows the sections
+constexpr std::uint32_t kFlagRelaxation = 4;  ///< a RelaxationBlock does, before it
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
@@ -66,6 +68,14 @@ struct TreeNode {
   std::int32_t at, items;
 };
 
+/// The Prony series of a body that relaxes: 64 bytes right behind the sections.
+struct RelaxationBlock {
+  std::int64_t branches;                             ///< 1 to kMaxBranches
+  double share[kMaxBranches], time_s[kMaxBranches];  ///< 0 of branches that are not
+  double reserved;                                   ///< 0
+};
+constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
+
 struct CheckTick {
   double tip_m[3];
   double force_on_tool_N[3];
@@ -92,6 +102,7 @@ struct Header {
 };
 static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
+static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
@@ -175,14 +186,15 @@ inline bool has_possible_counts(const Header& h) noexcept {
   return true;
 }
 
-/// Fills `offset` from the counts and returns the whole size: the one layout there is.
+/// Fills `offset` from the counts and returns the whole size without a shape response: the one
+/// layout there is. The relaxation block, if there is one, is the last that it counts.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {
     offset[section] = at;
     at += aligned(section_bytes(h, section));
   }
-  return at;
+  return at + ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0);
 }
 
 /// FNV-1a on 64-bit words of the machine's byte order, each followed by h ^= h >> 32 so that high

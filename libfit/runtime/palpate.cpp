@@ -195,6 +195,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->law = rt::row_of(static_cast<rt::Family>(a.curves.family)).name;
   info->has_guard = a.has_guard;
   info->has_shape = a.shape.points > 0;
+  info->relaxes = a.curves.relaxation.branches > 0;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;

@@ -74,7 +74,7 @@ enum {
   PALPATE_CONTACT_FOREIGN = 6,  /* the contact was used with other bytes; it was reset */
   PALPATE_FORCE_NOT_FINITE = 7, /* overflow at absurd depths; the contact was reset */
   PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
-  PALPATE_TIME_STEP_WRONG = 9,  /* the tool has a damper or a ramp and dt_s is not in range */
+  PALPATE_TIME_STEP_WRONG = 9,  /* something reads dt_s, and it is not in range */
   PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
@@ -98,7 +98,7 @@ typedef struct palpate_asset {
   uint64_t storage[160];
 } palpate_asset;
 typedef struct palpate_contact {
-  uint64_t storage[384];
+  uint64_t storage[512];
 } palpate_contact;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
@@ -130,7 +130,8 @@ typedef struct palpate_tool {
 typedef struct palpate_input {
   palpate_pose tool;
   palpate_pose body;     /* identity for a body that rests */
-  double dt_s;           /* since the previous tick, 1e-5 at least; read by damper and ramp */
+  double dt_s;           /* since the previous tick, 1e-5 to 1e6; read by damper, ramp and a
+                            body that relaxes */
   int32_t wants_tangent; /* nonzero: fill stiffness_N_m; a tick then takes several times as long */
   int32_t reserved[9];   /* 0 */
 } palpate_input;
@@ -199,7 +200,8 @@ typedef struct palpate_info {
   const char* law;                   /* "rings", ...: the curve family; static */
   int32_t has_guard;                 /* slips may not create energy */
   int32_t has_shape;                 /* palpate_deform answers */
-  int32_t reserved[12];              /* 0 */
+  int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
+  int32_t reserved[11];              /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;

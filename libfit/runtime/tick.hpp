@@ -79,7 +79,7 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
   contact.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
   if (end != SlideEnd::stick) {
-    F::carry(memory, mesh_kinematics.spot.point - kinematics.spot.point,
+    F::carry(asset.curves, memory, mesh_kinematics.spot.point - kinematics.spot.point,
              mesh_kinematics.spot.normal);
     if constexpr (kIsBall) {  // its rest position is the same but for rounding
       lay_skew(contact.arm, mesh_kinematics.spot.normal);
@@ -95,20 +95,20 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
 }
 
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
-template <class F, bool kIsBall>
-Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
-              bool has_guard, Output& out) noexcept {
+/// kinematics: at x; slipping: at `seen`, where a slide sees the tool. before_J: what the law
+/// stored before the dashpots of a body that relaxes flowed.
+template <class F, bool kIsBall, class Memory, class Kinematics>
+Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& seen,
+                   const Vec3d& step, bool has_guard, Memory& memory, Kinematics& kinematics,
+                   const Kinematics& slipping, double before_J, Output& out) noexcept {
   const CurveViews& views = asset.curves;
-  auto memory = F::template load<double>(contact.memory);
   out.state = ContactState::stick;
-  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
-  double before_J = 0;
   const bool moves =
-      !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, kinematics);
+      !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, slipping);
   if (moves) {
-    const auto& under = F::under(views, kinematics);
-    before_J = F::stored_J(views, under, kinematics, memory);
-    const SlideEnd end = follow<F, kIsBall>(asset, contact, x, step, kinematics, memory, out);
+    if (!F::relaxes(views))
+      before_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+    const SlideEnd end = follow<F, kIsBall>(asset, contact, seen, step, slipping, memory, out);
     kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
@@ -128,16 +128,37 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
     out.state = ContactState::air;
     return Status::force_not_finite;
   }
-  if (moves)
+  if (moves || F::relaxes(views))
     contact.ledger.book(before_J, law.stored_J, has_guard);
   else if (slipped.lost_J > 0)
     contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, has_guard);
-  F::save(memory, contact.memory);
+  F::save(memory, contact.memory, views.relaxation);
   put(law.force_N, contact.sway.force_N);
   describe<kIsBall>(asset, contact, kinematics, x, out);
   put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
   out.stored_J = contact.ledger.stored_J(law.stored_J);
   return Status::ok;
+}
+
+/// The same from what the contact remembers. Where the body relaxes, half of the tick's time passes
+/// first with the tool at x (M47), the other half has passed in rest_at().
+template <class F, bool kIsBall>
+Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
+              bool has_guard, Output& out) noexcept {
+  const CurveViews& views = asset.curves;
+  auto memory = F::template load<double>(contact.memory, views.relaxation);
+  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
+  if constexpr (F::kCanRelax)
+    if (F::relaxes(views)) {
+      const double before_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+      F::relax(views, kinematics, contact.left, memory);
+      const Vec3d seen = F::seen(views, kinematics, x, memory);
+      const auto slipping = F::kinematics(views, kinematics.spot, seen, memory);
+      return answer_from<F, kIsBall>(asset, contact, x, seen, step, has_guard, memory, kinematics,
+                                     slipping, before_J, out);
+    }
+  return answer_from<F, kIsBall>(asset, contact, x, x, step, has_guard, memory, kinematics,
+                                 kinematics, 0, out);
 }
 
 /// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
@@ -155,11 +176,18 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, con
   Corners corners;
   MeshSurface<Jet3, kIsBall> surface(corners, asset, contact.triangle, contact.weight, contact.arm,
                                      slip_budget_m(contact, moved));
-  auto memory = F::template load<Jet3>(contact.memory);
+  auto memory = F::template load<Jet3>(contact.memory, views.relaxation);
   auto kinematics = F::kinematics(views, surface.standing(), tip, memory);
   const Vec3<Jet3> from = kinematics.spot.point;
-  slide<F>(views, tip, surface, kinematics, memory);
-  F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+  Vec3<Jet3> seen = tip;
+  if constexpr (F::kCanRelax)
+    if (F::relaxes(views)) {
+      F::relax(views, kinematics, contact.left, memory);
+      seen = F::seen(views, kinematics, tip, memory);
+      kinematics = F::kinematics(views, surface.standing(), seen, memory);
+    }
+  slide<F>(views, seen, surface, kinematics, memory);
+  F::carry(views, memory, kinematics.spot.point - from, kinematics.spot.normal);
   kinematics = F::kinematics(views, surface.standing(), tip, memory);
   const auto& under = F::under(views, kinematics);
   const Vec3<Jet3> force =
@@ -175,10 +203,27 @@ void tangent(const AssetView& asset, const Contact& contact, const Vec3d& x, con
 template <class F, bool kIsBall>
 Answer<double> hold(const AssetView& asset, Contact& contact, const Vec3d& x) noexcept {
   const CurveViews& views = asset.curves;
-  const auto memory = F::template load<double>(contact.memory);
+  const auto memory = F::template load<double>(contact.memory, views.relaxation);
   const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   const auto& under = F::under(views, kinematics);
   return F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory));
+}
+
+/// Half of a tick's time passes before the tool leaves x, where it was at the tick before (M47).
+template <class F, bool kIsBall>
+void rest_at(const AssetView& asset, Contact& contact, const Vec3d& place) noexcept {
+  const CurveViews& views = asset.curves;
+  const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
+  const Vec3d force = make_vec3<double>(contact.sway.force_N), x = place - give.times(force);
+  const double sway_J = give.stored_J(force);
+  auto memory = F::template load<double>(contact.memory, views.relaxation);
+  const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
+  const auto& under = F::under(views, kinematics);
+  const double before_J = F::stored_J(views, under, kinematics, memory);
+  F::relax(views, kinematics, contact.left, memory);
+  const double after_J = F::stored_J(views, under, kinematics, memory);
+  F::save(memory, contact.memory, views.relaxation);
+  contact.ledger.book(before_J + sway_J, after_J + sway_J, asset.has_guard);
 }
 
 /// answer() of a body that gives as a whole (M34). What a contact stores is the least of law and
@@ -210,7 +255,8 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
                       }) &&
                is_settled;
   if (status != Status::ok) return status;
-  const bool has_slipped = contact.ledger.dissipated_J != 0 || out.state == ContactState::slip;
+  const bool has_slipped = contact.ledger.dissipated_J != 0 || out.state == ContactState::slip ||
+                           F::relaxes(asset.curves);
   contact.ledger = start.ledger;
   if (contact.triangle < 0) {
     contact.ledger.close(before_J);
@@ -276,7 +322,7 @@ inline void tell_sums(const Contact& contact, Output& out) noexcept {
 /// alone.
 template <bool kIsBall>
 Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
-                 Output& out, TangentOut tangent_N_m) noexcept {
+                 Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
   out.state = ContactState::air;
   out.flags = 0;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
@@ -284,6 +330,17 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   if (!is_finite(x)) {
     forget(contact);
     return Status::tip_not_finite;
+  }
+  const RelaxationView& relaxation = asset.curves.relaxation;
+  if (relaxation.branches > 0) {
+    if (!(dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s)) {
+      forget(contact);
+      return Status::time_step_wrong;
+    }
+    if (contact.half_tick_s != 0.5 * dt_s) {
+      contact.half_tick_s = 0.5 * dt_s;
+      contact.left = decay_over(relaxation, contact.half_tick_s);
+    }
   }
   const bool is_first = !contact.has_tip;
   if (is_first) contact.asset_checksum = asset.checksum;
@@ -301,6 +358,8 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     contact.has_lifted = false;
     return Status::tip_teleported;
   }
+  if (relaxation.branches > 0 && contact.triangle >= 0)
+    rest_at<Rings, kIsBall>(asset, contact, before - make_vec3<double>(contact.arm.pole_m));
   if (contact.triangle < 0) {
     if (radius_m > 0)
       seek_contact(asset, contact, before, x, radius_m);
@@ -324,8 +383,8 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
 /// What touch() and touch_ball() share.
 template <bool kIsBall>
 Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
-            Output& out, TangentOut tangent_N_m) noexcept {
-  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m);
+            Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
+  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
   const bool is_air = out.state == ContactState::air;
   if (is_air) out = Output();
   tell_sums(contact, out);
@@ -351,10 +410,12 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
 /// branches this tick took; zero without force. Asking for it makes a tick several times as
 /// long and changes no other bit.
+/// dt_s [s], kMinTimeStep_s to kMaxTimeStep_s: since the tick before; read where the body relaxes
+/// (section 24), and refused there where it is not in range.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
-                    TangentOut tangent_N_m = nullptr) noexcept {
-  return asset.probe_radius_m > 0 ? tick<true>(asset, contact, tip_m, 0, out, tangent_N_m)
-                                  : tick<false>(asset, contact, tip_m, 0, out, tangent_N_m);
+                    TangentOut tangent_N_m = nullptr, double dt_s = 0) noexcept {
+  return asset.probe_radius_m > 0 ? tick<true>(asset, contact, tip_m, 0, out, tangent_N_m, dt_s)
+                                  : tick<false>(asset, contact, tip_m, 0, out, tangent_N_m, dt_s);
 }
 
 /// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as
@@ -364,8 +425,9 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
 /// off there); one that is less deep begins contact there. radius 0 is a tip. Refuses a radius that
 /// is negative or not finite. Work in the air: the tree nodes within the radius of the way.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double centre_m[3],
-                         double radius_m, Output& out, TangentOut tangent_N_m = nullptr) noexcept {
-  if (radius_m == 0) return touch(asset, contact, centre_m, out, tangent_N_m);
+                         double radius_m, Output& out, TangentOut tangent_N_m = nullptr,
+                         double dt_s = 0) noexcept {
+  if (radius_m == 0) return touch(asset, contact, centre_m, out, tangent_N_m, dt_s);
   if (!(radius_m > 0 && radius_m <= 1e3)) {
     out = Output();
     if (tangent_N_m != nullptr)
@@ -373,7 +435,7 @@ inline Status touch_ball(const AssetView& asset, Contact& contact, const double 
     forget(contact);
     return Status::radius_wrong;
   }
-  return tick<true>(asset, contact, centre_m, radius_m, out, tangent_N_m);
+  return tick<true>(asset, contact, centre_m, radius_m, out, tangent_N_m, dt_s);
 }
 
 }  // namespace runtime

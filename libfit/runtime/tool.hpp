@@ -46,7 +46,6 @@ inline bool make_frame(const Pose& pose, Frame& out) noexcept {
   return true;
 }
 
-constexpr double kMinTimeStep_s = 1e-5;  ///< of a damper's tick: 100 kHz
 constexpr double kMaxDamping_Ns_m = 1e4;
 
 /// What touches: a point or a ball fixed to the tool, and a damper parallel to the curves,
@@ -137,11 +136,11 @@ inline Vec3d limited(const ToolShape& shape, double since_start_s, const Vec3d& 
 }
 
 /// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
-/// read by damper, ramp and approach_m_s alone. Between ticks the tip moves straight as the body
-/// sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of the tip's distance
-/// from its axis. tangent_N_m: as touch(), in world coordinates, without the damper and for tools
-/// that do not turn. Refuses as touch_ball(), and bad poses and time steps: zero force and a
-/// status.
+/// read by damper, ramp, approach_m_s and a body that relaxes. Between ticks the tip moves straight
+/// as the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of the
+/// tip's distance from its axis. tangent_N_m: as touch(), in world coordinates, without the damper
+/// and for tools that do not turn. Refuses as touch_ball(), and bad poses and time steps: zero
+/// force and a status.
 inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
                          const Pose& body, double dt_s, ToolOutput& out,
                          TangentOut tangent_N_m = nullptr) noexcept {
@@ -150,8 +149,9 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
   if (tangent_N_m != nullptr)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
   Contact& contact = state.contact;
-  const bool needs_time = state.shape.has_damper() || state.shape.ramp_s > 0;
-  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= 1e6;
+  const bool needs_time =
+      state.shape.has_damper() || state.shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
+  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
   const bool is_timed = !needs_time || has_time;
   Frame tool_frame, body_frame;
   if (!is_timed || !make_frame(tool, tool_frame) || !make_frame(body, body_frame)) {
@@ -167,7 +167,7 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
   const bool was_touching = contact.triangle >= 0;
   double local[9];
   const Status status = touch_ball(asset, contact, tip_m, state.shape.radius_m, out.body,
-                                   tangent_N_m != nullptr ? local : nullptr);
+                                   tangent_N_m != nullptr ? local : nullptr, dt_s);
   out.has_released = was_touching && out.body.state == ContactState::air;
   if (out.body.state == ContactState::air) return status;
   const Vec3d step = make_vec3<double>(contact.tip_m) - before;

@@ -76,6 +76,19 @@ struct AssetView {
   }
 };
 
+/// Of no branches where the block has not 1 to kMaxBranches.
+inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
+  RelaxationView out;
+  if (!(block.branches >= 1 && block.branches <= kMaxBranches)) return out;
+  out.branches = static_cast<int>(block.branches);
+  for (int k = 0; k < out.branches; ++k) {
+    out.share[k] = block.share[k];
+    out.time_s[k] = block.time_s[k];
+    out.fast += block.share[k];
+  }
+  return out;
+}
+
 /// Points the view at the sections of bytes whose header has the one possible layout.
 inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   const auto* base = static_cast<const unsigned char*>(bytes);
@@ -111,6 +124,12 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     spline.integrals = spline.weights + rows * order * order;
   }
   prepare(view.curves);
+  if ((h.flags & kFlagRelaxation) != 0) {
+    std::uint64_t offset[kSections];
+    RelaxationBlock block;
+    std::memcpy(&block, base + lay_out(h, offset) - sizeof block, sizeof block);
+    view.curves.relaxation = relaxation_of(block);
+  }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

@@ -15,7 +15,7 @@ void go(const runtime::AssetView& asset, runtime::Contact& contact, const Vec3& 
   runtime::Output out;
   for (int k = 1; k <= steps; ++k) {
     const Vec3 tip = from + (to - from) * (double(k) / steps);
-    runtime::touch(asset, contact, tip.data(), out);
+    runtime::touch(asset, contact, tip.data(), out, nullptr, runtime::kMaxTimeStep_s);
   }
 }
 

@@ -10,7 +10,10 @@
 namespace palpate::validation {
 namespace {
 
-constexpr double kTick_m = 20e-6;       // 20 mm/s at 1 kHz
+constexpr double kTick_m = 20e-6;  // 20 mm/s at 1 kHz
+constexpr double kMaxTick_s = 1e-3;
+constexpr double kLeastTick_s = runtime::kMinTimeStep_s;
+constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
 constexpr double kApproachRatio = 0.1;  // of the depth, from outside, before the first row
 constexpr std::size_t kTimedTicks = 200000;
 
@@ -18,21 +21,26 @@ class TipWalk {
  public:
   explicit TipWalk(const runtime::AssetView& asset) : asset_(asset) {}
 
-  // What the engine says at each deflection of a path.
+  // What the engine says at each deflection of a path. Where it has no times, a body that relaxes
+  // is moved so slowly that its dashpots follow.
   std::vector<runtime::Output> follow(const HeldOut& held_out, std::size_t path, double depth_m) {
     const Vec3 point = held_out.points.position.row(path),
                normal = held_out.points.normal.row(path);
-    const Points& deflections = held_out.paths[path].deflections;
+    const auto& [unused, deflections, time_s] = held_out.paths[path];
     std::vector<runtime::Output> answers;
     runtime::Contact contact;
     Vec3 deflection = -kApproachRatio * depth_m * normal;
-    tick(contact, point + deflection);
+    tick(contact, point + deflection, kSlowTick_s);
     for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
       const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
-      const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / kTick_m)));
+      const bool is_timed = time_s.size() > 0;
+      const double dt_s = is_timed ? time_s[row] - (row > 0 ? time_s[row - 1] : 0) : 0;
+      const int steps = std::max(
+          1, static_cast<int>(std::ceil(std::max(way.norm() / kTick_m, dt_s / kMaxTick_s))));
       runtime::Output out;
       for (int k = 1; k <= steps; ++k)
-        out = tick(contact, point + from + way * (double(k) / steps));
+        out = tick(contact, point + from + way * (double(k) / steps),
+                   is_timed ? dt_s / steps : kSlowTick_s);
       deflection = deflections.row(row);
       answers.push_back(out);
     }
@@ -42,9 +50,9 @@ class TipWalk {
   std::size_t ticks() const { return ticks_; }
 
  private:
-  runtime::Output tick(runtime::Contact& contact, const Vec3& tip) {
-    runtime::Output out;
-    runtime::touch(asset_, contact, tip.data(), out);  // a status but ok comes with zero force
+  runtime::Output tick(runtime::Contact& contact, const Vec3& tip, double dt_s) {
+    runtime::Output out;  // a status but ok comes with zero force
+    runtime::touch(asset_, contact, tip.data(), out, nullptr, std::max(dt_s, kLeastTick_s));
     ++ticks_;
     return out;
   }
@@ -101,12 +109,16 @@ void replay_point(const Samples& samples, std::int32_t point, const CurveSet& cu
       fit::quadric_of(samples.point_normal.row(point), fit::offset_gradient(samples, point));
   const runtime::ControlPointers<double> controls = fit::controls_at(curves, row);
   for (const auto& [experiment, rows] : usable_rows(samples, point)) {
-    std::vector<double> deflection_m;
-    for (const Eigen::Index i : rows)
+    std::vector<double> deflection_m, time_s;
+    for (const Eigen::Index i : rows) {
       for (int k = 0; k < 3; ++k) deflection_m.push_back(samples.deflection(i, k));
+      if (samples.time_s.size() > 0) time_s.push_back(samples.time_s[i]);
+    }
     std::vector<runtime::Vec3d> force(rows.size());
-    runtime::replay_drag<double>(bases.views, controls, quadric, deflection_m.data(),
-                                 static_cast<int>(rows.size()), force.data());
+    runtime::replay_drag<double>(bases.views, controls, quadric,
+                                 {deflection_m.data(), static_cast<int>(rows.size()),
+                                  time_s.empty() ? nullptr : time_s.data()},
+                                 nullptr, force.data());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       replayed.force_N.row(rows[i]) << force[i].x, force[i].y, force[i].z;
       replayed.is_answered[rows[i]] = 1;

@@ -95,7 +95,7 @@ class AblatedTip {
       auto kinematics = F::kinematics(asset_.curves, surface.standing(), x, memory);
       const Vec3d from = kinematics.spot.point;
       slide<F>(asset_.curves, x, surface, kinematics, memory);
-      F::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+      F::carry(asset_.curves, memory, kinematics.spot.point - from, kinematics.spot.normal);
       kinematics = F::kinematics(asset_.curves, surface.standing(), x, memory);
       const auto& under = F::under(asset_.curves, kinematics);
       const auto slipped = F::slip(asset_.curves, under, kinematics, memory);

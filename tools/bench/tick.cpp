@@ -41,9 +41,9 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
       runtime::Contact contact;
       runtime::Output out;
       const Vec3 outside = kind.tip(0) * 1.2;
-      runtime::touch(asset, contact, outside.data(), out);
+      runtime::touch(asset, contact, outside.data(), out, nullptr, runtime::kCheckTick_s);
       measure("engine", [&](const Vec3& tip) {
-        runtime::touch(asset, contact, tip.data(), out);
+        runtime::touch(asset, contact, tip.data(), out, nullptr, runtime::kCheckTick_s);
         kept = out.force_on_tool_N[0];
       });
       FingerProxy proxy(asset, 400, 0.3);

@@ -131,7 +131,8 @@ class Replay final : public Command {
     std::vector<PlayedTick> played(path.time_s.size());
     for (std::size_t i = 0; i < played.size(); ++i) {
       const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
-      played[i].status = runtime::touch(asset, contact, tip.data(), played[i].out);
+      const double dt_s = i > 0 ? path.time_s[i] - path.time_s[i - 1] : runtime::kCheckTick_s;
+      played[i].status = runtime::touch(asset, contact, tip.data(), played[i].out, nullptr, dt_s);
       if (frames) frames->add(i, path.time_s[i], tip, contact, played[i].out);
     }
     return played;

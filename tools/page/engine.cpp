@@ -69,13 +69,14 @@ PAGE_EXPORT(start) std::int32_t page_start(std::int32_t interpolates_now) {
   return palpate_start(&contact, &tip);
 }
 
-// One tick with the tip at a place [m]; returns the status.
-PAGE_EXPORT(tick) std::int32_t page_tick(double x, double y, double z) {
+// One tick with the tip at a place [m], dt_s after the one before; returns the status.
+PAGE_EXPORT(tick) std::int32_t page_tick(double x, double y, double z, double dt_s) {
   if (!interpolates && faceted != nullptr) {
     tick_faceted(x, y, z);
     return PALPATE_OK;
   }
-  const palpate_input in = palpate_input_at(x, y, z);
+  palpate_input in = palpate_input_at(x, y, z);
+  in.dt_s = dt_s;
   palpate_output out;
   const palpate_status status = palpate_tick(&asset, &contact, &in, &out);
   copy3(out.force_on_tool_N, answer);

@@ -79,7 +79,7 @@ RealtimeReport play_in_real_time(const AssetView& asset, const Points& tip_m, do
   played.assign(ticks, {});
   report.jitter_ns.assign(ticks, 0);
   report.tick_ns.assign(ticks, 0);
-  TwoThreadTip tip(asset, report);  // its thread begins before the priority is raised
+  TwoThreadTip tip(asset, 1 / rate_Hz, report);  // its thread begins before the priority is raised
   {
     const RealtimePrivileges privileges(report);
     const double period_ns = 1e9 / rate_Hz, start_ns = now_ns() + 10e6;

@@ -110,8 +110,8 @@ class SearchThread {
 // The force thread's side of a contact: touch() while in contact, ways handed over in the air.
 class TwoThreadTip {
  public:
-  TwoThreadTip(const runtime::AssetView& asset, RealtimeReport& report)
-      : asset_(asset), report_(report), search_(asset) {}
+  TwoThreadTip(const runtime::AssetView& asset, double tick_s, RealtimeReport& report)
+      : asset_(asset), tick_s_(tick_s), report_(report), search_(asset) {}
 
   void tick(int at, const double tip_m[3], PlayedTick& played) noexcept {
     const runtime::Vec3d x =
@@ -122,7 +122,7 @@ class TwoThreadTip {
       return;
     }
     const bool was_in_contact = contact_.triangle >= 0;
-    played.status = runtime::touch(asset_, contact_, tip_m, played.out);
+    played.status = runtime::touch(asset_, contact_, tip_m, played.out, nullptr, tick_s_);
     if (was_in_contact && contact_.triangle < 0) ++epoch_;
   }
 
@@ -158,6 +158,7 @@ class TwoThreadTip {
   }
 
   const runtime::AssetView& asset_;
+  double tick_s_;
   RealtimeReport& report_;
   runtime::Contact contact_;
   std::uint64_t epoch_ = 1;

@@ -197,7 +197,7 @@ PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& su
   PlacedPaths placed;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
-    placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
+    placed.paths.push_back({static_cast<int>(i), paths[i].deflection, {}});
   }
   placed.points = place_points(table, surface, where);
   for (std::size_t i = 0; i < paths.size(); ++i) placed.points.name[i] = paths[i].name;

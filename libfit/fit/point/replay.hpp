@@ -13,7 +13,8 @@ namespace palpate::fit {
 /// The bases of a family's parts as tables, with the views the engine's templates take.
 /// Not copyable: views point into the tables.
 struct Bases {
-  explicit Bases(const std::vector<CurveBasis>& basis, CurveFamily family = CurveFamily::separable);
+  explicit Bases(const std::vector<CurveBasis>& basis, CurveFamily family = CurveFamily::separable,
+                 const Relaxation& relaxation = {});
   Bases(const Bases&) = delete;
   Bases& operator=(const Bases&) = delete;
 
@@ -22,16 +23,21 @@ struct Bases {
   runtime::CurveViews views;
 };
 
-inline Bases::Bases(const std::vector<CurveBasis>& basis, CurveFamily of) : family(of) {
+inline Bases::Bases(const std::vector<CurveBasis>& basis, CurveFamily of,
+                    const Relaxation& relaxation)
+    : family(of) {
   views.family = static_cast<int>(family);
   for (const CurveBasis& b : basis)
     tables.push_back(b.knots_m.empty() ? SplineTables{} : tabulate(b));
   for (std::size_t part = 0; part < tables.size(); ++part)
     if (tables[part].pieces > 0) views.view[part] = view(tables[part]);
   prepare(views);
+  views.relaxation = relaxation_view(relaxation);
 }
 
-inline Bases bases_of(const CurveSet& curves) { return Bases(curves.basis, curves.family); }
+inline Bases bases_of(const CurveSet& curves) {
+  return Bases(curves.basis, curves.family, curves.relaxation);
+}
 
 /// How many numbers of a part are fitted at a point: vectors and tensors are tangential.
 inline int count_unknowns(const runtime::Part& part, int size) {
@@ -111,7 +117,7 @@ int replay(const runtime::CurveViews& views, const runtime::ControlPointers<T>& 
   if (!has_nuisances)
     return runtime::replay_drag<T>(views, controls, quadric, deflection, rows, force);
   const int slipped =
-      runtime::replay_drag<T>(views, controls, quadric, deflection, rows, &nuisance[0], force);
+      runtime::replay_drag<T>(views, controls, quadric, {deflection, rows}, &nuisance[0], force);
   const runtime::Vec3<T> inward = runtime::widened<T>(quadric.u0);
   for (int i = 0; i < rows; ++i) {
     const double t = part_of_way(static_cast<std::size_t>(i), static_cast<std::size_t>(rows));

@@ -87,13 +87,15 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
 
 void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
   check_rows(complain, "relaxation/time", relaxation.time_s.size(), relaxation.branches());
-  if (relaxation.branches() > kMaxBranches)
-    throw complain("relaxation/share", "has more than " + std::to_string(kMaxBranches) + " rows");
+  if (relaxation.branches() > runtime::kMaxBranches)
+    throw complain("relaxation/share",
+                   "has more than " + std::to_string(runtime::kMaxBranches) + " rows");
   for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
     const std::string row = "row " + std::to_string(k);
-    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= kMaxShare))
+    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= runtime::kMaxShare))
       throw complain("relaxation/share", row + " is not above 0 and up to 1000");
-    if (!(relaxation.time_s[k] >= kMinRelaxation_s && relaxation.time_s[k] <= kMaxRelaxation_s) ||
+    if (!(relaxation.time_s[k] >= runtime::kMinRelaxation_s &&
+          relaxation.time_s[k] <= runtime::kMaxRelaxation_s) ||
         (k > 0 && !(relaxation.time_s[k] > relaxation.time_s[k - 1])))
       throw complain("relaxation/time", row + " is not above the one before, 1e-4 s to 1e6 s");
   }

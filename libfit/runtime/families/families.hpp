@@ -24,6 +24,8 @@
 //   answer        of what one of these two brought: force and stored energy, the one the gradient
 //                 of the other
 //   is_frictionless
+//   kCanRelax     whether it has a memory of time (CurveViews::relaxation); it then brings relaxes,
+//                 relax: what rests lets its dashpots flow; seen: where a slide sees the tool
 // To add one: the header, its number and its row below.
 
 #include "leaning.hpp"

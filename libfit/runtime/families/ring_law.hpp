@@ -12,6 +12,7 @@
 // One template for the engine (scalar double, or Jet3 for the tangent) and the fitter (double or
 // ceres::Jet). Forces are those of the tool ON the body.
 
+#include "relaxation.hpp"
 #include "ring_bed.hpp"
 
 namespace palpate {
@@ -34,9 +35,10 @@ RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Ve
   return {q, height - 0.5 * dot(q, curved), curved};
 }
 
-/// lambda |q| - mu(d) d [m] (B3): a slide of the contact point brings it to zero. Needs no curve.
+/// lambda |q| - mu(d + beyond) d [m] (B3): a slide of the contact point brings it to zero. Needs no
+/// curve. beyond_m: how much deeper the tool is than ring 1 sees it, where the body relaxes.
 template <class T, class Spot>
-T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
+T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m) noexcept {
   using std::sqrt;
   const RingNumbers<T> numbers = ring_numbers<T>(spot);
   const RingLimit<T>& limit = numbers.limit;
@@ -44,7 +46,7 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x) noexcept {
   const T squared = dot(at.q, at.q);
   const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
   const T depth = value_of(at.depth_m) > 0 ? at.depth_m : T(0);
-  return limit.lambda * size - limit.friction_at(depth) * depth;
+  return limit.lambda * size - limit.friction_at(depth + beyond_m) * depth;
 }
 
 /// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
@@ -79,6 +81,10 @@ struct RingPull {
   Vec3<T> force_N, q1;
   T stored_J;
   double lost_J;
+  // Of rings that relax: along the normal, over the normal curve; what the dashpots of ring 1 have
+  // flowed, in the contact's memory.
+  T along_N = T(0);
+  const T* flowed_m = nullptr;
 };
 /// What they store [J].
 template <class T, int N>
@@ -123,8 +129,9 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
     Vec3<T> q = at.q - anchors.at(i);
     T squared = dot(q, q);
     const T length = squared_lambda * squared;
-    if (value_of(length) > value_of(limit_m) * value_of(limit_m)) {
-      const T share = value_of(limit_m) > 0 ? limit_m / sqrt(length) : T(0);
+    const bool touches = value_of(limit_m) > 0;
+    if (!touches || value_of(length) > value_of(limit_m) * value_of(limit_m)) {
+      const T share = touches ? limit_m / sqrt(length) : T(0);
       const double before = value_of(squared);
       q = q * share;
       squared = squared * (share * share);
@@ -139,17 +146,18 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
 
 /// (B1) and its gradient by x (B2), (f^z + q.g') (u - P kappa q) + g + sum lambda c_i q_i, at
 /// anchors that hold. Where d <= 0 there is no force, and what is stored is of rings that let go at
-/// this tick. normal_N, normal_J: f^z_c(d) and Z_c(d).
+/// this tick. side: g(d) and its slope; normal_N, normal_J: f^z_c(d) and Z_c(d).
 template <class T, int N>
 Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
-                      const RingDeflection<T>& at, const RingPull<T>& pull, const Vec3<T>& normal,
-                      const T& normal_N, const T& normal_J) noexcept {
+                      const RingDeflection<T>& at, const RingPull<T>& pull,
+                      const SideForce<T>& side, const Vec3<T>& normal, const T& normal_N,
+                      const T& normal_J) noexcept {
   const RingShare<T> share = ring_share(table, bed, at.depth_m);
   const T lateral_J = share.value * pull.stored_J;
   if (!(value_of(at.depth_m) > 0)) return {{T(0), T(0), T(0)}, lateral_J};
-  const SideForce<T> side = side_force(bed, at.depth_m);
   // The side force works on ring 1: beyond its anchor the body counts as even.
-  const T along_N = normal_N + dot(pull.q1, side.slope_N_m) + share.slope * pull.stored_J;
+  const T along_N = normal_N + dot(pull.q1, side.slope_N_m) + share.slope * pull.stored_J +
+                    share.value * pull.along_N;
   return {(normal - tangential(at.curved, normal)) * along_N + side.value_N +
               pull.force_N * share.value,
           normal_J + dot(pull.q1, side.value_N) + lateral_J};
@@ -158,10 +166,11 @@ Answer<T> ring_answer(const RingTable<N>& table, const RingBed<T, N>& bed,
 /// (B1) alone. ring_J: ring_energy().
 template <class T, int N>
 T ring_stored(const RingTable<N>& table, const RingBed<T, N>& bed, const RingDeflection<T>& at,
-              const Vec3<T>& q1, const T& ring_J, const T& normal_J) noexcept {
+              const Vec3<T>& q1, const T& ring_J, const SideForce<T>& side,
+              const T& normal_J) noexcept {
   const T lateral_J = ring_share(table, bed, at.depth_m).value * ring_J;
   if (!(value_of(at.depth_m) > 0)) return lateral_J;
-  return normal_J + dot(q1, side_force(bed, at.depth_m).value_N) + lateral_J;
+  return normal_J + dot(q1, side.value_N) + lateral_J;
 }
 
 /// A path as the excess reads it, and the excess at s with its slope. A path that can be read
@@ -171,8 +180,8 @@ const Path& way_of_excess(const Path& path, const Vec3d&) noexcept {
   return path;
 }
 template <class Path>
-Dual ring_excess_along(const Path& path, const Vec3d& x, double s) noexcept {
-  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x));
+Dual ring_excess_along(const Path& path, const Vec3d& x, double s, double beyond_m) noexcept {
+  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x), Dual(beyond_m));
 }
 
 }  // namespace runtime

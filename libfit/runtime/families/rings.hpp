@@ -8,7 +8,7 @@
 
 #include "../slide.hpp"
 #include "part.hpp"
-#include "ring_law.hpp"
+#include "ring_creep.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -31,6 +31,14 @@ struct RingKinematics {
   RingDeflection<T> at;
   RingLimit<T> limit;
   Vec3<T> q1;  ///< deflection of ring 1
+  T beyond_m;
+};
+
+/// Anchors, and what a body that relaxes remembers of time.
+template <class T>
+struct RingMemory : RingAnchors<T, kRings> {
+  RingCreep<T, kRings> creep;  ///< nothing in it where the body does not relax
+  T beyond_m = T(0);           ///< how much deeper the tool is than ring 1 sees it
 };
 
 struct Rings {
@@ -46,12 +54,14 @@ struct Rings {
       {"sway", "m/N", 1, -1, 6, 1, false, false, -1e6, 1e6, Known::sway}};
   static constexpr int kSwayPart = kSway;
   static constexpr int kCurves = 1;
-  static constexpr int kMemory = 3 * kRings + 1;
+  static constexpr bool kCanRelax = true;
+  static constexpr int kAnchorNumbers = 3 * kRings + 1;
+  static constexpr int kMemory = kAnchorNumbers + kCreepNumbers;
 
   template <class T>
-  using Memory = RingAnchors<T, kRings>;
+  using Memory = RingMemory<T>;
   template <class T>
-  static Memory<T> load(const double* from) noexcept {
+  static Memory<T> load(const double* from, const RelaxationView& relaxation = {}) noexcept {
     Memory<T> out;
     for (int i = 0; i < kRings; ++i) {
       out.x[i] = T(from[i]);
@@ -59,15 +69,46 @@ struct Rings {
       out.z[i] = T(from[2 * kRings + i]);
     }
     out.slip_slope = from[3 * kRings];
+    if (relaxation.branches == 0) return out;
+    const double* at = from + kAnchorNumbers;
+    for (auto& branch : out.creep.flow)
+      for (auto& component : branch)
+        for (T& flowed : component) flowed = T(*at++);
+    find_rests(relaxation, out.creep);
     return out;
   }
-  static void save(const Memory<double>& memory, double* to) noexcept {
+  static void save(const Memory<double>& memory, double* to,
+                   const RelaxationView& relaxation = {}) noexcept {
     for (int i = 0; i < kRings; ++i) {
       to[i] = memory.x[i];
       to[kRings + i] = memory.y[i];
       to[2 * kRings + i] = memory.z[i];
     }
     to[3 * kRings] = memory.slip_slope;
+    if (relaxation.branches == 0) return;
+    double* at = to + kAnchorNumbers;
+    for (const auto& branch : memory.creep.flow)
+      for (const auto& component : branch)
+        for (const double flowed : component) *at++ = flowed;
+  }
+
+  static bool relaxes(const CurveViews& views) noexcept { return views.relaxation.branches > 0; }
+  /// Lets the dashpots flow while the tool rests (M47).
+  template <class T, class Spot>
+  static void relax(const CurveViews& views, const RingKinematics<T, Spot>& kinematics,
+                    const Decay& left, Memory<T>& memory) noexcept {
+    if (!(value_of(kinematics.at.depth_m) > 0)) return;
+    const T at_0 = share_at_0(views.rings, under(views, kinematics), kinematics.spot);
+    let_creep(views.relaxation, left, views.rings, at_0, kinematics.at, memory, memory.creep);
+  }
+  /// Where the slip of the contact point sees the tool.
+  template <class T, class Spot>
+  static Vec3<T> seen(const CurveViews& views, const RingKinematics<T, Spot>& kinematics,
+                      const Vec3<T>& x, Memory<T>& memory) noexcept {
+    const T d = kinematics.at.depth_m,
+            at_0 = share_at_0(views.rings, under(views, kinematics), kinematics.spot);
+    memory.beyond_m = d - creeping_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d);
+    return x - memory.creep.rest(0) - kinematics.spot.normal * memory.beyond_m;
   }
 
   template <class Spot>
@@ -86,14 +127,16 @@ struct Rings {
             {at.depth_m, is_aside ? sqrt(squared) : T(0)},
             at,
             numbers.limit,
-            at.q - memory.at(0)};
+            at.q - memory.at(0),
+            memory.beyond_m};
   }
 
   /// The same kinematics at a spot of the same place.
   template <class T, class Spot, class Other>
   static RingKinematics<T, Other> at_spot(const RingKinematics<T, Spot>& kinematics,
                                           const Other& spot) noexcept {
-    return {spot, kinematics.d, kinematics.at, kinematics.limit, kinematics.q1};
+    return {spot,          kinematics.d,       kinematics.at, kinematics.limit,
+            kinematics.q1, kinematics.beyond_m};
   }
 
   /// Whether ring 1 is beyond its limit.
@@ -121,35 +164,40 @@ struct Rings {
 
   /// What a slip brings to zero (B3): lambda |q| - mu(d) d. It needs no curve.
   static constexpr bool kIsSmooth = true;
-  struct Excess {};
+  template <class T>
+  struct Excess {
+    T beyond_m;
+  };
   template <class T, class Spot>
-  static Excess excess_kind(const CurveViews&, const RingKinematics<T, Spot>&) noexcept {
-    return {};
+  static Excess<T> excess_kind(const CurveViews&,
+                               const RingKinematics<T, Spot>& kinematics) noexcept {
+    return {kinematics.beyond_m};
   }
   template <class T, class Spot>
   static double excess_scale(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
-                             Excess) noexcept {
+                             const Excess<T>&) noexcept {
     return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m);
   }
   /// At the kinematics themselves.
   template <class T, class Spot>
   static double excess_here(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
-                            Excess) noexcept {
+                            const Excess<T>&) noexcept {
     return value_of(kinematics.limit.lambda) * value_of(kinematics.d.lateral_m) -
            value_of(slip_limit_m(kinematics));
   }
   template <class T, class Spot>
-  static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x, Excess) noexcept {
-    return ring_slip_excess(spot, x);
+  static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x,
+                  const Excess<T>& kind) noexcept {
+    return ring_slip_excess(spot, x, kind.beyond_m);
   }
   template <class Path>
   static decltype(auto) way(const Path& path, const Vec3d& x) noexcept {
     return way_of_excess(path, x);
   }
-  template <class Way>
+  template <class Way, class T>
   static Dual excess_along(const CurveViews&, const Way& way, const Vec3d& x, double s,
-                           Excess) noexcept {
-    return ring_excess_along(way, x, s);
+                           const Excess<T>& kind) noexcept {
+    return ring_excess_along(way, x, s, value_of(kind.beyond_m));
   }
   template <class Spot>
   static double lateral_m(const CurveViews&, const Spot& spot, const Vec3d& x) noexcept {
@@ -165,8 +213,10 @@ struct Rings {
   }
   /// The other anchors, once a tick.
   template <class T>
-  static void carry(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal) noexcept {
+  static void carry(const CurveViews& views, Memory<T>& memory, const Vec3<T>& way,
+                    const Vec3<T>& normal) noexcept {
     carry_anchors(memory, way, normal);
+    if (relaxes(views)) turn_creep(views.relaxation, normal, memory.creep);
   }
   /// Ring 1 slips without the contact point.
   template <class T, class Spot>
@@ -187,15 +237,22 @@ struct Rings {
     return bed_under<T>(views, kinematics.spot);
   }
   template <class T, class Spot>
-  static RingPull<T> stick(const CurveViews&, const RingBed<T, kRings>& bed,
+  static RingPull<T> stick(const CurveViews& views, const RingBed<T, kRings>& bed,
                            const RingKinematics<T, Spot>& kinematics,
                            const Memory<T>& memory) noexcept {
+    if (relaxes(views))
+      return creeping_pull<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
+                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot));
     return ring_pull(bed, kinematics.at, memory);
   }
   template <class T, class Spot>
   static RingPull<T> slip(const CurveViews& views, const RingBed<T, kRings>& bed,
                           const RingKinematics<T, Spot>& kinematics, Memory<T>& memory) noexcept {
-    RingPull<T> pull = slip_rings(views.rings, bed, kinematics.at, memory);
+    RingPull<T> pull =
+        relaxes(views)
+            ? creeping_pull<true>(views.relaxation, views.rings, bed, kinematics.at, memory,
+                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot))
+            : slip_rings(views.rings, bed, kinematics.at, memory);
     if (bed.is_cut)
       pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
     return pull;
@@ -210,8 +267,11 @@ struct Rings {
         value_of(d) > 0
             ? T(piece_under(views, kinematics.spot, kNormal, value_of(d), true).energy(d))
             : T(0);
+    const SideForce<T> side = side_under(views, bed, d, memory.creep.first);
     return ring_stored(views.rings, bed, kinematics.at, kinematics.q1,
-                       ring_energy(bed, kinematics.at, memory), normal_J);
+                       relaxes(views) ? stick(views, bed, kinematics, memory).stored_J
+                                      : ring_energy(bed, kinematics.at, memory),
+                       side, normal_J);
   }
   /// (B1) and (B2).
   template <class T, class Spot>
@@ -225,27 +285,36 @@ struct Rings {
       normal_N = piece.force(d);
       normal_J = piece.energy(d);
     }
+    const SideForce<T> side = side_under(views, bed, d, pull.flowed_m);
     if constexpr (IsUneven<Spot>::value) {
       RingPull<T> uneven = pull;
       const auto added = unevenness(kinematics.spot, bed, d, normal_N);
       uneven.force_N = pull.force_N * added.stiffening;
       uneven.stored_J = pull.stored_J * added.stiffening;
+      uneven.along_N = pull.along_N * added.stiffening;
       normal_N = normal_N + added.slope_N_m;
       normal_J = normal_J + added.value_N;
-      return ring_answer(views.rings, bed, kinematics.at, uneven, kinematics.spot.normal, normal_N,
-                         normal_J);
+      return ring_answer(views.rings, bed, kinematics.at, uneven, side, kinematics.spot.normal,
+                         normal_N, normal_J);
     } else {
-      return ring_answer(views.rings, bed, kinematics.at, pull, kinematics.spot.normal, normal_N,
-                         normal_J);
+      return ring_answer(views.rings, bed, kinematics.at, pull, side, kinematics.spot.normal,
+                         normal_N, normal_J);
     }
   }
 
  private:
+  template <class T>
+  static SideForce<T> side_under(const CurveViews& views, const RingBed<T, kRings>& bed,
+                                 const T& depth_m, const T* flowed_m) noexcept {
+    return relaxes(views) ? creeping_side(views.relaxation, bed, depth_m, flowed_m)
+                          : side_force(bed, depth_m);
+  }
   /// Longest lambda |q_1| before ring 1 slips: mu(d) d of (B3).
   template <class T, class Spot>
   static T slip_limit_m(const RingKinematics<T, Spot>& kinematics) noexcept {
     if (!(value_of(kinematics.at.depth_m) > 0)) return T(0);
-    return kinematics.limit.friction_at(kinematics.at.depth_m) * kinematics.at.depth_m;
+    return kinematics.limit.friction_at(kinematics.at.depth_m + kinematics.beyond_m) *
+           kinematics.at.depth_m;
   }
 };
 

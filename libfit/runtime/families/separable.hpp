@@ -40,14 +40,16 @@ struct OneAnchor {
   static constexpr int kCurves = 3;  ///< parts that are rising curves, from the first on
   static constexpr int kMemory = 4;
   static constexpr int kSwayPart = -1;
+  static constexpr bool kCanRelax = false;
+  static constexpr bool relaxes(const CurveViews&) noexcept { return false; }
 
   template <class T>
   using Memory = Rest<T>;
   template <class T>
-  static Memory<T> load(const double* from) noexcept {
+  static Memory<T> load(const double* from, const RelaxationView& = {}) noexcept {
     return {make_vec3<T>(from), from[3]};
   }
-  static void save(const Memory<double>& memory, double* to) noexcept {
+  static void save(const Memory<double>& memory, double* to, const RelaxationView& = {}) noexcept {
     to[0] = memory.at.x;
     to[1] = memory.at.y;
     to[2] = memory.at.z;
@@ -140,7 +142,7 @@ struct OneAnchor {
   }
 
   template <class T>
-  static void carry(Memory<T>&, const Vec3<T>&, const Vec3<T>&) noexcept {}
+  static void carry(const CurveViews&, Memory<T>&, const Vec3<T>&, const Vec3<T>&) noexcept {}
   /// The contact point moved by `way`: the anchor stays, or the contact point is there again.
   template <class T>
   static void carry_rest(Memory<T>& memory, const Vec3<T>& way, const Vec3<T>& normal,

@@ -306,6 +306,44 @@ TEST(hostile_bytes, a_shape_response_is_refused_for_every_fault_of_its_own) {
       EXPECT_EQ(open_shape_changed(part, 3, wrong), Status::shape_wrong) << part;
 }
 
+AssetBytes small_relaxing_asset() {
+  Model model = sphere_model(0.03, 6, uniform(400, 300, 0.3));
+  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  model.curves.relaxation.share = Eigen::Vector2d(0.5, 0.8);
+  model.curves.relaxation.time_s = Eigen::Vector2d(0.05, 0.6);
+  return make_asset_bytes(model, {.meta_json = "{\"a\": 1}"});
+}
+
+TEST(hostile_bytes, a_relaxation_is_refused_for_every_fault_of_its_own) {
+  const AssetBytes whole = small_relaxing_asset();
+  ASSERT_EQ(open(whole, whole.size()), Status::ok);
+  const auto changed = [&](std::size_t byte, auto value) {
+    AssetBytes bytes = whole;
+    std::memcpy(bytes.data() + whole.size() - sizeof(runtime::RelaxationBlock) + byte, &value,
+                sizeof value);
+    fix_checksum(bytes, bytes.size());
+    return open(bytes, bytes.size());
+  };
+  using Block = runtime::RelaxationBlock;
+  for (const std::int64_t wrong : {-1L, 0L, 1L, 3L, 4L, 1L << 40})
+    EXPECT_EQ(changed(offsetof(Block, branches), wrong), Status::numbers_wrong) << wrong;
+  const auto nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double wrong : {0.0, -1.0, 2e3, nan})
+    EXPECT_EQ(changed(offsetof(Block, share) + 8, wrong), Status::numbers_wrong) << wrong;
+  for (const double wrong : {0.0, -1.0, 0.05, 1e-5, 2e6, nan})
+    EXPECT_EQ(changed(offsetof(Block, time_s) + 8, wrong), Status::numbers_wrong) << wrong;
+  EXPECT_EQ(changed(offsetof(Block, share) + 16, 0.1), Status::numbers_wrong);
+  EXPECT_EQ(changed(offsetof(Block, reserved), 1e-300), Status::numbers_wrong);
+  EXPECT_EQ(changed(offsetof(Block, share), 0.6), Status::replay_differs);
+  AssetBytes other = small_asset();  // separable curves have no memory of time
+  Header header = header_of(other);
+  header.flags |= runtime::kFlagRelaxation;
+  std::memcpy(other.data(), &header, sizeof header);
+  fix_checksum(other, other.size());
+  EXPECT_EQ(open(other, other.size()), Status::layout_wrong);
+  EXPECT_EQ(open(whole, whole.size() - sizeof(Block)), Status::size_wrong);
+}
+
 TEST(hostile_bytes, changed_bytes_of_a_shape_response_never_harm) {
   const AssetBytes bytes = small_shaped_asset();
   const Header header = header_of(bytes);

@@ -113,7 +113,7 @@ Answer<T> tick(const CurveViews& views, FlatSurface<T>& surface, const Vec3<T>& 
   const Vec3<T> from = kinematics.spot.point;
   const SlideEnd how = slide<Rings>(views, x, surface, kinematics, memory);
   if (end != nullptr) *end = how;
-  Rings::carry(memory, kinematics.spot.point - from, kinematics.spot.normal);
+  Rings::carry(views, memory, kinematics.spot.point - from, kinematics.spot.normal);
   kinematics = Rings::kinematics(views, surface.standing(), x, memory);
   const auto& under = Rings::under(views, kinematics);
   return Rings::answer(views, under, kinematics, Rings::slip(views, under, kinematics, memory));

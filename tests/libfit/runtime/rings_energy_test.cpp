@@ -46,15 +46,16 @@ void expect_gradient(std::uint64_t seed) {
     const Vec3d x = spot.point + spot.normal * depth + random_vector(random, 2e-3);
     const auto energy = [&](const Vec3d& place) {
       const auto at = ring_deflection(spot, spot.numbers->curvature, place);
-      return ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal, 0.0,
-                         curve.energy(at.depth_m))
+      return ring_answer(table, bed, at, ring_pull(bed, at, anchors), side_force(bed, at.depth_m),
+                         spot.normal, 0.0, curve.energy(at.depth_m))
           .stored_J;
     };
     const auto at = ring_deflection(spot, spot.numbers->curvature, x);
     if (at.depth_m < 1e-5) continue;
-    const Vec3d force = ring_answer(table, bed, at, ring_pull(bed, at, anchors), spot.normal,
-                                    curve.force(at.depth_m), 0.0)
-                            .force_N;
+    const Vec3d force =
+        ring_answer(table, bed, at, ring_pull(bed, at, anchors), side_force(bed, at.depth_m),
+                    spot.normal, curve.force(at.depth_m), 0.0)
+            .force_N;
     const double h = 1e-6;
     const Vec3d slope{energy(x + Vec3d{h, 0, 0}) - energy(x - Vec3d{h, 0, 0}),
                       energy(x + Vec3d{0, h, 0}) - energy(x - Vec3d{0, h, 0}),
@@ -79,7 +80,7 @@ TEST(Rings, tangent_is_the_slope_of_what_a_tick_answers) {
   for (int trial = 0; trial < 200; ++trial) {
     const Numbers numbers = random_numbers(random);
     const Vec3d normal = normalized(random_vector(random, 1));
-    auto anchors = no_anchors<double, kRings>();
+    auto anchors = Rings::load<double>(no_memory());
     for (int i = 0; i < kRings; ++i)
       anchors.set(i, tangential(random_vector(random, 1e-3), normal));
     anchors.set(0, {0, 0, 0});

@@ -164,7 +164,7 @@ TEST(Rings, a_slip_ends_at_a_limit_that_begins_on_the_way_whatever_the_guess) {
       auto kinematics = Rings::kinematics(views, surface.standing(), x, memory);
       ASSERT_LT(kinematics.at.depth_m, 0);
       ASSERT_EQ(slide<Rings>(views, x, surface, kinematics, memory), SlideEnd::slid);
-      const double excess_m = ring_slip_excess(surface.standing(), x);
+      const double excess_m = ring_slip_excess(surface.standing(), x, 0.0);
       EXPECT_LT(std::fabs(excess_m), 1e-11 * 0.71 * 3e-3) << "guess " << guess << " turn " << turn;
     }
 }

@@ -6,7 +6,7 @@ interface Exports {
   open(address: number, size: number): number;
   sentence(status: number): number;
   start(interpolates: number): number;
-  tick(x: number, y: number, z: number): number;
+  tick(x: number, y: number, z: number, dt_s: number): number;
   answer(): number;
   vertices(): number;
   deform(address: number, count: number): number;
@@ -61,9 +61,9 @@ export class Engine {
     this.wasm.start(interpolates ? 1 : 0);
   }
 
-  /** One tick with the tip at a place [m]; returns the status, 0 for good. */
+  /** One tick with the tip at a place [m] a millisecond after the one before; returns the status, 0 for good. */
   tick(x: number, y: number, z: number): number {
-    return this.wasm.tick(x, y, z);
+    return this.wasm.tick(x, y, z, 1e-3);
   }
 
   /** Whether the engine knows how the surface moves. */

@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
-//   size palpate_asset 1280, palpate_contact 3072, palpate_pose 56, palpate_tool 112,
+//   size palpate_asset 1280, palpate_contact 4096, palpate_pose 56, palpate_tool 112,
 //   size palpate_input 160, palpate_output 360, palpate_info 168, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
@@ -15,7 +15,7 @@ public static unsafe class Palpate
     public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
     [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
-    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[384]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[512]; }
 
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
@@ -73,8 +73,8 @@ public static unsafe class Palpate
         public double RangeM;
         public ulong Checksum;
         public byte* Law;
-        public int HasGuard, HasShape;
-        public fixed int Reserved[12];
+        public int HasGuard, HasShape, Relaxes;
+        public fixed int Reserved[11];
         public byte* MetaJson; // not terminated
         public ulong MetaBytes;
     }
