@@ -30,8 +30,12 @@ struct Contact {
   Sway sway;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
   double memory[kFamilyMemory] = {};  ///< what the family remembers beside the place
-  double half_tick_s = 0;             ///< of which `left` is what relaxation leaves
+  // Of a body that relaxes: half a tick and what of each branch it leaves; whether it has passed at
+  // this tick; what the law stored at the end of the last one.
+  double half_tick_s = 0;
   Decay left;
+  bool is_rested = false;
+  double law_J = 0;
   SpotCache cache;  ///< saves time, changes no bit
 };
 
@@ -80,6 +84,7 @@ inline void release(Contact& contact, double law_J = 0) noexcept {
   contact.ledger.close(law_J);
   contact.sway = Sway();
   contact.slip_left_m = 0;
+  contact.law_J = 0;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
   for (double& number : contact.memory) number = 0;

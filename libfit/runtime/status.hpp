@@ -60,7 +60,8 @@ inline const char* sentence(Status status) noexcept {
       return "A pose is not finite or its quaternion is not of unit length; "
              "the force is zero and contact begins again from outside.";
     case Status::time_step_wrong:
-      return "The tool has a damper or a ramp, or the body relaxes, and the time step is not between "
+      return "The tool has a damper or a ramp, or the body relaxes, and the time step is not "
+             "between "
              "1e-5 and 1e6 s; the force is zero.";
     case Status::tool_wrong:
       return "The tool's offset, radius, damping or damper depth is not a finite number in range.";

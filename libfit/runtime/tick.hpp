@@ -133,6 +133,7 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
   else if (slipped.lost_J > 0)
     contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, has_guard);
   F::save(memory, contact.memory, views.relaxation);
+  contact.law_J = law.stored_J;
   put(law.force_N, contact.sway.force_N);
   describe<kIsBall>(asset, contact, kinematics, x, out);
   put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
@@ -140,16 +141,46 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
   return Status::ok;
 }
 
-/// The same from what the contact remembers. Where the body relaxes, half of the tick's time passes
-/// first with the tool at x (M47), the other half has passed in rest_at().
+/// Half of a tick's time passes before the tool leaves x, where it was at the tick before (M47), if
+/// it has not passed yet. sway_J: what the sway stores there.
+template <class F, bool kIsBall, class Memory>
+void rest(const AssetView& asset, Contact& contact, const Vec3d& x, double sway_J,
+          Memory& memory) noexcept {
+  const CurveViews& views = asset.curves;
+  if (contact.is_rested) return;
+  contact.is_rested = true;
+  const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
+  if (!(kinematics.d.normal_m > 0)) return;
+  F::relax(views, kinematics, contact.left, memory);
+  const double after_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+  contact.ledger.book(contact.law_J + sway_J, after_J + sway_J, asset.has_guard);
+}
+
+/// The same by itself, of a body that sways by `give`.
+template <class F, bool kIsBall>
+void rest(const AssetView& asset, Contact& contact, const Compliance& give,
+          const Vec3d& place) noexcept {
+  if constexpr (F::kCanRelax) {
+    const RelaxationView& relaxation = asset.curves.relaxation;
+    if (relaxation.branches == 0) return;
+    const Vec3d force = make_vec3<double>(contact.sway.force_N);
+    auto memory = F::template load<double>(contact.memory, relaxation);
+    rest<F, kIsBall>(asset, contact, place - give.times(force), give.stored_J(force), memory);
+    F::save(memory, contact.memory, relaxation);
+  }
+}
+
+/// answer_from() what the contact remembers. Where the body relaxes, half of the tick's time passes
+/// with the tool where it was, the other half with the tool at x (M47).
 template <class F, bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
               bool has_guard, Output& out) noexcept {
   const CurveViews& views = asset.curves;
   auto memory = F::template load<double>(contact.memory, views.relaxation);
-  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   if constexpr (F::kCanRelax)
     if (F::relaxes(views)) {
+      rest<F, kIsBall>(asset, contact, x - step, 0, memory);
+      auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
       const double before_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
       F::relax(views, kinematics, contact.left, memory);
       const Vec3d seen = F::seen(views, kinematics, x, memory);
@@ -157,6 +188,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
       return answer_from<F, kIsBall>(asset, contact, x, seen, step, has_guard, memory, kinematics,
                                      slipping, before_J, out);
     }
+  auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   return answer_from<F, kIsBall>(asset, contact, x, x, step, has_guard, memory, kinematics,
                                  kinematics, 0, out);
 }
@@ -209,23 +241,6 @@ Answer<double> hold(const AssetView& asset, Contact& contact, const Vec3d& x) no
   return F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory));
 }
 
-/// Half of a tick's time passes before the tool leaves x, where it was at the tick before (M47).
-template <class F, bool kIsBall>
-void rest_at(const AssetView& asset, Contact& contact, const Vec3d& place) noexcept {
-  const CurveViews& views = asset.curves;
-  const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
-  const Vec3d force = make_vec3<double>(contact.sway.force_N), x = place - give.times(force);
-  const double sway_J = give.stored_J(force);
-  auto memory = F::template load<double>(contact.memory, views.relaxation);
-  const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
-  const auto& under = F::under(views, kinematics);
-  const double before_J = F::stored_J(views, under, kinematics, memory);
-  F::relax(views, kinematics, contact.left, memory);
-  const double after_J = F::stored_J(views, under, kinematics, memory);
-  F::save(memory, contact.memory, views.relaxation);
-  contact.ledger.book(before_J + sway_J, after_J + sway_J, asset.has_guard);
-}
-
 /// answer() of a body that gives as a whole (M34). What a contact stores is the least of law and
 /// sway together. It is found twice: with nothing slipping, then with the slips, on copies of the
 /// contact. A contact point that has moved has another compliance, so the sway settles once more;
@@ -234,6 +249,7 @@ template <class F, bool kIsBall>
 Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance& give,
                       const Vec3d& x, const Vec3d& step, Output& out,
                       TangentOut tangent_N_m) noexcept {
+  rest<F, kIsBall>(asset, contact, give, x - step);
   Contact start = contact;
   const Vec3d before = x - step - give.times(make_vec3<double>(start.sway.force_N));
   Sway sway = start.sway;
@@ -289,6 +305,7 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
   const double after_J = law.stored_J + here.stored_J(force);
   if (has_slipped) contact.ledger.book(before_J, after_J, asset.has_guard);
   contact.sway = sway;
+  contact.law_J = law.stored_J;
   if (!is_settled) out.flags |= kFlagUnfinished;
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
   put(make_vec3<double>(out.acts_at_m) + here.times(force), out.acts_at_m);
@@ -358,8 +375,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     contact.has_lifted = false;
     return Status::tip_teleported;
   }
-  if (relaxation.branches > 0 && contact.triangle >= 0)
-    rest_at<Rings, kIsBall>(asset, contact, before - make_vec3<double>(contact.arm.pole_m));
+  contact.is_rested = contact.triangle < 0;
   if (contact.triangle < 0) {
     if (radius_m > 0)
       seek_contact(asset, contact, before, x, radius_m);
@@ -375,7 +391,10 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
       if (give.is_any())
         return answer_swaying<F, kIsBall>(asset, contact, give, place, step, out, tangent_N_m);
     }
-    if (tangent_N_m != nullptr) tangent<F, kIsBall>(asset, contact, place, step, tangent_N_m);
+    if (tangent_N_m != nullptr) {
+      rest<F, kIsBall>(asset, contact, Compliance(), place - step);
+      tangent<F, kIsBall>(asset, contact, place, step, tangent_N_m);
+    }
     return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard, out);
   });
 }

@@ -21,12 +21,11 @@ template <class T, int N>
 struct RingCreep {
   T flow[kMaxBranches][4][N];  ///< of each branch v_k, then x, y, z of w_k
   // sum share_k v_k / fast and likewise w; what is stored though the ring bears nothing, over half
-  // its stiffness [m^2].
-  T rest_depth[N], rest_x[N], rest_y[N], rest_z[N], locked[N], locked_aside[N];
-
+  // its normal and its lateral stiffness [m^2].
+  T rests[4][N], locked[2][N];
   T first[kMaxBranches];  ///< v_k of ring 1
 
-  Vec3<T> rest(int i) const noexcept { return {rest_x[i], rest_y[i], rest_z[i]}; }
+  Vec3<T> rest(int i) const noexcept { return {rests[1][i], rests[2][i], rests[3][i]}; }
 };
 constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
 
@@ -58,32 +57,30 @@ T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& sp
   return value_of(slope) < value_of(all) ? slope / all : T(1);
 }
 
-/// Brings the rests up to the branches.
+/// Brings the rests up to the branches. Ring by ring within a component: compilers then take
+/// several rings at once.
 template <class T, int N>
 void find_rests(const RelaxationView& relaxation, RingCreep<T, N>& creep) noexcept {
   const double scale = 1 / relaxation.fast;
-  for (int k = 0; k < relaxation.branches; ++k) creep.first[k] = creep.flow[k][0][0];
-  for (int i = 0; i < N; ++i) {
-    T v(0), x(0), y(0), z(0), vv(0), ww(0);
+  for (int c = 0; c < 4; ++c) {
+    T sum[N], square[N];
+    for (int i = 0; i < N; ++i) sum[i] = square[i] = T(0);
     for (int k = 0; k < relaxation.branches; ++k) {
-      const double g = relaxation.share[k];
-      v = v + creep.flow[k][0][i] * g;
-      x = x + creep.flow[k][1][i] * g;
-      y = y + creep.flow[k][2][i] * g;
-      z = z + creep.flow[k][3][i] * g;
-      vv = vv + creep.flow[k][0][i] * creep.flow[k][0][i] * g;
-      ww = ww +
-           (creep.flow[k][1][i] * creep.flow[k][1][i] + creep.flow[k][2][i] * creep.flow[k][2][i] +
-            creep.flow[k][3][i] * creep.flow[k][3][i]) *
-               g;
+      const double share = relaxation.share[k];
+      for (int i = 0; i < N; ++i) {
+        const T part = creep.flow[k][c][i] * share;
+        sum[i] = sum[i] + part;
+        square[i] = square[i] + part * creep.flow[k][c][i];
+      }
     }
-    creep.rest_depth[i] = v * scale;
-    creep.rest_x[i] = x * scale;
-    creep.rest_y[i] = y * scale;
-    creep.rest_z[i] = z * scale;
-    creep.locked[i] = vv - v * v * scale;
-    creep.locked_aside[i] = ww - (x * x + y * y + z * z) * scale;
+    T* const locked = creep.locked[c > 0];
+    for (int i = 0; i < N; ++i) {
+      const T more = square[i] - sum[i] * sum[i] * scale;
+      locked[i] = c < 2 ? more : locked[i] + more;
+      creep.rests[c][i] = sum[i] * scale;
+    }
   }
+  for (int k = 0; k < relaxation.branches; ++k) creep.first[k] = creep.flow[k][0][0];
 }
 
 /// The dashpots flow while the tool rests (M47): v_k nears y, w_k nears q, by the share of each
@@ -92,17 +89,21 @@ template <class T, int N>
 void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTable<N>& table,
                const T& at_0, const RingDeflection<T>& at, const RingAnchors<T, N>& anchors,
                RingCreep<T, N>& creep) noexcept {
+  T to[4][N];
   for (int i = 0; i < N; ++i) {
     const T h = ring_press(table, at_0, i, at.depth_m).value_m;
-    const bool bears = value_of(h) > value_of(creep.rest_depth[i]);
-    const T y = bears ? h : creep.rest_depth[i];
+    const bool bears = value_of(h) > value_of(creep.rests[0][i]);
     const Vec3<T> q = bears ? at.q - anchors.at(i) : creep.rest(i);
-    for (int k = 0; k < relaxation.branches; ++k) {
-      creep.flow[k][0][i] = y - (y - creep.flow[k][0][i]) * left.share[k];
-      creep.flow[k][1][i] = q.x - (q.x - creep.flow[k][1][i]) * left.share[k];
-      creep.flow[k][2][i] = q.y - (q.y - creep.flow[k][2][i]) * left.share[k];
-      creep.flow[k][3][i] = q.z - (q.z - creep.flow[k][3][i]) * left.share[k];
-    }
+    to[0][i] = bears ? h : creep.rests[0][i];
+    to[1][i] = q.x;
+    to[2][i] = q.y;
+    to[3][i] = q.z;
+  }
+  for (int k = 0; k < relaxation.branches; ++k) {
+    const double share = left.share[k];
+    for (int c = 0; c < 4; ++c)
+      for (int i = 0; i < N; ++i)
+        creep.flow[k][c][i] = to[c][i] - (to[c][i] - creep.flow[k][c][i]) * share;
   }
   find_rests(relaxation, creep);
 }
@@ -130,7 +131,7 @@ T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
   const T touching = depth_m - table.threshold_m[i];
   const T spring = value_of(touching) > 0 ? touching : T(0);
   const T press = ring_press(table, at_0, i, depth_m).value_m;
-  return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rest_depth[i];
+  return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
 }
 
 /// ring_pull(), or with kSlips slip_rings(), of rings that relax: forces and energy of springs and
@@ -151,7 +152,7 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
   for (int i = 0; i < N; ++i) {
     const T stiffness = bed.stiffness_N_m[i], normal = is_stiff ? stiffness / lambda : T(0);
     const RingPress<T> press = ring_press(table, at_0, i, at.depth_m);
-    const T h = press.value_m, rest = creep.rest_depth[i];
+    const T h = press.value_m, rest = creep.rests[0][i];
     const T borne = value_of(h) > value_of(rest) ? h - rest : T(0);
     Vec3<T> q = at.q - anchors.at(i) - creep.rest(i);
     T squared = dot(q, q);
@@ -171,8 +172,8 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
     }
     force = force + q * (stiffness * fast);
     along = along + normal * (borne * fast - h) * press.slope;
-    twice = twice + stiffness * (squared * fast + creep.locked_aside[i]) +
-            normal * (borne * borne * fast + creep.locked[i] - h * h);
+    twice = twice + stiffness * (squared * fast + creep.locked[1][i]) +
+            normal * (borne * borne * fast + creep.locked[0][i] - h * h);
   }
   return {force, at.q - anchors.at(0), 0.5 * twice, 0.5 * lost, along, creep.first};
 }

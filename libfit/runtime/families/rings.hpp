@@ -71,8 +71,8 @@ struct Rings {
     out.slip_slope = from[3 * kRings];
     if (relaxation.branches == 0) return out;
     const double* at = from + kAnchorNumbers;
-    for (auto& branch : out.creep.flow)
-      for (auto& component : branch)
+    for (int k = 0; k < relaxation.branches; ++k)
+      for (auto& component : out.creep.flow[k])
         for (T& flowed : component) flowed = T(*at++);
     find_rests(relaxation, out.creep);
     return out;
@@ -87,8 +87,8 @@ struct Rings {
     to[3 * kRings] = memory.slip_slope;
     if (relaxation.branches == 0) return;
     double* at = to + kAnchorNumbers;
-    for (const auto& branch : memory.creep.flow)
-      for (const auto& component : branch)
+    for (int k = 0; k < relaxation.branches; ++k)
+      for (const auto& component : memory.creep.flow[k])
         for (const double flowed : component) *at++ = flowed;
   }
 

@@ -118,7 +118,7 @@ TEST(nuisance, without_anything_unknown_forces_are_replayed_bit_for_bit_as_ever)
   const auto rows = static_cast<int>(way.size());
   runtime::replay_drag<double>(bases.views, controls, quadric, way[0].data(), rows, plain.data());
   const double deeper = 0;
-  runtime::replay_drag<double>(bases.views, controls, quadric, way[0].data(), rows, &deeper,
+  runtime::replay_drag<double>(bases.views, controls, quadric, {way[0].data(), rows}, &deeper,
                                shifted.data());
   for (std::size_t i = 0; i < way.size(); ++i) {
     EXPECT_EQ(plain[i].x, shifted[i].x) << i;

@@ -430,14 +430,14 @@ TEST(fitted_rings, of_rows_with_times_are_those_of_slow_motion) {
   options.knots_m[0] = truth.basis.knots_m;
   const auto worst = [&](const Samples& samples) {
     const FittedCurves fitted = fit_curves(samples, options);
-    const SplineTables exact = tabulate(truth.basis), own = tabulate(fitted.curves.basis[0]);
+    const fit::Bases exact = truth.bases(), own = fit::bases_of(fitted.curves);
     const Eigen::VectorXd control = fitted.curves.control[0].row(0);
     double out = 0;
-    for (double d = 0.1 * kDepth_m; d < kDepth_m; d += 0.05 * kDepth_m)
-      out =
-          std::max(out, std::abs(runtime::curve_value(view(own), control.data(), d) /
-                                     runtime::curve_value(view(exact), truth.control[0].data(), d) -
-                                 1));
+    for (double d = 0.1 * kDepth_m; d < kDepth_m; d += 0.05 * kDepth_m) {
+      const double f = runtime::curve_value(own.views.view[0], control.data(), d),
+                   g = runtime::curve_value(exact.views.view[0], truth.control[0].data(), d);
+      out = std::max(out, std::abs(f / g - 1));
+    }
     return out;
   };
   EXPECT_GT(worst(rig.samples), 0.5) << "without times";
