@@ -227,8 +227,7 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
     if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
     if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
     if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
-    if constexpr (kInTime)
-      use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
+    if constexpr (kInTime) use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     if constexpr (kAverages)
       use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     out.energy += weight > 0.0 ? W * weight : zero;

@@ -139,8 +139,12 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     const Batch& batch = batches_[b];
     batch.kernels.gather(rows, batch.points.data(), displacement);
-    CellBatch cells{batch.gradient.data(), batch.weight.data(), batch.constants.data(),
-                    batch.mode.data(), batch.law->constants_used, batch.averaged,
+    CellBatch cells{batch.gradient.data(),
+                    batch.weight.data(),
+                    batch.constants.data(),
+                    batch.mode.data(),
+                    batch.law->constants_used,
+                    batch.averaged,
                     std::numeric_limits<double>::infinity()};
     const CellKernels* kernels = &batch.kernels;
     if (step_) {
@@ -148,8 +152,7 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
       cells.stiffening = step_->stiffening[b];
       cells.held = step_->held[b].data();
     }
-    visit(batch, *kernels, cells, batch.law->kernels->with(set_), displacement,
-          result);
+    visit(batch, *kernels, cells, batch.law->kernels->with(set_), displacement, result);
     for (int lane = 0; lane < kLanes; ++lane) {
       energy += result.energy[lane];
       min_J_ = std::min(min_J_, result.min_J[lane]);

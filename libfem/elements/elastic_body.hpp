@@ -48,15 +48,15 @@ class ElasticBody {
   bool relaxes() const;
   /// From here on energy, force and stiffness are those of a step in time; none: of slow motion.
   void set_step(std::shared_ptr<const ViscousStep> step) { step_ = std::move(step); }
-  /// The step of dt_s seconds (infinite: slow motion with its history forgotten; 0: a jump) from a
-  /// body that remembers `from`; none: a body at rest (M14b). viscous_history.cpp
-  ViscousStep step_from(const ViscousHistory* from, double dt_s) const;
+  /// The step of dt_s seconds from a body that remembers `from`; none: a body at rest. dt_s:
+  /// infinite for slow motion, 0 for a jump (M14b). viscous_history.cpp
+  ViscousStep step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const;
   /// Steps that a motion between two times since first touch is made in, at least, so that what a
   /// step leaves out stays below kStepError (M14b): a sixth of the later time, unless it is far
   /// shorter or longer than every branch.
   double steps_in_time(double from_s, double to_s) const;
-  /// What the body remembers dt_s after `from`, when it has come to displacement u (M14b).
-  ViscousHistory remembered(const Points& u, const ViscousHistory* from, double dt_s) const;
+  /// What the body remembers at the end of a step that took it to displacement u (M14b).
+  ViscousHistory remembered(const Points& u, const ViscousStep& step) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }

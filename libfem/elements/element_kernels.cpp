@@ -15,24 +15,25 @@ namespace {
     for (int a = 0; a < kElementNodes; ++a)                                                      \
       scatter_points(force + 3 * a, points + kLanes * a, rows);                                  \
   }                                                                                              \
-  template <bool kAverages, bool kInTime>                                                                      \
+  template <bool kAverages, bool kInTime>                                                        \
   target void energy_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,         \
                            CellResult& out) {                                                    \
-    run<kAverages, kInTime, Want::energy>(batch, law, u, 1.0, out);                                       \
+    run<kAverages, kInTime, Want::energy>(batch, law, u, 1.0, out);                              \
   }                                                                                              \
-  template <bool kAverages, bool kInTime>                                                                      \
+  template <bool kAverages, bool kInTime>                                                        \
   target void force_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,          \
                           CellResult& out) {                                                     \
-    run<kAverages, kInTime, Want::force>(batch, law, u, 1.0, out);                                        \
+    run<kAverages, kInTime, Want::force>(batch, law, u, 1.0, out);                               \
   }                                                                                              \
-  template <bool kAverages, bool kInTime>                                                                      \
+  template <bool kAverages, bool kInTime>                                                        \
   target void stiffness_##set(const CellBatch& batch, const LawKernels& law, const Pack* u,      \
                               double geometric_scale, CellResult& out) {                         \
-    run<kAverages, kInTime, Want::stiffness>(batch, law, u, geometric_scale, out);                        \
+    run<kAverages, kInTime, Want::stiffness>(batch, law, u, geometric_scale, out);               \
   }                                                                                              \
-  template <bool kAverages, bool kInTime>                                                                      \
-  constexpr CellKernels kernels_##set{gather_##set, scatter_##set, energy_##set<kAverages, kInTime>,      \
-                                      force_##set<kAverages, kInTime>, stiffness_##set<kAverages, kInTime>};
+  template <bool kAverages, bool kInTime>                                                        \
+  constexpr CellKernels kernels_##set{                                                           \
+      gather_##set, scatter_##set, energy_##set<kAverages, kInTime>,                             \
+      force_##set<kAverages, kInTime>, stiffness_##set<kAverages, kInTime>};
 
 PALPATE_CELL_KERNELS(portable, )
 PALPATE_CELL_KERNELS(avx2, __attribute__((target("avx2"))))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "libfem/elements/cell_integrals.hpp"
 #include "libfem/elements/elastic_body.hpp"
@@ -50,7 +51,7 @@ bool ElasticBody::relaxes() const {
 }
 
 double ElasticBody::steps_in_time(double from_s, double to_s) const {
-  constexpr double kOfPath = 6;                    // see kStepError
+  constexpr double kOfPath = 6;                 // see kStepError
   constexpr double kShort = 0.05, kLong = 200;  // steps over a branch's time that need no division
   const double duration_s = to_s - from_s;
   double steps = 1;
@@ -61,8 +62,8 @@ double ElasticBody::steps_in_time(double from_s, double to_s) const {
   return steps;
 }
 
-ViscousStep ElasticBody::step_from(const ViscousHistory* from, double dt_s) const {
-  ViscousStep step;
+ViscousStep ElasticBody::step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const {
+  ViscousStep step{std::move(from), dt_s, {}, {}};
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     const Relaxation& relaxation = relaxations_[batches_[b].material];
     const auto branches = static_cast<int>(relaxation.branches());
@@ -72,8 +73,8 @@ ViscousStep ElasticBody::step_from(const ViscousHistory* from, double dt_s) cons
       const BranchDecay decay = branch_decay(dt_s / relaxation.time_s[k]);
       const double now = relaxation.share[k] * decay.taken;  // g z
       stiffening += now;
-      if (!from) continue;
-      const Pack* stress = from->stress[b].data();
+      if (!step.from) continue;
+      const Pack* stress = step.from->stress[b].data();
       for (int q = 0; q < kElementPoints; ++q, stress += kSymmetric * (1 + branches))
         for (int i = 0; i < kSymmetric; ++i)
           held.data()[kSymmetric * q + i] +=
@@ -83,8 +84,7 @@ ViscousStep ElasticBody::step_from(const ViscousHistory* from, double dt_s) cons
   return step;
 }
 
-ViscousHistory ElasticBody::remembered(const Points& u, const ViscousHistory* from,
-                                       double dt_s) const {
+ViscousHistory ElasticBody::remembered(const Points& u, const ViscousStep& step) const {
   ViscousHistory out;
   const double* rows = displacement_rows(u);
   Pack displacement[3 * kElementNodes], H[9], stress[kSymmetric];
@@ -102,9 +102,9 @@ ViscousHistory ElasticBody::remembered(const Points& u, const ViscousHistory* fr
                       batch.constants.data() + batch.law->constants_used * q,
                       batch.weight.data()[q], H, stress);
       Pack* now = to.data() + size * q;
-      const Pack* before = from ? from->stress[b].data() + size * q : now;  // zero
+      const Pack* before = step.from ? step.from->stress[b].data() + size * q : now;  // 0
       for (int k = 0; k < branches; ++k) {
-        const BranchDecay decay = branch_decay(dt_s / relaxation.time_s[k]);
+        const BranchDecay decay = branch_decay(step.dt_s / relaxation.time_s[k]);
         for (int i = 0; i < kSymmetric; ++i)
           now[kSymmetric * (1 + k) + i] =
               decay.kept * before[kSymmetric * (1 + k) + i] +

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libfem/materials/relaxation.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -49,24 +50,6 @@ std::vector<double> complete_values(const LawRow& law, std::vector<double> value
   return values;
 }
 
-// What relaxes is W - U, so the rest of the bulk modulus, K - U''(1), follows it: below zero for
-// some laws, and then a body that is stiff enough at first would have none left.
-void check_relaxation(const Material& material, const std::string& where) {
-  const Relaxation& relaxation = material.relaxation;
-  if (relaxation.branches() == 0) return;
-  if (!material.law->splits_volume)
-    throw Error(where,
-                "law " + std::string(material.law->name) +
-                    " does not split volume from shape, and it is the shape that relaxes",
-                "Take another law, such as neo-hookean, or leave relaxation out.");
-  double U, U1, U2;
-  material.law->volumetric(material.constants, 0, U, U1, U2);
-  const double shape_Pa = material.law->small_strain(material.constants).bulk_Pa() - U2;
-  if (!(U2 + instantaneous_stiffness(relaxation) * shape_Pa > 0))
-    throw Error(where, "relaxation leaves no bulk modulus at first",
-                "Take smaller shares, a higher Poisson's ratio, or another law.");
-}
-
 }  // namespace
 
 const LawRow& find_law(std::string_view name, const std::string& where) {
@@ -98,9 +81,11 @@ Material make_material(const MaterialParameters& parameters, const std::string& 
     throw Error(where, std::string(refusal.key) + " " + refusal.text,
                 "Correct the material; law " + std::string(law.name) + " takes " +
                     parameter_names(law) + ".");
-  const Material material{&law, law.constants(values), parameters.relaxation};
-  check_relaxation(material, where);
-  return material;
+  if (const Refusal refusal =
+          refuse_relaxation(law, {parameters.law, values, parameters.relaxation});
+      refusal.is_refused())
+    throw Error(where, std::string(refusal.key) + " " + refusal.text, kRelaxationRemedy);
+  return {&law, law.constants(values), parameters.relaxation};
 }
 
 }  // namespace palpate::fem

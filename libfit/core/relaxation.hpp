@@ -19,9 +19,4 @@ struct Relaxation {
   Eigen::Index branches() const { return share.size(); }
 };
 
-/// How stiff a body is at first, over slow motion: 1 + sum_k share_k.
-inline double instantaneous_stiffness(const Relaxation& relaxation) {
-  return 1 + relaxation.share.sum();
-}
-
 }  // namespace palpate

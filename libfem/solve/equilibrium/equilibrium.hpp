@@ -75,11 +75,14 @@ class Equilibrium {
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to, bool may_shorten = false);
 
-  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a). A body is in slow
-  /// motion until the first of these; one that does not relax stays so. equilibrium_in_time.cpp
+  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a). A body is in
+  /// slow motion until the first of these; one that does not relax stays so.
+  /// equilibrium_in_time.cpp
   void begin_step(const BodyState& from, double dt_s);
-  /// What the body remembers when a step is accepted (M14b). from, dt_s: of begin_step().
-  void end_step(const BodyState& from, double dt_s, BodyState& accepted) const;
+  /// Takes what the body remembers at the end of the step into an accepted state, from its own
+  /// displacement, or from that after an Uzawa update, which is nearer to a rigid probe's.
+  void end_step(BodyState& accepted) const { end_step(accepted.u, accepted); }
+  void end_step(const Points& u, BodyState& accepted) const;
 
   /// The equilibrium at an accepted state's own pose after one augmented-Lagrangian (Uzawa) update
   /// (Contact::updated_multipliers): what a rigid wall would do, but for the second order. Not a

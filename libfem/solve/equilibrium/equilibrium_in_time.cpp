@@ -19,14 +19,13 @@ void Equilibrium::resume(std::shared_ptr<const ViscousStep> step) {
 
 void Equilibrium::begin_step(const BodyState& from, double dt_s) {
   if (!body_.relaxes()) return;
-  resume(std::make_shared<const ViscousStep>(body_.step_from(from.memory.get(), dt_s)));
+  resume(std::make_shared<const ViscousStep>(body_.step_from(from.memory, dt_s)));
 }
 
-void Equilibrium::end_step(const BodyState& from, double dt_s, BodyState& accepted) const {
+void Equilibrium::end_step(const Points& u, BodyState& accepted) const {
   if (!step_) return;
   accepted.step = step_;
-  accepted.memory = std::make_shared<const ViscousHistory>(
-      body_.remembered(accepted.u, from.memory.get(), dt_s));
+  accepted.memory = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
 }
 
 // Of an accepted state in the potential of this step.

@@ -84,7 +84,7 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
     moving.velocity = (next.u - moving.state.u) / length;
     moving.direction = step / length;
   }
-  if (!std::isnan(dt_s)) following.equilibrium.end_step(moving.state, dt_s, next);
+  if (!std::isnan(dt_s)) following.equilibrium.end_step(next);
   moving.state = std::move(next);
   moving.time_s = time_s;
   return {};
@@ -115,7 +115,8 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, doub
     const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * whole_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
-    const StepOutcome outcome = try_step(following, moving, goal, goal_s, must_rise, may_fall, may_shorten);
+    const StepOutcome outcome =
+        try_step(following, moving, goal, goal_s, must_rise, may_fall, may_shorten);
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
@@ -132,10 +133,10 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, doub
 }
 
 /// The row of an accepted state: sums of the equilibrium after an Uzawa update (method, 10).
-PathRow record(Following& following, const PathState& moving, const PathTarget& target,
+PathRow record(Following& following, PathState& moving, const PathTarget& target,
                const OnRow& on_row) {
   const StepRules& rules = following.rules;
-  const BodyState& state = moving.state;
+  BodyState& state = moving.state;
   PathRow row;
   if (moving.falls) row.step_check = StepCheck::falls;
   const double depth = target.deflection.dot(state.pose.axis);
@@ -151,6 +152,7 @@ PathRow record(Following& following, const PathState& moving, const PathTarget& 
                following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
                rigid.contact.force_N.dot(state.pose.axis) > 0;
     if (is_rigid) {
+      following.equilibrium.end_step(rigid.u, state);
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
@@ -226,8 +228,7 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
       if (progress.stopped()) return out;
       const PathTarget& target = path.targets[i];
       const StepOutcome outcome =
-          reach(following, moving, touch.tip + target.deflection,
-                                        target.time_s, target.must_rise);
+          reach(following, moving, touch.tip + target.deflection, target.time_s, target.must_rise);
       if (outcome.status != RowStatus::good) {
         note_failure(path, i, outcome, out);
         break;

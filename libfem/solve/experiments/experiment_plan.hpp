@@ -29,8 +29,8 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
-/// One experiment `path` along successive deflections (N x 3 [m]) from first touch; time_s: when, or
-/// nothing.
+/// One experiment `path` along successive deflections (N x 3 [m]) from first touch; time_s: when,
+/// or nothing.
 ExperimentPlan path_plan(const Points& deflections, const Eigen::VectorXd& time_s,
                          const Vec3& normal);
 

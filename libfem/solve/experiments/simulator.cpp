@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfem/materials/relaxation.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
@@ -243,8 +244,7 @@ MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, 
   out.touch_m = *touch;
   ContactSettings contact = setup.options.contact;
   // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
-  if (plan.is_in_time)
-    contact.stiffness *= at_first_over_slow(materials);
+  if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
   Equilibrium equilibrium(mesh, materials, region_about(position), here, contact,
                           setup.options.equilibrium, bed_about(position));
   OnRow on_row;

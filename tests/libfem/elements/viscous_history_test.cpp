@@ -56,14 +56,15 @@ Points random_field(Eigen::Index nodes, double size, unsigned seed) {
 class InTime {
  public:
   InTime(const QuadraticMesh& mesh, const MaterialParameters& material)
-      : mesh_(mesh), body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {}
+      : mesh_(mesh),
+        body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {}
 
   void begin(double dt_s) {
-    dt_s_ = dt_s;
-    body_.set_step(std::make_shared<const ViscousStep>(body_.step_from(memory_.get(), dt_s)));
+    step_ = std::make_shared<const ViscousStep>(body_.step_from(memory_, dt_s));
+    body_.set_step(step_);
   }
   void end(const Points& u) {
-    memory_ = std::make_shared<const ViscousHistory>(body_.remembered(u, memory_.get(), dt_s_));
+    memory_ = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
   }
   void go(const Points& u, double dt_s) {
     begin(dt_s);
@@ -84,7 +85,7 @@ class InTime {
   const QuadraticMesh& mesh_;
   ElasticBody body_;
   std::shared_ptr<const ViscousHistory> memory_;
-  double dt_s_ = 0;
+  std::shared_ptr<const ViscousStep> step_;
 };
 
 template <class Difference>
@@ -125,12 +126,12 @@ TEST(ViscousHistory, force_and_stiffness_of_a_step_are_derivatives_of_its_energy
         << "seed " << kSeed;
     Eigen::VectorXd exact;
     K.multiply(Eigen::Map<const Eigen::VectorXd>(d.data(), d.size()), exact);
-    EXPECT_LE(min_error([&](double h) {
-                const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
-                return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact)
-                    .norm();
-              }),
-              (example.is_kinked_at_rest ? 1e-5 : 1e-6) * exact.norm())
+    EXPECT_LE(
+        min_error([&](double h) {
+          const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
+          return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact).norm();
+        }),
+        (example.is_kinked_at_rest ? 1e-5 : 1e-6) * exact.norm())
         << "seed " << kSeed;
   }
 }
@@ -142,12 +143,13 @@ TEST(ViscousHistory, every_instruction_set_gives_the_same_bits_in_time) {
   for (const InstructionSet set :
        {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
     if (!has_instruction_set(set)) continue;
-    ElasticBody body(mesh, {make_material({"yeoh", {1.7e3, -0.1e3, 0.04e3, 0.48}, series({{1, 1}})},
-                                          "test")},
-                     nullptr, ElementKind::automatic);
+    ElasticBody body(
+        mesh, {make_material({"yeoh", {1.7e3, -0.1e3, 0.04e3, 0.48}, series({{1, 1}})}, "test")},
+        nullptr, ElementKind::automatic);
     body.use(set);
-    const ViscousHistory before = body.remembered(-0.5 * u, nullptr, 0.3);
-    body.set_step(std::make_shared<const ViscousStep>(body.step_from(&before, 0.7)));
+    const auto before = std::make_shared<const ViscousHistory>(
+        body.remembered(-0.5 * u, body.step_from(nullptr, 0.3)));
+    body.set_step(std::make_shared<const ViscousStep>(body.step_from(before, 0.7)));
     SymmetricBlockMatrix K = body.pattern();
     body.add_stiffness(u, 0.5, forces.emplace_back(Points::Zero(u.rows(), 3)), K);
     forces.push_back(Eigen::Map<const Points>(K.values().data(), K.values().size() / 3, 3));
@@ -171,28 +173,18 @@ TEST(ViscousHistory, a_body_that_turns_keeps_its_stress) {
 TEST(ViscousHistory, a_step_of_no_end_has_the_bits_of_slow_motion_and_a_jump_the_sum_of_shares) {
   const QuadraticMesh mesh = block();
   const Points u = random_field(mesh.nodes.rows(), 0.03 * kSize_m, kSeed);
-  const Material slow = make_material({"neo-hookean-isochoric", {10e3, 0.45}}, "test");
-  // Only the shear modulus mu/2 x1 relaxes; K stays: constants are K, mu.
-  Material fast = slow;
-  fast.constants[1] *= 3.5;
+  Material fast = make_material({"neo-hookean-isochoric", {10e3, 0.45}}, "test");
+  fast.constants[1] *= 3.5;  // the shear modulus; constants[0], the bulk modulus, stays
   InTime moving(mesh, {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
-  const auto elastic = [&](const Material& material) {
-    const ElasticBody body(mesh, {material}, nullptr, ElementKind::tet10);
-    Points out = Points::Zero(u.rows(), 3);
-    body.add_force(u, out);
-    return out;
-  };
   const Points before = moving.force(u);
   moving.go(-u, 0.2);
   moving.begin(kForever);
   EXPECT_TRUE(moving.force(u) == before);
-  // Where U is not averaged both are sums at points: compare a homogeneous state.
   const Mat3 F = Vec3(1.1, 0.9, 1.05).asDiagonal();
   InTime jumping(mesh, {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
   jumping.begin(0);
   EXPECT_LE((jumping.stress(F) - fast.law->stress(fast.constants, F)).norm(),
             1e-12 * jumping.stress(F).norm());
-  EXPECT_GT((elastic(fast) - elastic(slow)).norm(), elastic(slow).norm());
 }
 
 /// Pulled to a length share by share, free to the side: the engineering stress.
@@ -346,8 +338,8 @@ TEST(ViscousHistory, simple_shear_there_and_back_meets_an_integrated_equation) {
 }
 
 TEST(ViscousHistory, a_law_that_keeps_volume_and_shape_together_does_not_relax) {
-  EXPECT_THROW(
-      make_material({"st-venant-kirchhoff", {10e3, 0.3}, series({{1, 1}})}, "test"), Error);
+  EXPECT_THROW(make_material({"st-venant-kirchhoff", {10e3, 0.3}, series({{1, 1}})}, "test"),
+               Error);
 }
 
 }  // namespace
