@@ -1,6 +1,7 @@
 #pragma once
 
 #include "libfem/elements/element_kernels.hpp"
+#include "libfem/materials/kinematics.hpp"
 
 namespace palpate::fem {
 
@@ -152,6 +153,41 @@ PALPATE_INLINE void use_averaged(const Averaged& averaged, const CellBatch& batc
   }
 }
 
+/// The potential of a step in time in place of W (M14a); P and A only as wanted.
+template <Want kWant>
+PALPATE_INLINE void use_step(const Averaged& averaged, const CellBatch& batch,
+                             const LawKernels& law, int q, const Pack* H, double geometric_scale,
+                             Pack& W, Pack* P, Pack* A) {
+  Pack U, U1, U2;
+  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
+             U, U1, U2);
+  const Pack* held = batch.held + 6 * q;
+  constexpr int kEntry[9] = {0, 3, 4, 3, 1, 5, 4, 5, 2};
+  const double beyond = batch.stiffening - 1;
+  Pack strain[9], work = Pack{};  // twice Green's strain
+  metric_change_of(H, strain);
+  for (int i = 0; i < 9; ++i) work += held[kEntry[i]] * strain[i];
+  const Pack room = averaged.dilation[q] - law.min_dilation;
+  W = room > 0.0 ? W + beyond * (W - U) + 0.5 * work : W;
+  const Pack* C = averaged.cofactor + 9 * q;
+  if constexpr (kWant != Want::energy)
+    for (int i = 0; i < 3; ++i)
+      for (int J = 0; J < 3; ++J) {
+        const int iJ = 3 * i + J;
+        P[iJ] += beyond * (P[iJ] - U1 * C[iJ]) + held[kEntry[iJ]];
+        for (int L = 0; L < 3; ++L) P[iJ] += H[3 * i + L] * held[kEntry[3 * L + J]];
+      }
+  if constexpr (kWant == Want::stiffness) {
+    for (int i = 0; i < 9; ++i)
+      for (int j = i; j < 9; ++j) A[9 * i + j] += beyond * (A[9 * i + j] - U2 * (C[i] * C[j]));
+    add_second_derivative_of_J(H, -(beyond * geometric_scale) * U1, A);
+    for (int i = 0; i < 3; ++i)
+      for (int J = 0; J < 3; ++J)
+        for (int L = J; L < 3; ++L)
+          A[9 * (3 * i + J) + 3 * i + L] += geometric_scale * held[kEntry[3 * J + L]];
+  }
+}
+
 /// K += D B B^T: B derivative of the dilation's mean, D that of the pressure's.
 PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, Pack* stiffness) {
   Pack B[3 * kElementNodes], DB[3 * kElementNodes], C[9 * kElementPoints], D = Pack{};
@@ -169,7 +205,7 @@ PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, P
           stiffness[9 * (a * (a + 1) / 2 + b) + 3 * i + k] += B[3 * a + i] * DB[3 * b + k];
 }
 
-template <bool kAverages, Want kWant>
+template <bool kAverages, bool kInTime, Want kWant>
 PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
                         double geometric_scale, CellResult& out) {
   const Pack zero = Pack{};
@@ -191,6 +227,7 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
     if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
     if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
     if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
+    if constexpr (kInTime) use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     if constexpr (kAverages)
       use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     out.energy += weight > 0.0 ? W * weight : zero;

@@ -14,6 +14,8 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       force_rows_(mesh.nodes.rows() / 2 + 1) {
   for (const char is_held : mesh.is_held) free_index_.push_back(is_held ? -1 : free_nodes_++);
   for (const Material& material : materials) {
+    const std::size_t number = relaxations_.size();
+    relaxations_.push_back(material.relaxation);
     const ElementKind kind = element_for(element, material);
     const std::vector<ElementPoint> points = element_points();
     std::vector<const Material*> material_at(points.size() * kLanes);
@@ -31,13 +33,13 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
       }
       if (is_here) cells.push_back(static_cast<std::int32_t>(c));
       if (cells.size() == kLanes)
-        add_batch(material, kind, points, cells, material_at), cells.clear();
+        add_batch(material, number, kind, points, cells, material_at), cells.clear();
     }
-    if (!cells.empty()) add_batch(material, kind, points, cells, material_at);
+    if (!cells.empty()) add_batch(material, number, kind, points, cells, material_at);
   }
 }
 
-void ElasticBody::add_batch(const Material& material, ElementKind element,
+void ElasticBody::add_batch(const Material& material, std::size_t number, ElementKind element,
                             const std::vector<ElementPoint>& points,
                             const std::vector<std::int32_t>& cells,
                             const std::vector<const Material*>& material_at) {
@@ -53,6 +55,9 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
   batch.weight = PackArray(kElementPoints);
   batch.constants = PackArray(kElementPoints * constants);
   batch.mode = PackArray(averages(element) ? kElementPoints : 0);
+  batch.material = number;
+  batch.kernels_in_time =
+      material.relaxation.branches() > 0 ? cell_kernels_in_time(set_) : batch.kernels;
   for (int lane = 0; lane < kLanes; ++lane) {
     batch.cell[lane] = lane < static_cast<int>(cells.size()) ? cells[lane] : -1;
     if (batch.cell[lane] < 0) continue;
@@ -84,7 +89,11 @@ void ElasticBody::add_batch(const Material& material, ElementKind element,
 
 void ElasticBody::use(InstructionSet set) {
   set_ = set;
-  for (Batch& batch : batches_) batch.kernels = cell_kernels(batch.element, set);
+  for (Batch& batch : batches_) {
+    batch.kernels = cell_kernels(batch.element, set);
+    batch.kernels_in_time =
+        relaxations_[batch.material].branches() > 0 ? cell_kernels_in_time(set) : batch.kernels;
+  }
 }
 
 SymmetricBlockMatrix ElasticBody::pattern() const {
@@ -111,23 +120,39 @@ void ElasticBody::add_force_rows(Points& force) const {
     for (int i = 0; i < 3; ++i) force(n, i) += row[i];
 }
 
+// Displacements as batches gather them; the last row is zero.
+const double* ElasticBody::displacement_rows(const Points& u) const {
+  double* rows = reinterpret_cast<double*>(displacement_rows_.data());
+  for (Eigen::Index n = 0; n < u.rows(); ++n)
+    for (int i = 0; i < 3; ++i) rows[kPointStride * n + i] = u(n, i);
+  return rows;
+}
+
 template <class Visit>
 double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
   double energy = 0;
   min_J_ = std::numeric_limits<double>::infinity();
   Pack displacement[3 * kElementNodes];
   CellResult result;
-  double* rows = reinterpret_cast<double*>(displacement_rows_.data());
-  for (Eigen::Index n = 0; n < u.rows(); ++n)
-    for (int i = 0; i < 3; ++i) rows[kPointStride * n + i] = u(n, i);
+  const double* rows = displacement_rows(u);
   std::fill_n(reinterpret_cast<double*>(force_rows_.data()), kPointStride * (u.rows() + 1), 0.0);
-  for (const Batch& batch : batches_) {
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
     batch.kernels.gather(rows, batch.points.data(), displacement);
-    visit(batch,
-          CellBatch{batch.gradient.data(), batch.weight.data(), batch.constants.data(),
-                    batch.mode.data(), batch.law->constants_used, batch.averaged,
-                    std::numeric_limits<double>::infinity()},
-          batch.law->kernels->with(set_), displacement, result);
+    CellBatch cells{batch.gradient.data(),
+                    batch.weight.data(),
+                    batch.constants.data(),
+                    batch.mode.data(),
+                    batch.law->constants_used,
+                    batch.averaged,
+                    std::numeric_limits<double>::infinity()};
+    const CellKernels* kernels = &batch.kernels;
+    if (step_) {
+      kernels = &batch.kernels_in_time;
+      cells.stiffening = step_->stiffening[b];
+      cells.held = step_->held[b].data();
+    }
+    visit(batch, *kernels, cells, batch.law->kernels->with(set_), displacement, result);
     for (int lane = 0; lane < kLanes; ++lane) {
       energy += result.energy[lane];
       min_J_ = std::min(min_J_, result.min_J[lane]);
@@ -137,19 +162,19 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
 }
 
 double ElasticBody::energy(const Points& u) const {
-  return visit_batches(u, [](const Batch& batch, const CellBatch& cells, const LawKernels& law,
-                             const Pack* displacement, CellResult& result) {
-    batch.kernels.energy(cells, law, displacement, result);
+  return visit_batches(u, [](const Batch&, const CellKernels& kernels, const CellBatch& cells,
+                             const LawKernels& law, const Pack* displacement, CellResult& result) {
+    kernels.energy(cells, law, displacement, result);
   });
 }
 
 double ElasticBody::add_force(const Points& u, Points& force) const {
   double* rows = reinterpret_cast<double*>(force_rows_.data());
   const double energy =
-      visit_batches(u, [&](const Batch& batch, const CellBatch& cells, const LawKernels& law,
-                           const Pack* displacement, CellResult& result) {
-        batch.kernels.force(cells, law, displacement, result);
-        batch.kernels.scatter(result.force, batch.points.data(), rows);
+      visit_batches(u, [&](const Batch& batch, const CellKernels& kernels, const CellBatch& cells,
+                           const LawKernels& law, const Pack* displacement, CellResult& result) {
+        kernels.force(cells, law, displacement, result);
+        kernels.scatter(result.force, batch.points.data(), rows);
       });
   add_force_rows(force);
   return energy;
@@ -159,11 +184,11 @@ double ElasticBody::add_stiffness(const Points& u, double geometric_scale, Point
                                   SymmetricBlockMatrix& K, double max_pressure) const {
   double* rows = reinterpret_cast<double*>(force_rows_.data());
   const double energy =
-      visit_batches(u, [&](const Batch& batch, CellBatch cells, const LawKernels& law,
-                           const Pack* displacement, CellResult& result) {
-        cells.max_pressure_Pa = max_pressure * batch.shear_modulus_Pa;
-        batch.kernels.stiffness(cells, law, displacement, geometric_scale, result);
-        batch.kernels.scatter(result.force, batch.points.data(), rows);
+      visit_batches(u, [&](const Batch& batch, const CellKernels& kernels, CellBatch cells,
+                           const LawKernels& law, const Pack* displacement, CellResult& result) {
+        cells.max_pressure_Pa = max_pressure * cells.stiffening * batch.shear_modulus_Pa;
+        kernels.stiffness(cells, law, displacement, geometric_scale, result);
+        kernels.scatter(result.force, batch.points.data(), rows);
         for (int lane = 0; lane < kLanes; ++lane) {
           if (batch.cell[lane] < 0) continue;
           const BlockPlace* place = places_.data() + kElementBlocks * batch.cell[lane];

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "libfem/elements/block_matrix.hpp"
 #include "libfem/elements/element_kernels.hpp"
+#include "libfem/elements/viscous_history.hpp"
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
 
@@ -42,6 +44,20 @@ class ElasticBody {
                        SymmetricBlockMatrix& K,
                        double max_pressure = std::numeric_limits<double>::infinity()) const;
 
+  /// Whether some material has a relaxation.
+  bool relaxes() const;
+  /// From here on energy, force and stiffness are those of a step in time; none: of slow motion.
+  void set_step(std::shared_ptr<const ViscousStep> step) { step_ = std::move(step); }
+  /// The step of dt_s seconds from a body that remembers `from`; none: a body at rest. dt_s:
+  /// infinite for slow motion, 0 for a jump (M14b). viscous_history.cpp
+  ViscousStep step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const;
+  /// Steps that a motion between two times since first touch is made in, at least, so that what a
+  /// step leaves out stays below kStepError (M14b): a sixth of the later time, unless it is far
+  /// shorter or longer than every branch.
+  double steps_in_time(double from_s, double to_s) const;
+  /// What the body remembers at the end of a step that took it to displacement u (M14b).
+  ViscousHistory remembered(const Points& u, const ViscousStep& step) const;
+
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }
 
@@ -53,22 +69,26 @@ class ElasticBody {
     const LawRow* law;
     ElementKind element;
     double averaged, shear_modulus_Pa;
-    CellKernels kernels;
+    std::size_t material;
+    CellKernels kernels, kernels_in_time;
     std::int32_t cell[kLanes];         // -1 on idle lanes
     std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
   };
-  void add_batch(const Material& material, ElementKind element,
+  void add_batch(const Material& material, std::size_t number, ElementKind element,
                  const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
   void add_force_rows(Points& force) const;
+  const double* displacement_rows(const Points& u) const;
   template <class Visit>
   double visit_batches(const Points& u, const Visit& visit) const;
 
   const QuadraticMesh& mesh_;
   int free_nodes_ = 0;
   std::vector<std::int32_t> free_index_;
+  std::vector<Relaxation> relaxations_;  // by material
   std::vector<Batch> batches_;
+  std::shared_ptr<const ViscousStep> step_;
   mutable std::vector<BlockPlace> places_;  // #tets x node pairs, made by pattern()
   // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
   mutable PackArray displacement_rows_, force_rows_;

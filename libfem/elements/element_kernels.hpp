@@ -13,7 +13,8 @@ inline constexpr int kElementBlocks =
 /// idle lane and on a point of another material. constants: [point][constant], `constant_count`
 /// each. mode: see unit_constant, [point] [m^-1.5]. averaged: see averaged_share.
 /// max_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
-/// derivative of J; infinite for the exact stiffness.
+/// derivative of J; infinite for the exact stiffness. stiffening, held: of a step in time (M14a),
+/// [point][xx, yy, zz, xy, xz, yz] [Pa]; kernels of slow motion read neither.
 struct CellBatch {
   const Pack* gradient;
   const Pack* weight;
@@ -22,6 +23,8 @@ struct CellBatch {
   int constant_count;
   double averaged;
   double max_pressure_Pa;
+  double stiffening = 1;
+  const Pack* held = nullptr;
 };
 
 /// What eight elements give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
@@ -54,5 +57,8 @@ struct CellKernels {
 /// Kernels of an element (not `automatic`) for an instruction set; results have the same bits on
 /// all of them.
 CellKernels cell_kernels(ElementKind kind, InstructionSet set);
+
+/// The same of a step in time, for elements that average.
+CellKernels cell_kernels_in_time(InstructionSet set);
 
 }  // namespace palpate::fem

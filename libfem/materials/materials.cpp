@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "libfem/materials/relaxation.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -80,7 +81,11 @@ Material make_material(const MaterialParameters& parameters, const std::string& 
     throw Error(where, std::string(refusal.key) + " " + refusal.text,
                 "Correct the material; law " + std::string(law.name) + " takes " +
                     parameter_names(law) + ".");
-  return {&law, law.constants(values)};
+  if (const Refusal refusal =
+          refuse_relaxation(law, {parameters.law, values, parameters.relaxation});
+      refusal.is_refused())
+    throw Error(where, std::string(refusal.key) + " " + refusal.text, kRelaxationRemedy);
+  return {&law, law.constants(values), parameters.relaxation};
 }
 
 }  // namespace palpate::fem

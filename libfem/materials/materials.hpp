@@ -8,6 +8,7 @@
 #include "libfem/materials/element_kernel.hpp"
 #include "libfem/materials/law_types.hpp"
 #include "libfit/core/geometry.hpp"
+#include "libfit/core/relaxation.hpp"
 
 namespace palpate::fem {
 
@@ -15,9 +16,11 @@ using Mat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
 /// The material a scene names. values: of the law's parameter rows in their order, SI, a row of
 /// count 3 being three of them; values of rows that have a fallback may be left out from the end.
+/// relaxation: of the law's shape part W - U (M14a); the values are those of slow motion.
 struct MaterialParameters {
   std::string law = "neo-hookean";
   std::vector<double> values;
+  Relaxation relaxation = {};
 };
 
 /// A material law: what it is called, what it needs, and how it is evaluated.
@@ -53,6 +56,7 @@ const LawRow& find_law(std::string_view name, const std::string& where);
 struct Material {
   const LawRow* law = nullptr;
   LawConstants constants{};
+  Relaxation relaxation = {};
 };
 
 /// The row of the parameter that `key` names; nullptr when the law has none such.
@@ -63,7 +67,7 @@ std::vector<std::size_t> moduli_of(const MaterialParameters& parameters);
 
 /// Looks the law up, fills in values left out and checks them. Throws Error at `where` (the scene's
 /// place) when the law is unknown, a value is missing or not finite, or the material would not be
-/// stable.
+/// stable, in slow motion or in fast.
 Material make_material(const MaterialParameters& parameters, const std::string& where);
 
 }  // namespace palpate::fem

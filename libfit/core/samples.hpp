@@ -137,11 +137,12 @@ struct Samples {
   Eigen::Index points() const { return point_position.rows(); }
 };
 
-/// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point.
+/// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
+/// when it is there, as of Samples; empty: in slow motion.
 struct ToolPath {
   int point = 0;
   Points deflections;
-  Eigen::VectorXd time_s;  ///< N [s] since first touch, as Samples::time_s; empty: slow motion
+  Eigen::VectorXd time_s = {};  ///< N [s] since first touch; empty: slow motion
 };
 
 /// What is simulated at a test point.

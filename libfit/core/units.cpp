@@ -13,7 +13,7 @@ struct UnitRow {
   double factor;
 };
 
-constexpr std::array<UnitRow, 29> kUnits{{
+constexpr std::array<UnitRow, 33> kUnits{{
     {"m", Dimension::length, 1},
     {"dm", Dimension::length, 1e-1},
     {"cm", Dimension::length, 1e-2},
@@ -41,6 +41,10 @@ constexpr std::array<UnitRow, 29> kUnits{{
     {"N*m", Dimension::torque, 1},
     {"Nmm", Dimension::torque, 1e-3},
     {"mNm", Dimension::torque, 1e-3},
+    {"m/s", Dimension::speed, 1},
+    {"cm/s", Dimension::speed, 1e-2},
+    {"mm/s", Dimension::speed, 1e-3},
+    {"um/s", Dimension::speed, 1e-6},
     {"rad", Dimension::angle, 1},
     {"deg", Dimension::angle, 0.017453292519943295},
 }};
@@ -85,6 +89,8 @@ std::string_view dimension_name(Dimension dimension) {
       return "angle";
     case Dimension::torque:
       return "torque";
+    case Dimension::speed:
+      return "speed";
   }
   return "quantity";
 }

@@ -14,6 +14,7 @@ enum class Dimension {
   time,      ///< s
   angle,     ///< rad
   torque,    ///< N m
+  speed,     ///< m/s
 };
 
 inline constexpr double to_millimetres(double x_m) { return x_m * 1e3; }

@@ -87,13 +87,43 @@ TEST(SceneMaterial, inclusions_have_laws_of_their_own) {
   EXPECT_EQ(scene.inclusions.at(0).material.values.at(0), 9e3);
 }
 
+TEST(SceneMaterial, a_material_relaxes_and_its_inclusions_with_it_unless_they_say_otherwise) {
+  const std::string lump =
+      "[[inclusion]]\nsphere = { center = [0, 0, 0], radius = '1 cm' }\nmaterial = { young = '9 "
+      "kPa'";
+  const Scene scene =
+      parse_scene(with_material("young = '5 kPa'\nrelaxation = [[0.5, '100 ms'], [0.25, '2 s']]\n" +
+                                lump + " }\n" + lump + ", relaxation = [] }\n" + lump +
+                                ", relaxation = [[1, '1 s']] }\n"),
+                  "s.toml");
+  const Relaxation& body = scene.material->relaxation;
+  ASSERT_EQ(body.branches(), 2);
+  EXPECT_EQ(body.share, Eigen::Vector2d(0.5, 0.25));
+  EXPECT_EQ(body.time_s, Eigen::Vector2d(0.1, 2));
+  EXPECT_EQ(scene.inclusions.at(0).material.relaxation.share, body.share);
+  EXPECT_EQ(scene.inclusions.at(1).material.relaxation.branches(), 0);
+  EXPECT_EQ(scene.inclusions.at(2).material.relaxation.share[0], 1);
+}
+
+TEST(SceneMaterial, a_relaxation_that_cannot_be_is_refused_at_its_place) {
+  expect_beginning(error_of("young = 1\nrelaxation = [[0.5, '2 s'], [0.5, '1 s']]"),
+                   "s.toml:6:14: relaxation of [material] must have times that rise");
+  expect_beginning(error_of("young = 1\nrelaxation = [[0.5, '2 mm']]"),
+                   "s.toml:6:21: relaxation of [material] is \"2 mm\", which is not a time");
+  expect_beginning(error_of("young = 1\nrelaxation = [[1, 1], [1, 2], [1, 3], [1, 4]]"),
+                   "s.toml:6:14: relaxation of [material] must have 3 branches or fewer");
+  expect_beginning(error_of("law = 'stable-neo-hookean'\nyoung = 1\npoisson = 0.1\n"
+                            "relaxation = [[100, 1]]"),
+                   "s.toml:8:14: relaxation of [material] must leave a bulk modulus at first");
+}
+
 TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
   expect_beginning(error_of("law = 'moony-rivlin'\nc10 = 1"),
                    "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"
                    "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
   EXPECT_EQ(error_of("law = 'mooney-rivlin'\nc1O = '1 kPa'\nc01 = '1 kPa'"),
             "s.toml:6:1: [material] has no key \"c1O\"\n"
-            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson.");
+            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson, relaxation.");
   expect_beginning(error_of("law = 'mooney-rivlin'\nyoung = '1 kPa'"),
                    "s.toml:6:1: [material] has no key \"young\"");
 }

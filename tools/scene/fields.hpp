@@ -17,12 +17,15 @@
 
 namespace palpate::tools {
 
-inline constexpr double kAnyLength = 1e6;        // m; beyond it the unit is wrong
-inline constexpr double kSmallestLength = 1e-9;  // m
-inline constexpr int kMaxPoints = 10000;         // as many as can be triangulated
+inline constexpr double kAnyLength = 1e6;                 // m; beyond it the unit is wrong
+inline constexpr double kSmallestLength = 1e-9;           // m
+inline constexpr double kSlowest = 1e-9, kFastest = 100;  // m/s; a tool in tissue
+inline constexpr int kMaxPoints = 10000;                  // as many as can be triangulated
 
 /// What a value may be.
-struct Length {};  ///< m
+struct Length {};    ///< m
+struct Speed {};     ///< m/s
+struct Duration {};  ///< s
 struct Number {
   double low = 0, high = 1;
 };
@@ -153,11 +156,13 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
   f(Stage::validate, "force_tolerance", force_tolerance, Number{});
+  f(Stage::validate, "speeds", speeds_m_s, Speed{});
+  f(Stage::validate, "hold", hold_s, Duration{});
 }
 
 }  // namespace palpate::tools

@@ -2,6 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <tuple>
+
+#include "libfem/materials/relaxation.hpp"
+
 namespace palpate::tools {
 namespace {
 
@@ -43,9 +47,22 @@ void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::Parame
   }
 }
 
+// relaxation = [[g, "tau"], ...]
+Relaxation read_relaxation(SceneTable& table) {
+  constexpr double kSmallestShare = 1e-6;
+  const auto branches = table.pairs("relaxation", kSmallestShare, kMaxShare, Dimension::time,
+                                    kMinRelaxation_s, kMaxRelaxation_s);
+  Relaxation out;
+  out.share.resize(static_cast<Eigen::Index>(branches.size()));
+  out.time_s.resize(out.share.size());
+  for (Eigen::Index k = 0; k < out.share.size(); ++k)
+    std::tie(out.share[k], out.time_s[k]) = branches[static_cast<std::size_t>(k)];
+  return out;
+}
+
 }  // namespace
 
-fem::MaterialParameters read_material(SceneTable table) {
+fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
   std::vector<std::string_view> laws;
   for (const fem::LawRow& row : fem::material_laws()) laws.push_back(row.name);
   fem::MaterialParameters material;
@@ -53,6 +70,7 @@ fem::MaterialParameters read_material(SceneTable table) {
   const fem::LawRow& law = fem::find_law(material.law, table.where("law"));
   // A misspelt key is named before the key that it was meant to be is missed.
   for (const fem::ParameterRow& row : law.parameters) table.has(row.name);
+  if (may_relax) table.has("relaxation");
   table.finish();
   for (const fem::ParameterRow& row : law.parameters)
     read_parameter(table, law, row, material.values);
@@ -62,6 +80,12 @@ fem::MaterialParameters read_material(SceneTable table) {
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fmt::format("{} is the {}.", refusal.key, row ? row->summary : law.summary));
   }
+  if (!may_relax) return material;
+  material.relaxation = read_relaxation(table);
+  if (const fem::Refusal refusal = fem::refuse_relaxation(law, material); refusal.is_refused())
+    throw Error(table.where(refusal.key),
+                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
+                fem::kRelaxationRemedy);
   return material;
 }
 

@@ -121,8 +121,9 @@ SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path&
   return region;
 }
 
-std::vector<InclusionSection> read_inclusions(SceneTable& root,
-                                              const std::filesystem::path& scene) {
+// An inclusion relaxes as the body does unless it says how.
+std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
+                                              const std::optional<fem::MaterialParameters>& body) {
   std::vector<InclusionSection> inclusions;
   for (SceneTable& table : root.tables("inclusion", "[[inclusion]]")) {
     InclusionSection inclusion;
@@ -131,7 +132,9 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root,
       throw Error(table.where_table(), "[[inclusion]] names no region",
                   fmt::format("Give it one of {}.", kRegions));
     inclusion.region = *region;
-    inclusion.material = read_material(table.table("material", "material of [[inclusion]]"));
+    const bool has_own = table.table("material", "").holds("relaxation");
+    inclusion.material = read_material(table.table("material", "material of [[inclusion]]"), true);
+    if (!has_own && body) inclusion.material.relaxation = body->relaxation;
     table.finish();
     inclusions.push_back(inclusion);
   }
@@ -172,6 +175,16 @@ class SectionReader {
   void operator()(Stage, std::string_view key, std::vector<double>& value, Length) {
     if (table_.has(key))
       value = table_.quantities(key, Dimension::length, kSmallestLength, kAnyLength);
+  }
+  void operator()(Stage, std::string_view key, double& value, Duration) {
+    value = table_.quantity(key, Dimension::time, value, 0, kMaxRelaxation_s);
+  }
+  void operator()(Stage, std::string_view key, std::vector<double>& value, Speed) {
+    if (!table_.has(key)) return;
+    value = table_.quantities(key, Dimension::speed, kSlowest, kFastest);
+    if (value.empty())
+      throw Error(table_.where(key), fmt::format("{} names no speed", name_of(key)),
+                  "Give one or more, or leave the key out.");
   }
   void operator()(Stage, std::string_view key, double& value, const Number& may) {
     value = table_.number(key, value, may.low, may.high);
@@ -314,9 +327,10 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.body = read_body(root.table("body", "[body]"), path);
   });
   section([&] {
-    if (root.has("material")) scene.material = read_material(root.table("material", "[material]"));
+    if (root.has("material"))
+      scene.material = read_material(root.table("material", "[material]"), true);
   });
-  section([&] { scene.inclusions = read_inclusions(root, path); });
+  section([&] { scene.inclusions = read_inclusions(root, path, scene.material); });
   section([&] { scene.beds = read_beds(root, path); });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");

@@ -83,6 +83,9 @@ struct ValidateSection {
   int seed = 1;
   bool causes = true;  ///< simulate at the held-out points, too, to split the error by cause
   double force_tolerance = 0;  ///< force error asked of held-out rows; 0: as of any other row
+  /// Of a body that relaxes: the paths take these speeds by turns, and end with a hold.
+  std::vector<double> speeds_m_s{0.001, 0.010, 0.100};
+  double hold_s = 2;
 };
 
 struct Scene {

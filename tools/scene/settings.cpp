@@ -30,7 +30,14 @@ class SettingsWriter {
   }
   template <class Kind>
   void operator()(Stage stage, std::string_view key, double value, const Kind&) {
-    put(stage, std::string(key), std::is_same_v<Kind, Number> ? kPlain : "m", {value});
+    put(stage, std::string(key),
+        std::is_same_v<Kind, Number>     ? kPlain
+        : std::is_same_v<Kind, Duration> ? "s"
+                                         : "m",
+        {value});
+  }
+  void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Speed) {
+    put(stage, std::string(key), "m/s", value);
   }
   void operator()(Stage stage, std::string_view key, std::optional<double> value, SmoothingChoice) {
     if (value) put(stage, std::string(key), kPlain, {*value});
@@ -104,6 +111,12 @@ class SettingsWriter {
       put(stage, path + "/" + std::string(row.name), unit_of(row), {next, next + row.count});
       next += row.count;
     }
+    const Relaxation& relaxation = value.relaxation;
+    if (relaxation.branches() == 0) return;
+    put(stage, path + "/relaxation/share", kPlain,
+        {relaxation.share.begin(), relaxation.share.end()});
+    put(stage, path + "/relaxation/time", "s",
+        {relaxation.time_s.begin(), relaxation.time_s.end()});
   }
   void operator()(Stage stage, std::string_view,
                   const std::map<std::string, std::vector<double>, std::less<>>& values, Any) {
@@ -221,6 +234,16 @@ class SettingsReader {
         fail(path, "has the wrong number of values");
       value.values.insert(value.values.end(), numbers.begin(), numbers.end());
     }
+    if (!has(path + "/relaxation/share")) return;
+    const auto vector_at = [&](const std::string& key) {
+      const std::vector<double>& numbers = get(key).numbers;
+      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(
+          numbers.data(), static_cast<Eigen::Index>(numbers.size())));
+    };
+    value.relaxation = {vector_at(path + "/relaxation/share"),
+                        vector_at(path + "/relaxation/time")};
+    if (value.relaxation.time_s.size() != value.relaxation.branches())
+      fail(path, "has the wrong number of values");
   }
 
   bool has_section(const std::string& prefix) {

@@ -181,6 +181,28 @@ std::vector<double> SceneTable::quantities(std::string_view key, Dimension dimen
   return out;
 }
 
+std::vector<std::pair<double, double>> SceneTable::pairs(std::string_view key, double low,
+                                                         double high, Dimension dimension,
+                                                         double low_si, double high_si) {
+  std::vector<std::pair<double, double>> out;
+  const toml::node* value = node(key);
+  if (!value) return out;
+  const std::string remedy =
+      fmt::format("Write {} = [[0.5, \"1 {}\"]]: pairs of a number from {} to {} and a {}.", key,
+                  known_units(dimension).substr(0, known_units(dimension).find(',')), low, high,
+                  dimension_name(dimension));
+  if (!value->is_array()) fail(*value, key, "is " + kind_of(*value) + ", not a list", remedy);
+  for (const toml::node& item : *value->as_array()) {
+    const toml::array* pair = item.as_array();
+    if (!pair || pair->size() != 2) fail(item, key, "holds what is no pair", remedy);
+    const auto number = pair->get(0)->value<double>();
+    if (!pair->get(0)->is_number() || !(*number >= low && *number <= high))
+      fail(*pair->get(0), key, "holds a pair whose first is no number within bounds", remedy);
+    out.emplace_back(*number, quantity_of(*pair->get(1), key, dimension, low_si, high_si));
+  }
+  return out;
+}
+
 std::vector<double> SceneTable::numbers(std::string_view key, std::size_t count, double low,
                                         double high) {
   std::vector<double> out;

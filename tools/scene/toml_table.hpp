@@ -41,6 +41,9 @@ class SceneTable {
   double required_quantity(std::string_view key, Dimension dimension, double low, double high);
   std::vector<double> quantities(std::string_view key, Dimension dimension, double low,
                                  double high);
+  /// A list of pairs [number, "quantity"], each in its bounds.
+  std::vector<std::pair<double, double>> pairs(std::string_view key, double low, double high,
+                                               Dimension dimension, double low_si, double high_si);
   /// A list of `count` plain numbers in [low, high], without units.
   std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high);
   Vec3 point(std::string_view key);

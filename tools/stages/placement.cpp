@@ -233,6 +233,7 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
     samples =
         cache.at(make_simulator(scene, body), body.test_points, experiments_of(scene), "simulate");
   }
+  samples.relaxation = contact_relaxation(scene, body, samples);
   write_with_surface(request.output, samples, attributes);
   remove_partial(request.output);
   return samples;

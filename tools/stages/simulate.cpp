@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 
+#include "libfem/materials/relaxation.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
+#include "libfem/solve/experiments/contact_relaxation.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 
@@ -59,6 +61,14 @@ fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
   return setup;
 }
 
+bool relaxes(const Scene& scene) {
+  const auto has_branches = [](const fem::MaterialParameters& material) {
+    return material.relaxation.branches() > 0;
+  };
+  return (scene.material && has_branches(*scene.material)) ||
+         std::ranges::any_of(scene.inclusions, has_branches, &InclusionSection::material);
+}
+
 bool keeps_surface(const Scene& scene, const Body& body) {
   return scene.experiments.surface && body.surface.vertices.rows() <= kMaxSurfaceVertices;
 }
@@ -74,6 +84,24 @@ void add_origin(Samples& samples, const fem::Simulator& simulator) {
   samples.probe = setup.probe;
   const fem::Material material = fem::make_material(setup.materials.front(), "[material]");
   samples.poisson = material.law->small_strain(material.constants).poisson();
+}
+
+Relaxation contact_relaxation(const Scene& scene, const Body& body, const Samples& samples) {
+  constexpr Eigen::Index kPoints = 3;
+  if (!scene.material || scene.material->relaxation.branches() == 0) return {};
+  TestPoints first;
+  const Eigen::Index points = std::min(kPoints, samples.points());
+  first.position = samples.point_position.topRows(points);
+  first.normal = samples.point_normal.topRows(points);
+  const double at_first =
+      fem::force_at_first(fem::Simulator(make_setup(scene, body)), first, experiments_of(scene));
+  const Relaxation relaxation =
+      fem::relaxation_of_contact(fem::make_material(*scene.material, "[material]"), at_first);
+  say("  relaxation: forces are {:.3f} times as large at first as in slow motion, where the "
+      "material is {:.3f} times as stiff in shape",
+      fem::instantaneous_stiffness(relaxation),
+      fem::instantaneous_stiffness(scene.material->relaxation));
+  return relaxation;
 }
 
 fem::Simulator make_simulator(const Scene& scene, const Body& body) {
@@ -197,7 +225,7 @@ PlacedPaths place_paths(const std::vector<PathInTable>& paths, const Surface& su
   PlacedPaths placed;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     table.position.row(static_cast<Eigen::Index>(i)) = paths[i].point;
-    placed.paths.push_back({static_cast<int>(i), paths[i].deflection, {}});
+    placed.paths.push_back({static_cast<int>(i), paths[i].deflection});
   }
   placed.points = place_points(table, surface, where);
   for (std::size_t i = 0; i < paths.size(); ++i) placed.points.name[i] = paths[i].name;

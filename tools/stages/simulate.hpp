@@ -23,8 +23,16 @@ inline constexpr Eigen::Index kMaxSurfaceVertices = 20000;
 /// Whether a scene's samples tell how the surface moves.
 bool keeps_surface(const Scene& scene, const Body& body);
 
+/// Whether some material of the scene relaxes.
+bool relaxes(const Scene& scene);
+
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body);
 fem::Experiments experiments_of(const Scene& scene);
+
+/// The Prony series of the body's contacts: the material's as it is felt through forces (M14c), by
+/// presses at the first few test points of its samples. Empty of a body whose own material does not
+/// relax.
+Relaxation contact_relaxation(const Scene& scene, const Body& body, const Samples& samples);
 
 /// Adds what later stages need to know of the simulator: its probe, and the body's Poisson's ratio.
 void add_origin(Samples& samples, const fem::Simulator& simulator);

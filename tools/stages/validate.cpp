@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libfem/solve/experiments/simulate.hpp"
+#include "libfem/solve/experiments/timed_path.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/content_hash.hpp"
@@ -117,7 +118,10 @@ std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& hel
   add(held_out.points.position);
   if (request.settings.force_tolerance > 0)
     hash.add(fmt::format("{}", request.settings.force_tolerance));
-  for (const ToolPath& path : held_out.paths) add(path.deflections);
+  for (const ToolPath& path : held_out.paths) {
+    add(path.deflections);
+    for (const double time_s : path.time_s) hash.add(fmt::format("{}", time_s));
+  }
   return hash.hex();
 }
 
@@ -164,6 +168,12 @@ Reference simulate_reference(const Scene& scene, const Body& body,
   reference.held_out = draw_held_out(
       body, {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m, can_touch},
       request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
+  if (relaxes(scene)) {
+    const std::vector<double>& speeds = request.settings.speeds_m_s;
+    std::size_t turn = 0;
+    for (ToolPath& path : reference.held_out.paths)
+      path = fem::in_time(path, speeds[turn++ % speeds.size()], request.settings.hold_s);
+  }
   const double tolerance = request.settings.force_tolerance;
   reference.paths = simulate_held_out_paths(
       make_simulator(scene, body, tolerance > 0 ? tolerance : scene.experiments.force_tolerance),

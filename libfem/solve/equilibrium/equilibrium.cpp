@@ -133,6 +133,7 @@ void Equilibrium::refresh_factor(Step& step) {
     if (geometric_scale_ <= 0) break;
     geometric_scale_ = geometric_scale_ > 0.5 ? 0.5 : 0.0;
   }
+  if (step_) factored_stiffening_ = step_->max_stiffening();
   index_contact_nodes();
   tangent_.clear();
   step.to.min_J = body_.min_J();
@@ -201,7 +202,7 @@ void Equilibrium::start(Step& step, const Points& guess) {
     at.u = halving < 2 ? Points((at.u + from.u) / 2) : from.u;
     evaluate(step);
   }
-  if (from.elastic_energy_J + contact_.energy({from.u, step.pose, from.history}) < at.energy_J) {
+  if (elastic_energy_J(from) + contact_.energy({from.u, step.pose, from.history}) < at.energy_J) {
     at.u = from.u;
     evaluate(step);
   }
@@ -252,6 +253,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
 }
 
 SolveStatus Equilibrium::uzawa_update(const BodyState& accepted, BodyState& to) {
+  if (accepted.step) resume(accepted.step);
   BodyState from = accepted;
   from.history = contact_.updated_multipliers(accepted.history);
   return solve(from, accepted.pose, accepted.u, to);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "libfem/contact/contact.hpp"
@@ -47,6 +48,9 @@ struct BodyState {
   double relative_residual = 0;
   double min_J = 1;
   double elastic_energy_J = 0;
+  /// Of a relaxing body in time: what it remembers, and the step whose potential it rests in.
+  std::shared_ptr<const ViscousHistory> memory;
+  std::shared_ptr<const ViscousStep> step;
 };
 
 /// Equilibrium of one body under one probe (M13).
@@ -70,6 +74,15 @@ class Equilibrium {
   /// may_shorten: the caller has shorter steps to try, so one that goes astray is given up early.
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to, bool may_shorten = false);
+
+  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a). A body is in
+  /// slow motion until the first of these; one that does not relax stays so.
+  /// equilibrium_in_time.cpp
+  void begin_step(const BodyState& from, double dt_s);
+  /// Takes what the body remembers at the end of the step into an accepted state, from its own
+  /// displacement, or from that after an Uzawa update, which is nearer to a rigid probe's.
+  void end_step(BodyState& accepted) const { end_step(accepted.u, accepted); }
+  void end_step(const Points& u, BodyState& accepted) const;
 
   /// The equilibrium at an accepted state's own pose after one augmented-Lagrangian (Uzawa) update
   /// (Contact::updated_multipliers): what a rigid wall would do, but for the second order. Not a
@@ -136,6 +149,8 @@ class Equilibrium {
   Correction correction(const Step& now);
   bool take(const Correction& correction, AndersonMixing& mixing, Step& step);
   bool touches_elsewhere() const;
+  double elastic_energy_J(const BodyState& from) const;
+  void resume(std::shared_ptr<const ViscousStep> step);
   double search_line(const Eigen::VectorXd& direction, int tries, Step& step);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
@@ -151,6 +166,8 @@ class Equilibrium {
   double geometric_scale_ = 1;               // of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
+  std::shared_ptr<const ViscousStep> step_;
+  double factored_stiffening_ = 1;
   SolverCounts counts_;
 };
 

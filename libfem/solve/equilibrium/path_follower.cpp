@@ -14,6 +14,7 @@ struct PathState {
   Points velocity;  // empty before the first step
   Vec3 direction = Vec3::Zero();
   bool falls = false;
+  double time_s = 0;  // since first touch; NaN in slow motion
 };
 
 struct StepRules {
@@ -55,9 +56,11 @@ bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
   return pushed_before - pushed <= kLargestFall * pushed_before && equilibrium.is_stable(after);
 }
 
-/// One equilibrium from `moving` to `tip`, which `moving` becomes when it is accepted.
-StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, bool must_rise,
-                     bool may_fall, bool may_shorten) {
+/// One equilibrium from `moving` to `tip` at `time_s`, which `moving` becomes when it is accepted.
+StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, double time_s,
+                     bool must_rise, bool may_fall, bool may_shorten) {
+  const double dt_s = time_s - moving.time_s;
+  if (!std::isnan(dt_s)) following.equilibrium.begin_step(moving.state, dt_s);
   const Vec3 step = tip - moving.state.pose.tip;
   const double length = step.norm();
   Points guess = moving.state.u;
@@ -77,30 +80,43 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, b
     return {step_check == StepCheck::inverted ? RowStatus::inverted : RowStatus::rejected,
             step_check};
   moving.falls = must_rise ? step_check == StepCheck::falls : moving.falls;
-  moving.velocity = (next.u - moving.state.u) / length;
-  moving.direction = step / length;
+  if (length > 0) {
+    moving.velocity = (next.u - moving.state.u) / length;
+    moving.direction = step / length;
+  }
+  if (!std::isnan(dt_s)) following.equilibrium.end_step(next);
   moving.state = std::move(next);
+  moving.time_s = time_s;
   return {};
 }
 
 /// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with
-/// twice the penalty, which then stays.
-StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, bool must_rise) {
+/// twice the penalty, which then stays. Of a hold, distance is in shares of its time.
+StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, double time_s,
+                  bool must_rise) {
   const StepRules& rules = following.rules;
   const Vec3 start = moving.state.pose.tip;
-  const double distance = (tip - start).norm();
+  const double start_s = moving.time_s, moved_m = (tip - start).norm();
+  const double distance = moved_m > 0 ? moved_m : time_s > start_s ? 1 : 0;
   if (distance == 0) return {};
-  const double whole_step = distance / std::max(1.0, std::ceil(distance / rules.longest_m - 1e-9));
+  const double pieces =
+      std::max({1.0, std::ceil(moved_m / rules.longest_m - 1e-9),
+                moved_m > 0 ? following.equilibrium.body().steps_in_time(start_s, time_s) : 1.0});
+  const double whole_step = distance / pieces;
   const double shortest = whole_step * std::ldexp(0.75, -rules.max_cuts);
   double step = whole_step, done = 0;
   while (done < distance) {
     const double here = distance - done < 1.25 * step ? distance - done : step;
     const Vec3 goal =
         done + here >= distance ? tip : Vec3(start + (tip - start) * ((done + here) / distance));
+    const double goal_s = done + here >= distance
+                              ? time_s
+                              : start_s + (time_s - start_s) * ((done + here) / distance);
     const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * whole_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
-    const StepOutcome outcome = try_step(following, moving, goal, must_rise, may_fall, may_shorten);
+    const StepOutcome outcome =
+        try_step(following, moving, goal, goal_s, must_rise, may_fall, may_shorten);
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
@@ -117,10 +133,10 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, bool
 }
 
 /// The row of an accepted state: sums of the equilibrium after an Uzawa update (method, 10).
-PathRow record(Following& following, const PathState& moving, const PathTarget& target,
+PathRow record(Following& following, PathState& moving, const PathTarget& target,
                const OnRow& on_row) {
   const StepRules& rules = following.rules;
-  const BodyState& state = moving.state;
+  BodyState& state = moving.state;
   PathRow row;
   if (moving.falls) row.step_check = StepCheck::falls;
   const double depth = target.deflection.dot(state.pose.axis);
@@ -136,6 +152,7 @@ PathRow record(Following& following, const PathState& moving, const PathTarget& 
                following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
                rigid.contact.force_N.dot(state.pose.axis) > 0;
     if (is_rigid) {
+      following.equilibrium.end_step(rigid.u, state);
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
@@ -205,12 +222,13 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
       if (moving.state.u.size() == 0) continue;  // never reached
     } else {
       moving.state = equilibrium.rest(touch);
+      if (std::isnan(path.targets.front().time_s)) moving.time_s = path.targets.front().time_s;
     }
     for (std::size_t i = 0; i < path.targets.size(); ++i) {
       if (progress.stopped()) return out;
       const PathTarget& target = path.targets[i];
       const StepOutcome outcome =
-          reach(following, moving, touch.tip + target.deflection, target.must_rise);
+          reach(following, moving, touch.tip + target.deflection, target.time_s, target.must_rise);
       if (outcome.status != RowStatus::good) {
         note_failure(path, i, outcome, out);
         break;

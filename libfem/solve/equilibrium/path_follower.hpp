@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -15,10 +16,13 @@ namespace palpate::fem {
 
 /// A place the probe must pass. deflection: from first touch [m]. row: what is recorded there, -1
 /// for nothing. must_rise: the force along the axis has to be larger than before, as on a press.
+/// time_s: since first touch, of a body that relaxes; the probe comes at constant speed. All of a
+/// path's targets have one or none has: NaN is slow motion.
 struct PathTarget {
   Vec3 deflection = Vec3::Zero();
   int row = -1;
   bool must_rise = false;
+  double time_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A path of the probe. It starts at the state that an earlier path left at one of its targets, or

@@ -68,8 +68,10 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   return plan;
 }
 
-ExperimentPlan path_plan(const Points& deflections, const Vec3& normal) {
+ExperimentPlan path_plan(const Points& deflections, const Eigen::VectorXd& time_s,
+                         const Vec3& normal) {
   ExperimentPlan plan;
+  plan.is_in_time = time_s.size() > 0;
   plan.paths.emplace_back();
   Vec3 before = Vec3::Zero();
   double depth_before = 0;
@@ -79,11 +81,19 @@ ExperimentPlan path_plan(const Points& deflections, const Vec3& normal) {
     plan.depth_m = std::max(plan.depth_m, depth);
     plan.paths[0].targets.push_back(
         {here, plan.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
+    if (plan.is_in_time) plan.rows.back().time_s = plan.paths[0].targets.back().time_s = time_s[i];
     const Vec3 lateral = here - depth * normal;
     plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
     before = lateral;
     depth_before = depth;
   }
+  return plan;
+}
+
+ExperimentPlan at_once(ExperimentPlan plan) {
+  plan.is_in_time = true;
+  for (ProbePath& path : plan.paths)
+    for (PathTarget& target : path.targets) target.time_s = 0;
   return plan;
 }
 

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -33,6 +34,7 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   if (samples.point_sway.rows() > 0)
     row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
   if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
+  if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
   if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
@@ -60,9 +62,13 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   out.force_error.resize(rows);
   if (simulator.setup().keeps_surface)
     out.surface.setZero(rows, 3 * simulator.setup().surface.vertices.rows());
+  const bool is_in_time = std::ranges::any_of(
+      items, [](const auto& item) { return !item.empty() && !std::isnan(item[0].row.time_s); });
+  if (is_in_time) out.time_s.resize(rows);
   Eigen::Index i = 0;
   for (const auto& item : items)
     for (const SampleRow& sample : item) {
+      if (is_in_time) out.time_s[i] = sample.row.time_s;
       out.point.push_back(sample.point);
       out.experiment.push_back(sample.experiment);
       out.kind.push_back(sample.row.kind);
@@ -186,7 +192,7 @@ Samples simulate_paths(const Simulator& simulator, const TestPoints& points,
       items, point_of, options.jobs,
       [&](std::size_t i) {
         return simulator.follow(points.position.row(point_of[i]), points.normal.row(point_of[i]),
-                                paths[i].deflections, progress);
+                                paths[i], progress);
       },
       [](std::size_t i, const PointRow&) { return static_cast<std::int32_t>(i); },
       [&] { return gather(simulator, points, items); }, on_done, progress);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfem/materials/relaxation.hpp"
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
@@ -67,6 +68,8 @@ struct Simulator::State {
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
+  PointRows quick_press(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
+                        const Progress& progress) const;
 };
 
 namespace {
@@ -113,6 +116,18 @@ std::ptrdiff_t count_good(const std::vector<PointRow>& rows) {
 Surface moved(Surface surface, const Vec3& by) {
   surface.vertices.rowwise() += by.transpose();
   return surface;
+}
+
+Experiments without_drags(Experiments experiments) {
+  experiments.drag_depths_m.clear();
+  return experiments;
+}
+
+double at_first_over_slow(const std::vector<Material>& materials) {
+  double most = 1;
+  for (const Material& material : materials)
+    most = std::max(most, instantaneous_stiffness(material.relaxation));
+  return most;
 }
 
 Vec3 middle_of(const Points& points) {
@@ -227,7 +242,10 @@ MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, 
     return out;
   }
   out.touch_m = *touch;
-  Equilibrium equilibrium(mesh, materials, region_about(position), here, setup.options.contact,
+  ContactSettings contact = setup.options.contact;
+  // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
+  if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
+  Equilibrium equilibrium(mesh, materials, region_about(position), here, contact,
                           setup.options.equilibrium, bed_about(position));
   OnRow on_row;
   if (keeps_surface) {
@@ -313,6 +331,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
     for (PointRow& row : out.rows) {
       row.force_error += base.error * row.force.norm();
+      if (plan.is_in_time) row.force_error += kStepError * row.force.norm();
       row.sway_m_N = base.sway_m_N;
     }
     for (std::size_t row = 0; row < fine.surface.size(); ++row)
@@ -349,23 +368,19 @@ PointRows Simulator::press_and_drag(const Vec3& position, const Vec3& normal,
   return state_->experiment(press_and_drag_plan(experiments, normal), position, normal, progress);
 }
 
-PointRows Simulator::press_quickly(const Vec3& position, const Vec3& normal,
-                                   const Experiments& experiments, const Progress& progress) const {
-  Experiments press = experiments;
-  press.drag_depths_m.clear();
-  const ExperimentPlan plan = press_and_drag_plan(press, normal);
+PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& position,
+                                        const Vec3& normal, const Progress& progress) const {
   const std::vector<char> none_halved;
-  const double ratio = state_->setup.options.coarse_ratio;
+  const double ratio = setup.options.coarse_ratio;
   const Fineness fineness{ratio > 0 ? ratio : 1, none_halved};
-  const MeshRun run =
-      state_->run(plan, position, normal, fineness, state_->setup.keeps_surface, progress);
+  const MeshRun run = this->run(plan, position, normal, fineness, setup.keeps_surface, progress);
   PointRows out;
   out.is_complete = run.is_complete;
   out.touch_offset_m = run.touch_m;
   out.cost = {run.nodes, 0, run.counts, {}};
   out.rows = plan.rows;
   if (!run.is_complete) return out;
-  const Mat3 sway = state_->patch_at(plan, position, normal, fineness).sway_m_N;
+  const Mat3 sway = patch_at(plan, position, normal, fineness).sway_m_N;
   for (std::size_t i = 0; i < out.rows.size(); ++i) {
     const PathRow& solved = run.rows[i];
     PointRow& row = out.rows[i];
@@ -381,9 +396,22 @@ PointRows Simulator::press_quickly(const Vec3& position, const Vec3& normal,
   return out;
 }
 
-PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const Points& deflections,
+PointRows Simulator::press_quickly(const Vec3& position, const Vec3& normal,
+                                   const Experiments& experiments, const Progress& progress) const {
+  return state_->quick_press(press_and_drag_plan(without_drags(experiments), normal), position,
+                             normal, progress);
+}
+
+PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,
+                                   const Experiments& experiments, const Progress& progress) const {
+  return state_->quick_press(at_once(press_and_drag_plan(without_drags(experiments), normal)),
+                             position, normal, progress);
+}
+
+PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                             const Progress& progress) const {
-  return state_->experiment(path_plan(deflections, normal), position, normal, progress);
+  return state_->experiment(path_plan(path.deflections, path.time_s, normal), position, normal,
+                            progress);
 }
 
 }  // namespace palpate::fem

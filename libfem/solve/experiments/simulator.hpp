@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -73,6 +74,8 @@ struct PointRow {
   Eigen::VectorXf surface = {};
   Mat3 sway_m_N = Mat3::Zero();  ///< of the point, the same in all its rows (sway.hpp)
   double scale = 0;              ///< Samples::point_scale of the point
+  /// Since first touch; NaN in slow motion.
+  double time_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
@@ -113,9 +116,13 @@ class Simulator {
   /// much the same share all over a body (M13e), and force_error is the solver's alone.
   PointRows press_quickly(const Vec3& position, const Vec3& normal, const Experiments& experiments,
                           const Progress& progress = {}) const;
+  /// The same of a relaxing body before anything has relaxed.
+  PointRows press_at_once(const Vec3& position, const Vec3& normal, const Experiments& experiments,
+                          const Progress& progress = {}) const;
 
-  /// The probe follows successive deflections (N x 3 [m]) from first touch: one experiment `path`.
-  PointRows follow(const Vec3& position, const Vec3& normal, const Points& deflections,
+  /// The probe follows successive deflections from first touch: one experiment `path`; path.time_s,
+  /// where it has some, are felt by a body that relaxes, and recorded.
+  PointRows follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                    const Progress& progress = {}) const;
 
   /// du/dc [1/m] of the inward normal field of the surface at a test point, as Samples wants it:

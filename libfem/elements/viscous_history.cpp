@@ -1,0 +1,119 @@
+#include "libfem/elements/viscous_history.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libfem/elements/cell_integrals.hpp"
+#include "libfem/elements/elastic_body.hpp"
+#include "libfem/materials/kinematics.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr int kRow[kSymmetric] = {0, 1, 2, 0, 0, 1}, kColumn[kSymmetric] = {0, 1, 2, 1, 2, 2};
+
+// Second Piola-Kirchhoff stress of W - U where the displacement gradient is H.
+void stress_of_shape(const LawKernels& law, const Pack* constants, const Pack& weight,
+                     const Pack* H, Pack* stress) {
+  const Pack zero = Pack{};
+  Pack J, W, P[9], F[9], cofactor[9], U, U1, U2;
+  law.stress(constants, H, J, W, P);
+  for (int i = 0; i < 9; ++i) F[i] = i % 4 == 0 ? H[i] + 1.0 : H[i];
+  cofactors_of(F, cofactor);
+  const Pack dilation = weight > 0.0 ? J - 1.0 : zero;
+  law.volumetric(constants, dilation, U, U1, U2);
+  for (int entry = 0; entry < kSymmetric; ++entry) {
+    Pack sum = zero;
+    for (int i = 0; i < 3; ++i) {
+      const int at = 3 * i + kColumn[entry];
+      sum += cofactor[3 * i + kRow[entry]] * (P[at] - U1 * cofactor[at]);  // J F^-1 = cofactor'
+    }
+    stress[entry] = weight > 0.0 ? sum / J : zero;
+  }
+}
+
+}  // namespace
+
+double ViscousStep::max_stiffening() const {
+  return stiffening.empty() ? 1.0 : *std::max_element(stiffening.begin(), stiffening.end());
+}
+
+BranchDecay branch_decay(double dt_over_time) {
+  if (dt_over_time <= 0) return {1, 1};
+  if (std::isinf(dt_over_time)) return {0, 0};
+  return {std::exp(-dt_over_time), -std::expm1(-dt_over_time) / dt_over_time};
+}
+
+bool ElasticBody::relaxes() const {
+  return std::any_of(relaxations_.begin(), relaxations_.end(),
+                     [](const Relaxation& relaxation) { return relaxation.branches() > 0; });
+}
+
+double ElasticBody::steps_in_time(double from_s, double to_s) const {
+  constexpr double kOfPath = 6;                 // see kStepError
+  constexpr double kShort = 0.05, kLong = 200;  // steps over a branch's time that need no division
+  const double duration_s = to_s - from_s;
+  double steps = 1;
+  for (const Relaxation& relaxation : relaxations_)
+    for (const double time_s : relaxation.time_s)
+      if (duration_s > kShort * time_s && duration_s < kLong * time_s)
+        steps = std::max(steps, std::ceil(kOfPath * duration_s / to_s - 1e-9));
+  return steps;
+}
+
+ViscousStep ElasticBody::step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const {
+  ViscousStep step{std::move(from), dt_s, {}, {}};
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Relaxation& relaxation = relaxations_[batches_[b].material];
+    const auto branches = static_cast<int>(relaxation.branches());
+    double& stiffening = step.stiffening.emplace_back(1.0);
+    PackArray& held = step.held.emplace_back(branches > 0 ? kSymmetric * kElementPoints : 0);
+    for (int k = 0; k < branches; ++k) {
+      const BranchDecay decay = branch_decay(dt_s / relaxation.time_s[k]);
+      const double now = relaxation.share[k] * decay.taken;  // g z
+      stiffening += now;
+      if (!step.from) continue;
+      const Pack* stress = step.from->stress[b].data();
+      for (int q = 0; q < kElementPoints; ++q, stress += kSymmetric * (1 + branches))
+        for (int i = 0; i < kSymmetric; ++i)
+          held.data()[kSymmetric * q + i] +=
+              decay.kept * stress[kSymmetric * (1 + k) + i] - now * stress[i];
+    }
+  }
+  return step;
+}
+
+ViscousHistory ElasticBody::remembered(const Points& u, const ViscousStep& step) const {
+  ViscousHistory out;
+  const double* rows = displacement_rows(u);
+  Pack displacement[3 * kElementNodes], H[9], stress[kSymmetric];
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
+    const Relaxation& relaxation = relaxations_[batch.material];
+    const auto branches = static_cast<int>(relaxation.branches());
+    const int size = kSymmetric * (1 + branches);
+    PackArray& to = out.stress.emplace_back(branches > 0 ? size * kElementPoints : 0);
+    if (branches == 0) continue;
+    batch.kernels.gather(rows, batch.points.data(), displacement);
+    for (int q = 0; q < kElementPoints; ++q) {
+      displacement_gradient(batch.gradient.data() + 3 * kElementNodes * q, displacement, H);
+      stress_of_shape(batch.law->kernels->with(set_),
+                      batch.constants.data() + batch.law->constants_used * q,
+                      batch.weight.data()[q], H, stress);
+      Pack* now = to.data() + size * q;
+      const Pack* before = step.from ? step.from->stress[b].data() + size * q : now;  // 0
+      for (int k = 0; k < branches; ++k) {
+        const BranchDecay decay = branch_decay(step.dt_s / relaxation.time_s[k]);
+        for (int i = 0; i < kSymmetric; ++i)
+          now[kSymmetric * (1 + k) + i] =
+              decay.kept * before[kSymmetric * (1 + k) + i] +
+              relaxation.share[k] * decay.taken * (stress[i] - before[i]);
+      }
+      for (int i = 0; i < kSymmetric; ++i) now[i] = stress[i];
+    }
+  }
+  return out;
+}
+
+}  // namespace palpate::fem
