@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/relaxation/timed_press.hpp"
 #include "libfit/recordings/signal/settings.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
@@ -31,6 +32,7 @@ struct Conditioned {
   /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
   /// the settings keep them.
   Eigen::VectorXd way_in_travel_m, way_in_push_N;
+  TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
