@@ -22,6 +22,7 @@ struct Conditioned {
   Points deflection_m{0, 3};      ///< R x 3 since first touch
   Points force_N{0, 3};           ///< R x 3, of the tip ON the body, bias taken off
   Points torque_Nm{0, 3};         ///< R x 3, likewise; 0 rows where the recording has none
+  Eigen::VectorXd time_s;         ///< R, since first touch; empty without a clock
   Eigen::VectorXd error_N;        ///< R, of a row's force, from the noise before contact
   std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame

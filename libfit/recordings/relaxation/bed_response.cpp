@@ -7,8 +7,8 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr int kMaxSwitches = 8;   // of a ring within a step: touched, left, touched
-constexpr int kBisections = 60;   // of the time of a switch: all bits
+constexpr int kMaxSwitches = 8;  // of a ring within a step: touched, left, touched
+constexpr int kBisections = 60;  // of the time of a switch: all bits
 using State = std::array<double, kMaxBranches>;
 
 // One ring's Maxwell branches between two places of the path.
@@ -25,8 +25,9 @@ class RingStep {
     for (int k = 0; k < branches_; ++k) {
       scale_[k] = std::sqrt(of.share[k] * of.time_s[k]);
       for (int l = 0; l < branches_; ++l)
-        free(k, l) = std::sqrt(of.share[k] * of.share[l] / (of.time_s[k] * of.time_s[l])) / (1 + all_) -
-                     (k == l ? 1 / of.time_s[k] : 0);
+        free(k, l) =
+            std::sqrt(of.share[k] * of.share[l] / (of.time_s[k] * of.time_s[l])) / (1 + all_) -
+            (k == l ? 1 / of.time_s[k] : 0);
     }
     if (branches_ == 0) return;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(free);
@@ -46,7 +47,9 @@ class RingStep {
     double gone_s = 0, h = h0;
     for (int n = 0; n < kMaxSwitches; ++n) {
       const double rest_s = duration_s_ - gone_s;
-      const auto after = [&](double s) { return is_touching ? pressed(v, h, speed, s) : freed(v, s); };
+      const auto after = [&](double s) {
+        return is_touching ? pressed(v, h, speed, s) : freed(v, s);
+      };
       // Above 0 while the ring stays as it is.
       const auto margin = [&](double s) {
         const double pull = force(after(s), h + speed * s);
@@ -88,7 +91,8 @@ class RingStep {
   State pressed_by(const State& v, double h0, double h1, double speed, const State& decay) const {
     State next = v;
     for (int k = 0; k < branches_; ++k)
-      next[at(k)] = h1 - speed * time_s_[at(k)] * (1 - decay[at(k)]) + (v[at(k)] - h0) * decay[at(k)];
+      next[at(k)] =
+          h1 - speed * time_s_[at(k)] * (1 - decay[at(k)]) + (v[at(k)] - h0) * decay[at(k)];
     return next;
   }
   State pressed_all(const State& v, double h0, double h1, double speed) const {

@@ -14,12 +14,14 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr double kMinShare = 1e-3;     // nobody feels less
-constexpr double kMostShare = 100;     // of a search
-constexpr double kStep = 1e-5;         // of the difference quotients, in logarithms and deviations
-constexpr int kTimes = 8;              // of trial branches
+constexpr double kMinShare = 1e-3;  // nobody feels less
+constexpr double kMostShare = 100;  // of a search
+constexpr double kStep = 1e-5;      // of the difference quotients, in logarithms and deviations
+constexpr int kTimes = 8;           // of trial branches
 constexpr std::array<double, 4> kShares{0.1, 0.3, 1, 3};
 constexpr int kFolds = 5;
+constexpr int kIterations = 40, kTrialIterations = 6;
+constexpr int kHeldOutIterations = 3;  // from the solution with all rows
 constexpr double kNear = 0.02;         // in the logarithm, to a bound
 constexpr double k95 = 1.96;
 constexpr double kMaxCorrelation = 0.98;
@@ -114,7 +116,8 @@ class Identification {
   double squares(const Values& values) const {
     double sum = 0;
     for (std::size_t g = 0; g < groups_.size(); ++g)
-      sum += groups_[g].solve(values.relaxation(), values.shift[g].data(), none_[g])
+      sum += groups_[g]
+                 .solve(values.relaxation(), values.shift[g].data(), none_[g])
                  .residual.squaredNorm();
     return sum;
   }
@@ -153,7 +156,7 @@ class Identification {
     ceres::Solve(options, &problem, &summary);
     return values;
   }
-  Values refined(Values values) const { return refined(std::move(values), none_, 40); }
+  Values refined(Values values) const { return refined(std::move(values), none_, kIterations); }
 
   // With one branch more: the best of a grid of trial branches, refined.
   Values with_another(const Values& from) const {
@@ -168,16 +171,17 @@ class Identification {
       }
     std::ranges::stable_sort(trials, {}, &std::pair<double, Values>::first);
     // The second start is of another time.
-    Values best = refined(trials[0].second);
+    Values best = refined(trials[0].second, none_, kTrialIterations);
     const auto other = std::ranges::find_if(trials, [&](const auto& trial) {
       return std::abs(trial.second.branch.back() - trials[0].second.branch.back()) > 1e-9;
     });
-    Values second = refined(other->second);
-    return squares(second) < squares(best) ? second : best;
+    Values second = refined(other->second, none_, kTrialIterations);
+    return refined(squares(second) < squares(best) ? second : best);
   }
 
-  // Mean square of what was left of each stretch by a fit that did not see it.
-  std::vector<double> held_out_squares(const Values& found) const {
+  // Mean square of what was left of each stretch by a fit that did not see it; without iterations
+  // it saw the stretch for the branches, but not for curve and sensor.
+  std::vector<double> held_out_squares(const Values& found, int iterations) const {
     std::vector<double> out;
     std::vector<std::size_t> offset;
     for (const PressGroup& group : groups_) {
@@ -190,7 +194,7 @@ class Identification {
       for (std::size_t g = 0; g < groups_.size(); ++g)
         for (std::size_t i = 0; i < held_out[g].size(); ++i)
           held_out[g][i] = groups_[g].stretch()[i] >= 0 && groups_[g].stretch()[i] % kFolds == fold;
-      const Values values = refined(found, held_out, 12);
+      const Values values = iterations > 0 ? refined(found, held_out, iterations) : found;
       for (std::size_t g = 0; g < groups_.size(); ++g) {
         const auto solution =
             groups_[g].solve(values.relaxation(), values.shift[g].data(), held_out[g]);
@@ -281,7 +285,8 @@ void describe(const Identification& with, const std::vector<std::vector<Relaxing
     const GroupResiduals residuals(group, static_cast<int>(branches), none);
     const Eigen::Index n = group.residuals();
     Eigen::VectorXd left(n);
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_branch(n, 2 * branches),
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_branch(n,
+                                                                                     2 * branches),
         by_shift(n, group.shifts());
     std::vector<const double*> at;
     std::vector<double*> by;
@@ -305,8 +310,8 @@ void describe(const Identification& with, const std::vector<std::vector<Relaxing
                                                        static_cast<Eigen::Index>(seen.size()));
       squares += in_order.squaredNorm();
       correlated += in_order.squaredNorm() * correlation_rows(in_order);
-      fit.pictures.back().push_back({p.time_s, p.depth_m, p.push_N,
-                                     solution.fitted_N.segment(group.first_row(r), p.rows())});
+      fit.pictures.back().push_back(
+          {p.time_s, p.depth_m, p.push_N, solution.fitted_N.segment(group.first_row(r), p.rows())});
     }
   }
   double left_N = 0, readings = 0;
@@ -347,7 +352,8 @@ void describe(const Identification& with, const std::vector<std::vector<Relaxing
           free[static_cast<std::size_t>(j)] < 2 * branches)
         fit.covariance(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) =
             inverse(i, j);
-  const Eigen::VectorXd wide = (k95 * fit.covariance.diagonal().cwiseMax(0).cwiseSqrt()).array().exp();
+  const Eigen::VectorXd wide =
+      (k95 * fit.covariance.diagonal().cwiseMax(0).cwiseSqrt()).array().exp();
   fit.share_low = fit.relaxation.share.cwiseQuotient(wide.head(branches));
   fit.share_high = fit.relaxation.share.cwiseProduct(wide.head(branches));
   fit.time_low_s = fit.relaxation.time_s.cwiseQuotient(wide.tail(branches));
@@ -373,8 +379,7 @@ RelaxationFit::Band RelaxationFit::band(const Eigen::VectorXd& time_s) const {
       by[k] = relaxation.share[k] * std::exp(-ago);
       by[branches + k] = by[k] * ago;
     }
-    const double deviation =
-        branches > 0 ? std::sqrt(std::max(0., by.dot(covariance * by))) : 0;
+    const double deviation = branches > 0 ? std::sqrt(std::max(0., by.dot(covariance * by))) : 0;
     out.low[i] = std::max(1., out.middle[i] - k95 * deviation);
     out.high[i] = out.middle[i] + k95 * deviation;
   }
@@ -403,11 +408,9 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
       free(points, SlowCurve::free, fit.shortest_s, fit.longest_s);
   const Values none = powers.refined(powers.start()), one = powers.with_another(none),
                other = free.refined(one);
-  std::vector<double> errors = powers.held_out_squares(one), other_errors =
-                                                                 free.held_out_squares(other);
-  const bool is_free = mean(other_errors) < mean(errors);
+  const bool is_free =
+      mean(free.held_out_squares(other, 0)) < mean(powers.held_out_squares(one, 0));
   const Identification& with = is_free ? free : powers;
-  if (is_free) errors = other_errors;
   fit.curve = is_free ? SlowCurve::free : SlowCurve::powers;
 
   const auto described = [&](const Values& values) {
@@ -417,17 +420,18 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
   };
   Values found = is_free ? free.refined(free.start()) : none;
   RelaxationFit best = described(found);
-  std::vector<double> before = with.held_out_squares(found);
+  std::vector<double> before = with.held_out_squares(found, kHeldOutIterations);
   std::vector<double> held_out{std::sqrt(mean(before))};
   for (int branches = 1; branches <= (exactly < 0 ? kMaxBranches : exactly); ++branches) {
     const Values next = branches > 1 ? with.with_another(found) : is_free ? other : one;
     RelaxationFit more = described(next);
     if (exactly < 0) {
-      if (branches > 1) errors = with.held_out_squares(next);
+      const std::vector<double> errors = with.held_out_squares(next, kHeldOutIterations);
       held_out.push_back(std::sqrt(mean(errors)));
       if (!is_gain(before, errors) || !is_told(more)) break;
+      before = errors;
     }
-    found = next, before = errors, best = std::move(more);
+    found = next, best = std::move(more);
   }
   best.held_out = held_out;
   return best;

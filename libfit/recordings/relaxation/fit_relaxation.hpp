@@ -15,17 +15,17 @@ struct FittedPress {
 
 /// A Prony series that recordings in time support, with 95 % intervals.
 struct RelaxationFit {
-  Relaxation relaxation;            ///< no branches: nothing is gained by one
-  Eigen::MatrixXd covariance;       ///< 2K x 2K, of ln share and ln time, shares first (M52)
+  Relaxation relaxation;       ///< no branches: nothing is gained by one
+  Eigen::MatrixXd covariance;  ///< 2K x 2K, of ln share and ln time, shares first (M52)
   Eigen::VectorXd share_low, share_high, time_low_s, time_high_s;  ///< K
-  std::vector<char> is_slower;      ///< K: its time is at the end of what the recordings tell
-  std::vector<char> is_faster;      ///< K: likewise at the beginning
+  std::vector<char> is_slower;           ///< K: its time is at the end of what the recordings tell
+  std::vector<char> is_faster;           ///< K: likewise at the beginning
   double shortest_s = 0, longest_s = 0;  ///< times that the recordings tell
   SlowCurve curve = SlowCurve::powers;
   /// Error of stretches of time that a fit did not see, over the deviation of a row, root mean
   /// square: by number of branches, as far as they were tried.
   std::vector<double> held_out;
-  double rms_N = 0;       ///< of what is left of all rows
+  double rms_N = 0;                                ///< of what is left of all rows
   std::vector<std::vector<FittedPress>> pictures;  ///< of each point and recording
 
   /// Largest and least stiffening within the 95 % band at times since a step (M53).

@@ -11,11 +11,11 @@ namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kRings = 40;
-constexpr int kStretches = 10;          // of a recording
-constexpr double kModelError = 0.002;   // of the largest force: what no bed describes
-constexpr double kDeviations = 3;       // of the contact, within which the curve may begin
+constexpr int kStretches = 10;            // of a recording
+constexpr double kModelError = 0.002;     // of the largest force: what no bed describes
+constexpr double kDeviations = 3;         // of the contact, within which the curve may begin
 constexpr Eigen::Index kMinFreeRows = 3;  // that tell a sensor's level
-constexpr double kPull = 0.01;          // of the largest force, below which the tip is pulled
+constexpr double kPull = 0.01;            // of the largest force, below which the tip is pulled
 
 // Ring depths, denser where contact begins.
 Eigen::VectorXd ring_depths(double first_m, double last_m) {
@@ -57,7 +57,8 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
           }));
   }
   Eigen::MatrixXd out(ring_m.size(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j) out.col(static_cast<Eigen::Index>(j)) = columns[j];
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    out.col(static_cast<Eigen::Index>(j)) = columns[j];
   return out;
 }
 
@@ -114,7 +115,8 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
 PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const double* shifts,
                                        const std::vector<char>& held_out) const {
   Eigen::MatrixXd column(rows_, curve_.cols());
-  Eigen::MatrixXd sensor = Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
+  Eigen::MatrixXd sensor =
+      Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
   Eigen::Index sensors = 0;
   for (const Part& part : presses_) {
     const Eigen::Index n = part.time_s.size();

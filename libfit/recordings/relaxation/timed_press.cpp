@@ -7,7 +7,7 @@ namespace palpate::recordings {
 namespace {
 
 constexpr Eigen::Index kMaxRows = 400;
-constexpr double kParts = 40;         // of depth, force and time that a row may span
+constexpr double kParts = 40;           // of depth, force and time that a row may span
 constexpr double kCornerShare = 0.003;  // of the travel, by which a straight way may bend
 constexpr double kCornerNoise = 4;
 constexpr double kHoldSpeed = 0.1;  // of the mean speed
@@ -26,7 +26,8 @@ std::vector<Eigen::Index> corners_of(const Eigen::VectorXd& time, const Eigen::V
     double most = tolerance_m;
     Eigen::Index at = -1;
     for (Eigen::Index i = a + 1; i < b; ++i)
-      if (const double off = std::abs(depth[i] - depth[a] - speed * (time[i] - time[a])); off > most)
+      if (const double off = std::abs(depth[i] - depth[a] - speed * (time[i] - time[a]));
+          off > most)
         most = off, at = i;
     if (at < 0) continue;
     is_corner[static_cast<std::size_t>(at)] = 1;
@@ -47,7 +48,9 @@ struct Readings {
   Eigen::VectorXd time_s, depth_m, push_N;
   std::vector<char> is_good;
 
-  double mean_force(Eigen::Index a, Eigen::Index b) const { return push_N.segment(a, b - a).mean(); }
+  double mean_force(Eigen::Index a, Eigen::Index b) const {
+    return push_N.segment(a, b - a).mean();
+  }
   bool is_short(Eigen::Index a, Eigen::Index b, const Spans& spans) const {
     const Eigen::Index middle = (a + b) / 2;
     const double seen_N = 3 * spans.noise_N * std::sqrt(4 / static_cast<double>(b - a));
@@ -59,28 +62,21 @@ struct Readings {
   }
 };
 
-void append(const Readings& r, Eigen::Index a, Eigen::Index b, std::vector<Eigen::Vector4d>& rows) {
-  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-  double time = 0, depth = 0;
-  for (Eigen::Index i = a; i < b; ++i) {
-    time += r.time_s[i], depth += r.depth_m[i];
-    if (r.is_good[static_cast<std::size_t>(i)]) sum[2] += r.push_N[i], sum[3] += 1;
-  }
-  const auto n = static_cast<double>(b - a);
-  rows.emplace_back(time / n, depth / n, sum[3] > 0 ? sum[2] / sum[3] : 0, sum[3]);
-}
+// Rows [first, second) of the signal.
+using Part = std::pair<Eigen::Index, Eigen::Index>;
 
 void divide(const Readings& r, Eigen::Index a, Eigen::Index b, const Spans& spans,
-            std::vector<Eigen::Vector4d>& rows) {
+            std::vector<Part>& parts) {
   if (b <= a) return;
-  if (b - a < 2 || r.is_short(a, b, spans)) return append(r, a, b, rows);
-  divide(r, a, (a + b) / 2, spans, rows);
-  divide(r, (a + b) / 2, b, spans, rows);
+  if (b - a < 2 || r.is_short(a, b, spans)) return void(parts.emplace_back(a, b));
+  divide(r, a, (a + b) / 2, spans, parts);
+  divide(r, (a + b) / 2, b, spans, parts);
 }
 
 }  // namespace
 
-TimedPress timed_press(const Signal& signal, double contact_travel_m, double noise_N) {
+TimedPress timed_press(const Signal& signal, double contact_travel_m,
+                       const std::optional<Vec3>& contact_m, double noise_N, double correlation) {
   TimedPress out;
   const Eigen::Index n = signal.rows();
   if (signal.time_s.empty() || n < 3) return out;
@@ -103,26 +99,40 @@ TimedPress timed_press(const Signal& signal, double contact_travel_m, double noi
   const double tolerance_m =
       std::max(kCornerShare * range_m, kCornerNoise * neighbour_scatter(r.depth_m));
   const auto corners = corners_of(r.time_s, r.depth_m, tolerance_m);
-  std::vector<Eigen::Vector4d> rows;
+  std::vector<Part> parts;
   Spans spans{r.depth_m.maxCoeff() / kParts, r.push_N.maxCoeff() / kParts,
               (r.time_s[n - 1] - r.time_s[0]) / kParts, noise_N};
   for (int coarser = 0; coarser < 3; ++coarser) {
-    rows.clear();
+    parts.clear();
     for (std::size_t c = 0; c < corners.size(); ++c) {
-      append(r, corners[c], corners[c] + 1, rows);
-      if (c + 1 < corners.size()) divide(r, corners[c] + 1, corners[c + 1], spans, rows);
+      parts.emplace_back(corners[c], corners[c] + 1);
+      if (c + 1 < corners.size()) divide(r, corners[c] + 1, corners[c + 1], spans, parts);
     }
-    if (static_cast<Eigen::Index>(rows.size()) <= kMaxRows) break;
+    if (static_cast<Eigen::Index>(parts.size()) <= kMaxRows) break;
     spans.depth_m *= 2, spans.force_N *= 2, spans.time_s *= 2;
   }
-  const auto kept = static_cast<Eigen::Index>(rows.size());
-  if (kept > kMaxRows) return out;
+  const auto rows = static_cast<Eigen::Index>(parts.size());
+  if (rows > kMaxRows) return out;
   for (Eigen::VectorXd* column : {&out.time_s, &out.depth_m, &out.push_N, &out.readings})
-    column->resize(kept);
-  for (Eigen::Index i = 0; i < kept; ++i) {
-    const Eigen::Vector4d& row = rows[static_cast<std::size_t>(i)];
-    out.time_s[i] = row[0] - touch_s, out.depth_m[i] = row[1];
-    out.push_N[i] = row[2], out.readings[i] = row[3];
+    column->setZero(rows);
+  if (contact_m) out.deflection_m.setZero(rows, 3), out.force_N.setZero(rows, 3);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const auto [a, b] = parts[static_cast<std::size_t>(i)];
+    out.time_s[i] = r.time_s.segment(a, b - a).mean() - touch_s;
+    out.depth_m[i] = r.depth_m.segment(a, b - a).mean();
+    if (contact_m)
+      out.deflection_m.row(i) =
+          signal.position_m.middleRows(a, b - a).colwise().mean() - contact_m->transpose();
+    double good = 0;
+    for (Eigen::Index k = a; k < b; ++k)
+      if (r.is_good[static_cast<std::size_t>(k)]) {
+        out.push_N[i] += r.push_N[k], good += 1;
+        if (contact_m) out.force_N.row(i) += signal.force_N.row(k);
+      }
+    if (good == 0) continue;
+    out.push_N[i] /= good;
+    if (contact_m) out.force_N.row(i) /= good;
+    out.readings[i] = std::max(1., good * (1 - correlation) / (1 + correlation));
   }
   return out;
 }

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "libfit/core/relaxation.hpp"
+#include "libfit/recordings/batch/condition.hpp"
 #include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/relaxation/press_group.hpp"
 
 // Presses of a sphere on a bed of rings that relaxes, as a rig would record them. The bed is
 // integrated here by small explicit steps, apart from the code under test.
@@ -117,6 +121,70 @@ inline importers::RawRecording record(const RelaxingBody& body, const Way& way, 
     raw.line.push_back(i + 2);
   }
   return raw;
+}
+
+inline Relaxation prony(std::vector<double> share, std::vector<double> time_s) {
+  const auto n = static_cast<Eigen::Index>(share.size());
+  return {Eigen::Map<Eigen::VectorXd>(share.data(), n),
+          Eigen::Map<Eigen::VectorXd>(time_s.data(), n)};
+}
+
+/// 3 mm in at 2 mm/s from 1 mm above, held, and out again.
+inline Way hold_way(double held_s = 20) {
+  Way way;
+  way.go(-1e-3, 0), way.go(3e-3, 2), way.go(3e-3, held_s), way.go(-1e-3, 2), way.go(-1e-3, 2);
+  return way;
+}
+/// Four stairs of 0.75 mm, 5 s each.
+inline Way stairs_way() {
+  Way way;
+  way.go(-1e-3, 0);
+  for (int i = 0; i < 4; ++i)
+    way.go((i + 1) * 0.75e-3, i > 0 ? 0.3 : 0.7), way.go((i + 1) * 0.75e-3, 5);
+  way.go(-1e-3, 2), way.go(-1e-3, 1);
+  return way;
+}
+/// In and out without a stand.
+inline Way ramp_way(double duration_s) {
+  Way way;
+  way.go(-1e-3, 0), way.go(3e-3, duration_s), way.go(-1e-3, duration_s);
+  return way;
+}
+
+/// A body and the ways in which it is pressed: recordings of one point.
+struct RecoveryCase {
+  std::string name;
+  Relaxation relaxation;
+  std::vector<Way> ways;
+  Sensor sensor;
+};
+
+inline std::vector<RecoveryCase> recovery_cases() {
+  const Relaxation none, one = prony({0.5}, {3}), two = prony({0.6, 0.4}, {0.5, 6}),
+                         three = prony({0.8, 0.5, 0.5}, {0.15, 1.2, 9});
+  const Sensor white{0.01, 0}, drifting{0.01, 0.01};
+  return {{"hold, none", none, {hold_way()}, drifting},
+          {"hold, 1 branch", one, {hold_way()}, white},
+          {"hold, 2 branches", two, {hold_way()}, white},
+          {"hold, 3 branches", three, {hold_way()}, white},
+          {"stairs, 2 branches", prony({0.6, 0.4}, {0.3, 4}), {stairs_way()}, white},
+          {"two rates, 1 branch", prony({0.5}, {1}), {ramp_way(8), ramp_way(0.8)}, white},
+          {"hold, 1 branch, 1/f drift", one, {hold_way()}, drifting},
+          {"hold, 2 branches, 1/f drift", two, {hold_way()}, drifting}};
+}
+
+/// Recordings of a case, conditioned as an import does: the contact point is not known.
+inline std::vector<recordings::RelaxingPress> presses_of(const RecoveryCase& of, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<recordings::RelaxingPress> presses;
+  for (const Way& way : of.ways) {
+    const auto raw = record({of.relaxation, 1}, way, 0.01, 2, of.sensor, random);
+    recordings::SignalSettings settings;
+    settings.radius_m = 5e-3;
+    const auto done = recordings::condition(raw, settings, std::nullopt, "press.csv", false);
+    presses.push_back({done.history, done.noise_N, done.contact_deviation_m});
+  }
+  return presses;
 }
 
 }  // namespace palpate::testing_relaxation
