@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <functional>
+#include <limits>
 
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"

@@ -338,7 +338,8 @@ void describe(const Identification& with, const std::vector<std::vector<Relaxing
     }
     free.push_back(k);
   }
-  const double scale = correlated / static_cast<double>(std::max<Eigen::Index>(1, used - unknowns));
+  const double scale =
+      std::max(1e-12, correlated / static_cast<double>(std::max<Eigen::Index>(1, used - unknowns)));
   Eigen::MatrixXd information = (jacobian.transpose() * jacobian)(free, free) / scale;
   for (std::size_t k = 0; k < free.size(); ++k)  // the priors of shifts do not scale with noise
     if (free[k] >= 2 * branches)
