@@ -214,8 +214,7 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
     out.kind.push_back(static_cast<PathKind>(i % static_cast<int>(kPathKindNames.size())));
-    out.paths.push_back(
-        {i, draw_path(out.kind.back(), position, normal, range, reach, uniform)});
+    out.paths.push_back({i, draw_path(out.kind.back(), position, normal, range, reach, uniform)});
   }
   return out;
 }

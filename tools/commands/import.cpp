@@ -56,6 +56,9 @@ class Import final : public Command {
     assembled.samples.poisson = poisson_of(manifest);
     write_summary(beside(output_, ".csv"), beside(output_, ".json"), manifest.items, results,
                   assembled);
+    if (assembled.relaxation)
+      write_relaxation(fs::path(output_).replace_extension(".relaxation.import.csv"),
+                       *assembled.relaxation);
     reply.json = nlohmann::ordered_json::parse(summary_json(manifest.items, results, assembled));
     report(manifest, results, assembled);
     if (assembled.samples.rows() == 0)
@@ -96,6 +99,7 @@ class Import final : public Command {
     options.fits_to_surface = manifest.fits_to_surface;
     options.place_tolerance_m = manifest.place_tolerance_m;
     options.pools_repeats = manifest.pools_repeats;
+    options.identifies_relaxation = manifest.identifies_relaxation;
     return options;
   }
 

@@ -98,6 +98,7 @@ Manifest read_manifest(const fs::path& path) {
   manifest.place_tolerance_m =
       root.quantity("place_tolerance", Dimension::length, manifest.place_tolerance_m, 0, 1e3);
   manifest.pools_repeats = root.choice("repeats", "pool", {"pool", "keep"}) == "pool";
+  manifest.identifies_relaxation = root.choice("relaxation", "auto", {"auto", "none"}) == "auto";
   read_registration(root.table("registration", "[registration]"), manifest);
   ManifestEntry defaults;
   std::optional<double> friction;

@@ -231,6 +231,11 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   if (!signal.is_axial && !raw.contact_m)
     out.contact_m = contact_position(signal, approach, contact.travel_m);
 
+  if (settings.kind == ExperimentKind::press)
+    out.history =
+        timed_press(signal, contact.travel_m, signal.is_axial ? std::nullopt : out.contact_m,
+                    out.noise_N, correlation);
+
   const RowRange back = retract_after(signal, phases, range);
   out.hysteresis = hysteresis_of(signal, approach, back, contact.travel_m);
   out.speed_m_s = speed_of(signal, approach, contact.travel_m);

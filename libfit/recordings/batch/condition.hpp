@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libfit/recordings/formats/recording.hpp"
+#include "libfit/recordings/relaxation/timed_press.hpp"
 #include "libfit/recordings/signal/settings.hpp"
 #include "libfit/recordings/signal/signal.hpp"
 
@@ -21,6 +22,7 @@ struct Conditioned {
   Points deflection_m{0, 3};      ///< R x 3 since first touch
   Points force_N{0, 3};           ///< R x 3, of the tip ON the body, bias taken off
   Points torque_Nm{0, 3};         ///< R x 3, likewise; 0 rows where the recording has none
+  Eigen::VectorXd time_s;         ///< R, since first touch; empty without a clock
   Eigen::VectorXd error_N;        ///< R, of a row's force, from the noise before contact
   std::vector<RowStatus> status;  ///< R; rejected where the force was saturated
   std::optional<Vec3> contact_m;  ///< where the tip touched, in the rig's frame
@@ -31,6 +33,7 @@ struct Conditioned {
   /// Readings of the way in as far as its force is not saturated, bias still in them; empty unless
   /// the settings keep them.
   Eigen::VectorXd way_in_travel_m, way_in_push_N;
+  TimedPress history;     ///< of a press with a clock, all of it; else no rows
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back

@@ -15,18 +15,24 @@
 namespace palpate::recordings {
 namespace {
 
-constexpr std::string_view kMagic = "palpate-journal 8\n";   // raise with every change of an entry
+constexpr std::string_view kMagic = "palpate-journal 9\n";   // raise with every change of an entry
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 32;  // of rows, letters: more is damage
 
 // What an entry holds, for writing and for reading.
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, Conditioned>
 void fields(Archive& archive, T& r) {
-  archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.error_N, r.torque_Nm,
+  archive(r.name, r.is_axial, r.deflection_m, r.force_N, r.time_s, r.error_N, r.torque_Nm,
           r.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact_travel_m,
           r.contact_deviation_m, r.estimator, r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa,
-          r.apparent_Pa, r.way_in_travel_m, r.way_in_push_N, r.grade, r.reasons, r.dropped_rows,
-          r.tip_radius_m, r.cantilever, r.format, r.taken);
+          r.apparent_Pa, r.way_in_travel_m, r.way_in_push_N, r.history, r.grade, r.reasons,
+          r.dropped_rows, r.tip_radius_m, r.cantilever, r.format, r.taken);
+}
+template <class Archive, class T>
+requires std::same_as<std::remove_const_t<T>, TimedPress>
+void fields(Archive& archive, T& press) {
+  archive(press.time_s, press.depth_m, press.push_N, press.readings, press.deflection_m,
+          press.force_N);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, importers::Cantilever>

@@ -52,7 +52,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
 
   struct RowMean {
     Vec3 deflection = Vec3::Zero(), force = Vec3::Zero(), torque = Vec3::Zero();
-    double count = 0;
+    double count = 0, time_s = 0;
     bool is_saturated = false;
   };
   std::vector<RowMean> means(static_cast<std::size_t>(std::max(1, settings.rows)));
@@ -66,6 +66,7 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
     mean.force += signal.force_N.row(row);
     if (signal.torque_Nm.rows() > 0) mean.torque += signal.torque_Nm.row(row);
     mean.count += 1;
+    if (!signal.time_s.empty()) mean.time_s += signal.time_s[static_cast<std::size_t>(row)];
     mean.is_saturated |= signal.is_saturated[static_cast<std::size_t>(row)] != 0;
   };
   for (Eigen::Index i = 0; i < used.rows(); ++i) add(used.begin + i, at[i]);
@@ -77,12 +78,16 @@ void take_rows(const Signal& signal, const RowRange& used, const std::vector<Row
   out.deflection_m.resize(rows, 3);
   out.force_N.resize(rows, 3);
   out.error_N.resize(rows);
+  out.time_s.resize(signal.time_s.empty() ? 0 : rows);
   out.torque_Nm.resize(signal.torque_Nm.rows() > 0 ? rows : 0, 3);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const RowMean& mean = means[static_cast<std::size_t>(i)];
     out.deflection_m.row(i) = mean.deflection / mean.count;
     out.force_N.row(i) = mean.force / mean.count;
     if (out.torque_Nm.rows() > 0) out.torque_Nm.row(i) = mean.torque / mean.count;
+    if (out.time_s.size() > 0)
+      out.time_s[i] =
+          mean.time_s / mean.count - signal.time_s[static_cast<std::size_t>(used.begin + touched)];
     const double independent = std::max(1.0, mean.count * (1 - correlation) / (1 + correlation));
     out.error_N[i] = out.noise_N / std::sqrt(independent);
     out.status.push_back(mean.is_saturated ? RowStatus::rejected : RowStatus::good);

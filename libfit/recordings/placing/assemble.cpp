@@ -5,6 +5,7 @@
 #include <map>
 
 #include "libfit/recordings/placing/place.hpp"
+#include "libfit/recordings/placing/relaxation.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -75,6 +76,9 @@ void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
   samples.force.resize(rows, 3);
   samples.force_error.resize(rows);
   samples.torque = Points::Zero(rows, 3);
+  const bool has_time =
+      std::ranges::all_of(parts, [](const Pooled* p) { return p->time_s.size() > 0; });
+  samples.time_s.resize(has_time ? rows : 0);
   Eigen::Index at = 0;
   for (const Pooled* part : parts) {
     const Eigen::Index n = part->force_N.rows();
@@ -82,6 +86,7 @@ void fill_numbers(const std::vector<const Pooled*>& parts, Samples& samples) {
     samples.force.middleRows(at, n) = part->force_N;
     samples.force_error.segment(at, n) = part->error_N;
     if (part->torque_Nm.rows() == n) samples.torque.middleRows(at, n) = part->torque_Nm;
+    if (samples.time_s.size() > 0) samples.time_s.segment(at, n) = part->time_s;
     at += n;
   }
 }
@@ -116,6 +121,25 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
     out.reasons.push_back(reasons);
   }
   return out;
+}
+
+constexpr const char* kNoClock =
+    "some recordings have no clock: rows hold no time, and a fit takes their forces for those of "
+    "slow motion";
+
+// Every recording an experiment of its own, in time; nothing where one has no clock.
+std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
+    const std::vector<Candidate>& candidates, const std::vector<std::vector<std::size_t>>& points) {
+  std::vector<std::vector<Pooled>> experiments;
+  for (const auto& members : points) {
+    experiments.emplace_back();
+    for (const std::size_t m : members) {
+      auto one = in_time(candidates, m);
+      if (!one) return std::nullopt;
+      experiments.back().push_back(std::move(*one));
+    }
+  }
+  return experiments;
 }
 
 std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
@@ -162,6 +186,18 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points)
     experiments.push_back(pool(candidates, members, items, options.pools_repeats));
+  if (options.identifies_relaxation) {
+    const TimedPoints timed = presses_in_time(candidates, points, items);
+    if (!timed.member.empty()) out.relaxation = relaxation_of(candidates, timed, items);
+  }
+  const bool relaxes = out.relaxation && out.relaxation->fit.relaxation.branches() > 0;
+  if (relaxes) {
+    samples.relaxation = out.relaxation->fit.relaxation;
+    if (auto timed = experiments_in_time(candidates, points))
+      experiments = std::move(*timed);
+    else
+      out.notes.push_back(kNoClock);
+  }
   reserve_rows(experiments, samples);
   std::vector<const Pooled*> parts;
   std::int32_t number = 0;
@@ -176,11 +212,16 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
       for (const std::size_t m : pooled.member) candidates[m].experiment = number;
       ++number;
     }
+    if (relaxes) continue;  // what the rates do is fitted
     const auto notes = compare_rates(first.point, experiments[p], candidates, items);
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
   const auto notes = cantilever_notes(items, candidates);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  if (out.relaxation) {
+    const auto told = relaxation_notes(*out.relaxation);
+    out.notes.insert(out.notes.begin(), told.begin(), told.end());
+  }
   fill_numbers(parts, samples);
   samples.recordings = provenance(items, results, candidates);
   out.outcomes = outcomes_of(items, results, candidates);

@@ -7,6 +7,7 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/registration.hpp"
+#include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 namespace palpate::recordings {
 
@@ -17,6 +18,23 @@ struct AssembleOptions {
   bool fits_to_surface = false;       ///< refine it by the contact points
   double place_tolerance_m = 3e-3;    ///< from the surface, and from the named position
   bool pools_repeats = true;          ///< presses of one point at one rate become one experiment
+  bool identifies_relaxation = true;  ///< where recordings have holds or several rates
+};
+
+/// What recordings tell of a body's relaxation (method.md, section 25).
+struct BodyRelaxation {
+  RelaxationFit fit;  ///< of all recordings that were used; no branches where they show none
+  struct Point {
+    std::string name;
+    RelaxationFit fit;  ///< with as many branches as the body's
+  };
+  std::vector<Point> points;  ///< those with a hold, where there are several
+  struct Used {
+    std::string file, point;
+    double drift_share = 0;  ///< of the force lost in a hold, that its sensor's drift may be
+  };
+  std::vector<Used> recordings;  ///< in the order of fit.pictures, point by point
+  bool has_holds = false;        ///< else several rates alone
 };
 
 /// A recording that made it into the samples, or one that was refused on the way.
@@ -33,6 +51,9 @@ struct Assembled {
   Samples samples;
   std::vector<Outcome> outcomes;  ///< every recording and every item that gave none, in order
   std::optional<Registration> registration;
+  /// Where recordings have holds or rates. With branches, samples have rows in time, and each
+  /// recording is an experiment of its own.
+  std::optional<BodyRelaxation> relaxation;
   std::vector<std::string>
       notes;  ///< rates and hysteresis that stand out of the noise, a sentence each
 
@@ -52,6 +73,10 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
 void write_summary(const std::filesystem::path& csv, const std::filesystem::path& json,
                    const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
                    const Assembled& assembled);
+
+/// Writes what a picture of the relaxation needs: CSV with a row for each row of the recordings
+/// that were used (file,point,time_s,depth_m,force_N,fitted_N).
+void write_relaxation(const std::filesystem::path& csv, const BodyRelaxation& relaxation);
 
 /// The totals and notes alone, with the refused recordings, as one JSON object for stdout.
 std::string summary_json(const std::vector<BatchItem>& items,

@@ -48,6 +48,7 @@ struct Pooled {
   Eigen::VectorXd error_N;
   std::vector<RowStatus> status;
   double speed_m_s = 0;
+  Eigen::VectorXd time_s = {};  ///< since first touch; empty where rows are of no time
 };
 
 /// Experiments of one point. members: candidates of it, not refused.

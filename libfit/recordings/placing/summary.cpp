@@ -83,6 +83,40 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   return row;
 }
 
+Json as_json(const RelaxationFit& fit) {
+  Json json;
+  json["told_s"] = {fit.shortest_s, fit.longest_s};
+  json["held_out_error"] = fit.held_out;
+  json["curve"] = fit.curve == SlowCurve::powers ? "powers" : "free";
+  json["rms_N"] = fit.rms_N;
+  json["branches"] = Json::array();
+  for (Eigen::Index k = 0; k < fit.relaxation.branches(); ++k) {
+    Json branch;
+    branch["share"] = fit.relaxation.share[k];
+    branch["share_band"] = {number(fit.share_low[k]), number(fit.share_high[k])};
+    branch["time_s"] = fit.relaxation.time_s[k];
+    branch["time_band_s"] = {number(fit.time_low_s[k]), number(fit.time_high_s[k])};
+    branch["is_slower_than_recordings"] = fit.is_slower[static_cast<std::size_t>(k)] != 0;
+    json["branches"].push_back(branch);
+  }
+  return json;
+}
+
+Json as_json(const BodyRelaxation& found) {
+  Json json = as_json(found.fit);
+  json["points"] = Json::array();
+  for (const BodyRelaxation::Point& point : found.points) {
+    Json of = as_json(point.fit);
+    of["name"] = point.name;
+    json["points"].push_back(of);
+  }
+  json["recordings"] = Json::array();
+  for (const BodyRelaxation::Used& used : found.recordings)
+    json["recordings"].push_back(
+        {{"file", used.file}, {"point", used.point}, {"drift_share", number(used.drift_share)}});
+  return json;
+}
+
 Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results,
             const Assembled& a) {
   std::array<std::size_t, 3> grades{};
@@ -99,6 +133,7 @@ Json totals(const std::vector<BatchItem>& items, const std::vector<ItemResult>& 
     json["registration"] = {{"rms_m", a.registration->rms_m},
                             {"largest_m", a.registration->largest_m},
                             {"iterations", a.registration->iterations}};
+  if (a.relaxation) json["relaxation"] = as_json(*a.relaxation);
   json["notes"] = a.notes;
   json["failures"] = Json::array();
   for (const Outcome& o : a.outcomes)

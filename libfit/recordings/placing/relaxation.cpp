@@ -1,0 +1,262 @@
+#include "libfit/recordings/placing/relaxation.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "libfit/core/text.hpp"
+#include "libfit/io/csv/csv.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr double kMinHeld = 0.1;      // share of the time in contact, of a hold
+constexpr double kOtherRate = 1.25;   // repeats differ by less
+constexpr std::size_t kMaxUsed = 12;  // recordings of one search
+constexpr Eigen::Index kMinRows = 20;
+constexpr double kMuchDrift = 0.2;  // of the force lost in a hold
+constexpr double kApart = 2;        // standard errors by which points differ
+
+bool is_press_in_time(const Candidate& c, const std::vector<BatchItem>& items, Grade worst) {
+  return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
+         c.recording->history.rows() >= kMinRows && c.recording->grade <= worst;
+}
+
+// Slope of the free part before contact, with its standard error, times the longest stand, over the
+// force that is lost in it: what drift of the sensor may pass for relaxation.
+double drift_share(const Conditioned& r) {
+  const TimedPress& p = r.history;
+  std::vector<double> t, f;
+  for (Eigen::Index i = 0; i < p.rows() && p.depth_m[i] < -2 * r.contact_deviation_m; ++i)
+    if (p.readings[i] > 0) t.push_back(p.time_s[i]), f.push_back(p.push_N[i]);
+  Eigen::Index most = 0;
+  p.push_N.maxCoeff(&most);
+  Eigen::Index end = most;
+  while (end + 1 < p.rows() && p.depth_m[end + 1] > 0.9 * p.depth_m[most]) ++end;
+  const double held_s = p.time_s[end] - p.time_s[most], lost_N = p.push_N[most] - p.push_N[end];
+  if (!(held_s > 0) || !(lost_N > 0)) return 0;
+  if (t.size() < 4) return std::numeric_limits<double>::quiet_NaN();
+  const auto n = static_cast<Eigen::Index>(t.size());
+  const Eigen::Map<const Eigen::VectorXd> x(t.data(), n), y(f.data(), n);
+  const Line line = fit_line(x, y);
+  const double spread = (x.array() - x.mean()).matrix().norm();
+  const double error = spread > 0 ? line.deviation / spread : 0;
+  return (std::abs(line.slope) + 2 * error) * held_s / lost_N;
+}
+
+std::string between(double low, double high, const char* unit) {
+  if (!std::isfinite(high)) return fmt::format("above {}{}", number(low), unit);
+  return fmt::format("{} to {}{}", number(low), number(high), unit);
+}
+
+std::string branch_in_words(const RelaxationFit& fit, Eigen::Index k) {
+  const auto at = static_cast<std::size_t>(k);
+  std::string text = fmt::format(
+      "relaxation, branch {} of {}: {} ({}) of the stiffness of slow motion, time {} s ({})", k + 1,
+      fit.relaxation.branches(), number(fit.relaxation.share[k]),
+      between(fit.share_low[k], fit.share_high[k], ""), number(fit.relaxation.time_s[k]),
+      fit.is_slower[at] ? "slower than the recordings: it may be longer, and slow motion softer"
+                        : between(fit.time_low_s[k], fit.time_high_s[k], " s"));
+  return text;
+}
+
+}  // namespace
+
+TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
+                            const std::vector<std::vector<std::size_t>>& points,
+                            const std::vector<BatchItem>& items) {
+  // Poor recordings only where there is nothing better.
+  Grade worst = Grade::fair;
+  const auto usable = [&](std::size_t m) { return is_press_in_time(candidates[m], items, worst); };
+  if (std::ranges::none_of(
+          points, [&](const auto& members) { return std::ranges::any_of(members, usable); }))
+    worst = Grade::poor;
+  struct Told {
+    double worth = 0;
+    std::vector<std::size_t> member;
+    bool has_hold = false, has_rates = false;
+  };
+  std::vector<Told> told;
+  for (const auto& members : points) {
+    Told point;
+    double slowest = std::numeric_limits<double>::infinity(), fastest = 0, held = 0;
+    for (const std::size_t m : members) {
+      if (!usable(m)) continue;
+      point.member.push_back(m);
+      held = std::max(held, held_share(candidates[m].recording->history));
+      const double speed = candidates[m].recording->speed_m_s;
+      if (speed > 0) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
+    }
+    point.has_hold = held >= kMinHeld;
+    point.has_rates = fastest > kOtherRate * slowest;
+    if (!point.has_hold && !point.has_rates) continue;
+    // The slowest and the fastest first, then in order.
+    if (point.has_rates)
+      std::ranges::stable_sort(point.member, {}, [&](std::size_t m) {
+        const double v = candidates[m].recording->speed_m_s;
+        return v >= fastest || v <= slowest ? 0 : 1;
+      });
+    point.worth = held + (point.has_rates ? std::log10(fastest / slowest) : 0);
+    told.push_back(std::move(point));
+  }
+  std::ranges::stable_sort(told, std::greater<>{}, &Told::worth);
+  TimedPoints out;
+  std::size_t used = 0;
+  for (Told& point : told) {
+    if (used >= kMaxUsed) break;
+    point.member.resize(std::min(point.member.size(), kMaxUsed - used));
+    used += point.member.size();
+    out.has_holds |= point.has_hold, out.has_rates |= point.has_rates;
+    out.press.emplace_back();
+    for (const std::size_t m : point.member) {
+      const Conditioned& r = *candidates[m].recording;
+      out.press.back().push_back({r.history, r.noise_N, r.contact_deviation_m});
+    }
+    out.member.push_back(std::move(point.member));
+  }
+  return out;
+}
+
+BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const TimedPoints& timed,
+                             const std::vector<BatchItem>& items) {
+  BodyRelaxation out;
+  out.has_holds = timed.has_holds;
+  out.fit = fit_relaxation(timed.press);
+  std::vector<std::size_t> held;
+  for (std::size_t p = 0; p < timed.member.size(); ++p) {
+    bool has_hold = false;
+    for (const std::size_t m : timed.member[p]) {
+      const Conditioned& r = *candidates[m].recording;
+      has_hold |= held_share(r.history) >= kMinHeld;
+      out.recordings.push_back({shown(items, candidates[m]), candidates[m].point, drift_share(r)});
+    }
+    if (has_hold) held.push_back(p);
+  }
+  const auto branches = static_cast<int>(out.fit.relaxation.branches());
+  if (branches == 0 || held.size() < 2) return out;
+  for (const std::size_t p : held)
+    out.points.push_back(
+        {candidates[timed.member[p][0]].point, fit_relaxation({timed.press[p]}, branches)});
+  return out;
+}
+
+std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
+  const RelaxationFit& fit = found.fit;
+  std::vector<std::string> notes;
+  const std::string by =
+      counted(static_cast<std::int64_t>(found.recordings.size()), "recording", "recordings") +
+      (found.has_holds ? " with holds" : " at several rates");
+  const Eigen::Index branches = fit.relaxation.branches();
+  if (branches == 0) {
+    notes.push_back(fmt::format(
+        "relaxation: none is seen in {}: a branch between {} s and {} s predicts held-out "
+        "stretches of time no better",
+        by, number(fit.shortest_s), number(fit.longest_s)));
+    return notes;
+  }
+  const auto band = fit.band(Eigen::VectorXd::Constant(1, fit.shortest_s));
+  notes.push_back(fmt::format(
+      "relaxation, by {}: {} s after a step the body is {} times ({}) as stiff as in slow motion",
+      by, number(fit.shortest_s), number(band.middle[0]), between(band.low[0], band.high[0], "")));
+  for (Eigen::Index k = 0; k < branches; ++k) notes.push_back(branch_in_words(fit, k));
+  double most = 0;
+  bool is_unknown = false;
+  for (const BodyRelaxation::Used& used : found.recordings)
+    if (std::isnan(used.drift_share))
+      is_unknown = true;
+    else
+      most = std::max(most, used.drift_share);
+  if (most > kMuchDrift)
+    notes.push_back("relaxation: by the free part before contact, drift of the sensor may be " +
+                    percent(most, 0) +
+                    " of the force that is lost in a hold; record longer before contact");
+  else if (is_unknown)
+    notes.push_back(
+        "relaxation: a recording has too little before contact to tell its sensor's drift from "
+        "slow relaxation");
+  // Points whose stiffness at once is not the body's.
+  std::vector<std::string> other;
+  for (const BodyRelaxation::Point& point : found.points) {
+    const auto own = point.fit.band(Eigen::VectorXd::Constant(1, fit.shortest_s));
+    const double error = std::hypot(own.high[0] - own.middle[0], band.high[0] - band.middle[0]) / 2;
+    if (std::abs(own.middle[0] - band.middle[0]) > kApart * error)
+      other.push_back(fmt::format("{} ({})", point.name, number(own.middle[0])));
+  }
+  if (!other.empty())
+    notes.push_back("relaxation: not alike over the body; other stiffness at once: " +
+                    listed(other));
+  return notes;
+}
+
+std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::size_t member) {
+  const Candidate& c = candidates[member];
+  const Conditioned& r = *c.recording;
+  const auto turned = [&](const Points& vectors) {
+    return Points(vectors * c.to_body.transpose());
+  };
+  if (r.history.rows() == 0) {  // a drag or path
+    bool rises = r.time_s.size() > 0 && r.time_s[0] >= 0;
+    for (Eigen::Index i = 1; i < r.time_s.size(); ++i) rises &= r.time_s[i] > r.time_s[i - 1];
+    if (!rises) return std::nullopt;
+    return Pooled{{member},          turned(r.deflection_m),
+                  turned(r.force_N), turned(r.torque_Nm),
+                  r.error_N,         r.status,
+                  r.speed_m_s,       r.time_s};
+  }
+  const TimedPress& p = r.history;
+  Eigen::Index deepest = 0;
+  p.depth_m.maxCoeff(&deepest);
+  Eigen::Index first = deepest, end = deepest;
+  while (first > 0 && p.depth_m[first - 1] > 0) --first;
+  while (end < p.rows() && p.depth_m[end] > 0) ++end;
+  double touch_s = p.time_s[first];
+  if (first > 0)
+    touch_s -= p.depth_m[first] / (p.depth_m[first] - p.depth_m[first - 1]) *
+               (p.time_s[first] - p.time_s[first - 1]);
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = first; i < end; ++i)
+    if (p.readings[i] > 0) rows.push_back(i);
+  Pooled out;
+  out.member = {member};
+  out.speed_m_s = r.speed_m_s;
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Points deflection = Points::Zero(n, 3), force = Points::Zero(n, 3);
+  if (p.deflection_m.rows() > 0) {
+    deflection = p.deflection_m(rows, Eigen::all), force = p.force_N(rows, Eigen::all);
+  } else {
+    deflection.col(0) = p.depth_m(rows), force.col(0) = p.push_N(rows);
+  }
+  out.deflection_m = turned(deflection), out.force_N = turned(force);
+  out.torque_Nm.resize(0, 3);
+  out.time_s = p.time_s(rows).array() - touch_s;
+  out.error_N = r.noise_N / p.readings(rows).array().sqrt();
+  const double pulled_N = -3 * r.noise_N;  // the tip sticks: no contact law has that
+  for (const Eigen::Index i : rows)
+    out.status.push_back(p.push_N[i] < pulled_N ? RowStatus::rejected : RowStatus::good);
+  return out;
+}
+
+void write_relaxation(const std::filesystem::path& path, const BodyRelaxation& relaxation) {
+  constexpr std::array<std::string_view, 6> kHeader{"file",    "point",   "time_s",
+                                                    "depth_m", "force_N", "fitted_N"};
+  CsvWriter csv(path, kHeader);
+  std::size_t next = 0;
+  for (const auto& point : relaxation.fit.pictures)
+    for (const FittedPress& press : point) {
+      const BodyRelaxation::Used& used = relaxation.recordings[next++];
+      for (Eigen::Index i = 0; i < press.time_s.size(); ++i) {
+        csv.text(used.file).text(used.point);
+        for (const double value :
+             {press.time_s[i], press.depth_m[i], press.push_N[i], press.fitted_N[i]})
+          csv.number(value);
+        csv.end_row();
+      }
+    }
+  csv.commit();
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libfit/core/relaxation.hpp"
+#include "libfit/recordings/relaxation/press_group.hpp"
+
+namespace palpate::recordings {
+
+/// One recording as the fit has it, for a picture: T rows each.
+struct FittedPress {
+  Eigen::VectorXd time_s, depth_m, push_N, fitted_N;
+};
+
+/// A Prony series that recordings in time support, with 95 % intervals.
+struct RelaxationFit {
+  Relaxation relaxation;       ///< no branches: nothing is gained by one
+  Eigen::MatrixXd covariance;  ///< 2K x 2K, of ln share and ln time, shares first (M52)
+  Eigen::VectorXd share_low, share_high, time_low_s, time_high_s;  ///< K
+  std::vector<char> is_slower;           ///< K: its time is at the end of what the recordings tell
+  std::vector<char> is_faster;           ///< K: likewise at the beginning
+  double shortest_s = 0, longest_s = 0;  ///< times that the recordings tell
+  SlowCurve curve = SlowCurve::powers;
+  /// Error of stretches of time that a fit did not see, over the deviation of a row, root mean
+  /// square: by number of branches, as far as they were tried.
+  std::vector<double> held_out;
+  double rms_N = 0;                                ///< of what is left of all rows
+  std::vector<std::vector<FittedPress>> pictures;  ///< of each point and recording
+
+  /// Largest and least stiffening within the 95 % band at times since a step (M53).
+  struct Band {
+    Eigen::VectorXd low, middle, high;
+  };
+  Band band(const Eigen::VectorXd& time_s) const;
+};
+
+/// Identifies relaxation from recordings of points, a vector of recordings each. Nothing where no
+/// recording has rows. max_branches: 0 to kMaxBranches; -1: `exactly` decides. Does not depend on
+/// threads.
+/// exactly: so many branches, without a choice; -1: held-out stretches choose.
+RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& points,
+                             int exactly = -1);
+
+}  // namespace palpate::recordings

@@ -1,0 +1,162 @@
+#include "libfit/recordings/relaxation/press_group.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "libfit/recordings/relaxation/bed_response.hpp"
+#include "libfit/recordings/relaxation/least_squares.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+constexpr Eigen::Index kRings = 40;
+constexpr int kStretches = 10;            // of a recording
+constexpr double kModelError = 0.002;     // of the largest force: what no bed describes
+constexpr double kDeviations = 3;         // of the contact, within which the curve may begin
+constexpr Eigen::Index kMinFreeRows = 3;  // that tell a sensor's level
+constexpr double kPull = 0.01;            // of the largest force, below which the tip is pulled
+
+// Ring depths, denser where contact begins.
+Eigen::VectorXd ring_depths(double first_m, double last_m) {
+  return Eigen::VectorXd::NullaryExpr(kRings, [&](Eigen::Index i) {
+    const double share = static_cast<double>(i) / kRings;
+    return first_m + (last_m - first_m) * share * share;
+  });
+}
+
+// Stiffness of the rings of a curve, which is taken as straight between them.
+Eigen::VectorXd rings_of(const Eigen::VectorXd& ring_m, double last_m, auto&& curve) {
+  Eigen::VectorXd c(ring_m.size());
+  double before = 0;
+  for (Eigen::Index i = 0; i < ring_m.size(); ++i) {
+    const double to_m = i + 1 < ring_m.size() ? ring_m[i + 1] : last_m;
+    const double slope = (curve(to_m) - curve(ring_m[i])) / (to_m - ring_m[i]);
+    c[i] = slope - before;
+    before = slope;
+  }
+  return c;
+}
+
+Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, double last_m,
+                            double contact_deviation_m) {
+  std::vector<Eigen::VectorXd> columns;
+  if (kind == SlowCurve::free) {
+    for (Eigen::Index i = 0; i < ring_m.size(); i += 2)
+      columns.emplace_back(Eigen::VectorXd::Unit(ring_m.size(), i) / last_m);
+  } else {
+    std::vector<double> begins{0};
+    if (contact_deviation_m > 0)
+      for (const double share : {-1., -0.5, 0.5, 1.})
+        begins.push_back(share * kDeviations * contact_deviation_m);
+    for (const double begin_m : begins)
+      for (const double power : {1., 1.5, 2., 3.})
+        if (begin_m >= ring_m[0] - 1e-12 * last_m && begin_m < last_m / 2)
+          columns.push_back(rings_of(ring_m, last_m, [&](double depth_m) {
+            return std::pow(std::max(0., (depth_m - begin_m) / last_m), power);
+          }));
+  }
+  Eigen::MatrixXd out(ring_m.size(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    out.col(static_cast<Eigen::Index>(j)) = columns[j];
+  return out;
+}
+
+}  // namespace
+
+PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve) {
+  double deepest_m = 0, deviation_m = 0, free_m = 0;
+  for (const RelaxingPress& one : presses) rows_ += one.press.rows();
+  push_N_.resize(rows_), weight_ = Eigen::VectorXd::Zero(rows_);
+  stretch_.assign(static_cast<std::size_t>(rows_), -1);
+  Eigen::Index first = 0;
+  for (const RelaxingPress& one : presses) {
+    const TimedPress& p = one.press;
+    Part part{p.time_s, p.depth_m, first};
+    part.contact_deviation_m = one.contact_deviation_m;
+    if (!presses_.empty() && one.contact_deviation_m > 0) {
+      part.shift = static_cast<int>(shifted_.size());
+      shifted_.push_back(presses_.size());
+    }
+    deepest_m = std::max(deepest_m, p.depth_m.maxCoeff());
+    free_m = std::max(free_m, -p.depth_m.minCoeff());
+    deviation_m = std::max(deviation_m, one.contact_deviation_m);
+    const double most_N = p.push_N.maxCoeff();
+    const double margin_m = kDeviations * one.contact_deviation_m;
+    Eigen::Index before = 0, after = 0, touching = 0;
+    bool was_in = false;
+    for (Eigen::Index i = 0; i < p.rows(); ++i) {
+      push_N_[first + i] = p.push_N[i];
+      was_in |= p.depth_m[i] > 0;
+      if (!(p.readings[i] > 0) ||
+          (was_in && p.push_N[i] < -std::max(3 * one.noise_N, kPull * most_N)))
+        continue;
+      weight_[first + i] =
+          1 / std::hypot(one.noise_N / std::sqrt(p.readings[i]), kModelError * most_N);
+      if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
+      touching += p.depth_m[i] > 0;
+    }
+    part.has_level = before + after >= kMinFreeRows;
+    part.has_drift = before >= kMinFreeRows && after >= kMinFreeRows;
+    Eigen::Index seen = 0;
+    for (Eigen::Index i = 0; i < p.rows(); ++i)
+      if (p.depth_m[i] > 0 && weight_[first + i] > 0)
+        stretch_[static_cast<std::size_t>(first + i)] =
+            stretches_ + static_cast<int>(kStretches * seen++ / touching);
+    stretches_ += kStretches;
+    presses_.push_back(std::move(part));
+    first += p.rows();
+  }
+  const double begin_m = -std::min(kDeviations * deviation_m, free_m);
+  ring_m_ = ring_depths(begin_m, deepest_m);
+  curve_ = curve_basis(curve, ring_m_, deepest_m, deviation_m);
+}
+
+PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const double* shifts,
+                                       const std::vector<char>& held_out) const {
+  Eigen::MatrixXd column(rows_, curve_.cols());
+  Eigen::MatrixXd sensor =
+      Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
+  Eigen::Index sensors = 0;
+  for (const Part& part : presses_) {
+    const Eigen::Index n = part.time_s.size();
+    const double shift_m = part.shift < 0 ? 0 : shifts[part.shift] * part.contact_deviation_m;
+    column.middleRows(part.first, n) =
+        ring_forces(part.time_s, part.depth_m.array() - shift_m, relaxation, ring_m_) * curve_;
+    if (part.has_level) sensor.col(sensors++).segment(part.first, n).setOnes();
+    if (part.has_drift)
+      sensor.col(sensors++).segment(part.first, n) =
+          part.time_s / (part.time_s[n - 1] - part.time_s[0]);
+  }
+  sensor.conservativeResize(rows_, sensors);
+  Eigen::VectorXd weight = weight_;
+  for (Eigen::Index i = 0; i < rows_; ++i)
+    if (held_out[static_cast<std::size_t>(i)]) weight[i] = 0;
+
+  Eigen::MatrixXd weighted = weight.asDiagonal() * column;
+  Eigen::VectorXd right = weight.cwiseProduct(push_N_);
+  const Eigen::MatrixXd free = weight.asDiagonal() * sensor;
+  const Eigen::MatrixXd inner = free.transpose() * free;
+  const auto solver = inner.ldlt();
+  Eigen::MatrixXd gram = weighted.transpose() * weighted;
+  Eigen::VectorXd to = weighted.transpose() * right;
+  if (sensors > 0) {
+    const Eigen::MatrixXd cross = free.transpose() * weighted;
+    const Eigen::VectorXd level = free.transpose() * right;
+    gram -= cross.transpose() * solver.solve(cross);
+    to -= cross.transpose() * solver.solve(level);
+  }
+  const Eigen::VectorXd found = nonnegative_least_squares(gram, to);
+  Solution out;
+  out.fitted_N = column * found;
+  if (sensors > 0)
+    out.fitted_N +=
+        sensor * solver.solve(free.transpose() * (right - weight.cwiseProduct(out.fitted_N)));
+  out.unknowns = sensors + (found.array() > 0).count();
+  out.residual.resize(residuals());
+  out.residual.head(rows_) = weight_.cwiseProduct(push_N_ - out.fitted_N);
+  for (Eigen::Index s = 0; s < this->shifts(); ++s) out.residual[rows_ + s] = shifts[s];
+  return out;
+}
+
+}  // namespace palpate::recordings

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <vector>
+
+#include "libfit/core/relaxation.hpp"
+#include "libfit/recordings/relaxation/timed_press.hpp"
+
+namespace palpate::recordings {
+
+/// One recording of a point, as relaxation is identified from it.
+struct RelaxingPress {
+  TimedPress press;
+  double noise_N = 0;              ///< of one reading
+  double contact_deviation_m = 0;  ///< 0: the contact is known
+};
+
+/// What the curve of slow motion is made of: sums with weights >= 0 of powers 1, 3/2, 2 and 3 of
+/// depth beyond a few contact points, or of many straight lines that begin at depths of their own.
+/// Either is a rising bed of rings (B0).
+enum class SlowCurve { powers, free };
+
+/// Recordings of one point, which share their curve of slow motion: forces are linear in it, so for
+/// given relaxation and shifts of contact it follows by least squares.
+class PressGroup {
+ public:
+  PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve);
+
+  /// Rows of all recordings, and for each shift its prior.
+  Eigen::Index residuals() const { return rows_ + shifts(); }
+  /// Contact of the second and of later recordings against the first, in deviations; none where the
+  /// contact is known.
+  Eigen::Index shifts() const { return static_cast<Eigen::Index>(shifted_.size()); }
+  Eigen::Index rows() const { return rows_; }
+  /// Stretches of time of equal numbers of rows in contact, that are held out as a whole; -1 of
+  /// rows that are not in contact.
+  const std::vector<int>& stretch() const { return stretch_; }
+  int stretches() const { return stretches_; }
+
+  /// What is left of each row, over its deviation, where curve, level and drift of the sensor fit
+  /// the other rows best (M51). held_out: of each row, whether it does not count in that; its
+  /// residual is a prediction's. shifts: in deviations.
+  struct Solution {
+    Eigen::VectorXd residual;   ///< residuals()
+    Eigen::Index unknowns = 0;  ///< of curve, level and drift, that are not at their bounds
+    Eigen::VectorXd fitted_N;   ///< rows()
+  };
+  Solution solve(const Relaxation& relaxation, const double* shifts,
+                 const std::vector<char>& held_out) const;
+  /// Rows of a recording within all rows.
+  Eigen::Index first_row(std::size_t recording) const { return presses_[recording].first; }
+  std::size_t recordings() const { return presses_.size(); }
+  /// Rows that count in a fit.
+  Eigen::Index rows_used() const { return (weight_.array() > 0).count(); }
+
+ private:
+  struct Part {
+    Eigen::VectorXd time_s, depth_m;
+    Eigen::Index first = 0;
+    int shift = -1;  ///< index of its shift
+    double contact_deviation_m = 0;
+    bool has_level = false, has_drift = false;
+  };
+  std::vector<Part> presses_;
+  std::vector<std::size_t> shifted_;
+  Eigen::Index rows_ = 0;
+  Eigen::VectorXd push_N_, weight_;
+  std::vector<int> stretch_;
+  int stretches_ = 0;
+  Eigen::VectorXd ring_m_;
+  Eigen::MatrixXd curve_;  // rings x coefficients
+};
+
+}  // namespace palpate::recordings

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+
+#include "libfit/recordings/signal/signal.hpp"
+
+namespace palpate::recordings {
+
+/// A recording as it went in time, in as few rows as its bends need: T rows, one after another.
+/// Between rows the tool moves at constant speed.
+struct TimedPress {
+  Eigen::VectorXd time_s;     ///< T, rising; 0 at first touch
+  Eigen::VectorXd depth_m;    ///< T, since contact; negative where the tool is free
+  Eigen::VectorXd push_N;     ///< T, means of readings
+  Eigen::VectorXd readings;   ///< T, independent ones of its mean; 0: a place of the path alone
+  Points deflection_m{0, 3};  ///< T x 3 since contact, of recordings with three axes; else no rows
+  Points force_N{0, 3};       ///< likewise
+
+  Eigen::Index rows() const { return time_s.size(); }
+};
+
+/// Rows of a signal whose bias is taken off: parts of straight ways, over which neither depth nor
+/// force nor time goes by more than a share. contact_m: of recordings with three axes. correlation:
+/// of the noise of neighbours. Saturated readings and spikes give a place, no force.
+/// No rows without a clock, or where the tool goes to and fro too often.
+TimedPress timed_press(const Signal& signal, double contact_travel_m,
+                       const std::optional<Vec3>& contact_m, double noise_N, double correlation);
+
+/// Share of the time in contact in which the tool stands: slower than a tenth of its mean speed on
+/// the way there.
+double held_share(const TimedPress& press);
+
+}  // namespace palpate::recordings

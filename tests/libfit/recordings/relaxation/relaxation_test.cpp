@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+
+#include "libfit/core/error.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/recordings/placing/assemble.hpp"
+#include "libfit/recordings/relaxation/bed_response.hpp"
+#include "libfit/recordings/relaxation/fit_relaxation.hpp"
+#include "libfit/recordings/relaxation/least_squares.hpp"
+#include "tests/libfit/io/scratch.hpp"
+#include "tests/libfit/recordings/relaxation/relaxing_presses.hpp"
+
+namespace palpate::recordings {
+namespace {
+
+using namespace testing_relaxation;
+
+// A path at equal intervals.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> sampled(const Way& way, double interval_s) {
+  const auto rows = static_cast<Eigen::Index>(way.time_s.back() / interval_s) + 1;
+  Eigen::VectorXd time_s(rows), depth_m(rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    time_s[i] = interval_s * static_cast<double>(i);
+    depth_m[i] = way.depth_at(time_s[i]);
+  }
+  return {time_s, depth_m};
+}
+
+TEST(BedResponse, is_lee_and_radoks_integral_while_the_contact_grows) {
+  const Relaxation r = prony({0.7, 0.4, 2}, {0.02, 0.5, 7});
+  const double speed = 2e-3, in_s = 1.5;
+  Way way;
+  way.go(0, 0), way.go(speed * in_s, in_s), way.go(speed * in_s, 4);
+  const auto [time_s, depth_m] = sampled(way, 0.05);
+  const Eigen::VectorXd rings = Eigen::Vector3d(0, 0.7e-3, 2.1e-3);
+  const Eigen::MatrixXd forces = ring_forces(time_s, depth_m, r, rings);
+  for (Eigen::Index i = 0; i < time_s.size(); ++i)
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double t = time_s[i], from = rings[k] / speed, to = std::min(t, in_s);
+      double expected = 0;  // of psi(t - s) speed ds from `from` to `to`
+      if (t > from) {
+        expected = speed * (to - from);
+        for (Eigen::Index b = 0; b < 3; ++b)
+          expected += speed * r.share[b] * r.time_s[b] *
+                      (std::exp(-(t - to) / r.time_s[b]) - std::exp(-(t - from) / r.time_s[b]));
+      }
+      EXPECT_NEAR(forces(i, k), expected, 1e-14) << "at " << t << " s, ring " << k;
+    }
+}
+
+TEST(BedResponse, equals_small_steps_where_rings_let_go_and_come_back) {
+  const Relaxation r = prony({0.7, 0.4}, {0.1, 1.5});
+  Way way;  // in, held, quickly half out, in again, out, a second touch before it forgets
+  way.go(-1e-3, 0), way.go(3e-3, 1), way.go(3e-3, 1), way.go(1e-3, 0.05), way.go(2e-3, 0.4);
+  way.go(-1e-3, 0.1), way.go(2.5e-3, 0.5);
+  const auto [time_s, depth_m] = sampled(way, 0.05);
+  const std::vector<double> reference = forces({r, 1}, way, 0.05, 400);
+  // The same rings as there.
+  constexpr int kRings = 150;
+  Eigen::VectorXd ring(kRings), stiffness(kRings);
+  const auto begin = [&](int i) { return 3e-3 * i * i / kRings / kRings; };
+  const auto slope = [&](int i) {
+    return (std::pow(begin(i + 1) / 1e-3, 1.5) - std::pow(begin(i) / 1e-3, 1.5)) /
+           (begin(i + 1) - begin(i));
+  };
+  for (int i = 0; i < kRings; ++i)
+    ring[i] = begin(i), stiffness[i] = slope(i) - (i > 0 ? slope(i - 1) : 0);
+  const Eigen::MatrixXd each = ring_forces(time_s, depth_m, r, ring);
+  EXPECT_GE(each.minCoeff(), 0);
+  const Eigen::VectorXd sum = each * stiffness;
+  const double most_N = sum.maxCoeff();
+  for (Eigen::Index i = 0; i < sum.size(); ++i)
+    EXPECT_NEAR(sum[i], reference[static_cast<std::size_t>(i)], 2e-3 * most_N) << time_s[i] << " s";
+}
+
+TEST(BedResponse, places_on_a_straight_way_change_nothing) {
+  const Relaxation r = prony({3, 0.4, 0.2}, {0.05, 0.3, 4});
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> depth(-1e-3, 3e-3), duration(0.01, 2);
+  Way way;
+  way.go(-1e-3, 0);
+  for (int i = 0; i < 40; ++i) way.go(depth(random), duration(random));
+  const auto n = static_cast<Eigen::Index>(way.time_s.size());
+  Eigen::VectorXd time_s(n), depth_m(n), fine_s(4 * n - 3), fine_m(4 * n - 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    time_s[i] = way.time_s[static_cast<std::size_t>(i)];
+    depth_m[i] = way.depth_m[static_cast<std::size_t>(i)];
+  }
+  for (Eigen::Index i = 0; i < fine_s.size(); ++i) {
+    const double share = static_cast<double>(i % 4) / 4;
+    const Eigen::Index a = i / 4, b = std::min(a + 1, n - 1);
+    fine_s[i] = (1 - share) * time_s[a] + share * time_s[b];
+    fine_m[i] = (1 - share) * depth_m[a] + share * depth_m[b];
+  }
+  const Eigen::VectorXd rings = Eigen::VectorXd::LinSpaced(9, 0, 2.5e-3);
+  const Eigen::MatrixXd coarse = ring_forces(time_s, depth_m, r, rings),
+                        fine = ring_forces(fine_s, fine_m, r, rings);
+  for (Eigen::Index i = 0; i < n; ++i)
+    EXPECT_LT((coarse.row(i) - fine.row(4 * i)).cwiseAbs().maxCoeff(), 1e-12) << "place " << i;
+}
+
+TEST(LeastSquares, meets_the_conditions_of_a_minimum_without_negative_weights) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    Eigen::MatrixXd a = Eigen::MatrixXd::NullaryExpr(30, 12, [&] { return normal(random); });
+    a.col(3) = a.col(7);
+    const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(30, [&] { return normal(random); });
+    const Eigen::VectorXd x = nonnegative_least_squares(a.transpose() * a, a.transpose() * b);
+    const Eigen::VectorXd slope = a.transpose() * (b - a * x);
+    EXPECT_GE(x.minCoeff(), 0) << "seed " << seed;
+    EXPECT_LE(slope.maxCoeff(), 1e-8) << "seed " << seed;
+    EXPECT_NEAR(slope.dot(x), 0, 1e-8) << "seed " << seed;
+  }
+}
+
+TEST(TimedPress, keeps_corners_and_means_of_a_recording) {
+  std::mt19937 random(3);
+  const auto raw = record({prony({0.5}, {3}), 1}, hold_way(), 0.01, 2, {0.002, 0}, random);
+  SignalSettings settings;
+  settings.radius_m = 5e-3;
+  const Conditioned done = condition(raw, settings, std::nullopt, "press.csv", false);
+  const TimedPress& p = done.history;
+  ASSERT_GT(p.rows(), 50);
+  EXPECT_LT(p.rows(), 250);
+  EXPECT_GT(held_share(p), 0.8);
+  const double touch_s = 0.5 + (done.contact_travel_m - 1e-3) / 2e-3;
+  for (Eigen::Index i = 0; i < p.rows(); ++i) {
+    if (i > 0) EXPECT_GT(p.time_s[i], p.time_s[i - 1]);
+    // On the way, straight between its corners.
+    EXPECT_NEAR(p.depth_m[i],
+                hold_way().depth_at(p.time_s[i] + touch_s) + 1e-3 - done.contact_travel_m, 1e-9)
+        << "row " << i;
+  }
+}
+
+TEST(Relaxation, is_found_with_the_branches_that_the_recordings_hold) {
+  for (const std::size_t number : {std::size_t{2}, std::size_t{5}}) {  // a hold; two rates
+    const RecoveryCase c = recovery_cases()[number];
+    const RelaxationFit fit = fit_relaxation({presses_of(c, 1)});
+    ASSERT_EQ(fit.relaxation.branches(), c.relaxation.branches()) << c.name;
+    for (Eigen::Index k = 0; k < c.relaxation.branches(); ++k) {
+      // Twice the 95 % band: one seed of many.
+      const double share = fit.share_high[k] / fit.relaxation.share[k],
+                   time = fit.time_high_s[k] / fit.relaxation.time_s[k];
+      EXPECT_LT(std::abs(std::log(fit.relaxation.share[k] / c.relaxation.share[k])),
+                2 * std::log(share))
+          << c.name;
+      EXPECT_LT(std::abs(std::log(fit.relaxation.time_s[k] / c.relaxation.time_s[k])),
+                2 * std::log(time))
+          << c.name;
+      EXPECT_LT(share, 1.4) << c.name;
+    }
+    EXPECT_LT(fit.rms_N, 0.02 * fit.pictures[0][0].push_N.maxCoeff());
+  }
+}
+
+TEST(Relaxation, is_none_where_a_body_has_none) {
+  const RelaxationFit fit = fit_relaxation({presses_of(recovery_cases()[0], 1)});
+  EXPECT_EQ(fit.relaxation.branches(), 0);
+  EXPECT_GE(fit.held_out.size(), 2u);
+}
+
+TEST(Relaxation, slower_than_the_recording_is_said) {
+  const RecoveryCase c{"", prony({1}, {400}), {hold_way(10)}, {0.003, 0}};
+  const RelaxationFit fit = fit_relaxation({presses_of(c, 2)});
+  for (Eigen::Index k = 0; k < fit.relaxation.branches(); ++k)
+    EXPECT_LE(fit.relaxation.time_s[k], fit.longest_s * (1 + 1e-9));
+  if (fit.relaxation.branches() > 0) {
+    EXPECT_TRUE(fit.is_slower.back());
+    EXPECT_TRUE(std::isinf(fit.time_high_s[fit.relaxation.branches() - 1]));
+  }
+}
+
+TEST(Relaxation, its_band_is_the_covariance_carried_to_the_stiffening) {
+  RelaxationFit fit;
+  fit.relaxation = prony({0.6, 0.4}, {0.5, 6});
+  fit.covariance = Eigen::MatrixXd::Zero(4, 4);
+  fit.covariance.diagonal() << 0.01, 0.02, 0.03, 0.04;
+  fit.covariance(0, 2) = fit.covariance(2, 0) = -0.012;
+  const Eigen::VectorXd time_s = Eigen::Vector3d(0, 0.7, 5);
+  const auto band = fit.band(time_s);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    Eigen::VectorXd by(4);
+    for (Eigen::Index k = 0; k < 4; ++k) {
+      const auto at = [&](double step) {
+        Relaxation r = fit.relaxation;
+        (k < 2 ? r.share[k] : r.time_s[k - 2]) *= std::exp(step);
+        return stiffening(r, time_s)[i];
+      };
+      by[k] = (at(1e-5) - at(-1e-5)) / 2e-5;
+    }
+    EXPECT_NEAR(band.high[i] - band.middle[i], 1.96 * std::sqrt(by.dot(fit.covariance * by)), 1e-8);
+  }
+}
+
+class RelaxationImport : public testing_io::ScratchTest {};
+
+TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
+  // Two repeats at one speed, which would be pooled, with a hold.
+  std::vector<BatchItem> items;
+  const RecoveryCase c = recovery_cases()[1];
+  for (int i = 0; i < 2; ++i) {
+    std::mt19937 random(static_cast<unsigned>(40 + i));
+    const auto raw = record({c.relaxation, 1}, c.ways[0], 0.01, 2, {0.003, 0}, random);
+    BatchItem item;
+    item.file = folder_ / ("hold" + std::to_string(i) + ".csv");
+    std::ofstream out(item.file);
+    out << "t,z,f\n";
+    for (std::size_t k = 0; k < raw.time_s.size(); ++k)
+      out << raw.time_s[k] << "," << 1e3 * raw.travel_m[k] << "," << raw.push_N[k] << "\n";
+    item.shown = item.file.filename();
+    item.point = "p";
+    item.position_m = Vec3::Zero();
+    item.normal = Vec3(0, 0, -1);
+    item.read.columns.time = "t", item.read.columns.depth = "z", item.read.columns.force = {"f"};
+    item.read.units = {"s", "mm", "N"};
+    item.read.is_force_on_tool = false;
+    item.signal.radius_m = 5e-3;
+    items.push_back(item);
+  }
+  const auto results = run_batch(items, {.jobs = 1}, Progress{});
+  const Assembled found = assemble(items, results, {});
+  for (const Outcome& outcome : found.outcomes)
+    ASSERT_FALSE(outcome.failure) << outcome.failure->what;
+  ASSERT_TRUE(found.relaxation);
+  const Samples& samples = found.samples;
+  ASSERT_EQ(samples.relaxation.branches(), 1);
+  EXPECT_NEAR(samples.relaxation.share[0], 0.5, 0.03);
+  EXPECT_NEAR(samples.relaxation.time_s[0], 3, 0.3);
+  ASSERT_EQ(samples.time_s.size(), samples.rows());
+  EXPECT_EQ(samples.experiment.back(), 1);
+  EXPECT_GT(samples.time_s.maxCoeff(), 20);
+  EXPECT_NE(found.notes.at(0).find("relaxation"), std::string::npos);
+
+  write_samples(folder_ / "samples.h5", samples, {});
+  const Samples back = read_samples(folder_ / "samples.h5");
+  EXPECT_EQ(back.time_s, samples.time_s);
+  write_relaxation(folder_ / "relaxation.csv", *found.relaxation);
+
+  AssembleOptions none;
+  none.identifies_relaxation = false;
+  const Assembled pooled = assemble(items, results, none);
+  EXPECT_EQ(pooled.samples.time_s.size(), 0);
+  EXPECT_EQ(pooled.samples.experiment.back(), 0);
+}
+
+}  // namespace
+}  // namespace palpate::recordings
