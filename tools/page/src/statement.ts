@@ -8,6 +8,7 @@ import { counted, percent, plain, quantity } from "./words";
 
 export function verdict(contents: Contents): string {
   const s = contents.statement;
+  if (contents.pictures && !contents.files) return "Recordings, and what a contact model says of each.";
   if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
   if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
   return (
