@@ -27,11 +27,14 @@ namespace fs = std::filesystem;
 
 // The file that a library insists on, in memory, with these bytes.
 fs::path written(std::string_view bytes) {
-  static const fs::path file = "/dev/shm/palpate-fuzz-" + std::to_string(getpid());
-  std::FILE* out = std::fopen(file.c_str(), "wb");
+  static const struct MemoryFile {
+    fs::path path = "/dev/shm/palpate-fuzz-" + std::to_string(getpid());
+    ~MemoryFile() { fs::remove(path); }
+  } file;
+  std::FILE* out = std::fopen(file.path.c_str(), "wb");
   promise(out && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size(), "there is room");
   std::fclose(out);
-  return file;
+  return file.path;
 }
 
 void promise_finite(const std::vector<double>& values) {

@@ -62,7 +62,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
   const middle = (kTop + bottom) / 2;
   const xs = ticks(x0, x1);
-  const ys = ticks(y0, y1, Math.max(2, Math.round((bottom - kTop) / 43)));
+  const ys = ticks(y0, y1, Math.max(3, Math.round((bottom - kTop) / 43)));
   for (const v of xs) {
     root.append(
       svg("line", { class: "grid", x1: px(v / sx), x2: px(v / sx), y1: kTop, y2: bottom }),
@@ -77,7 +77,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   }
   root.append(
     svg("text", { x: (kLeft + kWidth - kRight) / 2, y: height - 8, "text-anchor": "middle" }, x.label),
-    svg("text", { x: 12, y: middle, "text-anchor": "middle", transform: `rotate(-90 12 ${middle})` }, y.label),
+    svg("text", { x: 10, y: middle, "text-anchor": "middle", transform: `rotate(-90 10 ${middle})` }, y.label),
   );
   for (const s of series) {
     const place = (i: number, values: number[]) => `${px(s.x[i]).toFixed(2)},${py(values[i]).toFixed(2)}`;

@@ -190,7 +190,7 @@ class Recordings {
     const across: Axis = {
       label: "",
       scale: length.scale,
-      min: Math.min(...x, contact - half),
+      min: isKnown ? Math.min(...x, contact - half) : Math.min(...x),
       max: deepest,
     };
     const touch: Series[] = isKnown
@@ -280,12 +280,13 @@ class Recordings {
     const element = figure(
       `${all.file[i]}${point}`,
       html("p", { class: "facts" }, html("span", { class: `grade ${name}` }, name), " ", facts.join("; ")),
+      ...(all.reasons[i] ? [html("p", { class: "reasons" }, all.reasons[i])] : []),
       plots,
     );
     element.classList.add("recording");
-    if (all.reasons[i]) element.append(html("p", { class: "reasons" }, all.reasons[i]));
     const draw = () => {
       if (plots.childElementCount) return;
+      element.classList.add("drawn");
       const s = this.signal(i);
       if (!s.push_N.length) {
         plots.append(html("p", { class: "small" }, "No signal was read."));
