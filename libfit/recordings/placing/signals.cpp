@@ -38,7 +38,8 @@ std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
     }
     if (outcome.failure) {
       signal.grade = kRefusedGrade;
-      signal.reasons = outcome.failure->what + ". " + outcome.failure->remedy;
+      const std::string& what = outcome.failure->what;
+      signal.reasons = what + (what.ends_with('?') ? " " : ". ") + outcome.failure->remedy;
     }
     all.push_back(std::move(signal));
   }

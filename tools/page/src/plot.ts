@@ -2,7 +2,7 @@
 
 import { type Contents, largest } from "./contents";
 import { svg } from "./dom";
-import { percent, tickLabel, ticks } from "./words";
+import { percent, scaleFor, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
@@ -113,7 +113,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[], height =
   return root;
 }
 
-/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. */
+/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. Labels without unit. */
 export function errorPlot(
   title: string,
   forceLabel: string,
@@ -124,10 +124,23 @@ export function errorPlot(
   const most = 1.04 * (largest(dots.flatMap((s) => s.x)) || 1);
   const at = [0, Math.min(floor_N / share, most), most];
   const limit = at.map((force) => Math.max(floor_N, share * force));
-  const highest = 1.05 * largest([...limit, ...dots.flatMap((s) => s.y)]);
-  return plot(title, { label: forceLabel, min: 0, max: most }, { label: errorLabel, min: 0, max: highest }, [
-    { kind: "band", look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
-    { kind: "line", look: "jnd", x: at, y: limit },
+  const errors = largest(dots.flatMap((s) => s.y));
+  const isFelt = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
+  const highest = 1.05 * ((isFelt ? largest([...limit, errors]) : errors) || 1);
+  const [x, y] = [most, highest].map((v) => scaleFor(v, "N"));
+  const axis = (label: string, max: number, { unit, scale }: typeof x) => ({
+    label: `${label} [${unit}]`,
+    scale,
+    min: 0,
+    max,
+  });
+  return plot(title, axis(forceLabel, most, x), axis(errorLabel, highest, y), [
+    ...(isFelt
+      ? [
+          { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
+          { kind: "line" as const, look: "jnd", x: at, y: limit },
+        ]
+      : []),
     ...dots,
   ]);
 }

@@ -76,8 +76,8 @@ function scatter(contents: Contents): HTMLElement | undefined {
     "Every row: what lies in the shaded area cannot be felt",
     errorPlot(
       "Error of each held-out row over its force, with the just noticeable difference",
-      "force of the reference [N]",
-      "error [N]",
+      "force of the reference",
+      "error",
       contents.jnd,
       series,
     ),
