@@ -54,6 +54,9 @@ VectorXd MaterialSearch::place(const MaterialParameters& material) const {
 }
 
 bool MaterialSearch::is_refused(const MaterialParameters& material) const {
+  for (const Coordinate& c :
+       coordinates)  // the logarithm of a modulus can take it past the largest
+    if (!std::isfinite(material.values[c.index])) return true;
   return law_.refusal(material.values).is_refused();
 }
 

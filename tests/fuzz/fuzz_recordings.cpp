@@ -1,5 +1,7 @@
 // Any bytes as a recording of any format but HDF5: refused with place and remedy, or finite. Where
-// checksums would stop every mutation, they are made good first.
+// checksums would stop every mutation, they are made good first. The first byte names the format by
+// its row, the second and fourth how it is read, the third how it is conditioned; the rest is the
+// file.
 
 #include <cmath>
 #include <cstddef>
@@ -11,48 +13,13 @@
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/formats/importers.hpp"
 #include "tests/fuzz/promises.hpp"
+#include "tests/fuzz/read_settings.hpp"
 #include "tests/fuzz/recording_seeds.hpp"
 
 namespace {
 
 using namespace palpate;
 using palpate::fuzz::promise;
-
-// The first byte names the format by its row, the second and fourth how it is read, the third how
-// it is conditioned; the rest is the file.
-importers::ReadSettings read_settings(unsigned char format, unsigned char choice,
-                                      unsigned char more) {
-  importers::ReadSettings read;
-  const auto rows = importers::importers();
-  read.format = rows[format % rows.size()].name;
-  if (read.format.ends_with("hdf5"))
-    read.format = "csv";  // HDF5's own code is not ours to make safe
-  const bool names_itself = read.format == "csv" && more & 4;
-  if (read.format == "matlab") {
-    read.columns.time = "t_s";
-    read.columns.depth = "M(:,1)";
-    read.columns.force = {"M(:,2)"};
-    read.units = {"s", "mm", "N", ""};
-  }
-  if (read.format == "csv" && !names_itself) {
-    read.columns.time = choice & 1 ? "t" : "";
-    if (choice & 2) {
-      read.columns.position = {"x", "y", "z"};
-      read.columns.force = {"fx", "fy", "fz"};
-      if (choice & 4) read.columns.torque = {"tx", "ty", "tz"};
-    } else {
-      read.columns.depth = "z";
-      read.columns.force = {"fz"};
-    }
-  }
-  if ((read.format == "csv" && !names_itself) || read.format == "robot-palpation")
-    read.units = {"s", "mm", "N", "Nmm"};
-  read.is_force_on_tool = (choice & 8) != 0;
-  read.drop_invalid = choice & 16;
-  if (!(more & 1)) read.cantilever = importers::Cantilever{0.2, 1e-7, 0, 0};
-  read.max_bytes = 1 << 20;
-  return read;
-}
 
 recordings::SignalSettings signal_settings(unsigned char choice) {
   recordings::SignalSettings signal;
@@ -69,7 +36,10 @@ recordings::SignalSettings signal_settings(unsigned char choice) {
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   if (size < 4) return 0;
   std::string bytes(reinterpret_cast<const char*>(data) + 4, size - 4);
-  const auto read = read_settings(static_cast<unsigned char>(data[0] - '0'), data[1], data[3]);
+  const auto rows = importers::importers();
+  std::string_view format = rows[static_cast<unsigned char>(data[0] - '0') % rows.size()].name;
+  if (format.ends_with("hdf5")) format = "csv";  // HDF5's own code is left to fuzz_reader.cpp
+  const auto read = palpate::fuzz::read_settings(format, data[1], data[3]);
   if (read.format == "jpk" && !(data[3] & 2)) bytes = palpate::fuzz::zip_of_list(bytes);
   if (read.format == "igor" && bytes.size() >= 384 && !(data[3] & 2))
     testing_support::check_igor(bytes);

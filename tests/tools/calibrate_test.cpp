@@ -127,5 +127,65 @@ TEST_F(Calibration, follows_silicones_no_worse_than_their_published_constants) {
     }
 }
 
+std::string tests_of(const fs::path& data, const std::vector<std::array<std::string, 3>>& files,
+                     int strain, int stress, const std::string& unit) {
+  std::string text;
+  for (const auto& [kind, file, of] : files)
+    text += "[[test]]\nkind = \"" + kind + "\"\nfile = \"" + (data / file).string() + "\"\n" + of +
+            " = " + std::to_string(strain) + "\nstress = " + std::to_string(stress) +
+            "\nunit = \"" + unit + "\"\n";
+  return text;
+}
+
+// Budday et al. 2017, tables 4 and 7: W = 2 mu/alpha^2 (...), of the same specimens' mean curves.
+TEST_F(Calibration, finds_the_published_ogden_constants_of_human_brain) {
+  PALPATE_NEEDS_DATA("data/hyperelastic/brain");
+  const fs::path data = palpate::testing_support::shared_data("data/hyperelastic/brain");
+  const std::map<std::string, std::array<double, 2>> published{{"cortex", {1430, -19.0}},
+                                                               {"basal_ganglia", {700, -18.7}},
+                                                               {"corona_radiata", {660, -24.3}},
+                                                               {"corpus_callosum", {350, -25.3}}};
+  for (const auto& [region, constants] : published) {
+    SCOPED_TRACE(region);
+    const auto [shear_Pa, alpha] = constants;
+    const std::string text =
+        "[material]\nlaw = \"ogden\"\npoisson = 0.49999\nmu1 = " +
+        std::to_string(2 * shear_Pa / alpha) + "\nalpha1 = " + std::to_string(alpha) + "\n" +
+        tests_of(data,
+                 {{"uniaxial", "uniaxial_tension_" + region + ".txt", "stretch"},
+                  {"uniaxial", "compression_" + region + ".txt", "stretch"},
+                  {"simple-shear", "simple-shear_" + region + ".txt", "strain"}},
+                 1, 2, "kPa");
+    const Outcome outcome = calibrate(folder.write("tests.toml", text).string());
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json found = Json::parse(outcome.out);
+    const double mu1 = found.at("parameters")[0].at("value").get<double>(),
+                 alpha1 = found.at("parameters")[1].at("value").get<double>();
+    EXPECT_NEAR(0.5 * mu1 * alpha1 / shear_Pa, 1, 0.1);
+    EXPECT_NEAR(alpha1, alpha, 1.1);
+    EXPECT_LE(found.at("sum_of_squares").get<double>(),
+              found.at("sum_of_squares_at_start").get<double>());
+    EXPECT_GT(found.at("sum_of_squares").get<double>(),
+              0.7 * found.at("sum_of_squares_at_start").get<double>());
+  }
+}
+
+// A step of this search took mu2 past the largest number, which was told as the user's mistake.
+TEST_F(Calibration, a_search_that_goes_far_stays_finite) {
+  PALPATE_NEEDS_DATA("data/hyperelastic/Kawabata_1981_UT.txt");
+  const fs::path data = palpate::testing_support::shared_data("data/hyperelastic");
+  const std::string text =
+      "[material]\nlaw = \"ogden\"\npoisson = 0.49999\nmu1 = \"400 kPa\"\nalpha1 = 2\n"
+      "mu2 = \"-5 kPa\"\nalpha2 = -2\n" +
+      tests_of(data,
+               {{"uniaxial", "Kawabata_1981_UT.txt", "stretch"},
+                {"equibiaxial", "Kawabata_1981_ET.txt", "stretch"},
+                {"planar", "Kawabata_1981_PS.txt", "stretch"}},
+               2, 1, "MPa");
+  const Outcome outcome = calibrate(folder.write("tests.toml", text).string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NEAR(Json::parse(outcome.out).at("sum_of_squares").get<double>() * 1e-12, 0.00777, 1e-4);
+}
+
 }  // namespace
 }  // namespace palpate::tools

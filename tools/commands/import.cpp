@@ -7,7 +7,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/files/files.hpp"
+#include "libfit/io/files/signals_file.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -33,7 +33,8 @@ class Import final : public Command {
     arguments.positional("manifest", manifest_,
                          "Manifest of the recordings and how to read them, manifest.toml");
     arguments.output("-o,--output", output_,
-                     "samples.h5 to write, with samples.import.csv, .json and .journal beside it",
+                     "samples.h5 to write, with samples.signals.h5, samples.import.csv, .json and "
+                     ".journal beside it",
                      {kSamplesSchema.name});
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
@@ -66,7 +67,10 @@ class Import final : public Command {
                   "none of its " + std::to_string(assembled.outcomes.size()) +
                       " recordings could be imported; " + output_ + " was not written",
                   "See the list above, or " + beside(output_, ".csv").string() + ".");
-    write_samples(output_, assembled.samples, {{"inputs_hash", inputs_hash(manifest, results)}});
+    const Attributes fingerprint{{"inputs_hash", inputs_hash(manifest, results)}};
+    write_samples(output_, assembled.samples, fingerprint);
+    write_signals(signals_path(output_), signals_of(manifest.items, results, assembled),
+                  fingerprint);
     say("wrote {}: {} rows at {} points", output_, assembled.samples.rows(),
         assembled.samples.points());
     return assembled.failed() > 0 ? kSomeFailed : kDone;

@@ -11,7 +11,8 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/manifest/manifest.hpp"
-#include "tools/report/moduli_page.hpp"
+#include "tools/report/contents.hpp"
+#include "tools/report/page.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -69,6 +70,7 @@ struct ModulusRow {
   bool is_refused = false;
   std::vector<std::string> reasons;
   Eigen::VectorXd travel_m, push_N;
+  SignalTrace trace;
 };
 
 class Modulus final : public Command {
@@ -155,16 +157,19 @@ class Modulus final : public Command {
     std::vector<ModulusRow> rows;
     for (std::size_t i = 0; i < results.size(); ++i) {
       const BatchItem& item = manifest.items[i];
-      const auto refuse = [&](const std::string& name, const Failure& failure) {
+      const auto refuse = [&](const std::string& name, const Failure& failure,
+                              const SignalTrace& trace) {
         ModulusRow row;
         row.file = item.shown + (name.empty() ? "" : "#" + name);
         row.point = point_of(item, name);
         row.is_refused = true;
         row.reasons = {failure.what, failure.remedy};
+        row.trace = trace;
         rows.push_back(std::move(row));
       };
-      if (results[i].failure) refuse("", *results[i].failure);
-      for (const Refused& refused : results[i].refused) refuse(refused.name, refused.failure);
+      if (results[i].failure) refuse("", *results[i].failure, results[i].trace);
+      for (const Refused& refused : results[i].refused)
+        refuse(refused.name, refused.failure, refused.trace);
       for (const Conditioned& r : results[i].recordings) {
         ModulusRow row;
         row.file = item.shown + (r.name.empty() ? "" : "#" + r.name);
@@ -177,6 +182,7 @@ class Modulus final : public Command {
         row.press = {s.tip, r.tip_radius_m, s.half_angle_rad, s.thickness_m, s.poisson};
         row.options = options_of(s);
         row.travel_m = r.way_in_travel_m, row.push_N = r.way_in_push_N;
+        row.trace = r.trace;
         if (r.dropped_rows > 0)
           row.reasons.push_back(fmt::format("{} unusable rows were left out", r.dropped_rows));
         rows.push_back(std::move(row));
@@ -258,38 +264,23 @@ class Modulus final : public Command {
   }
 
   void write_pictures(const std::vector<ModulusRow>& rows) const {
-    std::vector<ModulusPicture> pictures;
+    std::vector<RecordingPicture> pictures;
     Surface cloud;
     std::vector<double> young, deviation, depth;
     std::vector<char> grade;
     std::vector<Vec3> places;
     for (const ModulusRow& row : rows) {
-      ModulusPicture p{.name = row.file,
-                       .point = row.point,
-                       .model = {},
-                       .grade = grade_of(row),
-                       .reasons = row.reasons,
-                       .travel_m = row.travel_m,
-                       .push_N = row.push_N,
-                       .fitted_N = {},
-                       .young_Pa = kNan,
-                       .young_deviation_Pa = kNan,
-                       .position_m = row.position_m};
-      if (row.best) {
-        const ModelFit& fit = row.fits[*row.best];
-        p.model = fit.model->name;
-        p.fitted_N = model_push_N(fit, row.press, row.travel_m);
-        p.contact_m = fit.contact_m, p.contact_deviation_m = fit.contact_deviation_m;
-        p.young_Pa = fit.young_Pa, p.young_deviation_Pa = fit.young_deviation_Pa;
-        if (row.position_m) {
-          places.push_back(*row.position_m);
-          young.push_back(fit.young_Pa), deviation.push_back(fit.young_deviation_Pa);
-          depth.push_back(fit.depth_m), grade.push_back(static_cast<char>(row.grade));
-        }
-      }
-      pictures.push_back(std::move(p));
+      pictures.push_back(picture_of(row));
+      if (!row.best || !row.position_m) continue;
+      const ModelFit& fit = row.fits[*row.best];
+      places.push_back(*row.position_m);
+      young.push_back(fit.young_Pa), deviation.push_back(fit.young_deviation_Pa);
+      depth.push_back(fit.depth_m), grade.push_back(static_cast<char>(row.grade));
     }
-    write_file_atomically(beside(".html"), moduli_page(manifest_, std::move(pictures)));
+    if (find_page())
+      write_page(beside(".html"), contents_of_moduli(manifest_, pictures));
+    else
+      warn("{} was not written: the page is not built (Node.js)", beside(".html").string());
     if (places.empty()) return;
     cloud.vertices.resize(static_cast<Eigen::Index>(places.size()), 3);
     for (std::size_t i = 0; i < places.size(); ++i)
@@ -298,6 +289,31 @@ class Modulus final : public Command {
     vtu.add("young_Pa", 1, young), vtu.add("young_deviation_Pa", 1, deviation);
     vtu.add("depth_m", 1, depth), vtu.add("grade", 1, grade);
     write_file_atomically(beside(".vtu"), vtu.text(cloud, "young_Pa"));
+  }
+
+  static RecordingPicture picture_of(const ModulusRow& row) {
+    RecordingPicture p;
+    p.signal.file = row.file, p.signal.point = row.point;
+    p.signal.grade = row.is_refused ? kRefusedGrade : static_cast<std::int8_t>(row.grade);
+    p.signal.reasons = listed(row.reasons, "; ");
+    p.signal.trace = row.trace;
+    p.young_Pa = p.young_deviation_Pa = kNan;
+    p.position_m = row.position_m;
+    if (!row.best) return p;
+    const ModelFit& fit = row.fits[*row.best];
+    p.model = fit.model->name;
+    p.signal.contact_m = fit.contact_m, p.signal.contact_deviation_m = fit.contact_deviation_m;
+    p.young_Pa = fit.young_Pa, p.young_deviation_Pa = fit.young_deviation_Pa;
+    SignalTrace& t = p.signal.trace;
+    t.bias_N = fit.baseline_N - fit.slope_N_m * fit.contact_m, t.drift_N_m = fit.slope_N_m;
+    const Eigen::VectorXd travel_m = Eigen::Map<const Eigen::VectorXf>(
+                                         t.travel_m.data(), static_cast<Eigen::Index>(t.readings()))
+                                         .cast<double>();
+    const Eigen::VectorXd push_N = model_push_N(fit, row.press, travel_m);
+    for (std::size_t i = 0; i < t.readings(); ++i)
+      p.fitted_N.push_back(static_cast<float>(push_N[static_cast<Eigen::Index>(i)] - t.bias_N -
+                                              t.drift_N_m * t.travel_m[i]));
+    return p;
   }
 
   static std::string grade_of(const ModulusRow& row) {

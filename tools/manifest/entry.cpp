@@ -24,6 +24,8 @@ struct Named {
   std::string_view name;
   Value value;
 };
+template <class Value>  // clang 14 deduces nothing for aggregates
+Named(std::string_view, Value)->Named<Value>;
 constexpr std::array kKinds{Named{"press", ExperimentKind::press},
                             Named{"drag", ExperimentKind::drag},
                             Named{"path", ExperimentKind::path}};

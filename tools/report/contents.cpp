@@ -6,7 +6,7 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/spline/curve_band.hpp"
 #include "libfit/io/content_hash.hpp"
-#include "libfit/io/files/files.hpp"
+#include "libfit/io/files/signals_file.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/report/parts.hpp"
 
@@ -16,9 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // Files of a run, in the order of its stages.
-constexpr const char* kFiles[] = {"body.h5",      "placed.h5",      "samples.h5",
-                                  "curves.h5",    "model.h5",       "asset.palp",
-                                  "reference.h5", "validation.csv", "statement.json"};
+constexpr const char* kFiles[] = {
+    "body.h5",  "placed.h5",  "samples.h5",   "samples.signals.h5", "curves.h5",
+    "model.h5", "asset.palp", "reference.h5", "validation.csv",     "statement.json"};
 
 void check_is_run(const fs::path& folder) {
   if (!fs::is_directory(folder))
@@ -78,6 +78,22 @@ Json statement_of(const fs::path& folder) {
   return Json::parse(text);
 }
 
+// The recordings behind the samples, where their signals are of the same import.
+void add_pictures(Json& json, const fs::path& folder) {
+  const fs::path samples = folder / "samples.h5", signals = signals_path(samples);
+  if (read_attributes(signals).at(kInputsAttribute) !=
+      read_attributes(samples).at(kInputsAttribute)) {
+    json["warnings"].push_back(
+        "samples.signals.h5 is of another import than samples.h5, so no recording is shown: run "
+        "`palpate import` again.");
+    return;
+  }
+  std::vector<RecordingPicture> pictures;
+  for (RecordedSignal& signal : read_signals(signals))
+    pictures.emplace_back().signal = std::move(signal);
+  json["pictures"] = pictures_json(pictures);
+}
+
 Json contents_of(const fs::path& folder) {
   const auto has = [&](const char* name) { return fs::exists(folder / name); };
   Json json = begin(folder_name(folder));
@@ -92,6 +108,7 @@ Json contents_of(const fs::path& folder) {
   }
   if (has("samples.h5"))
     add_samples(json, read_samples(folder / "samples.h5"), fitted ? &*fitted : nullptr);
+  if (has("samples.h5") && has("samples.signals.h5")) add_pictures(json, folder);
   if (has("validation.csv")) add_held_out(json, folder / "validation.csv");
   if (has("placement.csv")) add_placement(json, folder / "placement.csv");
   if (has("asset.palp")) add_asset(json, folder / "asset.palp");
@@ -142,6 +159,13 @@ std::string contents_of_folders(const std::vector<std::string>& given) {
   Json json = contents_of(folders.front());
   if (folders.size() > 1)
     for (const std::string& folder : folders) json["compared"].push_back(figures_of(folder));
+  return text_of(json);
+}
+
+std::string contents_of_moduli(const std::string& name,
+                               const std::vector<RecordingPicture>& pictures) {
+  Json json = begin(name);
+  json["pictures"] = pictures_json(pictures);
   return text_of(json);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "tools/report/pictures.hpp"
 
 namespace palpate::tools {
 
@@ -18,5 +19,9 @@ std::string contents_of_folders(const std::vector<std::string>& folders);
 /// The same of a scene that has not been run: its body, and sentences to be warned by.
 std::string contents_of_set_up(const std::string& name, const Body& body,
                                const std::vector<std::string>& warnings);
+
+/// Pictures of recordings alone, with a map of their moduli.
+std::string contents_of_moduli(const std::string& name,
+                               const std::vector<RecordingPicture>& pictures);
 
 }  // namespace palpate::tools

@@ -243,11 +243,23 @@ std::string size_in_words(const Vec3& extent_m, double volume_m3) {
 
 namespace {
 
+// A remedy for a surface that cannot be wrapped, as a body can.
+std::string without_wrap(std::string remedy) {
+  constexpr std::string_view kOffer = ", or wrap it.";
+  if (remedy.ends_with(kOffer)) remedy.replace(remedy.size() - kOffer.size(), kOffer.size(), ".");
+  return remedy;
+}
+
 void read_boundary(Region& region, double length_unit_m) {
   auto* solid = std::get_if<Solid>(&region);
   if (solid == nullptr) return;
   const std::string file = solid->file.string();
-  Mended mended = mend_surface(read_surface(solid->file, length_unit_m), {}, file);
+  Mended mended;
+  try {
+    mended = mend_surface(read_surface(solid->file, length_unit_m), {}, file);
+  } catch (const Error& e) {
+    throw Error(e.where(), e.fact(), without_wrap(e.remedy()));
+  }
   for (const std::string& change : mended.changes) say("  mended: {}: {}", file, change);
   solid->boundary = std::make_shared<const Enclosed>(std::move(mended.surface));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "libfem/mesh/repair/cgal_steps.hpp"
 #include "libfem/mesh/repair/facts.hpp"
@@ -149,15 +150,35 @@ void report_volume(const Surface& before, const Surface& after, Changes& changes
                       number(100 * share) + " %");
 }
 
+// Refusal of a surface that only its lids make unsound.
+Error is_open(const Surface& open, const std::string& where) {
+  std::set<std::pair<int, int>> border;  // directed edges that no other triangle goes back along
+  for (const auto& t : open.triangles.rowwise())
+    for (int k = 0; k < 3; ++k) {
+      const std::pair<int, int> edge{t[k], t[(k + 1) % 3]};
+      if (border.erase({edge.second, edge.first}) == 0) border.insert(edge);
+    }
+  return Error(where,
+               "the surface is open: " + counted(border.size(), "open edge", "open edges") +
+                   ", one at " + coordinates(open.vertices.row(border.begin()->first)) +
+                   ", and no lid over them makes it enclose a volume",
+               "Close it in a mesh editor, or wrap it.");
+}
+
 Mended mend(const Surface& surface, const MendOptions& options, const std::string& where) {
   Mended mended;
   const Soup soup = settled_soup(surface, options, where, mended.changes);
   const Surface settled = repair::to_surface(soup.points, soup.faces);
   mended.surface = settled;
-  if (!options.allow_open && surface_facts(settled).border_edges > 0)
-    mended.surface = with_holes_filled(mended.surface, where, mended.changes);
-  mended.surface = without_crossings(mended.surface, soup, where, mended.changes);
-  verify(mended.surface, options.allow_open, where);
+  const bool needs_lid = !options.allow_open && surface_facts(settled).border_edges > 0;
+  try {
+    if (needs_lid) mended.surface = with_holes_filled(mended.surface, where, mended.changes);
+    mended.surface = without_crossings(mended.surface, soup, where, mended.changes);
+    verify(mended.surface, options.allow_open, where);
+  } catch (const Error&) {
+    if (needs_lid && repair::self_intersections(settled).empty()) throw is_open(settled, where);
+    throw;
+  }
   report_volume(settled, mended.surface, mended.changes);
   return mended;
 }

@@ -1,6 +1,6 @@
-#include "libfit/io/files/files.hpp"
-
 #include <algorithm>
+
+#include "libfit/io/files/signals_file.hpp"
 
 namespace palpate {
 namespace {
@@ -12,7 +12,8 @@ h5::Reader open_any(const std::filesystem::path& path) {
 std::string known_schema(const h5::Reader& reader) {
   const std::string found =
       reader.has_attribute("", "schema") ? reader.text_attribute("", "schema") : "";
-  const bool is_known = std::any_of(kFileSchemas.begin(), kFileSchemas.end(),
+  const bool is_known = found == kSignalsSchema.name ||
+                        std::any_of(kFileSchemas.begin(), kFileSchemas.end(),
                                     [&](const FileSchema& s) { return s.name == found; });
   if (!is_known)
     throw reader.error("", found.empty() ? "is an HDF5 file, but not one of Palpate's"

@@ -33,16 +33,23 @@ void condition_all(const BatchItem& item, const Mat3& body_from_rig, const Known
   std::optional<Vec3> inward;
   if (item.normal) inward = body_from_rig.transpose() * *item.normal;
   const auto recordings = importers::read_recordings(item.file, content, item.read);
+  SignalTrace refused;
   for (const auto& raw : recordings) try {
+      refused = {};
       if (raw.unread) throw *raw.unread;
       SignalSettings signal = item.signal;
       if (const auto contact = known.find(raw.name); contact != known.end())
         signal.known_contact = contact->second;
       const std::string shown = item.file.string() + (raw.name.empty() ? "" : "#" + raw.name);
-      result.recordings.push_back(condition(raw, signal, inward, shown, item.read.drop_invalid));
+      result.recordings.push_back(
+          condition(raw, signal, inward, shown, item.read.drop_invalid, &refused));
     } catch (const Error& error) {
-      if (recordings.size() == 1) throw;
-      result.refused.push_back({raw.name, {error.where(), error.fact(), error.remedy()}});
+      if (recordings.size() == 1) {
+        result.trace = std::move(refused);
+        throw;
+      }
+      result.refused.push_back(
+          {raw.name, {error.where(), error.fact(), error.remedy()}, std::move(refused)});
     }
 }
 

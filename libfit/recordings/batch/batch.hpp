@@ -36,6 +36,7 @@ struct Failure {
 struct Refused {
   std::string name;  ///< within its file
   Failure failure;
+  SignalTrace trace;  ///< as far as it was seen
 };
 
 /// What became of an item: its recordings, or a failure.
@@ -44,6 +45,7 @@ struct ItemResult {
   std::vector<Conditioned> recordings;
   std::vector<Refused> refused;  ///< of a file of several
   std::optional<Failure> failure;
+  SignalTrace trace;       ///< of a file of one that failed, as far as it was seen
   bool is_reused = false;  ///< from the journal: neither parsed nor conditioned again
   bool is_done = false;    ///< else the batch was stopped before
 };

@@ -10,6 +10,7 @@
 #include "libfit/recordings/contact_point/approach.hpp"
 #include "libfit/recordings/contact_point/contact_point.hpp"
 #include "libfit/recordings/signal/signal.hpp"
+#include "libfit/recordings/signal/trace.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -159,11 +160,10 @@ void grade(const SignalSettings& settings, const ContactEstimate& contact, doubl
   out.apparent_Pa = apparent_modulus_Pa(force_N, depth_m, settings);
 }
 
-}  // namespace
-
-Conditioned condition(const importers::RawRecording& raw, const SignalSettings& given,
-                      const std::optional<Vec3>& inward, const std::string& file,
-                      bool drop_invalid) {
+// As `condition` says; what of the signal is seen by then goes to `seen`.
+Conditioned condition_seen(const importers::RawRecording& raw, const SignalSettings& given,
+                           const std::optional<Vec3>& inward, const std::string& file,
+                           bool drop_invalid, SeenSignal& seen) {
   Conditioned out;
   SignalSettings settings = given;
   if (settings.radius_m <= 0 && raw.probe_radius_m) settings.radius_m = *raw.probe_radius_m;
@@ -180,6 +180,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                 "Name `position` columns, or say kind = \"press\".");
 
   Signal signal = align(raw, settings, out.inward, file, drop_invalid, out.dropped_rows);
+  const Points recorded_N = signal.force_N;
   if (const std::size_t spikes = replace_spikes(signal); spikes > 0) {
     out.reasons.push_back(
         fmt::format("{} single readings stand out of their neighbours and were left out", spikes));
@@ -196,6 +197,8 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
     signal.inward = move.normalized();
     out.inward = signal.inward;
   }
+  seen.time_s = signal.time_s;
+  seen.travel_m = signal.travel_m(), seen.push_N = recorded_N * signal.inward;
   if (settings.smooth_s > 0) {
     if (signal.time_s.empty())
       throw Error(file, "has no time to filter over",
@@ -204,6 +207,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   }
 
   const auto phases = find_phases(signal);
+  seen.phase = phases;
   RowRange range = main_approach(signal, phases);
   if (range.rows() >= 2 && settings.kind == ExperimentKind::press)
     range = loading_part(signal, range);
@@ -224,7 +228,10 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
   }
   focus_on_contact(signal, exponent_of(settings.tip), approach);
   const ContactEstimate contact = contact_of(signal, approach, settings, raw, out.estimator);
+  seen.approach = range, seen.contact_m = contact.travel_m;
+  seen.bias_N = signal.push_N();
   const double correlation = take_off_bias(signal, approach, contact, settings, out);
+  seen.bias_N -= signal.push_N();
   out.contact_travel_m = contact.travel_m;
   out.contact_deviation_m = contact.deviation_m;
   out.contact_m = raw.contact_m;
@@ -247,6 +254,7 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                             : RowRange{range.begin, settings.kind == ExperimentKind::drag
                                                         ? end_of_drag(signal, phases, range)
                                                         : signal.rows()};
+  seen.used = cycles, seen.used.push_back(used);
   take_rows(signal, used, cycles, contact.travel_m, settings, correlation, out);
   if (out.deflection_m.rows() < 3)
     throw Error(place(file, signal, range.end - 1),
@@ -263,6 +271,22 @@ Conditioned condition(const importers::RawRecording& raw, const SignalSettings& 
                    (1 - settings.poisson * settings.poisson);
   grade(settings, contact, correlation, out);
   return out;
+}
+
+}  // namespace
+
+Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
+                      const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+                      SignalTrace* refused) {
+  SeenSignal seen;
+  try {
+    Conditioned out = condition_seen(raw, settings, inward, file, drop_invalid, seen);
+    out.trace = trace_of(seen);
+    return out;
+  } catch (const Error&) {
+    if (refused) *refused = trace_of(seen);
+    throw;
+  }
 }
 
 double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings& settings) {

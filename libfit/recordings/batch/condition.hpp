@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libfit/core/recorded_signals.hpp"
 #include "libfit/recordings/formats/recording.hpp"
 #include "libfit/recordings/relaxation/timed_press.hpp"
 #include "libfit/recordings/signal/settings.hpp"
@@ -48,16 +49,17 @@ struct Conditioned {
   std::string format;                               ///< that the file was recognised as
   std::vector<std::string> taken;                   ///< of the file beside the rows, a phrase each
   double tip_radius_m = 0;  ///< as the manifest or the file says; 0: unknown
+  SignalTrace trace;        ///< for a picture
 };
 
 /// Samples of a recording: one clock, filter, phases, contact point, bias, then R means over equal
 /// steps of depth (press) or of the tip's path since contact (drag, path).
 /// inward: unit, where the manifest or a surface says it. Throws Error (file:line, what, remedy) on
 /// recordings from which no curve comes: no contact, reversed sign, saturated over most of the
-/// depth, implausible stiffness, too few rows.
+/// depth, implausible stiffness, too few rows; what was seen of the signal then goes to `refused`.
 Conditioned condition(const importers::RawRecording& raw, const SignalSettings& settings,
-                      const std::optional<Vec3>& inward, const std::string& file,
-                      bool drop_invalid);
+                      const std::optional<Vec3>& inward, const std::string& file, bool drop_invalid,
+                      SignalTrace* refused = nullptr);
 
 /// Young's modulus of an incompressible half-space that this tip would press to this depth with
 /// this force; without a radius F / depth^2, the order of magnitude alone.

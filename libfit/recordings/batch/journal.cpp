@@ -26,13 +26,18 @@ void fields(Archive& archive, T& r) {
           r.is_force_from_signal, r.status, r.contact_m, r.inward, r.contact_travel_m,
           r.contact_deviation_m, r.estimator, r.speed_m_s, r.noise_N, r.hysteresis, r.young_Pa,
           r.apparent_Pa, r.way_in_travel_m, r.way_in_push_N, r.history, r.grade, r.reasons,
-          r.dropped_rows, r.tip_radius_m, r.cantilever, r.format, r.taken);
+          r.dropped_rows, r.tip_radius_m, r.cantilever, r.format, r.taken, r.trace);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, TimedPress>
 void fields(Archive& archive, T& press) {
   archive(press.time_s, press.depth_m, press.push_N, press.readings, press.deflection_m,
           press.force_N);
+}
+template <class Archive, class T>
+requires std::same_as<std::remove_const_t<T>, SignalTrace>
+void fields(Archive& archive, T& t) {
+  archive(t.time_s, t.travel_m, t.push_N, t.phase, t.is_used, t.bias_N, t.drift_N_m);
 }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, importers::Cantilever>
@@ -44,7 +49,7 @@ requires std::same_as<std::remove_const_t<T>, Failure>
 void fields(Archive& archive, T& failure) { archive(failure.where, failure.what, failure.remedy); }
 template <class Archive, class T>
 requires std::same_as<std::remove_const_t<T>, Refused>
-void fields(Archive& archive, T& refused) { archive(refused.name, refused.failure); }
+void fields(Archive& archive, T& refused) { archive(refused.name, refused.failure, refused.trace); }
 
 // Values one after another, native order: a journal does not travel between machines.
 struct ByteWriter {
@@ -138,7 +143,7 @@ class ByteReader {
 
 std::string entry_of(const std::string& key, const std::string& stamp, const ItemResult& result) {
   ByteWriter w, framed;
-  w(key, stamp, result.hash, result.failure, result.recordings, result.refused);
+  w(key, stamp, result.hash, result.failure, result.recordings, result.refused, result.trace);
   framed(w.bytes, hash_of(w.bytes));
   return framed.bytes;
 }
@@ -148,7 +153,7 @@ std::optional<ItemResult> parsed(std::string_view bytes) {
   if (bytes.empty()) return std::nullopt;
   ByteReader in(bytes);
   ItemResult result;
-  in(result.hash, result.failure, result.recordings, result.refused);
+  in(result.hash, result.failure, result.recordings, result.refused, result.trace);
   if (in.is_bad) return std::nullopt;
   result.is_done = result.is_reused = true;
   return result;

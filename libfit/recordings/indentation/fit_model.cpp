@@ -238,6 +238,7 @@ std::optional<SolvedModel> solve(const ModelProblem& p, const IndentationModel& 
   fit.contact_m = p.first_m + u[0] * p.range_m;
   fit.contact_deviation_m = deviation(0) * p.range_m;
   fit.baseline_N = p.base_N + (u[3] + u[4] * u[0]) * p.rise_N;
+  fit.slope_N_m = u[4] * p.rise_N / p.range_m;
   fit.depth_m = (p.x.maxCoeff() - u[0]) * p.range_m;
   fit.force_N = u[2] * p.shape(p.x.maxCoeff() - u[0], u[1]).value * p.rise_N;
   const double per_young = (1 - square(press.poisson)) * p.rise_N / p.area_scale;
@@ -330,10 +331,11 @@ Eigen::VectorXd model_push_N(const ModelFit& fit, const Indentation& press,
   const ModelLaw law = fit.model->law ? fit.model->law(press) : ModelLaw{};
   const double modulus_Pa = fit.young_Pa / (1 - square(press.poisson));
   return travel_m.unaryExpr([&](double travel) {
-    const double depth_m = travel - fit.contact_m;
-    if (!(depth_m > 0)) return fit.baseline_N;
-    return fit.baseline_N + (law ? modulus_Pa * law(depth_m).area_m2
-                                 : fit.force_N * std::pow(depth_m / fit.depth_m, fit.exponent));
+    const double depth_m = travel - fit.contact_m,
+                 free_N = fit.baseline_N + fit.slope_N_m * depth_m;
+    if (!(depth_m > 0)) return free_N;
+    return free_N + (law ? modulus_Pa * law(depth_m).area_m2
+                         : fit.force_N * std::pow(depth_m / fit.depth_m, fit.exponent));
   });
 }
 

@@ -21,7 +21,8 @@ struct ModelFit {
   const IndentationModel* model = nullptr;
   double young_Pa = 0, young_deviation_Pa = 0;  ///< NaN of the power law
   double contact_m = 0, contact_deviation_m = 0;
-  double baseline_N = 0;
+  double baseline_N = 0;                        ///< at the contact point
+  double slope_N_m = 0;                         ///< of the baseline; 0 where none was asked for
   double exponent = 0, exponent_deviation = 0;  ///< of the power law; else 0
   double depth_m = 0;                           ///< of the deepest reading
   double force_N = 0;                           ///< there, by the model

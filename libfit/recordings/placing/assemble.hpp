@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "libfit/core/recorded_signals.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/registration.hpp"
@@ -81,6 +82,11 @@ void write_relaxation(const std::filesystem::path& csv, const BodyRelaxation& re
 /// The totals and notes alone, with the refused recordings, as one JSON object for stdout.
 std::string summary_json(const std::vector<BatchItem>& items,
                          const std::vector<ItemResult>& results, const Assembled& assembled);
+
+/// Every recording with the signal that a picture is drawn from, in the order of the outcomes.
+std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
+                                       const std::vector<ItemResult>& results,
+                                       const Assembled& assembled);
 
 /// Line of a failure's place, "" when it names none.
 std::string line_of(const Failure& failure);

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/io/files/files.hpp"
+#include "libfit/io/files/signals_file.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/recordings/synthetic.hpp"
@@ -33,9 +33,10 @@ class BatchTest : public testing_io::ScratchTest {
                       const std::string& name) {
     const Assembled assembled = assemble(items, results, {});
     write_samples(at(name + ".h5"), assembled.samples);
+    write_signals(at(name + ".signals.h5"), signals_of(items, results, assembled));
     write_summary(at(name + ".csv"), at(name + ".json"), items, results, assembled);
     return read_whole_file(at(name + ".h5")) + read_whole_file(at(name + ".csv")) +
-           read_whole_file(at(name + ".json"));
+           read_whole_file(at(name + ".json")) + read_whole_file(at(name + ".signals.h5"));
   }
   void check(const std::vector<BatchItem>& items, const std::vector<ItemResult>& results);
   // A child that is killed from within when `after` items are done, as kill -9 does.

@@ -271,6 +271,36 @@ const claims = {
     assert.deepEqual(errors, []);
   },
 
+  async recordings_are_drawn() {
+    for (const [colorScheme, width] of [
+      ["light", 1200],
+      ["dark", 1200],
+      ["light", 390],
+    ]) {
+      await page.setViewportSize({ width, height: 844 });
+      await page.emulateMedia({ colorScheme });
+      await page.goto(`file://${report}`);
+      const pictures = page.locator("#recordings figure.recording");
+      await pictures.first().waitFor();
+      const words = await pictures.allTextContents();
+      assert.equal(words.length, 3);
+      assert.match(words[0], /b\.csv.*refused/);
+      assert.match(words[1], /refused.*No signal was read/);
+      assert.match(words[2], /a\.csv.*good.*contact 2\.0\d mm ±/);
+      // The signal; of a sound one also the press and what the curve leaves, small against it.
+      assert.deepEqual(await Promise.all([0, 1, 2].map((i) => pictures.nth(i).locator("svg.plot").count())), [2, 0, 3]);
+      assert.ok((await pictures.nth(2).locator("rect.phase").count()) >= 3);
+      assert.equal(await pictures.nth(2).locator("rect.contact").count(), 2);
+      const box = async (name) => pictures.nth(2).locator(name).boundingBox();
+      const [curve, contact] = [await box("svg:nth-child(2) polyline"), await box("svg:nth-child(2) rect.contact")];
+      assert.ok(curve.width > 20 && curve.height > 20 && contact.x > 0);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(wide <= width, `${wide} px of content on a screen of ${width} px`);
+      await page.screenshot({ path: path.join(output, `recordings-${colorScheme}-${width}.png`), fullPage: true });
+    }
+    assert.deepEqual(errors, []);
+  },
+
   async both_schemes_and_narrow_screens_hold_it() {
     const grounds = [];
     for (const [colorScheme, width] of [

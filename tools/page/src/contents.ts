@@ -47,6 +47,37 @@ export interface Curve {
   deviation_N: Packed;
 }
 
+/** Recordings to be drawn, refused ones first; the readings of all of them one after another. */
+export interface Pictures {
+  grade_names: string[];
+  phase_names: string[];
+  /** How many there are of each grade, shown or not. */
+  all: number[];
+  file: string[];
+  point: string[];
+  reasons: string[];
+  estimator: string[];
+  grade: number[];
+  experiment: number[];
+  readings: number[];
+  /** Of the contact model that was fitted; empty texts where none was. */
+  model: string[];
+  contact_m: Packed;
+  contact_deviation_m: Packed;
+  noise_N: Packed;
+  bias_N: Packed;
+  drift_N_m: Packed;
+  time_s: Packed;
+  travel_m: Packed;
+  push_N: Packed;
+  phase: Packed;
+  is_used: Packed;
+  fitted_N?: Packed;
+  young_Pa?: Packed;
+  young_deviation_Pa?: Packed;
+  position_m?: Packed;
+}
+
 export interface Contents {
   schema: string;
   version: number;
@@ -109,6 +140,7 @@ export interface Contents {
     noise_N: Packed;
     young_Pa: Packed;
   };
+  pictures?: Pictures;
   held_out?: {
     point: string[];
     path: string[];

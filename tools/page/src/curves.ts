@@ -1,10 +1,10 @@
 // The curves of one test point with its samples, bands and residuals.
 
 import { seriesColour } from "./colours";
-import { type Contents, codes, floats, integers, vector } from "./contents";
+import { type Contents, codes, floats, integers, largest, vector } from "./contents";
 import { choice, figure, html, section } from "./dom";
-import { errorPlot, plot, type Series } from "./plot";
-import { millimetres, plain, quantity } from "./words";
+import { type Axis, errorPlot, plot, type Series } from "./plot";
+import { plain, quantity, scaleFor } from "./words";
 
 interface Row {
   deflection: number[];
@@ -22,6 +22,14 @@ interface Experiment {
 const kPress = 0;
 const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const across = (a: number[], u: number[]) => a.map((v, k) => v - dot(a, u) * u[k]);
+
+const flatten = (series: Series[], axis: "x" | "y") => series.flatMap((s) => s[axis]);
+
+/** An axis in the unit that suits these values. */
+function scaled(label: string, base: string, values: number[]): Axis {
+  const { unit, scale } = scaleFor(largest(values.map(Math.abs)), base);
+  return { label: `${label} [${unit}]`, scale };
+}
 
 /** Normal force over depth at a place between test points. */
 export interface PlaceCurve {
@@ -101,7 +109,7 @@ class Curves {
         into.x.push(dot(row.deflection, u));
         into.y.push(dot(row.force, u));
         into.titles?.push(
-          `${millimetres(dot(row.deflection, u), 2)}: ${quantity(dot(row.force, u), "N")} ± ${quantity(row.error_N, "N")}, ${plain(row.status)}`,
+          `${quantity(dot(row.deflection, u), "m")}: ${quantity(dot(row.force, u), "N")} ± ${quantity(row.error_N, "N")}, ${plain(row.status)}`,
         );
       }
       // A law that leans answers otherwise than its curve.
@@ -118,13 +126,13 @@ class Curves {
       look: "knot",
       x: knots,
       y: knots.map(() => 0),
-      titles: knots.map((k) => `knot at ${millimetres(k, 2)}`),
+      titles: knots.map((k) => `knot at ${quantity(k, "m")}`),
     });
     series.push(good, bad);
     return plot(
       "Normal force over depth",
-      { label: "depth [mm]", scale: 1e3, min: 0 },
-      { label: "normal force [N]" },
+      { ...scaled("depth", "m", knots), min: 0 },
+      scaled("normal force", "N", [...good.y, ...series[0].y]),
       series,
     );
   }
@@ -141,7 +149,7 @@ class Curves {
         const last = way(e.rows[e.rows.length - 1]);
         const length = Math.hypot(...last) || 1;
         const along = last.map((v) => v / length);
-        const depth = millimetres(dot(first, u));
+        const depth = quantity(dot(first, u), "m");
         const x = e.rows.map((row) => dot(way(row), along));
         series.push(
           { kind: "line", colour: seriesColour(k), x, y: e.rows.map((row) => dot(row.fitted, along)) },
@@ -151,15 +159,15 @@ class Curves {
             x,
             y: e.rows.map((row) => (row.status === "good" ? dot(row.force, along) : Number.NaN)),
             titles: e.rows.map(
-              (row, i) => `${depth} deep, ${millimetres(x[i], 2)} along: ${quantity(dot(row.force, along), "N")}`,
+              (row, i) => `${depth} deep, ${quantity(x[i], "m")} along: ${quantity(dot(row.force, along), "N")}`,
             ),
           },
         );
       });
     return plot(
       "Force along a drag over the way",
-      { label: "way along the drag [mm]", scale: 1e3 },
-      { label: "force along it [N]" },
+      scaled("way along the drag", "m", flatten(series, "x")),
+      scaled("force along it", "N", flatten(series, "y")),
       series,
     );
   }
@@ -178,24 +186,21 @@ class Curves {
         into.x.push(size);
         into.y.push(off);
         into.titles?.push(
-          `${millimetres(dot(row.deflection, u), 2)} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
+          `${quantity(dot(row.deflection, u), "m")} deep, ${quantity(size, "N")}: off by ${quantity(off, "N")}`,
         );
       }
-    return errorPlot("Residual of each row over its force", "force [N]", "residual [N]", this.contents.jnd, [
-      press,
-      drag,
-    ]);
+    return errorPlot("Residual of each row over its force", "force", "residual", this.contents.jnd, [press, drag]);
   }
 
   /** Curves beside the normal one: lateral force, limit. */
   private otherPlot(kind: number, point: number): SVGSVGElement {
     const name = this.curve[kind].name;
-    const label = name === "lateral" ? "lateral deflection [mm]" : "depth [mm]";
+    const series = this.curveSeries(kind, point, seriesColour(2));
     return plot(
       `${name} force`,
-      { label, scale: 1e3, min: 0 },
-      { label: name === "limit" ? "force at which it slides [N]" : `${name} force [N]`, min: 0 },
-      this.curveSeries(kind, point, seriesColour(2)),
+      { ...scaled(name === "lateral" ? "lateral deflection" : "depth", "m", flatten(series, "x")), min: 0 },
+      { ...scaled(name === "limit" ? "force at which it slides" : `${name} force`, "N", flatten(series, "y")), min: 0 },
+      series,
     );
   }
 
@@ -207,7 +212,7 @@ class Curves {
     const facts = [
       `${points.status[point]} fit`,
       `residual ${quantity(residual, "N")} (root mean square), ${quantity(floats(points.max_residual_N)[point], "N")} at most`,
-      `deepest good row ${millimetres(floats(points.depth_range_m)[point])}`,
+      `deepest good row ${quantity(floats(points.depth_range_m)[point], "m")}`,
     ];
     const hasRows = this.experiments[point].length > 0;
     if (hasRows) facts.push(this.hasDrags(point) ? "pressed and dragged" : "pressed, not dragged");

@@ -77,5 +77,5 @@ export function figure(caption: string, ...children: Child[]): HTMLElement {
 
 /** A patch of a CSS colour with what it stands for. Class names say how else it looks (style.css). */
 export function swatch(text: string, colour: string, look = ""): HTMLElement {
-  return html("span", {}, html("i", { class: `swatch ${look}`, style: `--c: ${colour}` }), text);
+  return html("span", {}, html("i", { class: `swatch ${look}`, style: colour ? `--c: ${colour}` : false }), text);
 }

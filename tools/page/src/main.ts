@@ -6,6 +6,7 @@ import type { Contents } from "./contents";
 import { PointSection } from "./curves";
 import { html } from "./dom";
 import { provenanceSection, warningsSection } from "./provenance";
+import { recordingsSection } from "./recordings";
 import { statementSection, verdict } from "./statement";
 
 function read(id: string): string {
@@ -23,6 +24,7 @@ function build(contents: Contents): void {
     warningsSection(contents),
     contents.surface ? bodySection(contents, read("engine"), points) : undefined,
     points?.element,
+    recordingsSection(contents),
     provenanceSection(contents),
   ].filter((s) => s !== undefined);
   const links = sections.map((s) => html("a", { href: `#${s.id}` }, s.querySelector("h2")?.textContent ?? ""));

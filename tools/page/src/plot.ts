@@ -2,7 +2,7 @@
 
 import { type Contents, largest } from "./contents";
 import { svg } from "./dom";
-import { percent, tickLabel, ticks } from "./words";
+import { percent, scaleFor, tickLabel, ticks } from "./words";
 
 export interface Axis {
   label: string;
@@ -12,9 +12,10 @@ export interface Axis {
   max?: number;
 }
 
-/** Points of a series in data units. `look`: class names (style.css); `colour`: of CSS. */
+/** Points of a series in data units. `look`: class names (style.css); `colour`: of CSS. `readings` are
+ * dots, however many; a `span` is all between its first and second x. */
 export interface Series {
-  kind: "line" | "dots" | "band";
+  kind: "line" | "dots" | "band" | "readings" | "span";
   look?: string;
   colour?: string;
   x: number[];
@@ -43,8 +44,9 @@ function range(axis: Axis, values: number[]): [number, number] {
   return [axis.min ?? low - margin, axis.max ?? high + margin];
 }
 
-/** A plot that says `title` to those who do not see it. */
-export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGElement {
+/** A plot that says `title` to those who do not see it; there is room for a label below that is not empty. */
+export function plot(title: string, x: Axis, y: Axis, series: Series[], height = kHeight): SVGSVGElement {
+  const bottom = height - (x.label ? kBottom : 22);
   const sx = x.scale ?? 1;
   const sy = y.scale ?? 1;
   const [x0, x1] = range(
@@ -56,14 +58,15 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
     series.flatMap((s) => [...s.y, ...(s.y2 ?? [])]),
   ).map((v) => v * sy);
   const px = (v: number) => kLeft + ((v * sx - x0) / (x1 - x0)) * (kWidth - kLeft - kRight);
-  const py = (v: number) => kHeight - kBottom - ((v * sy - y0) / (y1 - y0)) * (kHeight - kTop - kBottom);
-  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, role: "img", class: "plot", "aria-label": title });
+  const py = (v: number) => bottom - ((v * sy - y0) / (y1 - y0)) * (bottom - kTop);
+  const root = svg("svg", { viewBox: `0 0 ${kWidth} ${height}`, role: "img", class: "plot", "aria-label": title });
+  const middle = (kTop + bottom) / 2;
   const xs = ticks(x0, x1);
-  const ys = ticks(y0, y1);
+  const ys = ticks(y0, y1, Math.max(3, Math.round((bottom - kTop) / 43)));
   for (const v of xs) {
     root.append(
-      svg("line", { class: "grid", x1: px(v / sx), x2: px(v / sx), y1: kTop, y2: kHeight - kBottom }),
-      svg("text", { x: px(v / sx), y: kHeight - kBottom + 15, "text-anchor": "middle" }, tickLabel(v, xs[1] - xs[0])),
+      svg("line", { class: "grid", x1: px(v / sx), x2: px(v / sx), y1: kTop, y2: bottom }),
+      svg("text", { x: px(v / sx), y: bottom + 15, "text-anchor": "middle" }, tickLabel(v, xs[1] - xs[0])),
     );
   }
   for (const v of ys) {
@@ -73,12 +76,8 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
     );
   }
   root.append(
-    svg("text", { x: (kLeft + kWidth - kRight) / 2, y: kHeight - 8, "text-anchor": "middle" }, x.label),
-    svg(
-      "text",
-      { x: 12, y: kHeight / 2 - 10, "text-anchor": "middle", transform: `rotate(-90 12 ${kHeight / 2 - 10})` },
-      y.label,
-    ),
+    svg("text", { x: (kLeft + kWidth - kRight) / 2, y: height - 8, "text-anchor": "middle" }, x.label),
+    svg("text", { x: 10, y: middle, "text-anchor": "middle", transform: `rotate(-90 10 ${middle})` }, y.label),
   );
   for (const s of series) {
     const place = (i: number, values: number[]) => `${px(s.x[i]).toFixed(2)},${py(values[i]).toFixed(2)}`;
@@ -87,7 +86,12 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
       style: s.colour ? `--c: ${s.colour}` : false,
     };
     const good = s.x.map((_, i) => i).filter((i) => Number.isFinite(s.x[i]) && Number.isFinite(s.y[i]));
-    if (s.kind === "line") {
+    if (s.kind === "span") {
+      const width = Math.max(px(s.x[1]) - px(s.x[0]), 0).toFixed(2);
+      root.append(svg("rect", { ...shape, x: px(s.x[0]).toFixed(2), y: kTop, width, height: bottom - kTop }));
+    } else if (s.kind === "readings") {
+      root.append(svg("path", { ...shape, d: good.map((i) => `M${place(i, s.y)}h0`).join("") }));
+    } else if (s.kind === "line") {
       root.append(svg("polyline", { ...shape, points: good.map((i) => place(i, s.y)).join(" ") }));
     } else if (s.kind === "band") {
       const back = s.y2 ?? s.y;
@@ -109,7 +113,7 @@ export function plot(title: string, x: Axis, y: Axis, series: Series[]): SVGSVGE
   return root;
 }
 
-/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. */
+/** Errors over forces [N], as dots, above what cannot be felt of them: a shaded area. Labels without unit. */
 export function errorPlot(
   title: string,
   forceLabel: string,
@@ -120,10 +124,23 @@ export function errorPlot(
   const most = 1.04 * (largest(dots.flatMap((s) => s.x)) || 1);
   const at = [0, Math.min(floor_N / share, most), most];
   const limit = at.map((force) => Math.max(floor_N, share * force));
-  const highest = 1.05 * largest([...limit, ...dots.flatMap((s) => s.y)]);
-  return plot(title, { label: forceLabel, min: 0, max: most }, { label: errorLabel, min: 0, max: highest }, [
-    { kind: "band", look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
-    { kind: "line", look: "jnd", x: at, y: limit },
+  const errors = largest(dots.flatMap((s) => s.y));
+  const isFelt = most > floor_N; // of a microscope nothing is, and the limit would hide the errors
+  const highest = 1.05 * ((isFelt ? largest([...limit, errors]) : errors) || 1);
+  const [x, y] = [most, highest].map((v) => scaleFor(v, "N"));
+  const axis = (label: string, max: number, { unit, scale }: typeof x) => ({
+    label: `${label} [${unit}]`,
+    scale,
+    min: 0,
+    max,
+  });
+  return plot(title, axis(forceLabel, most, x), axis(errorLabel, highest, y), [
+    ...(isFelt
+      ? [
+          { kind: "band" as const, look: "unfelt", x: at, y: limit, y2: [0, 0, 0] },
+          { kind: "line" as const, look: "jnd", x: at, y: limit },
+        ]
+      : []),
     ...dots,
   ]);
 }

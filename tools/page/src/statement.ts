@@ -8,6 +8,7 @@ import { counted, percent, plain, quantity } from "./words";
 
 export function verdict(contents: Contents): string {
   const s = contents.statement;
+  if (contents.pictures && !contents.files) return "Recordings, and what a contact model says of each.";
   if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
   if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
   return (
@@ -75,8 +76,8 @@ function scatter(contents: Contents): HTMLElement | undefined {
     "Every row: what lies in the shaded area cannot be felt",
     errorPlot(
       "Error of each held-out row over its force, with the just noticeable difference",
-      "force of the reference [N]",
-      "error [N]",
+      "force of the reference",
+      "error",
       contents.jnd,
       series,
     ),

@@ -28,6 +28,12 @@ export function quantity(value: number, unit: string, count = 3): string {
   return `${digits(size === 0 ? 0 : value / factor, count)} ${prefix}${unit}`;
 }
 
+/** The unit with the prefix that suits values of this size, and what they are multiplied by. */
+export function scaleFor(size: number, unit: string): { unit: string; scale: number } {
+  const [factor, prefix] = size > kLeast ? (prefixes.find(([f]) => size >= f * 0.9995) ?? prefixes[5]) : prefixes[2];
+  return { unit: prefix + unit, scale: 1 / factor };
+}
+
 /** 0.0213 is "2.1 %". */
 export function percent(share: number, decimals = 1): string {
   return Number.isFinite(share) ? `${(100 * share).toFixed(decimals)} %` : "unknown";

@@ -254,6 +254,13 @@ Surface sheet(double edge_m, int n) {
   return flat;
 }
 
+// It was refused as one that crosses itself: the sheet with its lid, two triangles on two others.
+TEST(Mend, an_open_sheet_is_refused_as_open) {
+  const std::string text = refusal(without(box(0.1), {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
+  EXPECT_TRUE(says(text, "body.obj: the surface is open: 4 open edges, one at (")) << text;
+  EXPECT_TRUE(says(text, "Close it in a mesh editor")) << text;
+}
+
 TEST(Mend, wrapping_an_open_sheet_is_refused_as_a_hollow_shell) {
   try {
     mend_surface(sheet(0.1, 10), {.wrap = true, .wrap_alpha_m = 0.006}, "face.obj");
