@@ -6,14 +6,14 @@ Refusal refuse_relaxation(const LawRow& law, const MaterialParameters& complete)
   const Relaxation& relaxation = complete.relaxation;
   const auto refused = [](const std::string& text) { return Refusal{"relaxation", text}; };
   if (relaxation.branches() == 0) return {};
-  if (relaxation.branches() > kMaxBranches)
-    return refused("must have " + std::to_string(kMaxBranches) + " branches or fewer");
+  if (relaxation.branches() > runtime::kMaxBranches)
+    return refused("must have " + std::to_string(runtime::kMaxBranches) + " branches or fewer");
   for (Eigen::Index k = 0; k < relaxation.branches(); ++k) {
-    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= kMaxShare))
-      return refused("must have shares above 0 and up to " + short_number(kMaxShare));
-    if (!(relaxation.time_s[k] >= kMinRelaxation_s && relaxation.time_s[k] <= kMaxRelaxation_s))
-      return refused("must have times from " + short_number(kMinRelaxation_s) + " to " +
-                     short_number(kMaxRelaxation_s) + " s");
+    if (!(relaxation.share[k] > 0 && relaxation.share[k] <= runtime::kMaxShare))
+      return refused("must have shares above 0 and up to " + short_number(runtime::kMaxShare));
+    if (!(relaxation.time_s[k] >= runtime::kMinRelaxation_s && relaxation.time_s[k] <= runtime::kMaxRelaxation_s))
+      return refused("must have times from " + short_number(runtime::kMinRelaxation_s) + " to " +
+                     short_number(runtime::kMaxRelaxation_s) + " s");
     if (k > 0 && !(relaxation.time_s[k] > relaxation.time_s[k - 1]))
       return refused("must have times that rise");
   }

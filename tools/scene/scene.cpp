@@ -177,7 +177,7 @@ class SectionReader {
       value = table_.quantities(key, Dimension::length, kSmallestLength, kAnyLength);
   }
   void operator()(Stage, std::string_view key, double& value, Duration) {
-    value = table_.quantity(key, Dimension::time, value, 0, kMaxRelaxation_s);
+    value = table_.quantity(key, Dimension::time, value, 0, runtime::kMaxRelaxation_s);
   }
   void operator()(Stage, std::string_view key, std::vector<double>& value, Speed) {
     if (!table_.has(key)) return;

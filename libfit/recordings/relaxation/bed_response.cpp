@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kMaxSwitches = 8;  // of a ring within a step: touched, left, touched
 constexpr int kBisections = 60;  // of the time of a switch: all bits
-using State = std::array<double, kMaxBranches>;
+using State = std::array<double, runtime::kMaxBranches>;
 
 // One ring's Maxwell branches between two places of the path.
 class RingStep {

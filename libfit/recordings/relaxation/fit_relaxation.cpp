@@ -402,8 +402,8 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
     }
   if (steps.empty() || !(fit.longest_s > 0)) return fit;
   fit.shortest_s = std::min(2 * median(steps), fit.longest_s / 4);
-  fit.shortest_s = std::max(fit.shortest_s, kMinRelaxation_s);
-  fit.longest_s = std::clamp(fit.longest_s, 4 * fit.shortest_s, kMaxRelaxation_s);
+  fit.shortest_s = std::max(fit.shortest_s, runtime::kMinRelaxation_s);
+  fit.longest_s = std::clamp(fit.longest_s, 4 * fit.shortest_s, runtime::kMaxRelaxation_s);
 
   const Identification powers(points, SlowCurve::powers, fit.shortest_s, fit.longest_s),
       free(points, SlowCurve::free, fit.shortest_s, fit.longest_s);
@@ -423,7 +423,7 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
   RelaxationFit best = described(found);
   std::vector<double> before = with.held_out_squares(found, kHeldOutIterations);
   std::vector<double> held_out{std::sqrt(mean(before))};
-  for (int branches = 1; branches <= (exactly < 0 ? kMaxBranches : exactly); ++branches) {
+  for (int branches = 1; branches <= (exactly < 0 ? runtime::kMaxBranches : exactly); ++branches) {
     const Values next = branches > 1 ? with.with_another(found) : is_free ? other : one;
     RelaxationFit more = described(next);
     if (exactly < 0) {

@@ -21,7 +21,7 @@ TEST(Recovery, truth_is_within_the_stated_bands_of_90_in_100_seeds) {
   unsigned first_seed = 0;
   for (const RecoveryCase& c : recovery_cases()) {
     const Eigen::Index branches = c.relaxation.branches();
-    std::array<int, kMaxBranches + 1> found{};
+    std::array<int, runtime::kMaxBranches + 1> found{};
     std::vector<int> within(static_cast<std::size_t>(2 * branches), 0), stiff(4, 0);
     for (unsigned seed = first_seed; seed < first_seed + kSeeds; ++seed) {
       const RelaxationFit fit = fit_relaxation({presses_of(c, seed)});
