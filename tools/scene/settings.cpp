@@ -235,8 +235,8 @@ class SettingsReader {
       value.values.insert(value.values.end(), numbers.begin(), numbers.end());
     }
     if (!has(path + "/relaxation/share")) return;
-    const auto vector_at = [&](const std::string& key) {
-      const std::vector<double>& numbers = get(key).numbers;
+    const auto vector_at = [&](const std::string& place) {
+      const std::vector<double>& numbers = get(place).numbers;
       return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(
           numbers.data(), static_cast<Eigen::Index>(numbers.size())));
     };

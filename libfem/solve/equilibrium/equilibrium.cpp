@@ -24,6 +24,9 @@ std::vector<double> face_young(const QuadraticMesh& mesh, const std::vector<Mate
 }
 
 constexpr int kMaxCuts = 12;  // of a line search
+// A body that a tool has left while it still springs back: residuals are held against this share of
+// what the tool has exerted.
+constexpr double kUnloaded = 0.01;
 
 }  // namespace
 
@@ -86,6 +89,8 @@ void Equilibrium::add_contact(Step& step) {
     contact_squared += contact_force.row(n).squaredNorm();
   }
   at.contact_scale_N = std::sqrt(contact_squared);
+  if (step_)
+    at.contact_scale_N = std::max(at.contact_scale_N, kUnloaded * step.from.largest_contact_N);
 }
 
 // Forces and energy at step.at.u; no stiffness, which costs ten times as much.
@@ -238,6 +243,7 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
       to.u = at.u;
       to.elastic_energy_J = at.elastic_energy_J;
       to.history = contact_.accepted(step.trial());
+      to.largest_contact_N = std::max(from.largest_contact_N, at.contact_scale_N);
       return SolveStatus::solved;
     }
     if (may_shorten && iteration >= options_.max_astray && to.relative_residual > kAstray) break;

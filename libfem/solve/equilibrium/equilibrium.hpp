@@ -48,9 +48,12 @@ struct BodyState {
   double relative_residual = 0;
   double min_J = 1;
   double elastic_energy_J = 0;
-  /// Of a relaxing body in time: what it remembers, and the step whose potential it rests in.
+  /// Of a relaxing body in time: what it remembers, the step whose potential it rests in, and the
+  /// largest nodal contact force on the way (2-norm), which residuals without contact are held
+  /// against.
   std::shared_ptr<const ViscousHistory> memory;
   std::shared_ptr<const ViscousStep> step;
+  double largest_contact_N = 0;
 };
 
 /// Equilibrium of one body under one probe (M13).

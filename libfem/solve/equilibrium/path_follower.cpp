@@ -25,7 +25,8 @@ struct StepRules {
 };
 
 // With friction the path to a state has crept as well, which an update of its last equilibrium
-// cannot undo: of the shift, up to 0.4 was left against a penalty ten times as stiff.
+// cannot undo: of the shift, up to 0.4 was left against a penalty ten times as stiff. So it is
+// where the body remembers its strain.
 constexpr double kCreepLeft = 0.5;
 // A force that falls is believed from steps this much shorter than the first try on, and when it
 // falls by no more than this share: a body that jumps to somewhere else falls by as much in any
@@ -140,7 +141,10 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
   PathRow row;
   if (moving.falls) row.step_check = StepCheck::falls;
   const double depth = target.deflection.dot(state.pose.axis);
-  row.status = depth > 0 && state.contact.points == 0 ? RowStatus::no_contact : RowStatus::good;
+  // A body that springs back slowly lets a tool go before it is out.
+  const bool may_let_go = state.step != nullptr;
+  row.status = depth > 0 && state.contact.points == 0 && !may_let_go ? RowStatus::no_contact
+                                                                     : RowStatus::good;
   row.force_N = state.contact.force_N;
   row.torque_Nm = state.contact.torque_Nm;
   row.greatest_penetration_m = state.contact.greatest_penetration_m;
@@ -159,7 +163,8 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
       // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
       // go.
       const double left = 2 * rigid.contact.mean_penetration_m / state.contact.mean_penetration_m;
-      row.penalty_error_N = std::max(left, rules.min_penalty_left) * row.penalty_shift_N.norm();
+      const double min_left = state.step ? kCreepLeft : rules.min_penalty_left;
+      row.penalty_error_N = std::max(left, min_left) * row.penalty_shift_N.norm();
     } else {
       // Hertz: force goes as depth to the power of 3/2, and depth is short of the mean overlap.
       row.penalty_error_N =

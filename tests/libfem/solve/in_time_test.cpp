@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
+#include <tuple>
 
 #include "block.hpp"
 #include "libfem/solve/experiments/contact_relaxation.hpp"
@@ -94,7 +94,7 @@ const std::vector<double> kHold_s{0.02, 0.05, 0.1, 0.2, 0.5, 1, 2};
 
 SlowCurve slow_curve(const Simulator& simulator, double depth_m) {
   return simulator.follow(block_top(), kInward,
-                          {0, press_and_hold(depth_m, 20, 1, {}).deflections});
+                          {0, press_and_hold(depth_m, 12, 1, {}).deflections});
 }
 
 // nu 0: all of the body relaxes alike, and in small strain a ball's force is the hereditary
@@ -102,48 +102,42 @@ SlowCurve slow_curve(const Simulator& simulator, double depth_m) {
 TEST(InTime, ramp_and_hold_of_a_ball_is_the_hereditary_integral_of_its_slow_curve) {
   const Relaxation series = one_branch(1, 0.2);
   const Simulator simulator(block(0, series));
-  for (const auto& [depth_m, bound] : {std::pair(0.0002, 0.005), {0.004, 0.02}}) {
-    const SlowCurve f = slow_curve(simulator, depth_m);
-    for (const double press_s : {0.02, 0.2, 2.0}) {
-      const ToolPath path = press_and_hold(depth_m, 6, press_s, kHold_s);
-      const double difference = largest_difference(simulator.follow(block_top(), kInward, path),
-                                                   hereditary(f, path, series));
-      EXPECT_LT(difference, bound) << press_s;
-      std::printf("hereditary %g m, %g s: %.4f\n", depth_m, press_s, difference);
-    }
+  for (const auto& [depth_m, press_s, bound] : {std::tuple(0.0002, 0.02, 0.002),
+                                                {0.0002, 0.2, 0.004},
+                                                {0.004, 0.02, 0.005},
+                                                {0.004, 2.0, 0.02}}) {
+    const ToolPath path = press_and_hold(depth_m, 6, press_s, kHold_s);
+    EXPECT_LT(largest_difference(simulator.follow(block_top(), kInward, path),
+                                 hereditary(slow_curve(simulator, depth_m), path, series)),
+              bound)
+        << depth_m << " " << press_s;
   }
 }
 
-// The bulk does not relax: with the material's own series forces are 6 % off at nu 0.45.
-TEST(InTime, the_series_of_a_contact_is_weaker_and_slower_than_the_material_s) {
-  for (const double poisson : {0.3, 0.45}) {
-    const Relaxation series = one_branch(1, 0.2);
-    const SimulationSetup setup = block(poisson, series);
-    const Simulator simulator(setup);
-    constexpr double kDepth_m = 0.002;
-    Experiments press = press_only(3);
-    press.depth_m = kDepth_m;
-    TestPoints point;
-    point.position = block_top().transpose();
-    point.normal = kInward.transpose();
-    const double at_first = force_at_first(simulator, point, press);
-    const Material material = make_material(setup.materials[0], "test");
-    const Relaxation theory = relaxation_of_contact(material);
-    EXPECT_NEAR((at_first - 1) / theory.share[0], 1, 0.03) << poisson;
-    EXPECT_GT(theory.time_s[0], series.time_s[0]);
-    const Relaxation contact = relaxation_of_contact(material, at_first);
-    EXPECT_NEAR(contact.share.sum(), at_first - 1, 1e-12);
-    const SlowCurve f = slow_curve(simulator, kDepth_m);
-    for (const double press_s : {0.02, 0.2, 2.0}) {
-      const ToolPath path = press_and_hold(kDepth_m, 6, press_s, kHold_s);
-      const PointRows rows = simulator.follow(block_top(), kInward, path);
-      const double by_contact = largest_difference(rows, hereditary(f, path, contact));
-      const double by_material = largest_difference(rows, hereditary(f, path, series));
-      EXPECT_LT(by_contact, 0.015) << poisson << " " << press_s;
-      if (press_s < 1) EXPECT_GT(by_material, 0.05);
-      std::printf("nu %g, %g s: first %.4f (half-space %.4f), %.4f by contact, %.4f by material\n",
-                  poisson, press_s, at_first, 1 + theory.share[0], by_contact, by_material);
-    }
+// The bulk does not relax: with the material's own series forces are 4 to 7 % off.
+TEST(InTime, the_series_of_a_contact_is_weaker_and_slower_than_that_of_its_material) {
+  constexpr double kDepth_m = 0.002;
+  const Relaxation series = one_branch(1, 0.2);
+  const SimulationSetup setup = block(kPoisson, series);
+  const Simulator simulator(setup);
+  Experiments press = press_only(3);
+  press.depth_m = kDepth_m;
+  TestPoints point;
+  point.position = block_top().transpose();
+  point.normal = kInward.transpose();
+  const double at_first = force_at_first(simulator, point, press);
+  const Material material = make_material(setup.materials[0], "test");
+  const Relaxation half_space = relaxation_of_contact(material);
+  EXPECT_NEAR((at_first - 1) / half_space.share[0], 1, 0.04);  // a block
+  EXPECT_GT(half_space.time_s[0], series.time_s[0]);
+  const Relaxation contact = relaxation_of_contact(material, at_first);
+  EXPECT_NEAR(contact.share.sum(), at_first - 1, 1e-12);
+  const SlowCurve f = slow_curve(simulator, kDepth_m);
+  for (const double press_s : {0.02, 2.0}) {
+    const ToolPath path = press_and_hold(kDepth_m, 6, press_s, kHold_s);
+    const PointRows rows = simulator.follow(block_top(), kInward, path);
+    EXPECT_LT(largest_difference(rows, hereditary(f, path, contact)), 0.012) << press_s;
+    EXPECT_GT(largest_difference(rows, hereditary(f, path, series)), 0.03) << press_s;
   }
 }
 
@@ -185,7 +179,9 @@ TEST(InTime, slow_and_fast_motion_are_elastic_with_long_term_and_first_moduli) {
     const PointRows elastic = Simulator(is_fast ? fast_elastic : slow_elastic)
                                   .follow(block_top(), kInward, {0, path.deflections});
     for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-      EXPECT_NEAR(rows.rows[i].force.dot(kInward) / elastic.rows[i].force.dot(kInward), 1, 0.005)
+      // The share of U that an element averages is that of slow motion; the mesh is coarse.
+      EXPECT_NEAR(rows.rows[i].force.dot(kInward) / elastic.rows[i].force.dot(kInward), 1,
+                  is_fast ? 0.01 : 0.003)
           << is_fast << " " << i;
       EXPECT_EQ(rows.rows[i].time_s, path.time_s[static_cast<Eigen::Index>(i)]);
       EXPECT_TRUE(std::isnan(elastic.rows[i].time_s));
@@ -219,22 +215,22 @@ TEST(InTime, a_tool_that_leaves_fast_is_never_pulled_and_lets_go_early) {
   bool has_let_go = false;
   for (Eigen::Index i = pressed; i < rows; ++i) {
     const PointRow& row = result.rows[static_cast<std::size_t>(i)];
-    ASSERT_TRUE(row.status == RowStatus::good || row.status == RowStatus::no_contact) << i;
+    ASSERT_EQ(row.status, RowStatus::good) << i;
     EXPECT_GE(row.force.dot(kInward), 0) << i;
     EXPECT_LE(row.force.dot(kInward), before) << i;
     before = row.force.dot(kInward);
-    has_let_go |= row.status == RowStatus::no_contact;
+    has_let_go |= before == 0;
   }
   EXPECT_TRUE(has_let_go);
 }
 
-TEST(InTime, halving_the_rows_of_a_press_quarters_what_time_steps_leave) {
+TEST(InTime, what_time_steps_leave_is_of_second_order) {
   SimulationSetup setup = block(kPoisson, one_branch(2, 0.05));
   setup.options.equilibrium.residual = 1e-6;
   const Simulator simulator(setup);
-  // Equal steps on a press from a depth on, where the contact's own growth is smooth.
+  // A press that goes on from rest, in equal steps of 1 to 0.25 of the branch's time.
   const auto force_after = [&](int steps) {
-    ToolPath path = press_and_hold(0.003, 8, 0.05, {0.5});
+    ToolPath path = press_and_hold(0.003, 4, 0.05, {0.5});
     const Eigen::Index before = path.time_s.size();
     path.deflections.conservativeResize(before + steps, 3);
     path.time_s.conservativeResize(before + steps);
@@ -245,11 +241,9 @@ TEST(InTime, halving_the_rows_of_a_press_quarters_what_time_steps_leave) {
     }
     return simulator.follow(block_top(), kInward, path).rows.back().force.dot(kInward);
   };
-  const double exact = force_after(32);
-  const double coarse = force_after(2), fine = force_after(4), finer = force_after(8);
-  std::printf("steps 2, 4, 8: %.5f %.5f %.5f\n", coarse / exact - 1, fine / exact - 1,
-              finer / exact - 1);
-  EXPECT_LT(std::abs(coarse / exact - 1), 0.02);
+  const double at_2 = force_after(2), at_4 = force_after(4), at_8 = force_after(8);
+  EXPECT_NEAR(std::log2((at_4 - at_2) / (at_8 - at_4)), 2, 0.3);
+  EXPECT_LT(std::abs(at_8 - at_4) / at_8, kStepError / 2);
 }
 
 TEST(InTime, a_path_in_time_has_its_speed_and_a_hold) {
