@@ -125,6 +125,7 @@ std::vector<BadInput> bad_inputs() {
       in_scene("a mesh and a tetrahedral mesh", "length_unit",
                "tetmesh = \"block.msh\"\nlength_unit"),
       in_scene("no unit of the mesh", "length_unit = \"mm\"\n", ""),
+      in_scene("a blank that does not break", "length_unit =", "length_unit\xC2\xA0="),
       in_scene("a unit of the mesh that is none", "length_unit = \"mm\"", "length_unit = \"mmm\""),
       in_scene("nothing held", fixed, ""),
       in_scene("held beside the body", "at = \"1 mm\"", "at = \"-100 mm\""),

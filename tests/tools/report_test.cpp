@@ -416,7 +416,9 @@ TEST_F(Recordings, all_are_in_the_page_refused_ones_first) {
     ++count.at(phase.at(i));
     pressed += used.at(i) && travel[i] > 2e-3;
   }
-  EXPECT_GT(count[0], 50), EXPECT_GT(count[1], 5), EXPECT_GT(count[2], 20);
+  EXPECT_GT(count[0], 50);
+  EXPECT_GT(count[1], 5);
+  EXPECT_GT(count[2], 20);
   EXPECT_GT(pressed, 60);
   EXPECT_NEAR(unpacked<float>(pictures.at("contact_m")).at(2), 2e-3, 1e-4);
   EXPECT_NEAR(unpacked<float>(pictures.at("bias_N")).at(2), 0.1, 1e-3);

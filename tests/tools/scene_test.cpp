@@ -4,6 +4,7 @@
 
 #include "libfit/core/error.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -188,6 +189,30 @@ TEST(scene, canonical_texts_ignore_spelling_and_notice_values) {
   EXPECT_EQ(canonical(a, Stage::simulate), canonical(c, Stage::simulate));
   const Scene d = parse_scene(kSmallest + "[probe]\nfriction = 0.2\n", "/s/a.toml");
   EXPECT_NE(canonical(a, Stage::simulate), canonical(d, Stage::simulate));
+}
+
+// toml++ 3 is undefined where such a character stands (a fuzzer found it in a manifest).
+TEST(Toml, characters_that_are_not_ascii_stand_in_quotes_and_comments_alone) {
+  const auto refusal = [](const std::string& text) -> std::string {
+    try {
+      parse_toml(text, "a.toml", "");
+    } catch (const Error& error) {
+      return error.where() + ": " + error.fact();
+    }
+    return "";
+  };
+  const std::string u = "\xC3\xBC", fact = ": a character that is not ASCII stands outside quotes";
+  for (const std::string& good :
+       {"# " + u + "\na = \"" + u + "\" # '" + u, "\xEF\xBB\xBF" + std::string("a = 1"),
+        "a = '" + u + "\\'\nb = \"\\\"" + u + "\"", "\"" + u + "\" = 1",
+        "a = \"\"\"\n" + u + " \\\" \\\n  x" + u + "\"\"\"\"\nb = '''" + u + "\n'''",
+        "a = \"\" # " + u})
+    EXPECT_EQ(refusal(good), "") << good;
+  EXPECT_EQ(refusal("b = 1\na" + u + " = 1"), "a.toml:2:2" + fact);
+  EXPECT_EQ(refusal("a\xC2\xA0= 1"), "a.toml:1:2" + fact);
+  EXPECT_EQ(refusal("a = 1\xEF\xBB\xBF"), "a.toml:1:6" + fact);
+  EXPECT_EQ(refusal("a = \"\"\"x \\\n " + u + "\"\"\""), "a.toml:2:2" + fact);
+  EXPECT_EQ(refusal("a = \"\\" + u + "\""), "a.toml:1:7" + fact);
 }
 
 }  // namespace

@@ -29,13 +29,20 @@ TEST_F(Signals, come_back_as_they_were_written) {
   const auto back = read_signals(at("s.h5"));
   ASSERT_EQ(back.size(), 2u);
   const RecordedSignal a = back[0], b = two()[0];
-  EXPECT_EQ(a.file, b.file), EXPECT_EQ(a.experiment, 0), EXPECT_EQ(a.grade, 1);
-  EXPECT_EQ(a.reasons, b.reasons), EXPECT_EQ(a.estimator, b.estimator);
-  EXPECT_EQ(a.contact_m, 1e-3), EXPECT_EQ(a.noise_N, 1e-2);
-  EXPECT_EQ(a.trace.time_s, b.trace.time_s), EXPECT_EQ(a.trace.push_N, b.trace.push_N);
-  EXPECT_EQ(a.trace.phase, b.trace.phase), EXPECT_EQ(a.trace.is_used, b.trace.is_used);
+  EXPECT_EQ(a.file, b.file);
+  EXPECT_EQ(a.experiment, 0);
+  EXPECT_EQ(a.grade, 1);
+  EXPECT_EQ(a.reasons, b.reasons);
+  EXPECT_EQ(a.estimator, b.estimator);
+  EXPECT_EQ(a.contact_m, 1e-3);
+  EXPECT_EQ(a.noise_N, 1e-2);
+  EXPECT_EQ(a.trace.time_s, b.trace.time_s);
+  EXPECT_EQ(a.trace.push_N, b.trace.push_N);
+  EXPECT_EQ(a.trace.phase, b.trace.phase);
+  EXPECT_EQ(a.trace.is_used, b.trace.is_used);
   EXPECT_EQ(a.trace.drift_N_m, 2);
-  EXPECT_EQ(back[1].experiment, -1), EXPECT_EQ(back[1].trace.readings(), 0u);
+  EXPECT_EQ(back[1].experiment, -1);
+  EXPECT_EQ(back[1].trace.readings(), 0u);
   EXPECT_TRUE(std::isnan(back[1].contact_m));
 }
 
