@@ -203,26 +203,6 @@ void seal(AssetBytes& bytes, Header header) {
   std::memcpy(bytes.data(), &header, sizeof header);
 }
 
-// The engine, on the asset's own bytes, says what the check path must bring. Returns how many
-// ticks have a force.
-int record_check_forces(AssetBytes& bytes, const Header& header) {
-  runtime::Status status;
-  const auto asset = runtime::Asset::open_without_replay(bytes.data(), bytes.size(), &status);
-  if (status != runtime::Status::ok)
-    throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
-                "Check the model's numbers with `palpate inspect`.");
-  auto* check =
-      reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
-  int touching = 0;
-  runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
-    std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
-    touching += out.state != runtime::ContactState::air;
-    return true;
-  });
-  seal(bytes, header);
-  return touching;
-}
-
 void fill_report(const AssetParts& parts, const Header& header, int touching,
                  ExportReport& report) {
   const AssetSurface& surface = parts.surface;
@@ -253,14 +233,35 @@ void fill_report(const AssetParts& parts, const Header& header, int touching,
 
 }  // namespace
 
+int record_check_forces(AssetBytes& bytes) {
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  seal(bytes, header);
+  runtime::Status status;
+  const auto asset = runtime::Asset::open_without_replay(bytes.data(), bytes.size(), &status);
+  if (status != runtime::Status::ok)
+    throw Error("model", std::string("the engine refuses the asset: ") + runtime::sentence(status),
+                "Check the model's numbers with `palpate inspect`.");
+  auto* check =
+      reinterpret_cast<runtime::CheckTick*>(bytes.data() + header.offset[runtime::kCheckTicks]);
+  int touching = 0;
+  runtime::replay_check_path(asset, [&](int i, const runtime::Output& out) noexcept {
+    std::copy_n(out.force_on_tool_N, 3, check[i].force_on_tool_N);
+    touching += out.state != runtime::ContactState::air;
+    return true;
+  });
+  seal(bytes, header);
+  return touching;
+}
+
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report) {
   const AssetParts parts = make_parts(model, options);
   const Header header = make_header(model, options, parts);
   AssetBytes bytes(header.file_bytes);
   put_all(bytes, header, parts, model, options.meta_json);
-  seal(bytes, header);
-  const int touching = record_check_forces(bytes, header);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  const int touching = record_check_forces(bytes);
   if (report != nullptr) fill_report(parts, header, touching, *report);
   return bytes;
 }

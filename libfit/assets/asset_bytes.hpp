@@ -27,4 +27,9 @@ class AssetBytes {
 AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
                             ExportReport* report = nullptr);
 
+/// The engine, on the asset's own bytes, says what its check path must bring; the bytes are sealed.
+/// For bytes that are new or changed. Returns how many ticks have a force. Throws Error where the
+/// engine refuses the numbers.
+int record_check_forces(AssetBytes& bytes);
+
 }  // namespace palpate

@@ -159,13 +159,33 @@ Vec3 row(const std::vector<float>& array, std::int32_t i) {
   return Eigen::Map<const Eigen::Vector3f>(&array[3 * static_cast<std::size_t>(i)]).cast<double>();
 }
 
-// 0.8 / |du/dc| by a bound over the triangle; 0 where it has no area or a normal does not face it.
-double depth_bound_m(const AssetSurface& surface, std::size_t t) {
+double depth_bound_of(const AssetSurface& surface, std::size_t t) {
   Vec3 x[3], u[3];
   for (std::size_t k = 0; k < 3; ++k) {
     x[k] = row(surface.vertex, surface.triangle[3 * t + k]);
     u[k] = row(surface.normal, surface.triangle[3 * t + k]);
   }
+  return depth_bound_m(x, u, surface.diagonal_m);
+}
+
+void bound_depths(AssetSurface& surface) {
+  for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
+    std::uint8_t answering = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])];
+    const bool is_answering = answering != 0;
+    const double depth = is_answering ? depth_bound_of(surface, t) : 0;
+    surface.max_depth_m.push_back(static_cast<float>(depth));
+    surface.folded_triangles += is_answering && !(depth > 0);
+    surface.air_triangles += !(depth > 0);
+    if (depth > 0 && (answering & runtime::kMeasured) != 0)
+      surface.measured_triangles.push_back(static_cast<std::int32_t>(t));
+  }
+}
+
+}  // namespace
+
+double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m) {
   const Vec3 area = (x[1] - x[0]).cross(x[2] - x[0]);
   const double longest =
       std::max({(x[1] - x[0]).norm(), (x[2] - x[1]).norm(), (x[0] - x[2]).norm()});
@@ -182,25 +202,8 @@ double depth_bound_m(const AssetSurface& surface, std::size_t t) {
   const Mat3 square = gradient.transpose() * gradient;
   const double norm = std::sqrt(std::max(
       0.0, Eigen::SelfAdjointEigenSolver<Mat3>(square, Eigen::EigenvaluesOnly).eigenvalues()[2]));
-  return std::min(surface.diagonal_m, kDepthShare * least / std::max(norm, 1e-12));
+  return std::min(most_m, kDepthShare * least / std::max(norm, 1e-12));
 }
-
-void bound_depths(AssetSurface& surface) {
-  for (std::size_t t = 0; 3 * t < surface.triangle.size(); ++t) {
-    std::uint8_t answering = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      answering |= surface.covered[static_cast<std::size_t>(surface.triangle[3 * t + k])];
-    const bool is_answering = answering != 0;
-    const double depth = is_answering ? depth_bound_m(surface, t) : 0;
-    surface.max_depth_m.push_back(static_cast<float>(depth));
-    surface.folded_triangles += is_answering && !(depth > 0);
-    surface.air_triangles += !(depth > 0);
-    if (depth > 0 && (answering & runtime::kMeasured) != 0)
-      surface.measured_triangles.push_back(static_cast<std::int32_t>(t));
-  }
-}
-
-}  // namespace
 
 std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles) {
   const auto key = [](std::int32_t from, std::int32_t to) {

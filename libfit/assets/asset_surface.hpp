@@ -38,6 +38,11 @@ struct AssetSurface {
 /// one twice; an edge has three triangles, or two that run the same way; a curve decreases.
 AssetSurface make_asset_surface(const Model& model, const ExportOptions& options);
 
+/// Depth [m] up to which slides over a triangle of corners x with inward unit normals u are
+/// well-conditioned, 0.8 / |du/dc| by a bound, most_m at most; 0 where it has no area or a normal
+/// does not face it.
+double depth_bound_m(const Vec3 x[3], const Vec3 u[3], double most_m);
+
 /// Triangle across the edge from corner k to k+1 of each triangle, -1 at borders. F x 3.
 /// Throws Error on an edge with three triangles or two that run the same way.
 std::vector<std::int32_t> triangle_neighbours(const Triangles& triangles);

@@ -3,48 +3,15 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <mutex>
-#include <thread>
+
+#include "libfit/certify/for_all.hpp"
 
 namespace palpate::certify {
 namespace {
 
 using runtime::AssetView;
 
-constexpr int kChunk = 16;          // triangles that a thread takes at a time
 constexpr double kNearWorst = 1.1;  // bound over the worst that was found
-
-Zone zone_of(const AssetView& asset, int t) {
-  if (!asset.is_solid(t)) return Zone::air;
-  int measured = 0;
-  for (int k = 0; k < 3; ++k) measured += asset.covered[asset.corner(t, k)] == runtime::kMeasured;
-  return measured == 3 ? Zone::interior : measured > 0 ? Zone::skirt : Zone::mean;
-}
-
-double area_of(const AssetView& asset, int t) {
-  const runtime::Vec3d area = asset.area_vector(t);
-  return 0.5 * std::sqrt(dot(area, area));
-}
-
-/// act(i) for all i below count, on several threads.
-template <class Act>
-void for_all(int count, int threads, const Progress& progress, const Act& act) {
-  std::atomic<int> next{0}, done{0};
-  std::mutex speaking;
-  const auto work = [&] {
-    for (int from; (from = next.fetch_add(kChunk)) < count && !progress.stopped();) {
-      const int to = std::min(from + kChunk, count);
-      for (int i = from; i < to; ++i) act(i);
-      const int sum = done += to - from;
-      const std::lock_guard<std::mutex> lock(speaking);
-      progress.report(static_cast<std::size_t>(sum), static_cast<std::size_t>(count));
-    }
-  };
-  std::vector<std::thread> others;
-  for (int i = 1; i < threads; ++i) others.emplace_back(work);
-  work();
-  for (std::thread& thread : others) thread.join();
-}
 
 /// Of all triangles; then those again that might be the worst and are not bounded tightly.
 std::vector<Sliding> certify_all(const AssetView& asset, const std::vector<int>& triangles,
@@ -206,6 +173,18 @@ std::string in_words(const SlidingFigures& figures, int interior) {
 }
 
 }  // namespace
+
+Zone zone_of(const AssetView& asset, int t) {
+  if (!asset.is_solid(t)) return Zone::air;
+  int measured = 0;
+  for (int k = 0; k < 3; ++k) measured += asset.covered[asset.corner(t, k)] == runtime::kMeasured;
+  return measured == 3 ? Zone::interior : measured > 0 ? Zone::skirt : Zone::mean;
+}
+
+double area_of(const AssetView& asset, int t) {
+  const runtime::Vec3d area = asset.area_vector(t);
+  return 0.5 * std::sqrt(dot(area, area));
+}
 
 Certificate certify(const AssetView& asset, const CertifyOptions& options,
                     const Progress& progress) {

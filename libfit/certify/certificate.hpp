@@ -13,6 +13,9 @@ namespace palpate::certify {
 /// the body's mean curves (M12e); `mean` has no measured one.
 enum class Zone : char { air, skirt, interior, mean };
 
+Zone zone_of(const runtime::AssetView& asset, int t);
+double area_of(const runtime::AssetView& asset, int t);  ///< [m^2]
+
 /// What one tool finds on a body of rings.
 struct ToolCertificate {
   double radius_m = 0;              ///< 0: a tip

@@ -262,6 +262,8 @@ std::vector<BadInput> bad_inputs() {
       {"a format that is none", "export out/model.h5 -o a.palp --format obj"},
       {"a depth that is none", "export out/model.h5 -o a.ply --format ply --depth deep"},
       {"a choice that is none", "export out/model.h5 -o a.palp --elsewhere some"},
+      {"a picture to repair", "export out/model.h5 -o a.ply --format ply --repair"},
+      {"a scene to repair", "check scene.toml --repair a.palp"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},
       {"an asset with one byte changed", "replay changed.palp path.csv -o f.csv"},

@@ -53,6 +53,9 @@ class Check final : public Command {
                      {kPageKind}, false);
     arguments.option("--devices", devices_,
                      "Haptic devices to judge an asset by, besides data/devices.toml");
+    arguments.output("--repair", repair_,
+                     "Asset to write: this one, repaired where slides create energy", {"palp"},
+                     false);
     arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
   }
@@ -60,10 +63,13 @@ class Check final : public Command {
   int run(Reply& reply) override {
     try {
       if (is_asset_file(scene_path_)) {
-        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, jobs_});
+        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, repair_, jobs_});
         reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
       }
+      if (!repair_.empty())
+        throw Error("--repair", scene_path_ + " is a scene",
+                    "Give the asset that a run of it wrote, asset.palp.");
       inspect();
     } catch (const Error& e) {
       errors_.push_back(e);
@@ -122,7 +128,7 @@ class Check final : public Command {
     if (advices.empty()) text_ += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, text_;
+  std::string scene_path_, vtu_, page_, devices_, repair_, text_;
   int jobs_ = 0;
   bool no_trial_ = false;
   std::vector<Error> errors_;

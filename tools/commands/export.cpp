@@ -26,17 +26,26 @@ class Export final : public Command {
     arguments.option("--elsewhere", settings_.elsewhere,
                      "What surface without test points answers with: mean, the body's mean curves, "
                      "flagged as OUTSIDE, or none");
+    arguments.flag("--repair", has_repair_,
+                   "Repair what creates energy in slides (of palp; rings that do not sway)");
+    arguments.option("--jobs", jobs_, "Threads of a repair; 0: all cores");
     arguments.flag("--no-guard", no_guard_,
                    "Let the engine carry out slips that would create energy");
   }
 
   int run(Reply& reply) override {
     if (no_guard_) settings_.guard = false;
+    if (has_repair_) {
+      if (format_ != "palp")
+        throw Error("--repair", format_ + " has nothing to repair", "Export palp.");
+      settings_.repair = "slides";
+    }
     const ExportReport report = export_model(read_model(model_), output_, format_,
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),
                                               .statement = {},
                                               .map_depth_m = depth_m(),
+                                              .jobs = jobs_,
                                               .engine = engine_});
     reply.json = nlohmann::ordered_json{{"vertices", report.vertices},
                                         {"triangles", report.triangles},
@@ -56,7 +65,8 @@ class Export final : public Command {
 
   std::string model_, output_, format_ = "palp", engine_, depth_;
   ExportSection settings_;
-  bool no_guard_ = false;
+  int jobs_ = 0;
+  bool no_guard_ = false, has_repair_ = false;
 };
 
 }  // namespace

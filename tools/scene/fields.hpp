@@ -151,7 +151,7 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
   f(Stage::export_, "precision", precision, Choice{{"float32"}});
   f(Stage::export_, "guard", guard, Any{});
   f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
-  f(Stage::export_, "repair", repair, Choice{{"none"}});
+  f(Stage::export_, "repair", repair, Choice{{"none", "slides"}});
 }
 
 template <class Visitor>

@@ -75,7 +75,7 @@ struct ExportSection {
   std::string precision = "float32";
   bool guard = true;
   std::string elsewhere = "mean";  ///< what surface without test points answers with
-  std::string repair = "none";
+  std::string repair = "none";  ///< slides: what creates energy in slides is repaired
 };
 
 struct ValidateSection {

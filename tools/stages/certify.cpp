@@ -11,6 +11,7 @@
 #include "libfit/io/vtu.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/devices.hpp"
+#include "tools/stages/repair.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -182,7 +183,9 @@ std::string in_words(const std::vector<DeviceVerdict>& devices) {
 }  // namespace
 
 AssetAnswer check_asset(const AssetCheck& check) {
-  const AssetFile file = read_asset_file(check.asset);
+  RepairAnswer repaired;
+  if (!check.repair.empty()) repaired = repair_asset({check.asset, check.repair, check.jobs});
+  const AssetFile file = read_asset_file(check.repair.empty() ? check.asset : check.repair);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;
   options.radii_m = {file.asset().probe_radius_m};  // a tip stands for the probe's ball
@@ -201,9 +204,13 @@ AssetAnswer check_asset(const AssetCheck& check) {
   out.is_certified = certificate.certified();
   out.json = {{"asset", check.asset}};
   out.json.update(to_json(certificate, devices));
+  if (!check.repair.empty()) {
+    out.json["repair"] = repaired.json;
+    out.text = repaired.text + "\n\n";
+  }
   out.json["seconds"] = seconds;
-  out.text = fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
-                         in_words(devices), seconds);
+  out.text += fmt::format("{}\n\nDevices:\n{}{:.1f} s", wrapped(certify::in_words(certificate)),
+                          in_words(devices), seconds);
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/repair.hpp"
 
 namespace palpate::tools {
 
@@ -52,6 +53,8 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.engine_dir = request.engine;
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
+  if (request.settings.repair == "slides" && format == "palp")
+    say("  {}", repair_asset({output, output, request.jobs, !request.statement.empty()}).text);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);
   return report;

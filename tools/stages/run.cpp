@@ -135,6 +135,7 @@ class StageRun {
                  {.settings = scene_.export_,
                   .fingerprint = wanted,
                   .statement = {},
+                  .jobs = request_.jobs,
                   .engine = file("engine")});
   }
 
@@ -158,6 +159,7 @@ class StageRun {
                  {.settings = scene_.export_,
                   .fingerprint = made_from,
                   .statement = to_asset_json(statement),
+                  .jobs = request_.jobs,
                   .engine = {}});
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));
