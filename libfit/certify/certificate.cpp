@@ -191,6 +191,7 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   Certificate out;
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
   out.sways = asset.sways;
+  out.relaxes = asset.curves.relaxation.branches > 0;
   out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings) && !out.sways;
   out.max_depth_m = asset.max_fitted_m;
   double solid = 0;
@@ -277,6 +278,10 @@ std::string in_words(const Certificate& c) {
         "{} triangles ({:.1f} %) have no measured corner. They answer with the mean and are not "
         "certified. ",
         c.mean, 100 * c.mean_area);
+  if (c.relaxes)
+    out +=
+        "The body relaxes: this is the certificate of its slow motion, and what its dashpots hold "
+        "is left to the guard. ";
   const Continuity& k = c.continuity;
   out += fmt::format(
       "In {} sampled ticks of 50 um the force changed by at most {:.3g} N ({:.0f} N/m): over edges "

@@ -42,6 +42,7 @@ constexpr std::size_t kWitnesses = 10;
 struct Certificate {
   std::string family;
   bool sways = false;     ///< as a whole (method.md, section 21)
+  bool relaxes = false;   ///< in time (section 24): what is certified is slow motion
   bool is_rings = false;  ///< of a body that does not sway: sliding is certified for no other
   bool passive_fixed = false;
   int pulling = 0;                                 ///< triangles where (M22) does not hold

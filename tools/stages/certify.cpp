@@ -64,6 +64,7 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
   for (const auto& tool : c.tools) radii.push_back(tool.radius_m);
   for (const DeviceVerdict& device : devices) verdicts.push_back(to_json(device));
   Json out = {{"certified", c.certified()},
+              {"of_slow_motion", c.relaxes},
               {"passive_fixed", c.passive_fixed},
               {"passive_sliding", c.passive_sliding()},
               {"mu_required", c.is_rings ? number(c.any.mu_required) : Json()},
