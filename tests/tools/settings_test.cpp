@@ -73,6 +73,7 @@ fixed = [ { below = { axis = "y", at = "2 mm" } }, { box = [[0, 0, 0], [1, 1, 1]
 law = "ogden"
 mu1 = "2 kPa"
 alpha1 = 3
+relaxation = [[0.5, "100 ms"], [0.2, "2 s"]]
 [[inclusion]]
 sphere = { center = [0, 0, 0.01], radius = "5 mm" }
 material = { young = "60 kPa" }
@@ -167,6 +168,9 @@ TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
       EXPECT_EQ(canonical(scene, stage), canonical(back, stage));
     EXPECT_EQ(canonical(scene.fit), canonical(back.fit));
     EXPECT_EQ(back.material.has_value(), scene.material.has_value());
+    if (scene.material) {
+      EXPECT_EQ(back.material->relaxation.time_s, scene.material->relaxation.time_s);
+    }
     ASSERT_EQ(back.inclusions.size(), scene.inclusions.size());
     ASSERT_EQ(back.beds.size(), scene.beds.size());
   }

@@ -180,6 +180,7 @@ double SceneTable::quantity_of(const toml::node& value, std::string_view key, Di
                                double low, double high) const {
   const std::string example = dimension == Dimension::pressure ? "5 kPa"
                               : dimension == Dimension::length ? "12 mm"
+                              : dimension == Dimension::speed  ? "10 mm/s"
                               : dimension == Dimension::angle
                                   ? "30 deg"
                                   : "1 " + known_units(dimension).substr(0, 1);
