@@ -14,7 +14,7 @@ constexpr Eigen::Index kRings = 40;
 constexpr int kStretches = 10;            // of a recording
 constexpr double kModelError = 0.002;     // of the largest force: what no bed describes
 constexpr double kDeviations = 3;         // of the contact, within which the curve may begin
-constexpr Eigen::Index kMinFreeRows = 3;  // that tell a sensor's level
+constexpr Eigen::Index kMinFreeRows = 3;  // on either side, that tell a sensor's drift
 constexpr double kPull = 0.01;            // of the largest force, below which the tip is pulled
 
 // Ring depths, denser where contact begins.
@@ -83,20 +83,21 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
     deviation_m = std::max(deviation_m, one.contact_deviation_m);
     const double most_N = p.push_N.maxCoeff();
     const double margin_m = kDeviations * one.contact_deviation_m;
+    // Without a free part the level is that of first touch, where the body bears nothing.
+    const double level_N = p.depth_m[0] < -margin_m ? 0 : p.push_N[0];
     Eigen::Index before = 0, after = 0, touching = 0;
     bool was_in = false;
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
       push_N_[first + i] = p.push_N[i];
       was_in |= p.depth_m[i] > 0;
       if (!(p.readings[i] > 0) ||
-          (was_in && p.push_N[i] < -std::max(3 * one.noise_N, kPull * most_N)))
+          (was_in && p.push_N[i] < level_N - std::max(3 * one.noise_N, kPull * most_N)))
         continue;
       weight_[first + i] =
           1 / std::hypot(one.noise_N / std::sqrt(p.readings[i]), kModelError * most_N);
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
-    part.has_level = before + after >= kMinFreeRows;
     part.has_drift = before >= kMinFreeRows && after >= kMinFreeRows;
     Eigen::Index seen = 0;
     for (Eigen::Index i = 0; i < p.rows(); ++i)
@@ -123,7 +124,7 @@ PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const doubl
     const double shift_m = part.shift < 0 ? 0 : shifts[part.shift] * part.contact_deviation_m;
     column.middleRows(part.first, n) =
         ring_forces(part.time_s, part.depth_m.array() - shift_m, relaxation, ring_m_) * curve_;
-    if (part.has_level) sensor.col(sensors++).segment(part.first, n).setOnes();
+    sensor.col(sensors++).segment(part.first, n).setOnes();
     if (part.has_drift)
       sensor.col(sensors++).segment(part.first, n) =
           part.time_s / (part.time_s[n - 1] - part.time_s[0]);

@@ -58,7 +58,7 @@ class PressGroup {
     Eigen::Index first = 0;
     int shift = -1;  ///< index of its shift
     double contact_deviation_m = 0;
-    bool has_level = false, has_drift = false;
+    bool has_drift = false;  ///< of its sensor
   };
   std::vector<Part> presses_;
   std::vector<std::size_t> shifted_;
