@@ -22,15 +22,15 @@ using Mat32 = Eigen::Matrix<double, 3, 2>;
 
 /// A triangle at one of its corners, in the asset's axes: how the deflection falls (L) and the
 /// normal turns (U) by a step over the facet, whose axes are the columns.
-struct Corner {
+struct FacetCorner {
   Mat32 L, U;
   double area;
 };
-Corner corner_of(const AssetView& asset, const Facet& e, int t, int k) {
+FacetCorner corner_of(const AssetView& asset, const Facet& e, int t, int k) {
   PatchPoint place{{0, 0, 0}};
   place.n[k] = 1;
   const SurfaceTerms<double> frame = frame_at<double>(e, place);
-  Corner out{Mat32::Zero(), Mat32::Zero(), 0};
+  FacetCorner out{Mat32::Zero(), Mat32::Zero(), 0};
   for (int i = 0; i < 3; ++i) {
     const Vec3 axis(e.axis[i].x, e.axis[i].y, e.axis[i].z);
     for (int j = 0; j < 2; ++j) {
@@ -103,17 +103,17 @@ Fans::Fans(const AssetView& asset) : first_(static_cast<std::size_t>(asset.verti
 // (M26)
 void bring_side_force(AssetEdit& edit, const RepairPlan& plan) {
   const AssetView& asset = edit.asset();
-  struct Side {
+  struct SideOfVertex {
     int vertex;
     Vec3 two, three;
   };
-  std::vector<Side> sides;
+  std::vector<SideOfVertex> sides;
   for (const OpenVertex& open : plan.open) {
     Eigen::Matrix<double, 6, 6> square = Eigen::Matrix<double, 6, 6>::Zero();
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
     for (const int t : plan.fans.about(open.vertex)) {
       const Facet e = facet_of(asset, t, plan.facet);
-      const Corner corner = corner_of(asset, e, t, corner_at(asset, t, open.vertex));
+      const FacetCorner corner = corner_of(asset, e, t, corner_at(asset, t, open.vertex));
       for (int step = 1; step <= kDepths; ++step) {
         const double d = asset.max_fitted_m * step / kDepths;
         const Depth<double> depth = at_depth(asset, e, t, d);
@@ -137,7 +137,7 @@ void bring_side_force(AssetEdit& edit, const RepairPlan& plan) {
         pushing_share(asset, open.vertex, g.head<3>(), g.tail<3>(), 2 * plan.facet.max_step_m);
     sides.push_back({open.vertex, share * g.head<3>(), share * g.tail<3>()});
   }
-  for (const Side& side : sides)
+  for (const SideOfVertex& side : sides)
     for (int k = 0; k < 3; ++k) {
       float &two = part(edit, side.vertex, runtime::kSide2)[k],
             &three = part(edit, side.vertex, runtime::kSide3)[k];

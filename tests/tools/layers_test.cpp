@@ -35,7 +35,7 @@ const std::vector<Row> kLayers{
     {"libfit/validation",
      {"libfit/core", "libfit/runtime", "libfit/io", "libfit/fit", "libfit/refine", "libfit/assets",
       "libfit/shape"}},
-    {"libfit/certify", {"libfit/core", "libfit/runtime"}},
+    {"libfit/certify", {"libfit/core", "libfit/runtime", "libfit/assets"}},
     {"libfem/probes", {"libfit/core"}},
     {"libfem/materials", {"libfit/core"}},
     {"libfem/mesh", {"libfit/core"}},
