@@ -87,9 +87,12 @@ std::string to_json(const ShardRound& round, const std::string& fingerprint) {
   Json json{{kInputsAttribute, fingerprint},
             {kRound, round.number},
             {"quick",
-             {{"scale", round.batch.quick.scale},
-              {"error", round.batch.quick.error},
+             {{"steps", Json::array()},
+              {"slope", round.batch.quick.slope},
               {"p95", round.batch.quick.p95}}}};
+  for (const fem::QuickStep& step : round.batch.quick.steps)
+    json["quick"]["steps"].push_back(
+        {step.scale, step.log_force, step.lowest, step.highest, step.error});
   for (std::size_t i = 0; i < round.batch.effort.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     json["points"].push_back({{"name", round.batch.points.name[i]},
@@ -108,8 +111,10 @@ std::optional<ShardRound> read_round(const fs::path& path, const std::string& fi
     if (json.at(kInputsAttribute) != fingerprint) return std::nullopt;  // of an earlier scene
     ShardRound round{json.at(kRound), {}};
     PointBatch& batch = round.batch;
-    batch.quick = {json.at("quick").at("scale"), json.at("quick").at("error"),
-                   json.at("quick").at("p95")};
+    for (const Json& step : json.at("quick").at("steps"))
+      batch.quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
+    batch.quick.slope = json.at("quick").at("slope");
+    batch.quick.p95 = json.at("quick").at("p95");
     const auto count = static_cast<Eigen::Index>(json.at("points").size());
     batch.points.position.resize(count, 3);
     batch.points.normal.resize(count, 3);

@@ -6,21 +6,36 @@
 
 namespace palpate::fem {
 
+/// What one step of a press on one mesh is multiplied with: a line over the logarithm of its force
+/// [N], held beyond the forces that it was found at.
+struct QuickStep {
+  double scale = 1;  ///< at log_force
+  double log_force = 0, lowest = 0, highest = 0;
+  double error = 0;  ///< relative: what the line leaves at the worst of the points and what their
+                     ///< own rows state (median)
+};
+
 /// What presses on one mesh lack, told by points that were pressed on two as well (M13e).
-/// scale: of each press step, the one force over the other, median over the points; empty where
-/// none tells. error: relative, likewise, what `scale` leaves at the worst of the points and what
-/// their own rows state (median). p95: of what it leaves in all rows, light rows over kLightForce
-/// of their point's largest force.
+/// steps: of the press; empty where nothing is told. slope: of all their lines, 0 where one factor
+/// for all points is as good. p95: of what is left in all rows, light rows over kLightForce of
+/// their point's largest force.
 struct QuickScale {
-  std::vector<double> scale, error;
+  std::vector<QuickStep> steps;
+  double slope = 0;
   double p95 = 0;
 
-  explicit operator bool() const { return !scale.empty(); }
-  /// Tells samples of one comparison from those of another (Effort): that of the deepest step.
-  double number() const { return scale.empty() ? 0 : scale.back(); }
+  explicit operator bool() const { return !steps.empty(); }
+  /// A step that no point reached on both meshes has what the one before it has.
+  const QuickStep& step(std::int32_t number) const;
+  /// force_N: of the row on one mesh. Not where nothing is told.
+  double factor(std::int32_t step, double force_N) const;
+  /// Tells samples of one comparison from those of another (Effort): the deepest step's scale.
+  double number() const { return steps.empty() ? 0 : steps.back().scale; }
 };
 
 /// two_meshes, one_mesh: rows of the same points in the same order; the latter with scale 1.
+/// There is a slope where lines predict points left out better than factors do; what is left is
+/// then what is left in points left out.
 QuickScale compare_quick(const Samples& two_meshes, const Samples& one_mesh);
 
 }  // namespace palpate::fem

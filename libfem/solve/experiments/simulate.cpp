@@ -96,10 +96,10 @@ PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
       row.force_error = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    const std::size_t step = std::min(static_cast<std::size_t>(row.step), quick.scale.size() - 1);
-    row.force *= quick.scale[step];
-    row.torque *= quick.scale[step];
-    row.force_error = quick.scale[step] * row.force_error + quick.error[step] * row.force.norm();
+    const double factor = quick.factor(row.step, row.force.norm());
+    row.force *= factor;
+    row.torque *= factor;
+    row.force_error = factor * row.force_error + quick.step(row.step).error * row.force.norm();
   }
   return pressed;
 }

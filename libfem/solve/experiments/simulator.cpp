@@ -59,12 +59,12 @@ struct Simulator::State {
                         const Fineness& fineness) const;
   RegionAt region_about(const Vec3& position) const;
   BedAt bed_about(const Vec3& position) const;
-  PatchResponse patch_at(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                         const Fineness& fineness) const;
+  PatchResponse patch_at(const QuadraticMesh& mesh, const ExperimentPlan& plan,
+                         const Vec3& position, const Vec3& normal) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
-  MeshRun run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-              const Fineness& fineness, bool keeps_surface, const Progress& progress) const;
+  MeshRun run(const QuadraticMesh& mesh, const ExperimentPlan& plan, const Vec3& position,
+              const Vec3& normal, bool keeps_surface, const Progress& progress) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
@@ -227,11 +227,11 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   return mesh;
 }
 
-MeshRun Simulator::State::run(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
-                              const Fineness& fineness, bool keeps_surface,
+/// mesh: of mesh_at for the same plan.
+MeshRun Simulator::State::run(const QuadraticMesh& mesh, const ExperimentPlan& plan,
+                              const Vec3& position, const Vec3& normal, bool keeps_surface,
                               const Progress& progress) const {
   MeshRun out;
-  const QuadraticMesh mesh = mesh_at(position, normal, plan, fineness);
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
   const Probe here = pressed_to(probe, plan.depth_m);
@@ -276,12 +276,11 @@ BedAt Simulator::State::bed_about(const Vec3& position) const {
 }
 
 /// A unit load, spread over the contact at the deepest depth.
-PatchResponse Simulator::State::patch_at(const ExperimentPlan& plan, const Vec3& position,
-                                         const Vec3& normal, const Fineness& fineness) const {
+PatchResponse Simulator::State::patch_at(const QuadraticMesh& mesh, const ExperimentPlan& plan,
+                                         const Vec3& position, const Vec3& normal) const {
   const Probe here = pressed_to(probe, plan.depth_m);
   const double reach_m = here.contact_reach_m(plan.depth_m);
-  return press_patch(mesh_at(position, normal, plan, fineness),
-                     static_cast<std::size_t>(volume.tets.rows()), materials,
+  return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
                      region_about(position), setup.options.equilibrium.element, normal,
                      reach_m > 0 ? reach_m : here.half_width_m, bed_about(position));
 }
@@ -293,7 +292,8 @@ BaseRefinement Simulator::State::base_at(const ExperimentPlan& plan, const Vec3&
   if (!(options.max_base_change > 0 && options.coarse_ratio > 0)) return {};
   return refine_base(
       [&](const std::vector<char>& halved) {
-        return patch_at(plan, position, normal, {options.coarse_ratio, halved});
+        return patch_at(mesh_at(position, normal, plan, {options.coarse_ratio, halved}), plan,
+                        position, normal);
       },
       options.force_tolerance > 0
           ? std::min(options.max_base_change, kBaseShare * options.force_tolerance)
@@ -339,7 +339,8 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     return out;
   };
   const auto run_at = [&](double coarsening, bool keeps_surface) {
-    return run(plan, position, normal, {coarsening, base.halved}, keeps_surface, progress);
+    return run(mesh_at(position, normal, plan, {coarsening, base.halved}), plan, position, normal,
+               keeps_surface, progress);
   };
   MeshRun fine = run_at(1, setup.keeps_surface), coarse;
   if (fine.is_complete && ratio > 0) coarse = run_at(ratio, false);
@@ -372,15 +373,15 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
                                         const Vec3& normal, const Progress& progress) const {
   const std::vector<char> none_halved;
   const double ratio = setup.options.coarse_ratio;
-  const Fineness fineness{ratio > 0 ? ratio : 1, none_halved};
-  const MeshRun run = this->run(plan, position, normal, fineness, setup.keeps_surface, progress);
+  const QuadraticMesh mesh = mesh_at(position, normal, plan, {ratio > 0 ? ratio : 1, none_halved});
+  const MeshRun run = this->run(mesh, plan, position, normal, setup.keeps_surface, progress);
   PointRows out;
   out.is_complete = run.is_complete;
   out.touch_offset_m = run.touch_m;
   out.cost = {run.nodes, 0, run.counts, {}};
   out.rows = plan.rows;
   if (!run.is_complete) return out;
-  const Mat3 sway = patch_at(plan, position, normal, fineness).sway_m_N;
+  const Mat3 sway = patch_at(mesh, plan, position, normal).sway_m_N;
   for (std::size_t i = 0; i < out.rows.size(); ++i) {
     const PathRow& solved = run.rows[i];
     PointRow& row = out.rows[i];
