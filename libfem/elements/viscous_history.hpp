@@ -19,7 +19,7 @@ struct ViscousHistory {
 
 /// Error of a force by steps in time, relative: what (M14b) leaves of a stress that rises as
 /// t^{3/2} where a step is no longer than a sixth of the time since first touch, at the worst ratio
-/// of step to branch (tests/libfem/solve/viscous_test).
+/// of step to branch (tests/libfem/elements).
 inline constexpr double kStepError = 0.002;
 
 /// A step of dt_s seconds from a body that remembers `from` (none: at rest) as a potential, batch

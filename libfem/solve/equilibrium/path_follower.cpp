@@ -227,7 +227,8 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
       if (moving.state.u.size() == 0) continue;  // never reached
     } else {
       moving.state = equilibrium.rest(touch);
-      if (std::isnan(path.targets.front().time_s)) moving.time_s = path.targets.front().time_s;
+      if (!path.targets.empty() && std::isnan(path.targets.front().time_s))
+        moving.time_s = path.targets.front().time_s;
     }
     for (std::size_t i = 0; i < path.targets.size(); ++i) {
       if (progress.stopped()) return out;

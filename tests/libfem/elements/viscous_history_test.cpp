@@ -312,6 +312,30 @@ TEST(ViscousHistory, a_bar_in_finite_strain_meets_an_integrated_equation_to_seco
   }
 }
 
+// A force that rises as t^{3/2} in six rows, whatever a step is against the branch's time.
+TEST(ViscousHistory, steps_in_time_leave_what_is_stated) {
+  const QuadraticMesh mesh = block();
+  const auto force = [](double t) { return std::pow(t, 1.5); };
+  for (double tau_s = 1e-3; tau_s < 100; tau_s *= 1.5) {
+    const InTime body(mesh, {"neo-hookean", {kYoung, kNu}, series({{1, tau_s}})});
+    const auto advance = [&](double& q, double from_s, double to_s, double steps) {
+      for (int i = 0; i < steps; ++i) {
+        const double a = from_s + (to_s - from_s) * i / steps;
+        const double b = from_s + (to_s - from_s) * (i + 1) / steps;
+        const BranchDecay decay = branch_decay((b - a) / tau_s);
+        q = decay.kept * q + decay.taken * (force(b) - force(a));
+      }
+    };
+    double q = 0, exact = 0;
+    for (int row = 1; row <= 6; ++row) {
+      const double from_s = (row - 1) / 6.0, to_s = row / 6.0;
+      advance(q, from_s, to_s, body.body().steps_in_time(from_s, to_s));
+      advance(exact, from_s, to_s, 2000);
+      EXPECT_NEAR((force(to_s) + q) / (force(to_s) + exact), 1, kStepError) << tau_s << " " << row;
+    }
+  }
+}
+
 TEST(ViscousHistory, simple_shear_there_and_back_meets_an_integrated_equation) {
   const auto F_at = [](double t) {
     Mat3 F = Mat3::Identity();

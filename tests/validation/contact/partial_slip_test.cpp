@@ -33,7 +33,7 @@ Moved move_aside() {
   for (int i = 0; i < kAside; ++i) way.row(kPress + i) << 0.02e-3 * (i + 1), 0, -kDepth_m;
   Moved out;
   const double start = thread_seconds();
-  out.result = Simulator(setup).follow(layer_top(), -Vec3::UnitZ(), way);
+  out.result = Simulator(setup).follow(layer_top(), -Vec3::UnitZ(), {0, way});
   out.cpu_s = thread_seconds() - start;
   for (int i = 0; i < kAside; ++i) {
     const PointRow& row = out.result.rows[kPress + i];
