@@ -125,7 +125,9 @@ TEST(TimedPress, keeps_corners_and_means_of_a_recording) {
   EXPECT_GT(held_share(p), 0.8);
   const double touch_s = 0.5 + (done.contact_travel_m - 1e-3) / 2e-3;
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
-    if (i > 0) EXPECT_GT(p.time_s[i], p.time_s[i - 1]);
+    if (i > 0) {
+      EXPECT_GT(p.time_s[i], p.time_s[i - 1]);
+    }
     // On the way, straight between its corners.
     EXPECT_NEAR(p.depth_m[i],
                 hold_way().depth_at(p.time_s[i] + touch_s) + 1e-3 - done.contact_travel_m, 1e-9)
@@ -218,7 +220,9 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
     item.signal.radius_m = 5e-3;
     items.push_back(item);
   }
-  const auto results = run_batch(items, {.jobs = 1}, Progress{});
+  BatchOptions batch;
+  batch.jobs = 1;
+  const auto results = run_batch(items, batch, Progress{});
   const Assembled found = assemble(items, results, {});
   for (const Outcome& outcome : found.outcomes)
     ASSERT_FALSE(outcome.failure) << outcome.failure->what;
