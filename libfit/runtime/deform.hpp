@@ -109,7 +109,8 @@ inline bool shape_state(const AssetView& asset, const Contact& contact, double t
   out.normal = blended_normal(asset, t, contact.weight);
   const Vec3d tip = make_vec3<double>(contact.tip_m) - make_vec3<double>(contact.arm.pole_m);
   out.force_N = make_vec3<double>(contact.sway.force_N);
-  const Vec3d sway_m = compliance_at(asset, t, contact.weight).times(out.force_N);
+  const Vec3d sway_m = compliance_at(asset, t, contact.weight)
+                           .times(slow_force(asset.curves.relaxation, contact.sway, out.force_N));
   const Vec3d deflection = tip - sway_m - out.point + out.normal * contact.arm.reach_m +
                            make_vec3<double>(contact.arm.skew_m);
   out.normal_m = dot(deflection, out.normal);

@@ -267,10 +267,13 @@ int replay_as(const CurveViews& any_time, const ControlPointers<T>& controls,
       bool is_done = false;
       if constexpr (std::is_same<T, double>::value) {
         if (give.is_any()) {
+          let_creep(views.relaxation, left, sway);
+          const Vec3d rest = at - give.times(rest_force(views.relaxation, sway));
+          const Compliance fast = give.over(views.relaxation.fast);
           const QuadricContact<F, T> start = contact;
-          settle(give, sway, [&](const Vec3d& f) noexcept {
+          settle(fast, sway, [&](const Vec3d& f) noexcept {
             contact = start;
-            return force_N[row] = contact.go_to(views, at - give.times(f), left);
+            return force_N[row] = contact.go_to(views, rest - fast.times(f), left);
           });
           is_done = true;
         }

@@ -9,6 +9,7 @@
 //
 // One template for the engine and for the fitter's replay.
 
+#include "families/relaxation.hpp"
 #include "scalar.hpp"
 
 namespace palpate {
@@ -31,6 +32,11 @@ struct Compliance {
       if (x != 0) return true;
     return false;
   }
+  Compliance over(double share) const noexcept {
+    Compliance out;
+    for (int i = 0; i < 6; ++i) out.c[i] = c[i] / share;
+    return out;
+  }
   /// What the sway stores under a force.
   double stored_J(const Vec3d& f) const noexcept { return 0.5 * dot(f, times(f)); }
 };
@@ -49,7 +55,39 @@ inline bool is_nowhere_negative(const double c[6]) noexcept {
 struct Sway {
   double force_N[3] = {0, 0, 0};
   double stiffness_N_m[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};  ///< saves steps; row-major, dR/dy
+  double flowed_N[kMaxBranches][3] = {};                  ///< w_k (M49a) of a body that relaxes
+
+  Vec3d force() const noexcept { return make_vec3<double>(force_N); }
+  Vec3d flowed(int branch) const noexcept { return make_vec3<double>(flowed_N[branch]); }
 };
+
+/// Force under which the body has swayed as far in slow motion as its dashpots have flowed.
+inline Vec3d rest_force(const RelaxationView& relaxation, const Sway& sway) noexcept {
+  Vec3d sum{0, 0, 0};
+  for (int k = 0; k < relaxation.branches; ++k)
+    sum = sum + sway.flowed(k) * (relaxation.share[k] / relaxation.fast);
+  return sum;
+}
+/// The same for where it is under a force now: the sway is C times it (M49a).
+inline Vec3d slow_force(const RelaxationView& relaxation, const Sway& sway,
+                        const Vec3d& force) noexcept {
+  return rest_force(relaxation, sway) + force * (1 / relaxation.fast);
+}
+/// What the sway stores under a force (M49a).
+inline double sway_energy(const RelaxationView& relaxation, const Sway& sway,
+                          const Compliance& give, const Vec3d& force) noexcept {
+  const Vec3d slow = slow_force(relaxation, sway, force);
+  double sum = give.stored_J(slow);
+  for (int k = 0; k < relaxation.branches; ++k)
+    sum += relaxation.share[k] * give.stored_J(slow - sway.flowed(k));
+  return sum;
+}
+/// The dashpots flow while the sway stays where it is; left: of half of the time.
+inline void let_creep(const RelaxationView& relaxation, const Decay& left, Sway& sway) noexcept {
+  const Vec3d slow = slow_force(relaxation, sway, sway.force());
+  for (int k = 0; k < relaxation.branches; ++k)
+    put(slow - (slow - sway.flowed(k)) * (left.share[k] * left.share[k]), sway.flowed_N[k]);
+}
 
 inline Vec3d times(const double m[9], const Vec3d& v) noexcept {
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,

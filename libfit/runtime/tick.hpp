@@ -142,30 +142,35 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
 }
 
 /// Half of a tick's time passes before the tool leaves x, where it was at the tick before (M47), if
-/// it has not passed yet. sway_J: what the sway stores there.
+/// it has not passed yet; for the dashpots of the sway all of it. give: the sway's compliance.
 template <class F, bool kIsBall, class Memory>
-void rest(const AssetView& asset, Contact& contact, const Vec3d& x, double sway_J,
+void rest(const AssetView& asset, Contact& contact, const Compliance& give, const Vec3d& x,
           Memory& memory) noexcept {
   const CurveViews& views = asset.curves;
   if (contact.is_rested) return;
   contact.is_rested = true;
   const auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   if (!(kinematics.d.normal_m > 0)) return;
+  const double sway_J = sway_energy(views.relaxation, contact.sway, give, contact.sway.force());
   F::relax(views, kinematics, contact.left, memory);
-  const double after_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
-  contact.ledger.book(contact.law_J + sway_J, after_J + sway_J, asset.has_guard);
+  double after_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+  if (give.is_any()) {  // what flows at a sway that stays lowers what is stored
+    const Vec3d stays = slow_force(views.relaxation, contact.sway, contact.sway.force());
+    let_creep(views.relaxation, contact.left, contact.sway);
+    const Vec3d held = (stays - rest_force(views.relaxation, contact.sway)) * views.relaxation.fast;
+    after_J += sway_energy(views.relaxation, contact.sway, give, held);
+  }
+  contact.ledger.book(contact.law_J + sway_J, after_J, asset.has_guard);
 }
-
-/// The same by itself, of a body that sways by `give`.
+/// The same by itself.
 template <class F, bool kIsBall>
 void rest(const AssetView& asset, Contact& contact, const Compliance& give,
           const Vec3d& place) noexcept {
   if constexpr (F::kCanRelax) {
     const RelaxationView& relaxation = asset.curves.relaxation;
     if (relaxation.branches == 0) return;
-    const Vec3d force = make_vec3<double>(contact.sway.force_N);
     auto memory = F::template load<double>(contact.memory, relaxation);
-    rest<F, kIsBall>(asset, contact, place - give.times(force), give.stored_J(force), memory);
+    rest<F, kIsBall>(asset, contact, give, place, memory);
     F::save(memory, contact.memory, relaxation);
   }
 }
@@ -179,7 +184,7 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
   auto memory = F::template load<double>(contact.memory, views.relaxation);
   if constexpr (F::kCanRelax)
     if (F::relaxes(views)) {
-      rest<F, kIsBall>(asset, contact, x - step, 0, memory);
+      rest<F, kIsBall>(asset, contact, Compliance(), x - step, memory);
       auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
       const double before_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
       F::relax(views, kinematics, contact.left, memory);
@@ -249,23 +254,31 @@ template <class F, bool kIsBall>
 Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance& give,
                       const Vec3d& x, const Vec3d& step, Output& out,
                       TangentOut tangent_N_m) noexcept {
-  rest<F, kIsBall>(asset, contact, give, x - step);
+  const RelaxationView& relaxation = asset.curves.relaxation;
+  const Vec3d before =
+      x - step - give.times(slow_force(relaxation, contact.sway, contact.sway.force()));
+  rest<F, kIsBall>(asset, contact, give, before);
   Contact start = contact;
-  const Vec3d before = x - step - give.times(make_vec3<double>(start.sway.force_N));
   Sway sway = start.sway;
+  // Dashpots hold still from here on: the sway gives by 1 / fast of C about where they have flowed.
+  const Vec3d flowed = rest_force(relaxation, sway);
+  const auto local = [&](const Compliance& c, const Vec3d& f) noexcept {
+    return x - c.times(flowed + f * (1 / relaxation.fast));
+  };
+  const Compliance fast = give.over(relaxation.fast);
   Answer<double> law;
-  bool is_settled = settle(give, sway, [&](const Vec3d& f) noexcept {
-    law = hold<F, kIsBall>(asset, start, x - give.times(f));
+  bool is_settled = settle(fast, sway, [&](const Vec3d& f) noexcept {
+    law = hold<F, kIsBall>(asset, start, local(give, f));
     return law.force_N;
   });
-  const double before_J = law.stored_J + give.stored_J(make_vec3<double>(sway.force_N));
+  const double before_J = law.stored_J + sway_energy(relaxation, sway, give, sway.force());
   Status status = Status::ok;
-  is_settled = settle(give, sway,
+  is_settled = settle(fast, sway,
                       [&](const Vec3d& f) noexcept {
                         contact = start;
                         contact.ledger = Ledger();  // the law's own answer: nothing is owed
                         out = Output();
-                        const Vec3d y = x - give.times(f);
+                        const Vec3d y = local(give, f);
                         status = answer<F, kIsBall>(asset, contact, y, y - before, false, out);
                         return make_vec3<double>(out.force_on_tool_N) * -1.0;
                       }) &&
@@ -279,11 +292,11 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
     return status;
   }
   if (tangent_N_m != nullptr) {
-    const Vec3d y = x - give.times(make_vec3<double>(sway.force_N));
+    const Vec3d y = local(give, sway.force());
     double K[9];
     tangent<F, kIsBall>(asset, start, y, y - before, K);
     for (int k = 0; k < 3; ++k) {
-      const Vec3d column = unload(K, give, {K[k], K[3 + k], K[6 + k]});
+      const Vec3d column = unload(K, fast, {K[k], K[3 + k], K[6 + k]});
       tangent_N_m[k] = column.x;
       tangent_N_m[3 + k] = column.y;
       tangent_N_m[6 + k] = column.z;
@@ -294,21 +307,22 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
   law.force_N = make_vec3<double>(out.force_on_tool_N) * -1.0;
   if (out.state == ContactState::slip) {
     here = compliance_at(asset, contact.triangle, contact.weight);
-    is_settled = settle(here, sway,
+    is_settled = settle(here.over(relaxation.fast), sway,
                         [&](const Vec3d& f) noexcept {
-                          law = hold<F, kIsBall>(asset, contact, x - here.times(f));
+                          law = hold<F, kIsBall>(asset, contact, local(here, f));
                           return law.force_N;
                         }) &&
                  is_settled;
   }
-  const Vec3d force = make_vec3<double>(sway.force_N);
-  const double after_J = law.stored_J + here.stored_J(force);
+  const Vec3d force = sway.force();
+  const double after_J = law.stored_J + sway_energy(relaxation, sway, here, force);
   if (has_slipped) contact.ledger.book(before_J, after_J, asset.has_guard);
   contact.sway = sway;
   contact.law_J = law.stored_J;
   if (!is_settled) out.flags |= kFlagUnfinished;
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
-  put(make_vec3<double>(out.acts_at_m) + here.times(force), out.acts_at_m);
+  put(make_vec3<double>(out.acts_at_m) + here.times(slow_force(relaxation, sway, force)),
+      out.acts_at_m);
   put(law.force_N * -contact.ledger.share(after_J), out.force_on_tool_N);
   out.stored_J = contact.ledger.stored_J(after_J);
   return Status::ok;
