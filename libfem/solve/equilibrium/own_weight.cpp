@@ -35,7 +35,7 @@ class WeightSolver {
     bed_ = ElasticBed(mesh, of_.bed_at);
     weight_N_ = share * weight_N(mesh, of_.region_at, of_.weight);
     SymmetricBlockMatrix K = elastic_->pattern();
-    double scale_N = 0, geometric = 1;
+    double scale_N = 0;
     for (Eigen::Index n = 0; n < u.rows(); ++n)
       if (elastic_->free_index()[n] >= 0) scale_N += weight_N_.row(n).squaredNorm();
     scale_N = std::sqrt(scale_N);
@@ -46,6 +46,7 @@ class WeightSolver {
       if (residual.norm() <= kResidual * scale_N) return elastic_->min_J() > 0;
       if (!is_factored || residual.norm() > kKept * before) {
         Points unused = Points::Zero(u.rows(), 3);
+        double geometric = 1;  // made less where the tangent is not positive definite
         for (is_factored = false; !is_factored && geometric >= 0;) {
           K.set_zero();
           elastic_->add_stiffness(u, geometric, unused, K, kMaxPressure);
@@ -182,10 +183,9 @@ LoadedSearch unbend(const WeightedBody& body, double tolerance_m, const Points& 
     double best_m = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMaxBackward; ++k) {
       u = given - trial.nodes;
-      if (!solver.settle(trial, share, u, factor, out.solves)) { fprintf(stderr, "unsettled share %g k %d\n", share, k); return false; }
+      if (!solver.settle(trial, share, u, factor, out.solves)) return false;
       const Points off = trial.nodes + u - given;
       out.residual_m = off.rowwise().norm().maxCoeff();
-      fprintf(stderr, "share %g k %d off %g solves %d\n", share, k, out.residual_m, out.solves);
       if (out.residual_m <= tolerance_m) {
         known = given - trial.nodes;
         done = share;
