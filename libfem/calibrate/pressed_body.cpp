@@ -97,7 +97,7 @@ std::string PressedBody::name_of(const MaterialParameters& material, std::size_t
 
 std::pair<MaterialParameters, double> PressedBody::simulated_for(
     MaterialParameters material) const {
-  if (has_inclusions()) return {material, 1};
+  if (!is_scaled()) return {material, 1};
   const double factor = sum_of_moduli(material) / sum_of_moduli(setup_.materials.front());
   for (const std::size_t m : moduli_of(material))
     material.values[m] = std::stod(number(material.values[m] / factor, 12));
@@ -185,7 +185,7 @@ double PressedBody::stated_error(const MaterialParameters& material, PressMesh m
 
 Identification identify(PressedBody& body, const MaterialParameters& start,
                         IdentifyOptions options) {
-  options.may_scale = options.may_scale && !body.has_inclusions();
+  options.may_scale = options.may_scale && body.is_scaled();
   const auto answers_of = [&](PressMesh mesh, const Eigen::VectorXd& share) {
     return [&body, &options, mesh, share](const std::vector<MaterialParameters>& materials) {
       std::vector<Eigen::VectorXd> out = body.forces(materials, mesh, options.progress);
@@ -212,7 +212,7 @@ Identification identify(PressedBody& body, const MaterialParameters& start,
     if (found.is_stopped || !found.has_answer || found.response.size() == 0) return found;
     // Materials that differ by a factor alone lack the same.
     const auto size = [&](const MaterialParameters& material) {
-      return body.has_inclusions() ? 1 : sum_of_moduli(material);
+      return !body.is_scaled() ? 1 : sum_of_moduli(material);
     };
     double moved = round == 0 ? 1 : 0;
     for (const std::size_t i : options.free)

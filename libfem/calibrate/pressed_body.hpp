@@ -20,7 +20,7 @@ enum class PressMesh { coarse, scene };
 
 /// Presses on a body of known shape, and the same presses by the simulator with other materials of
 /// /// the body. Every press is simulated once: `known` holds those that were, by their name.
-/// Materials that differ by a common factor of their moduli are one, unless there are inclusions
+/// Materials that differ by a common factor of their moduli are one where is_scaled()
 /// (M43a).
 class PressedBody {
  public:
@@ -30,7 +30,11 @@ class PressedBody {
 
   const Observations& observed() const { return observed_; }
   std::size_t presses() const { return points_.size(); }
-  bool has_inclusions() const { return setup_.materials.size() > 1; }
+  /// Whether forces are in proportion to the moduli: not where an inclusion or a bed keeps its
+  /// own, nor under the body's weight.
+  bool is_scaled() const {
+    return setup_.materials.size() == 1 && !setup_.bed_at && !setup_.weight.is_there();
+  }
 
   /// Forces at the rows, in parallel over materials and points; an empty vector where a press
   /// fails, and of all where progress stops it.

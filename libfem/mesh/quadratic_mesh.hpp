@@ -11,8 +11,9 @@ namespace palpate::fem {
 /// What fills a place [m]: the index of its material; 0 is the body's own.
 using RegionAt = std::function<int(const Vec3& rest_position)>;
 
-/// Whether a place of the body at rest [m] is held.
-using HeldAt = std::function<bool(const Vec3& rest_position)>;
+/// Whether a place of the body at rest [m] is held; a place of its boundary may be where the inside
+/// beside it is not.
+using HeldAt = std::function<bool(const Vec3& rest_position, bool is_on_boundary)>;
 
 /// Ten-node tetrahedra at rest, what the solver works on.
 /// nodes #N x 3 [m]. tets #T x 10: corners 0-3 as in `Tets`, then mid-edge nodes of
@@ -21,6 +22,8 @@ using HeldAt = std::function<bool(const Vec3& rest_position)>;
 /// where the boundary is curved they lie on it (isoparametric).
 /// region: #T, index of the tet's material (0: the body's own); empty means all 0.
 /// base: #T, the tet of the base mesh that each is a part of.
+/// loaded: #N x 3, where the nodes are under the body's own weight; no rows where that is not asked
+/// for. Regions are told by that place.
 /// is_held: #N, displacement fixed to zero. deviation_m: largest distance between a boundary node
 /// and the surface it should lie on, where it could not be moved there without spoiling an element;
 /// contact_deviation_m: the same where the mesh is finest, which is what bears on a force.
@@ -33,6 +36,11 @@ struct QuadraticMesh {
   double contact_deviation_m = 0;
   Eigen::VectorXi region;
   std::vector<std::int32_t> base;
+  Points loaded;
+
+  /// Where the nodes are before a probe touches the body, and how far that is from rest.
+  const Points& shape() const { return loaded.rows() > 0 ? loaded : nodes; }
+  Points displacement() const { return shape() - nodes; }
 };
 
 }  // namespace palpate::fem

@@ -150,6 +150,25 @@ std::vector<BadInput> bad_inputs() {
       in_scene("a bed without a thickness", "[probe]",
                "[[bed]]\nbelow = { axis = \"z\", at = \"1 mm\" }\nmaterial = { young = \"2 kPa\" "
                "}\n[probe]"),
+      in_scene("a group that the mesh has not", fixed, "fixed = [ { group = \"base\" } ]\n"),
+      in_scene("a colour that is none", fixed, "fixed = [ { colour = \"red\" } ]\n"),
+      in_scene("a colour of a mesh without", fixed, "fixed = [ { colour = \"#ff0000\" } ]\n"),
+      in_scene("a field without a value", fixed, "fixed = [ { field = \"label\" } ]\n"),
+      {"a group misspelt",
+       "check bad.toml",
+       1,
+       {{"bad.toml",
+         "[body]\nsurface = \"bad.obj\"\nlength_unit = \"mm\"\nfixed = [ { group = \"bottom\" } "
+         "]\n[material]\nyoung = \"10 kPa\"\n"},
+        {"bad.obj",
+         "v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\ng base\nf 1 3 2\ng sides\nf 1 2 4\nf 2 3 4\n"
+         "f 3 1 4\n"}}},
+      in_scene("a weight that is too much for the body", "[probe]",
+               "[gravity]\nacceleration = [0, 0, -4000]\n[probe]"),
+      in_scene("a density without gravity", "[probe]",
+               "[[inclusion]]\nsphere = { center = [0.04, 0.04, 0.015], radius = \"5 mm\" }\n"
+               "material = { young = \"40 kPa\" }\ndensity = 1900\n[probe]"),
+      in_scene("no acceleration", "[probe]", "[gravity]\nacceleration = [0, 0, 0]\n[probe]"),
       {"an inclusion of an open surface",
        "check bad.toml",
        1,

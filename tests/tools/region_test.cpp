@@ -46,6 +46,64 @@ class Region : public testing::Test {
   Folder folder;
 };
 
+// The surface as PLY in mm, with the faces of which all corners lie at z = 0 in red.
+std::string painted_ply_of(const Surface& surface) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " +
+                     std::to_string(surface.vertices.rows()) +
+                     "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+                     std::to_string(surface.triangles.rows()) +
+                     "\nproperty list uchar int vertex_indices\nproperty uchar red\n"
+                     "property uchar green\nproperty uchar blue\nend_header\n";
+  for (const auto& p : surface.vertices.rowwise())
+    text += std::to_string(1e3 * p[0]) + " " + std::to_string(1e3 * p[1]) + " " +
+            std::to_string(1e3 * p[2]) + "\n";
+  for (const auto& t : surface.triangles.rowwise()) {
+    double top = 0;
+    for (int k = 0; k < 3; ++k) top = std::max(top, surface.vertices(t[k], 2));
+    text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
+            (top < 1e-6 ? " 255 0 0\n" : " 200 200 200\n");
+  }
+  return text;
+}
+
+// The body is filled from a coarser surface than the painted one.
+TEST_F(Region, what_is_painted_on_the_mesh_is_held_and_left_out_as_that_part_of_space) {
+  const Surface block = voxel_surface({20, 20, 12}, 2e-3, [](const Vec3&) { return true; });
+  folder.write("body.ply", painted_ply_of(block));
+  const auto prepared = [&](const std::string& fixed) {
+    folder.write("painted.toml",
+                 "[body]\nsurface = \"body.ply\"\nlength_unit = \"mm\"\nfixed = [ " + fixed +
+                     " ]\n[material]\nyoung = \"10 kPa\"\n[probe]\nradius = \"5 "
+                     "mm\"\n[experiments]\ndepth = \"3 mm\"\ndrag_depths = []\n"
+                     "test_points = 8\n");
+    const Outcome made = palpate(folder, "prepare " + (folder / "painted.toml").string() + " -o " +
+                                             (folder / "body.h5").string());
+    EXPECT_EQ(made.status, 0) << made.err;
+    return body();
+  };
+  const Body painted = prepared("{ colour = \"#ff0000\" }"),
+             below = prepared("{ below = { axis = \"z\", at = \"0.01 mm\" } }");
+  EXPECT_EQ(painted.is_held, below.is_held);
+  EXPECT_GT(std::count(painted.is_held.begin(), painted.is_held.end(), 1), 4);
+  EXPECT_EQ(painted.in_region, below.in_region);
+  EXPECT_EQ(painted.test_points.position, below.test_points.position);
+}
+
+TEST_F(Region, a_body_at_rest_is_bent_by_its_weight_and_one_under_load_stays) {
+  const Surface block = voxel_surface({20, 20, 12}, 2e-3, [](const Vec3&) { return true; });
+  const auto top_m = [&](const std::string& shape) {
+    const Outcome made = prepare(block, "test_points = 8\n[gravity]\nshape = \"" + shape + "\"\n");
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(made.err.find("gravity: bends the body by up to 0.0"), std::string::npos) << made.err;
+    return body().surface.vertices.col(2).maxCoeff();
+  };
+  EXPECT_NEAR(top_m("loaded"), 0.024, 1e-9);
+  // Confined, it would sink by rho g H^2 / 2 M = 0.078 mm; free at its sides, by more.
+  const double sinks = 0.024 - top_m("at rest");
+  EXPECT_GT(sinks, 0.078e-3);
+  EXPECT_LT(sinks, 4 * 0.078e-3);
+}
+
 // 40 x 40 x 24 mm with a groove along y, 4 mm wide and 6 mm deep.
 Surface grooved() {
   return voxel_surface({20, 20, 12}, 2e-3, [](const Vec3& x) {

@@ -68,6 +68,7 @@ surface = "liver.obj"
 length_unit = "mm"
 element = "tet10"
 mesh_size = "9 mm"
+symmetric = [ { above = { axis = "x", at = "90 mm" } } ]
 fixed = [ { below = { axis = "y", at = "2 mm" } }, { box = [[0, 0, 0], [1, 1, 1]] } ]
 [material]
 law = "ogden"
@@ -85,6 +86,9 @@ below = { axis = "z", at = "-10 mm" }
 material = { young = "2 kPa", poisson = 0.4 }
 thickness = "12 mm"
 slides = true
+[gravity]
+acceleration = [0, -9.81, 0]
+density = 1100
 [probe]
 shape = "capsule"
 radius = "4 mm"
@@ -125,13 +129,12 @@ int expect_every_member_counts(const Scene& scene, Section& (*section_of)(Scene&
 TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_of_no_other) {
   const Scene full = parse_scene(kFull, "/s/a.toml");
   for (const Scene& scene :
-       {full,
-        parse_scene(
-            "[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
-            "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
-            "material = { young = 2 }\n[[bed]]\nabove = { at = 1 }\n"
-            "material = { young = 2 }\nthickness = 1\n[experiments]\ntest_points = \"p.csv\"\n",
-            "/s/b.toml")}) {
+       {full, parse_scene("[body]\ntetmesh = \"a.msh\"\nlength_unit = \"m\"\n"
+                          "[material]\nyoung = 1\n[[inclusion]]\nbelow = { at = 0 }\n"
+                          "material = { young = 2 }\n[[bed]]\nabove = { at = 1 }\n"
+                          "material = { young = 2 }\nthickness = 1\n[gravity]\nshape = \"at "
+                          "rest\"\n[experiments]\ntest_points = \"p.csv\"\n",
+                          "/s/b.toml")}) {
     int members = 0;
     members += expect_every_member_counts<BodySection>(
         scene, [](Scene& s) -> BodySection& { return s.body; });
@@ -141,6 +144,8 @@ TEST(settings, every_member_of_every_section_changes_the_text_of_its_stage_and_o
         scene, [](Scene& s) -> InclusionSection& { return s.inclusions.front(); });
     members += expect_every_member_counts<BedSection>(
         scene, [](Scene& s) -> BedSection& { return s.beds.front(); });
+    members += expect_every_member_counts<GravitySection>(
+        scene, [](Scene& s) -> GravitySection& { return *s.gravity; });
     members += expect_every_member_counts<ProbeSpec>(
         scene, [](Scene& s) -> ProbeSpec& { return s.probe.spec; });
     members += expect_every_member_counts<FitSection>(
@@ -174,6 +179,36 @@ TEST(settings, a_scene_comes_back_from_a_body_with_the_same_fingerprints) {
     ASSERT_EQ(back.inclusions.size(), scene.inclusions.size());
     ASSERT_EQ(back.beds.size(), scene.beds.size());
   }
+}
+
+TEST(settings, marked_parts_come_back_from_a_body_as_the_same_part_of_space) {
+  Points nodes(4, 3);
+  nodes << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
+  Triangles faces(2, 3);
+  faces << 0, 2, 1, 0, 1, 3;
+  Tets tets(1, 4);
+  tets << 0, 1, 2, 3;
+  Scene scene = parse_scene(kFull, "/s/a.toml");
+  const std::vector<Region> regions{
+      Marked{{},
+             std::make_shared<const PaintedPart>(Surface{nodes, faces},
+                                                 std::vector<char>{1, 1, 1, 0, 0, 0})},
+      Marked{{},
+             std::make_shared<const PaintedPart>(TetMesh{nodes, tets, {}},
+                                                 std::vector<char>{1, 0, 0, 1})}};
+  scene.body.fixed = regions;
+  scene.experiments.region = SurfaceRegion{regions[0], "", 0};
+  Body body;
+  body.settings = settings_of(scene);
+  body.probe = scene.probe.spec;
+  const Scene back = scene_of(body, "body.h5");
+  EXPECT_EQ(canonical(scene, Stage::prepare), canonical(back, Stage::prepare));
+  ASSERT_EQ(back.body.fixed.size(), 2u);
+  for (const Vec3& at : {Vec3(0.1, 0.1, -0.1), Vec3(0.3, 0, 0.3), Vec3(0, 0, 0.9), Vec3(2, 0, 0)})
+    for (std::size_t i = 0; i < 2; ++i)
+      EXPECT_EQ(contains(back.body.fixed[i], at), contains(regions[i], at)) << at.transpose();
+  EXPECT_TRUE(any_contains(back.body.fixed, Vec3(0.3, 0.3, 0), true));
+  EXPECT_FALSE(any_contains({regions[0]}, Vec3(0.3, 0.3, 0), false));
 }
 
 TEST(settings, a_body_without_a_setting_is_refused_by_its_name) {

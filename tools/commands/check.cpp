@@ -23,7 +23,7 @@ void write_set_up(const std::string& path, const Scene& scene, const Body& body)
   const auto count = static_cast<std::size_t>(vertices.rows());
   std::vector<char> is_held(count), is_test_point(count);
   for (std::size_t v = 0; v < count; ++v)
-    is_held[v] = any_contains(scene.body.fixed, vertices.row(static_cast<Eigen::Index>(v)));
+    is_held[v] = any_contains(scene.body.fixed, vertices.row(static_cast<Eigen::Index>(v)), true);
   for (Eigen::Index p = 0; p < body.test_points.position.rows(); ++p) {
     Eigen::Index nearest = 0;
     (vertices.rowwise() - body.test_points.position.row(p))

@@ -23,9 +23,11 @@ inline constexpr double kSlowest = 1e-9, kFastest = 100;  // m/s; a tool in tiss
 inline constexpr int kMaxPoints = 10000;                  // as many as can be triangulated
 
 /// What a value may be.
-struct Length {};    ///< m
-struct Speed {};     ///< m/s
-struct Duration {};  ///< s
+struct Length {};        ///< m
+struct Speed {};         ///< m/s
+struct Duration {};      ///< s
+struct Density {};       ///< kg/m^3
+struct Acceleration {};  ///< m/s^2
 struct Number {
   double low = 0, high = 1;
 };
@@ -71,12 +73,14 @@ void visit(SectionOf<ProbeSpec> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<BodySection> auto& section, Visitor& f) {
-  auto& [surface, tetmesh, length_unit_m, element, fixed, mesh_size_m, noise_m, wrap_m] = section;
+  auto& [surface, tetmesh, length_unit_m, element, fixed, symmetric, mesh_size_m, noise_m, wrap_m] =
+      section;
   f(Stage::prepare, "surface", surface, File{});
   f(Stage::prepare, "tetmesh", tetmesh, File{});
   f(Stage::prepare, "length_unit", length_unit_m, MeshUnit{});
   f(Stage::simulate, "element", element, element_choice());
   f(Stage::prepare, "fixed", fixed, Any{});
+  f(Stage::prepare, "symmetric", symmetric, Any{});
   f(Stage::prepare, "mesh_size", mesh_size_m, Length{});
   f(Stage::prepare, "noise", noise_m, Length{});
   f(Stage::prepare, "wrap", wrap_m, Length{});
@@ -89,9 +93,18 @@ void visit(SectionOf<std::optional<fem::MaterialParameters>> auto& material, Vis
 
 template <class Visitor>
 void visit(SectionOf<InclusionSection> auto& section, Visitor& f) {
-  auto& [region, material] = section;
+  auto& [region, material, density_kg_m3] = section;
   f(Stage::simulate, "", region, Any{});
   f(Stage::simulate, "material", material, Any{});
+  f(Stage::simulate, "density", density_kg_m3, Density{});
+}
+
+template <class Visitor>
+void visit(SectionOf<GravitySection> auto& section, Visitor& f) {
+  auto& [acceleration_m_s2, density_kg_m3, shape] = section;
+  f(Stage::simulate, "acceleration", acceleration_m_s2, Acceleration{});
+  f(Stage::simulate, "density", density_kg_m3, Density{});
+  f(Stage::simulate, "shape", shape, Choice{{kLoaded, kAtRest}});
 }
 
 template <class Visitor>

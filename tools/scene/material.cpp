@@ -50,8 +50,9 @@ void read_parameter(SceneTable& table, const fem::LawRow& law, const fem::Parame
 // relaxation = [[g, "tau"], ...]
 Relaxation read_relaxation(SceneTable& table) {
   constexpr double kSmallestShare = 1e-6;
-  const auto branches = table.pairs("relaxation", kSmallestShare, runtime::kMaxShare, Dimension::time,
-                                    runtime::kMinRelaxation_s, runtime::kMaxRelaxation_s);
+  const auto branches =
+      table.pairs("relaxation", kSmallestShare, runtime::kMaxShare, Dimension::time,
+                  runtime::kMinRelaxation_s, runtime::kMaxRelaxation_s);
   Relaxation out;
   out.share.resize(static_cast<Eigen::Index>(branches.size()));
   out.time_s.resize(out.share.size());

@@ -33,6 +33,7 @@ bool contains(const Region& region, const Vec3& point) {
             return (point - r.center_m).squaredNorm() <= r.radius_m * r.radius_m;
           },
           [&](const Solid& r) { return is_inside(r.boundary->surface, r.boundary->boxes, point); },
+          [&](const Marked& r) { return r.part->contains(point); },
       },
       region);
 }
@@ -49,9 +50,12 @@ Vec3 outward_of_side(std::string_view side) {
   return (side[0] == '-' ? -1.0 : 1.0) * Vec3::Unit(side[1] - 'x');
 }
 
-bool any_contains(const std::vector<Region>& regions, const Vec3& point) {
-  return std::any_of(regions.begin(), regions.end(),
-                     [&](const Region& region) { return contains(region, point); });
+bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is_on_boundary) {
+  return std::any_of(regions.begin(), regions.end(), [&](const Region& region) {
+    const auto* marked = std::get_if<Marked>(&region);
+    return (is_on_boundary || marked == nullptr || !marked->part->is_on_faces()) &&
+           contains(region, point);
+  });
 }
 
 }  // namespace palpate::tools

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "libfem/mesh/read/marked.hpp"
 #include "libfit/core/box_tree.hpp"
 #include "libfit/core/geometry.hpp"
 
@@ -39,7 +40,13 @@ struct Solid {
   std::filesystem::path file;
   std::shared_ptr<const Enclosed> boundary;
 };
-using Region = std::variant<HalfSpace, Box, Ball, Solid>;
+/// A part that the body's own mesh file marks. The scene names the mark; who opens a scene reads
+/// the file.
+struct Marked {
+  MeshMark mark;
+  std::shared_ptr<const PaintedPart> part;
+};
+using Region = std::variant<HalfSpace, Box, Ball, Solid, Marked>;
 
 /// What lies within a distance along the surface of the place that is nearest to `center_m`.
 struct Disc {
@@ -62,8 +69,11 @@ std::optional<Vec3> center_of(const std::optional<SurfaceRegion>& region);
 inline constexpr std::array<std::string_view, 6> kSides{"-z", "+z", "-x", "+x", "-y", "+y"};
 Vec3 outward_of_side(std::string_view side);
 
-/// Borders belong to the region, of a solid one side of them. A solid's boundary has been read.
+/// Borders belong to the region, of a solid one side of them. What names a file has been read.
 bool contains(const Region& region, const Vec3& point);
-bool any_contains(const std::vector<Region>& regions, const Vec3& point);
+
+/// Whether a place of the body lies in one of them; what is marked on faces has places of its
+/// boundary only.
+bool any_contains(const std::vector<Region>& regions, const Vec3& point, bool is_on_boundary);
 
 }  // namespace palpate::tools

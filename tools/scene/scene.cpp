@@ -31,6 +31,8 @@ std::filesystem::path beside(const std::filesystem::path& scene, const std::stri
       .lexically_normal();
 }
 
+constexpr double kAnyNumber = 1e15;
+constexpr double kMostGravity = 1e4;  // m/s^2
 constexpr double kFacingWithin = 60 * std::numbers::pi / 180, kWholeTurn = std::numbers::pi;
 
 HalfSpace read_half_space(SceneTable table, bool is_below) {
@@ -59,7 +61,36 @@ Box read_box(SceneTable& table) {
   return {low, high};
 }
 
-constexpr std::string_view kRegions = "below, above, box, sphere, inside";
+// What the mesh file calls a part: a group, a colour, or where a field has a value.
+std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
+  std::optional<MeshMark> mark;
+  if (table.has("group")) {
+    ++named;
+    mark = {MeshMark::By::group, table.text("group", ""), 0};
+  }
+  if (table.has("colour")) {
+    ++named;
+    mark = {MeshMark::By::colour, table.text("colour", ""), 0};
+    std::string& colour = mark->name;
+    for (char& c : colour)
+      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+    if (colour.size() != 7 || colour[0] != '#' ||
+        colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
+      throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
+                  "Write red, green and blue as colour = \"#ff0000\".");
+  }
+  if (table.has("field")) {
+    ++named;
+    mark = {MeshMark::By::field, table.text("field", ""), 0};
+    if (!table.has("equals"))
+      throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
+                  "Write field = \"label\", equals = 2.");
+    mark->equals = table.number("equals", 0, -kAnyNumber, kAnyNumber);
+  }
+  return mark;
+}
+
+constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
 
 // The one region a table names; nothing when it names none. named: how many kinds it names so far.
 std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene,
@@ -85,6 +116,7 @@ std::optional<Region> find_region(SceneTable& table, const std::filesystem::path
     ++named;
     region = Solid{beside(scene, table.text("inside", "")), {}};
   }
+  if (const auto mark = find_mark(table, named)) region = Marked{*mark, {}};
   if (named > 1)
     throw Error(table.where_table(), table.name() + " names more than one region",
                 fmt::format("Keep one of {}.", kinds));
@@ -121,6 +153,10 @@ SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path&
   return region;
 }
 
+double read_density(SceneTable& table, double fallback) {
+  return table.number("density", fallback, 1e-3, 1e6);
+}
+
 // An inclusion relaxes as the body does unless it says how.
 std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
                                               const std::optional<fem::MaterialParameters>& body) {
@@ -135,6 +171,7 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::files
     const bool has_own = table.table("material", "").holds("relaxation");
     inclusion.material = read_material(table.table("material", "material of [[inclusion]]"), true);
     if (!has_own && body) inclusion.material.relaxation = body->relaxation;
+    if (table.has("density")) inclusion.density_kg_m3 = read_density(table, 0);
     table.finish();
     inclusions.push_back(inclusion);
   }
@@ -185,6 +222,17 @@ class SectionReader {
     if (value.empty())
       throw Error(table_.where(key), fmt::format("{} names no speed", name_of(key)),
                   "Give one or more, or leave the key out.");
+  }
+  void operator()(Stage, std::string_view, double& value, Density) {
+    value = read_density(table_, value);
+  }
+  void operator()(Stage, std::string_view key, Vec3& value, Acceleration) {
+    if (table_.has(key)) value = table_.direction(key);
+    if (!(value.norm() > 0 && value.norm() < kMostGravity))
+      throw Error(
+          table_.where(key),
+          fmt::format("{} of {} is zero or above {} m/s2", key, table_.name(), kMostGravity),
+          "Write acceleration = [0, 0, -9.81] in m/s2, or leave the section out.");
   }
   void operator()(Stage, std::string_view key, double& value, const Number& may) {
     value = table_.number(key, value, may.low, may.high);
@@ -332,6 +380,14 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
   });
   section([&] { scene.inclusions = read_inclusions(root, path, scene.material); });
   section([&] { scene.beds = read_beds(root, path); });
+  section([&] {
+    if (root.has("gravity"))
+      scene.gravity = read_section<GravitySection>(root.table("gravity", "[gravity]"), path);
+    for (const InclusionSection& inclusion : scene.inclusions)
+      if (inclusion.density_kg_m3 && !scene.gravity)
+        throw Error(path.string() + ": [[inclusion]]", "has a density, and nothing has weight",
+                    "Add [gravity], or leave density out.");
+  });
   section([&] {
     SceneTable probe = root.table("probe", "[probe]");
     scene.probe = read_probe(probe, path.parent_path());

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libfem/materials/materials.hpp"
@@ -23,7 +24,16 @@ enum class Stage { prepare, simulate, surface, place, fit, export_, validate };
 struct InclusionSection {
   Region region;
   fem::MaterialParameters material;
+  std::optional<double> density_kg_m3;  ///< with [gravity]; absent: as the body's
 };
+
+/// The body's own weight. `shape`: whether the mesh file has it under this load or without it.
+struct GravitySection {
+  Vec3 acceleration_m_s2{0, 0, -9.81};
+  double density_kg_m3 = 1050;
+  std::string shape = "loaded";
+};
+inline constexpr std::string_view kLoaded = "loaded", kAtRest = "at rest";
 
 /// A layer between a part of the body's boundary and what does not give.
 struct BedSection {
@@ -39,6 +49,7 @@ struct BodySection {
   double length_unit_m = 0;
   std::string element = "auto";
   std::vector<Region> fixed;
+  std::vector<Region> symmetric;      ///< the boundary there slides along itself
   std::optional<double> mesh_size_m;  ///< edge of the base volume far from the probe
   std::optional<double> noise_m;      ///< of the surface's vertices, filtered; absent: kept
   std::optional<double> wrap_m;       ///< alpha of the repair of last resort; off when absent
@@ -75,7 +86,7 @@ struct ExportSection {
   std::string precision = "float32";
   bool guard = true;
   std::string elsewhere = "mean";  ///< what surface without test points answers with
-  std::string repair = "none";  ///< slides: what creates energy in slides is repaired
+  std::string repair = "none";     ///< slides: what creates energy in slides is repaired
 };
 
 struct ValidateSection {
@@ -95,6 +106,7 @@ struct Scene {
       material;  ///< complete values; absent only for surfaces of measured data
   std::vector<InclusionSection> inclusions;
   std::vector<BedSection> beds;
+  std::optional<GravitySection> gravity;
   ProbeSection probe;
   ExperimentsSection experiments;
   FitSection fit;

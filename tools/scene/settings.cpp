@@ -33,6 +33,7 @@ class SettingsWriter {
     put(stage, std::string(key),
         std::is_same_v<Kind, Number>     ? kPlain
         : std::is_same_v<Kind, Duration> ? "s"
+        : std::is_same_v<Kind, Density>  ? "kg/m^3"
                                          : "m",
         {value});
   }
@@ -69,6 +70,9 @@ class SettingsWriter {
                   const Kind& kind) {
     if (value) (*this)(stage, key, *value, kind);
   }
+  void operator()(Stage stage, std::string_view key, const Vec3& value, Acceleration) {
+    put(stage, std::string(key), "m/s^2", numbers_of(value));
+  }
   void operator()(Stage stage, std::string_view key, const Vec3& value, Any) {
     put(stage, std::string(key), kPlain, numbers_of(value));
   }
@@ -84,8 +88,10 @@ class SettingsWriter {
     } else if (const auto* ball = std::get_if<Ball>(&region)) {
       put(stage, path + "sphere/center", "m", numbers_of(ball->center_m));
       put(stage, path + "sphere/radius", "m", {ball->radius_m});
-    } else if (const auto& solid = std::get<Solid>(region); solid.boundary) {
-      (*this)(stage, path + "inside", solid.boundary->surface, Any{});
+    } else if (const auto* solid = std::get_if<Solid>(&region)) {
+      if (solid->boundary) (*this)(stage, path + "inside", solid->boundary->surface, Any{});
+    } else if (const auto& marked = std::get<Marked>(region); marked.part) {
+      put_part(stage, path + "marked", *marked.part);
     }
   }
   void operator()(Stage stage, std::string_view key, const SurfaceRegion& value, Any) {
@@ -140,6 +146,17 @@ class SettingsWriter {
       settings_[prefix_ + key] = {std::string(unit), std::move(numbers), text};
   }
 
+  void put_part(Stage stage, const std::string& path, const PaintedPart& part) {
+    const std::vector<char>& flags = part.is_painted();
+    put(stage, path + "/is_painted", kPlain, {flags.begin(), flags.end()});
+    if (part.is_on_faces()) return (*this)(stage, path, part.surface(), Any{});
+    const TetMesh& volume = part.volume();
+    put(stage, path + "/vertices", "m",
+        {volume.nodes.data(), volume.nodes.data() + volume.nodes.size()});
+    put(stage, path + "/tets", kPlain,
+        {volume.tets.data(), volume.tets.data() + volume.tets.size()});
+  }
+
   std::optional<Stage> only_;
   std::string prefix_;
   Settings settings_;
@@ -178,6 +195,7 @@ class SettingsReader {
   void operator()(Stage, std::string_view key, std::filesystem::path& value, const Kind&) {
     value = get(key).text;
   }
+  void operator()(Stage, std::string_view key, Vec3& value, Acceleration) { value = point(key); }
   template <class Kind>
   void operator()(Stage, std::string_view, std::optional<PlacementSection>& value, const Kind&) {
     value.reset();
@@ -191,7 +209,8 @@ class SettingsReader {
     if (has(path + "/disc/radius"))
       value->part = Disc{point(path + "/disc/center"), number(path + "/disc/radius")};
     else if (has_below(path + "/below") || has_below(path + "/above") || has_below(path + "/box") ||
-             has_below(path + "/sphere") || has_below(path + "/inside"))
+             has_below(path + "/sphere") || has_below(path + "/inside") ||
+             has_below(path + "/marked"))
       (*this)(stage, key, value->part.emplace<Region>(), Any{});
     if (!has(path + "/facing")) return;
     value->facing = get(path + "/facing").text;
@@ -220,6 +239,8 @@ class SettingsReader {
       region = Ball{point(path + "sphere/center"), number(path + "sphere/radius")};
     if (has(path + "inside/triangles"))
       region = Solid{{}, std::make_shared<const Enclosed>(surface(path + "inside"))};
+    if (has(path + "marked/is_painted"))
+      region.emplace<Marked>().part = std::make_shared<const PaintedPart>(part(path + "marked"));
   }
   void operator()(Stage stage, std::string_view key, std::vector<Region>& value, Any) {
     for (std::string item; has_below(item = fmt::format("{}/{}", key, value.size()));)
@@ -273,19 +294,42 @@ class SettingsReader {
     if (setting.numbers.size() != 3) fail(key, "is not three numbers");
     return {setting.numbers[0], setting.numbers[1], setting.numbers[2]};
   }
-  Surface surface(const std::string& path) const {
+  // Vertices and, by `key`, cells of as many corners as Cells has columns.
+  template <class Cells>
+  std::pair<Points, Cells> mesh(const std::string& path, const char* key) const {
+    constexpr int width = Cells::ColsAtCompileTime;
     const std::vector<double>&places = get(path + "/vertices").numbers,
-          &corners = get(path + "/triangles").numbers;
-    Surface out;
-    out.vertices =
+          &corners = get(path + key).numbers;
+    const Points vertices =
         Eigen::Map<const Points>(places.data(), static_cast<Eigen::Index>(places.size() / 3), 3);
-    out.triangles = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
-                        corners.data(), static_cast<Eigen::Index>(corners.size() / 3), 3)
-                        .cast<std::int32_t>();
-    if (places.size() % 3 || corners.size() % 3 || out.triangles.minCoeff() < 0 ||
-        out.triangles.maxCoeff() >= out.vertices.rows())
-      fail(path, "is no surface");
-    return out;
+    const Cells cells =
+        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, width, Eigen::RowMajor>>(
+            corners.data(), static_cast<Eigen::Index>(corners.size() / width), width)
+            .template cast<std::int32_t>();
+    if (places.size() % 3 || corners.size() % width || corners.empty() || cells.minCoeff() < 0 ||
+        cells.maxCoeff() >= vertices.rows())
+      fail(path, "is no mesh");
+    return {vertices, cells};
+  }
+  Surface surface(const std::string& path) const {
+    const auto [vertices, triangles] = mesh<Triangles>(path, "/triangles");
+    return {vertices, triangles};
+  }
+  PaintedPart part(const std::string& path) const {
+    const std::vector<double>& numbers = get(path + "/is_painted").numbers;
+    const std::vector<char> flags(numbers.begin(), numbers.end());
+    const auto check = [&](Eigen::Index corners) {
+      if (corners != static_cast<Eigen::Index>(flags.size()))
+        fail(path, "has flags of another mesh");
+    };
+    if (has(path + "/triangles")) {
+      Surface on = surface(path);
+      check(on.triangles.size());
+      return {std::move(on), flags};
+    }
+    const auto [nodes, tets] = mesh<Tets>(path, "/tets");
+    check(tets.size());
+    return {TetMesh{nodes, tets, {}}, flags};
   }
   [[noreturn]] void fail(std::string_view key, const char* fact) const {
     throw Error(fmt::format("{}: settings/{}{}", where_, prefix_, key), fact,
@@ -296,6 +340,7 @@ class SettingsReader {
   std::string where_, prefix_;
 };
 
+constexpr const char* kGravityPrefix = "gravity/";
 std::string inclusion_prefix(std::size_t i) { return fmt::format("inclusion/{}/", i); }
 std::string bed_prefix(std::size_t i) { return fmt::format("bed/{}/", i); }
 
@@ -305,6 +350,7 @@ void write_scene(const Scene& scene, SettingsWriter& writer) {
   for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
     writer.section(inclusion_prefix(i), scene.inclusions[i]);
   for (std::size_t i = 0; i < scene.beds.size(); ++i) writer.section(bed_prefix(i), scene.beds[i]);
+  if (scene.gravity) writer.section(kGravityPrefix, *scene.gravity);
   writer.section("experiments/", scene.experiments);
   writer.section("fit/", scene.fit);
 }
@@ -334,6 +380,8 @@ Scene scene_of(const Body& body, const std::filesystem::path& path) {
     scene.inclusions.push_back(reader.section<InclusionSection>(inclusion_prefix(i)));
   for (std::size_t i = 0; reader.has_section(bed_prefix(i)); ++i)
     scene.beds.push_back(reader.section<BedSection>(bed_prefix(i)));
+  if (reader.has_section(kGravityPrefix))
+    scene.gravity = reader.section<GravitySection>(kGravityPrefix);
   if (body.probe) scene.probe.spec = *body.probe;
   scene.experiments = reader.section<ExperimentsSection>("experiments/");
   scene.fit = reader.section<FitSection>("fit/");
@@ -358,6 +406,7 @@ std::string canonical(const Scene& scene, Stage stage) {
   return canonical(writer.settings());
 }
 
+std::string canonical(const BodySection& section) { return canonical_section(section); }
 std::string canonical(const FitSection& section) { return canonical_section(section); }
 std::string canonical(const ExportSection& section) { return canonical_section(section); }
 std::string canonical(const ProbeSpec& probe) { return canonical_section(probe); }

@@ -19,6 +19,7 @@ Scene scene_of(const Body& body, const std::filesystem::path& path);
 /// scenes with equal text give equal results; comments, key order and spelling of units do not
 /// count. Files count by name (their content is the fingerprint's), a probe's mesh by its numbers.
 std::string canonical(const Scene& scene, Stage stage);
+std::string canonical(const BodySection& section);
 std::string canonical(const FitSection& section);
 std::string canonical(const ExportSection& section);
 std::string canonical(const Settings& settings);

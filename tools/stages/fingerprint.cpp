@@ -45,6 +45,8 @@ std::string body_fingerprint(const Scene& scene) {
   ProbeSpec shape = scene.probe.spec;  // what it reaches depends on the tool and how deep it goes
   shape.friction = 0;
   hash.add(canonical(shape)).add(fmt::format("{}", scene.experiments.each.depth_m));
+  // How far it bends, and what its beds leave of the region.
+  if (scene.gravity || !scene.beds.empty()) hash.add(canonical(scene, Stage::simulate));
   hash.add_file(scene.body.surface ? *scene.body.surface : *scene.body.tetmesh);
   if (scene.experiments.points_file) hash.add_file(*scene.experiments.points_file);
   return hash.hex();
@@ -53,6 +55,7 @@ std::string body_fingerprint(const Scene& scene) {
 std::string point_fingerprint(const Scene& scene, const Body& body) {
   ContentHash hash = stage_hash("samples");
   hash.add(canonical(scene, Stage::simulate));
+  hash.add(canonical(scene.body));  // what is held between the nodes of the base mesh
   hash.add(bytes_of(body.surface.vertices)).add(bytes_of(body.surface.triangles));
   hash.add(bytes_of(body.volume.nodes)).add(bytes_of(body.volume.tets));
   hash.add(bytes_of(body.volume.region));

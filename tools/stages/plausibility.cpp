@@ -52,8 +52,9 @@ Box bounds_of(const Region& region, const Points& vertices) {
     const Points& corners = solid->boundary->surface.vertices;
     return {corners.colwise().minCoeff(), corners.colwise().maxCoeff()};
   }
-  const auto& half = std::get<HalfSpace>(region);
-  (half.is_below ? box.high_m : box.low_m)[half.axis] = half.at_m;
+  const auto* half = std::get_if<HalfSpace>(&region);
+  if (half == nullptr) return box;  // of what is marked, that of the body
+  (half->is_below ? box.high_m : box.low_m)[half->axis] = half->at_m;
   return box;
 }
 
@@ -75,7 +76,7 @@ InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& b
         if (near) place.depth_m = near->distance_m;
       }
   place.volume_m3 = in_body * cell.prod();
-  place.inside = std::holds_alternative<HalfSpace>(region)
+  place.inside = std::holds_alternative<HalfSpace>(region) || std::holds_alternative<Marked>(region)
                      ? std::numeric_limits<double>::quiet_NaN()
                      : static_cast<double>(in_body) / std::max(in_region, 1);
   if (const auto* ball = std::get_if<Ball>(&region))

@@ -18,6 +18,7 @@
 #include "libfem/mesh/surface/filter_noise.hpp"
 #include "libfem/mesh/surface/simulation_surface.hpp"
 #include "libfem/probes/probes.hpp"
+#include "libfem/solve/experiments/loaded_shape.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/io/csv/tables.hpp"
@@ -178,14 +179,18 @@ bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
 
 // Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
 void hold(const Scene& scene, Body& body) {
-  const bool rests = !scene.beds.empty();
+  const bool rests = !scene.beds.empty() || !scene.body.symmetric.empty();
   if (scene.body.fixed.empty() && !rests)
     throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
                 "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
   const Points& nodes = body.volume.nodes;
+  std::vector<char> is_on_boundary(static_cast<std::size_t>(nodes.rows()), 0);
+  const Triangles boundary = fem::boundary_triangles(body.volume.tets);
+  for (const std::int32_t n : boundary.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
   body.is_held.assign(static_cast<std::size_t>(nodes.rows()), 0);
   for (Eigen::Index n = 0; n < nodes.rows(); ++n)
-    body.is_held[static_cast<std::size_t>(n)] = any_contains(scene.body.fixed, nodes.row(n));
+    body.is_held[static_cast<std::size_t>(n)] = any_contains(
+        scene.body.fixed, nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0);
   const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
   const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
   const std::string extent = fmt::format(
@@ -250,7 +255,13 @@ std::string without_wrap(std::string remedy) {
   return remedy;
 }
 
-void read_boundary(Region& region, double length_unit_m) {
+// Reads what a region is made of from the file that has it.
+void read_region_file(Region& region, const BodySection& body) {
+  const double length_unit_m = body.length_unit_m;
+  if (auto* marked = std::get_if<Marked>(&region))
+    marked->part = std::make_shared<const PaintedPart>(
+        read_marked_part(body.tetmesh ? *body.tetmesh : *body.surface, length_unit_m,
+                         body.tetmesh.has_value(), marked->mark));
   auto* solid = std::get_if<Solid>(&region);
   if (solid == nullptr) return;
   const std::string file = solid->file.string();
@@ -268,19 +279,51 @@ void read_boundary(Region& region, double length_unit_m) {
 
 Scene open_scene(const std::filesystem::path& path) {
   Scene scene = read_scene(path);
-  const double unit_m = scene.body.length_unit_m;
-  for (Region& region : scene.body.fixed) read_boundary(region, unit_m);
-  for (InclusionSection& inclusion : scene.inclusions) read_boundary(inclusion.region, unit_m);
-  for (BedSection& bed : scene.beds) read_boundary(bed.region, unit_m);
+  for (Region& region : scene.body.fixed) read_region_file(region, scene.body);
+  for (Region& region : scene.body.symmetric) read_region_file(region, scene.body);
+  for (InclusionSection& inclusion : scene.inclusions) {
+    read_region_file(inclusion.region, scene.body);
+    if (const auto* marked = std::get_if<Marked>(&inclusion.region);
+        marked != nullptr && marked->part->is_on_faces())
+      throw Error(scene.path.string() + ": [[inclusion]]",
+                  fmt::format("\"{}\" marks faces, which fill nothing", marked->mark.name),
+                  "Mark tetrahedra of a tetmesh, or give a closed surface with inside.");
+  }
+  for (BedSection& bed : scene.beds) read_region_file(bed.region, scene.body);
   if (scene.experiments.region)
     if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
-      read_boundary(*part, unit_m);
+      read_region_file(*part, scene.body);
   ProbeSection& probe = scene.probe;
   if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
   return scene;
 }
 
 namespace {
+
+// Bends a body that is given at rest; of one that is given under its weight, sees to it that it
+// has a shape at rest.
+void bend(const Scene& scene, Body& body) {
+  check_choices(scene);
+  try {
+    const fem::SimulationSetup setup = make_setup(scene, body);
+    if (!setup.regions_at_rest) {
+      const fem::LoadedShape bent = fem::unbend_base(setup);
+      say("  gravity: bends the body by up to {:.3g} mm; the shape at rest bends into the given "
+          "one "
+          "to {:.2g} mm",
+          1e3 * bent.largest_m(), 1e3 * bent.residual_m);
+      return;
+    }
+    const fem::LoadedShape bent = fem::bend_base(setup);
+    body.volume.nodes += bent.sag();
+    body.surface.vertices += Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
+                                 bent.surface.data(), body.surface.vertices.rows(), 3)
+                                 .cast<double>();
+    say("  gravity: bends the body by up to {:.3g} mm", 1e3 * bent.largest_m());
+  } catch (const Error& e) {
+    throw Error(scene.path.string() + ": " + e.where(), e.fact(), e.remedy());
+  }
+}
 
 Body make_body(const Scene& scene, bool surface_only) {
   Body body;
@@ -295,7 +338,9 @@ Body make_body(const Scene& scene, bool surface_only) {
     if (body.volume.tets.rows() == 0) fill(scene, body);
     hold(scene, body);
   }
-  find_reachable(scene, surface_only, body);
+  const Points named = body.surface.vertices;
+  if (scene.gravity && !surface_only) bend(scene, body);
+  find_reachable(scene, surface_only, named, body);
   choose_points(scene, surface_only, body);
   return body;
 }

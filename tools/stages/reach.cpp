@@ -120,7 +120,8 @@ std::vector<char> region_of(const Scene& scene, const Surface& surface, double w
   const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
   return vertices_where(surface, [&](Eigen::Index v) {
     return is_in[static_cast<std::size_t>(v)] &&
-           !any_contains(scene.body.fixed, surface.vertices.row(v)) &&
+           !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
+           !any_contains(scene.body.symmetric, surface.vertices.row(v), true) &&
            std::ranges::none_of(scene.beds,
                                 [&](const BedSection& bed) {
                                   return contains(bed.region, surface.vertices.row(v));
@@ -210,7 +211,7 @@ fem::ToolReach make_reach(const Scene& scene, const Surface& surface) {
           kOverlapShare * scene.experiments.each.depth_m};
 }
 
-void find_reachable(const Scene& scene, bool surface_only, Body& body) {
+void find_reachable(const Scene& scene, bool surface_only, const Points& named, Body& body) {
   const auto refuse_few = [&](const std::string& remedy) {
     const auto count = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
     if (count < 3)
@@ -223,7 +224,8 @@ void find_reachable(const Scene& scene, bool surface_only, Body& body) {
   const fem::Probe probe =
       has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
                : fem::Probe{};
-  body.is_reachable = body.in_region = region_of(scene, body.surface, probe.half_width_m);
+  body.is_reachable = body.in_region =
+      region_of(scene, {named, body.surface.triangles}, probe.half_width_m);
   refuse_few("Move the region onto the surface, and not into what is fixed.");
   if (surface_only) return;
   const std::vector<char> wanted = body.in_region;

@@ -223,7 +223,8 @@ class StudyReader {
         one.body = bodies.emplace(body_fingerprint(scene), bodies.size()).first->second;
         one.source = static_cast<int>(i);
         sources.emplace_back();
-        if (!may_scale_ || scene.experiments.placement || !scene.material) continue;
+        if (!may_scale_ || scene.experiments.placement || !scene.material || scene.gravity)
+          continue;
         const auto [source, is_first] =
             scaled.emplace(unscaled(scene) + std::to_string(one.body), i);
         if (is_first) {

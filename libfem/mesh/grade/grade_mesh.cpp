@@ -120,8 +120,11 @@ void hold(const TetMesh& base, const std::vector<char>& is_held, const HeldAt& h
     for (const std::int32_t n : out.tets.row(static_cast<Eigen::Index>(t))) out.is_held[n] = 1;
   }
   if (!held_at) return;
+  std::vector<char> is_on_boundary(out.is_held.size(), 0);
+  for (const std::int32_t n : out.faces.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
   for (Eigen::Index n = base.nodes.rows(); n < out.nodes.rows(); ++n)
-    if (held_at(out.nodes.row(n))) out.is_held[static_cast<std::size_t>(n)] = 1;
+    if (held_at(out.nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0))
+      out.is_held[static_cast<std::size_t>(n)] = 1;
 }
 
 double distance_m(const Segment& piece, const Vec3& x) {

@@ -1,5 +1,7 @@
 // Gmsh MSH: version 1 (ASCII), 2.x and 4.1 (ASCII and binary of either byte order).
 #include <algorithm>
+#include <cstdlib>
+#include <map>
 #include <string>
 #include <unordered_map>
 
@@ -45,7 +47,7 @@ const ElementType& element_type(std::int64_t number, const Cursor& file) {
 
 class MshFile {
  public:
-  explicit MshFile(Cursor& file) : file_(file) {}
+  MshFile(Cursor& file, RawLabels* labels) : file_(file), labels_(labels) {}
 
   RawTetMesh read() {
     while (!file_.at_end()) {
@@ -60,6 +62,10 @@ class MshFile {
         version_ >= 4 ? read_nodes_4() : read_nodes_2();
       else if (section == "$Elements")
         version_ >= 4 ? read_elements_4() : read_elements_2();
+      else if (section == "$PhysicalNames" && labels_ != nullptr)
+        read_physical_names();
+      else if (section == "$Entities" && labels_ != nullptr && version_ >= 4)
+        read_entities();
       else if (section.starts_with('$'))
         skip_section(section);
       else
@@ -142,21 +148,84 @@ class MshFile {
     end_section();
   }
 
-  void add_element(std::int64_t id, const ElementType& type, std::span<const std::int64_t> tags) {
+  // dimension tag "name", in text also where all else is binary.
+  void read_physical_names() {
+    const std::size_t names = file_.count(NumberType::int64, 6, "names");
+    for (std::size_t i = 0; i < names; ++i) {
+      const auto dimension = static_cast<int>(file_.integer());
+      const std::int64_t tag = file_.integer();
+      const std::string_view rest = file_.line();
+      const std::size_t open = rest.find('"'), close = rest.rfind('"');
+      if (open == std::string_view::npos || close == open)
+        file_.fail("a physical name is not in quotes");
+      physical_name_[{dimension, tag}] = rest.substr(open + 1, close - open - 1);
+    }
+    end_section();
+  }
+
+  // Of each entity its physical groups; its place and what bounds it are passed over.
+  void read_entities() {
+    file_.line();
+    file_.encoding = data_;
+    std::array<std::int64_t, 4> number;
+    for (std::int64_t& n : number) n = large();
+    for (int dimension = 0; dimension < 4; ++dimension)
+      for (std::int64_t e = 0; e < number[static_cast<std::size_t>(dimension)]; ++e) {
+        const std::int64_t tag = small();
+        for (int i = 0; i < (dimension == 0 ? 3 : 6); ++i) file_.real();
+        auto& groups = physical_of_[{dimension, tag}];
+        groups.resize(file_.count(NumberType::uint64, least(4), "physical tags"));
+        for (std::int64_t& group : groups) group = small();
+        if (dimension == 0) continue;
+        const std::size_t around = file_.count(NumberType::uint64, least(4), "bounding entities");
+        for (std::size_t i = 0; i < around; ++i) small();
+      }
+    end_section();
+  }
+
+  // The next cell of the labels, in its physical groups; 0 stands for none.
+  void label(const ElementType& type, std::span<const std::int64_t> groups) {
+    if (labels_ == nullptr) return;
+    const int dimension = type.shape == MshShape::tet             ? 3
+                          : type.nodes == 1                       ? 0
+                          : std::string_view("line") == type.name ? 1
+                                                                  : 2;
+    for (const std::int64_t tag : groups) {
+      if (tag == 0) continue;
+      const auto name = physical_name_.find({dimension, std::abs(tag)});
+      labels_
+          ->group(name != physical_name_.end() ? name->second : std::to_string(std::abs(tag)),
+                  dimension)
+          .cells.push_back(labels_->cells);
+    }
+    ++labels_->cells;
+  }
+
+  std::int64_t index_of(std::int64_t tag, std::int64_t element) const {
+    const auto at = index_.find(tag);
+    if (at == index_.end())
+      file_.fail("element " + std::to_string(element) + " uses node " + std::to_string(tag) +
+                 ", which is not there");
+    return static_cast<std::int64_t>(at->second);
+  }
+
+  void add_element(std::int64_t id, const ElementType& type, std::span<const std::int64_t> tags,
+                   std::span<const std::int64_t> groups) {
+    label(type, groups);
     if (type.shape == MshShape::flat) {
       ++mesh_.ignored_elements;
+      if (labels_ == nullptr || std::string_view("triangle") != type.name) return;
+      std::array<std::int32_t, 3>& face = labels_->faces.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i)
+        face[i] = static_cast<std::int32_t>(index_of(tags[i], id));
+      labels_->face_cell.push_back(labels_->cells - 1);
       return;
     }
     if (type.shape == MshShape::other) fail_not_tets(file_, type.name);
     std::array<std::int64_t, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto at = index_.find(tags[i]);
-      if (at == index_.end())
-        file_.fail("element " + std::to_string(id) + " uses node " + std::to_string(tags[i]) +
-                   ", which is not there");
-      corners[i] = static_cast<std::int64_t>(at->second);
-    }
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = index_of(tags[i], id);
     add_tet(mesh_, corners, id, file_);
+    if (labels_ != nullptr) labels_->cell.push_back(labels_->cells - 1);
   }
 
   void read_elements_1() {
@@ -165,13 +234,13 @@ class MshFile {
     for (std::size_t e = 0; e < elements; ++e) {
       const std::int64_t id = file_.integer();
       const ElementType& type = element_type(file_.integer(), file_);
-      file_.integer();  // physical and elementary region
-      file_.integer();
+      const std::int64_t group = file_.integer();
+      file_.integer();  // elementary region
       tags.resize(type.nodes);
       if (file_.integer() != static_cast<std::int64_t>(type.nodes))
         file_.fail("element " + std::to_string(id) + " has a wrong number of nodes");
       for (std::int64_t& tag : tags) tag = file_.integer();
-      add_element(id, type, tags);
+      add_element(id, type, tags, {&group, 1});
     }
     end_section();
   }
@@ -194,9 +263,11 @@ class MshFile {
       tags.resize(type.nodes);
       for (std::size_t i = 0; i < run; ++i) {
         if (is_binary) id = small();
-        for (std::size_t t = 0; t < labels; ++t) small();
+        std::int64_t group = 0;  // the first of the element's tags
+        for (std::size_t t = 0; t < labels; ++t)
+          if (const std::int64_t tag = small(); t == 0) group = tag;
         for (std::int64_t& tag : tags) tag = small();
-        add_element(id, type, tags);
+        add_element(id, type, tags, {&group, 1});
       }
       e += run;
     }
@@ -210,15 +281,18 @@ class MshFile {
     for (int i = 0; i < 3; ++i) large();  // elements in all, least and largest tag
     std::vector<std::int64_t> tags;
     for (std::int64_t b = 0; b < blocks; ++b) {
-      small();  // dimension and tag of the entity
-      small();
+      const auto dimension = static_cast<int>(small());
+      const std::int64_t entity = small();
+      const auto groups = physical_of_.find({dimension, entity});
       const ElementType& type = element_type(small(), file_);
       tags.resize(type.nodes);
       const std::size_t elements = file_.count(NumberType::uint64, least(16), "elements");
       for (std::size_t e = 0; e < elements; ++e) {
         const std::int64_t id = large();
         for (std::int64_t& tag : tags) tag = large();
-        add_element(id, type, tags);
+        add_element(id, type, tags,
+                    groups != physical_of_.end() ? std::span<const std::int64_t>(groups->second)
+                                                 : std::span<const std::int64_t>());
       }
     }
     end_section();
@@ -231,6 +305,9 @@ class MshFile {
   }
 
   Cursor& file_;
+  RawLabels* labels_;
+  std::map<std::pair<int, std::int64_t>, std::string> physical_name_;  // by dimension and tag
+  std::map<std::pair<int, std::int64_t>, std::vector<std::int64_t>> physical_of_;  // of entities
   double version_ = 1;
   Encoding data_ = Encoding::text;
   RawTetMesh mesh_;
@@ -239,9 +316,9 @@ class MshFile {
 
 }  // namespace
 
-RawTetMesh read_msh(Cursor& file) {
+RawTetMesh read_msh(Cursor& file, RawLabels* labels) {
   if (!file.bytes().starts_with("$")) file.fail("does not begin with $MeshFormat or $NOD");
-  return MshFile(file).read();
+  return MshFile(file, labels).read();
 }
 
 }  // namespace palpate::mesh_read

@@ -1,4 +1,5 @@
-// Wavefront OBJ: `v` and `f` lines; texture, normal, group and material lines are passed over.
+// Wavefront OBJ: `v` and `f` lines, and `g`, `o` and `usemtl` where groups are asked for; texture
+// and normal lines are passed over.
 #include <string>
 
 #include "libfem/mesh/read/formats.hpp"
@@ -54,14 +55,46 @@ void read_face(Cursor& file, RawSurface& surface, Furthest& furthest) {
 
 }  // namespace
 
-RawSurface read_obj(Cursor& file) {
+namespace {
+
+// Groups that the next faces belong to: those of `g`, and one each of `o` and `usemtl`.
+struct FaceGroups {
+  std::vector<std::string> g, object, material;
+
+  void note(Cursor& file, std::string_view keyword) {
+    auto& names = keyword == "g" ? g : keyword == "o" ? object : material;
+    names.clear();
+    for (std::string_view word = file.word_on_line(); !word.empty(); word = file.word_on_line())
+      names.emplace_back(word);
+  }
+  void add_face(std::size_t triangles, RawLabels& labels) const {
+    labels.cell.insert(labels.cell.end(), triangles, labels.cells);
+    for (const auto* names : {&g, &object, &material})
+      for (const std::string& name : *names) {
+        auto& cells = labels.group(name, 2).cells;
+        if (cells.empty() || cells.back() != labels.cells) cells.push_back(labels.cells);
+      }
+    ++labels.cells;
+  }
+};
+
+}  // namespace
+
+RawSurface read_obj(Cursor& file, RawLabels* labels) {
   file.comment = '#';
   RawSurface surface;
   Furthest furthest;
+  FaceGroups groups;
   while (!file.at_end()) {
     const std::string_view keyword = file.word_on_line();
     if (keyword == "v") read_vertex(file, surface);
-    if (keyword == "f") read_face(file, surface, furthest);
+    if (labels != nullptr && (keyword == "g" || keyword == "o" || keyword == "usemtl"))
+      groups.note(file, keyword);
+    if (keyword == "f") {
+      const std::size_t before = surface.triangles.size();
+      read_face(file, surface, furthest);
+      if (labels != nullptr) groups.add_face(surface.triangles.size() - before, *labels);
+    }
     file.line();
   }
   if (furthest.index >= static_cast<std::int64_t>(surface.points.size()))

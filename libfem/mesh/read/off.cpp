@@ -30,7 +30,7 @@ bool read_keyword(Cursor& file) {
 
 }  // namespace
 
-RawSurface read_off(Cursor& file) {
+RawSurface read_off(Cursor& file, RawLabels*) {
   file.comment = '#';
   const bool has_extras = read_keyword(file);
   const std::size_t vertices = file.count(NumberType::int64, 6, "vertices");

@@ -21,6 +21,18 @@ std::int32_t checked_index(std::int64_t index, std::size_t points, const Cursor&
 
 }  // namespace
 
+RawLabels::Field& RawLabels::field(std::string_view name, bool is_on_points) {
+  for (Field& known : fields)
+    if (known.name == name && known.is_on_points == is_on_points) return known;
+  return fields.emplace_back(Field{std::string(name), is_on_points, {}});
+}
+
+RawLabels::Group& RawLabels::group(std::string_view name, int dimension) {
+  for (Group& known : groups)
+    if (known.name == name && known.dimension == dimension) return known;
+  return groups.emplace_back(Group{std::string(name), dimension, {}});
+}
+
 void add_polygon(RawSurface& surface, std::span<const std::int64_t> corners, const Cursor& cursor) {
   if (corners.size() < 3)
     cursor.fail("a face has " + std::to_string(corners.size()) + " corners, needs at least 3");

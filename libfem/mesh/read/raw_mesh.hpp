@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,31 @@ struct RawTetMesh {
   std::size_t ignored_elements = 0;
 };
 
+/// What a file says of its points and cells beside where they are. A reader fills it where it is
+/// asked to; cells are counted as the file counts them, from 0.
+struct RawLabels {
+  struct Field {
+    std::string name;
+    bool is_on_points = false;
+    std::vector<double> values;  ///< one row after another, of each point or cell
+  };
+  struct Group {
+    std::string name;
+    int dimension = 2;
+    std::vector<std::int32_t> cells;
+  };
+  std::vector<Field> fields;
+  std::vector<Group> groups;
+  std::int32_t cells = 0;
+  std::vector<std::int32_t> cell;                  ///< that each triangle or tet is made of
+  std::vector<std::array<std::int32_t, 3>> faces;  ///< triangles in a file of tets
+  std::vector<std::int32_t> face_cell;
+
+  /// The field or group of this name, made where there is none.
+  Field& field(std::string_view name, bool is_on_points);
+  Group& group(std::string_view name, int dimension);
+};
+
 /// Adds a polygon as a fan about its first corner. corners: indices into `points`, at least 3.
 /// Throws through `cursor` (which says where) when there are fewer or one is out of range.
 void add_polygon(RawSurface& surface, std::span<const std::int64_t> corners, const Cursor& cursor);
@@ -38,6 +64,10 @@ void add_tet(RawTetMesh& mesh, std::span<const std::int64_t, 4> corners, std::in
 
 /// The element kinds that share a file with tets.
 [[noreturn]] void fail_not_tets(const Cursor& cursor, const char* kind);
+
+/// The mesh of a file by its extension, in file units; labels: null, or what else it says.
+RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels);
+RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels);
 
 /// A tet mesh in m from a reader's raw one: unused nodes dropped, negative tets turned.
 /// where: the file, for messages. Throws Error when tets have no volume or use a node twice, or two

@@ -18,7 +18,7 @@ template <typename Mesh>
 struct Format {
   std::string_view extension;
   std::string_view what;
-  Mesh (*read)(Cursor& file);
+  Mesh (*read)(Cursor& file, mesh_read::RawLabels* labels);
 };
 
 // Adding a format is a .cpp and a row.
@@ -63,11 +63,12 @@ const Format<Mesh>& format_of(const std::filesystem::path& path,
 }
 
 template <typename Mesh>
-Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> formats) {
+Mesh read_raw(const std::filesystem::path& path, std::span<const Format<Mesh>> formats,
+              mesh_read::RawLabels* labels) {
   const Format<Mesh>& format = format_of(path, formats);
   const std::string bytes = mesh_read::load_file(path);
   Cursor file(bytes, path.string());
-  Mesh mesh = format.read(file);
+  Mesh mesh = format.read(file, labels);
   constexpr std::size_t kMax = std::numeric_limits<std::int32_t>::max();
   if (mesh.points.size() > kMax)
     throw Error(path.string(), "has more than 2^31 - 1 vertices", "Decimate the mesh.");
@@ -89,10 +90,22 @@ void check_size(const Points& points, const std::string& where) {
 
 }  // namespace
 
+namespace mesh_read {
+
+RawSurface read_raw_surface(const std::filesystem::path& path, RawLabels* labels) {
+  return read_raw<RawSurface>(path, kSurfaceFormats, labels);
+}
+
+RawTetMesh read_raw_tets(const std::filesystem::path& path, RawLabels* labels) {
+  return read_raw<RawTetMesh>(path, kTetFormats, labels);
+}
+
+}  // namespace mesh_read
+
 Surface read_surface(const std::filesystem::path& path, double length_unit_m) {
   const std::string where = path.string();
   check_unit(length_unit_m, where);
-  const auto raw = read_raw<mesh_read::RawSurface>(path, kSurfaceFormats);
+  const auto raw = mesh_read::read_raw_surface(path, nullptr);
   if (raw.triangles.empty())
     throw Error(where, "the mesh has no faces (" + std::to_string(raw.points.size()) + " vertices)",
                 "Export the surface as triangles or polygons.");
@@ -113,7 +126,7 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, double length_unit_m,
                       TetReadNotes* notes) {
   const std::string where = path.string();
   check_unit(length_unit_m, where);
-  const auto raw = read_raw<mesh_read::RawTetMesh>(path, kTetFormats);
+  const auto raw = mesh_read::read_raw_tets(path, nullptr);
   if (raw.tets.empty())
     throw Error(where,
                 "the mesh has no tetrahedra (" + std::to_string(raw.ignored_elements) +

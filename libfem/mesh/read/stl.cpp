@@ -85,7 +85,7 @@ RawSurface read_text(Cursor& file) {
 
 }  // namespace
 
-RawSurface read_stl(Cursor& file) {
+RawSurface read_stl(Cursor& file, RawLabels*) {
   const std::string_view bytes = file.bytes();
   // Binary files may begin with "solid" too, so the exact size decides.
   if (bytes.size() >= kHeader) {

@@ -46,7 +46,7 @@ void read_elements(Cursor& file, std::int64_t first, RawTetMesh& mesh) {
 
 }  // namespace
 
-RawTetMesh read_tetgen(Cursor& file) {
+RawTetMesh read_tetgen(Cursor& file, RawLabels*) {
   const std::filesystem::path given(file.file());
   const bool is_node = same_word(given.extension().string(), ".node");
   std::filesystem::path other = given;

@@ -59,8 +59,19 @@ void add_strips(RawSurface& surface, const VtkCells& cells, std::size_t base,
   });
 }
 
+void note_cells(const VtkCells& cells, RawLabels& labels) {
+  std::int64_t begin = 0;
+  for (const std::int64_t end : cells.end) {
+    const std::int64_t triangles = std::max<std::int64_t>(end - begin - 2, 0);
+    labels.cell.insert(labels.cell.end(), static_cast<std::size_t>(triangles), labels.cells);
+    ++labels.cells;
+    begin = end;
+  }
+}
+
 void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::int64_t>& types,
-              std::size_t base, const Cursor& cursor) {
+              std::size_t base, const Cursor& cursor, RawLabels* labels) {
+  constexpr std::int64_t kTriangles[] = {5, 22, 34, 69};
   if (types.size() != cells.end.size())
     cursor.fail("there are " + std::to_string(cells.end.size()) + " cells but " +
                 std::to_string(types.size()) + " cell types");
@@ -68,14 +79,23 @@ void add_tets(RawTetMesh& mesh, const VtkCells& cells, const std::vector<std::in
     switch (kind_of(types[cell])) {
       case CellKind::ignored:
         ++mesh.ignored_elements;
+        if (labels != nullptr && std::ranges::count(kTriangles, types[cell]) > 0 &&
+            corners.size() >= 3) {
+          std::array<std::int32_t, 3>& face = labels->faces.emplace_back();
+          for (std::size_t i = 0; i < 3; ++i) face[i] = static_cast<std::int32_t>(corners[i]);
+          labels->face_cell.push_back(labels->cells + static_cast<std::int32_t>(cell));
+        }
         break;
       case CellKind::other_volume:
         fail_not_tets(cursor, ("VTK cell type " + std::to_string(types[cell])).c_str());
       case CellKind::tet:
         if (corners.size() < 4) cursor.fail("a tetrahedron has fewer than 4 corners");
         add_tet(mesh, corners.first<4>(), static_cast<std::int64_t>(cell), cursor);
+        if (labels != nullptr)
+          labels->cell.push_back(labels->cells + static_cast<std::int32_t>(cell));
     }
   });
+  if (labels != nullptr) labels->cells += static_cast<std::int32_t>(types.size());
 }
 
 }  // namespace palpate::mesh_read

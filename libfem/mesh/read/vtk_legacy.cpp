@@ -34,19 +34,47 @@ class LegacyFile {
   // The next section's keyword; empty at the end or where only attributes follow.
   std::string_view section() {
     while (!file_.at_end()) {
+      const std::size_t start = file_.position();
       const std::string_view keyword = file_.word_on_line();
-      if (same_word(keyword, "CELL_DATA") || same_word(keyword, "POINT_DATA")) return {};
+      if (same_word(keyword, "CELL_DATA") || same_word(keyword, "POINT_DATA")) {
+        file_.seek(start);
+        return {};
+      }
       if (same_word(keyword, "METADATA")) {
-        file_.line();
-        while (file_.remaining() > 0 && !file_.line().empty()) {
-        }  // ends with an empty line
+        skip_metadata();
       } else if (same_word(keyword, "FIELD")) {
-        skip_field();
+        read_field({}, nullptr);
       } else {
         return keyword;
       }
     }
     return {};
+  }
+
+  // Values on cells and points, behind the geometry.
+  void attributes(RawLabels& labels) {
+    bool is_on_points = false;
+    std::size_t rows = 0;
+    while (!file_.at_end()) {
+      const std::string_view keyword = file_.word_on_line();
+      const auto is = [&](std::string_view word) { return same_word(keyword, word); };
+      if (is("CELL_DATA") || is("POINT_DATA")) {
+        is_on_points = is("POINT_DATA");
+        rows = file_.count(NumberType::int64, 0, "rows");
+        file_.line();
+      } else if (is("METADATA")) {
+        skip_metadata();
+      } else if (is("FIELD")) {
+        read_field(is_on_points, &labels);
+      } else if (is("LOOKUP_TABLE")) {
+        file_.word_on_line();
+        const std::size_t colours = file_.count(NumberType::int64, 4, "colours");
+        file_.line();
+        values(colours, 4, data_ == Encoding::text ? NumberType::float64 : NumberType::uint8);
+      } else {
+        read_attribute(keyword, rows, labels.field(file_.word_on_line(), is_on_points));
+      }
+    }
   }
 
   std::vector<Vec3> points() {
@@ -124,20 +152,75 @@ class LegacyFile {
     return cells;
   }
 
-  void skip_field() {
+  void skip_metadata() {
+    file_.line();
+    while (file_.remaining() > 0 && !file_.line().empty()) {
+    }  // ends with an empty line
+  }
+
+  std::vector<double> values(std::size_t rows, std::size_t width, NumberType type) {
+    if (width > 0 && rows > file_.remaining() / width)
+      file_.fail("a field is larger than the file");
+    std::vector<double> out(rows * width);
+    file_.encoding = data_;
+    for (double& value : out) value = file_.real(type);
+    file_.encoding = Encoding::text;
+    return out;
+  }
+
+  // "KEYWORD name ..." behind its name.
+  void read_attribute(std::string_view keyword, std::size_t rows, RawLabels::Field& field) {
+    struct Attribute {
+      std::string_view name;
+      std::size_t width;
+    };
+    constexpr Attribute kAttributes[] = {{"SCALARS", 1},     {"VECTORS", 3},  {"NORMALS", 3},
+                                         {"TENSORS", 9},     {"TENSORS6", 6}, {"GLOBAL_IDS", 1},
+                                         {"PEDIGREE_IDS", 1}};
+    std::size_t width = 0;
+    NumberType type = NumberType::float32;
+    const auto small_count = [&](std::string_view word) {
+      const auto number = parse_integer(word);
+      if (!number || *number < 1 || *number > 9) file_.fail("a field has 1 to 9 components");
+      return static_cast<std::size_t>(*number);
+    };
+    if (same_word(keyword, "TEXTURE_COORDINATES")) {
+      width = small_count(file_.word_on_line());
+      type = read_type(file_);
+    } else if (same_word(keyword, "COLOR_SCALARS")) {
+      width = small_count(file_.word_on_line());
+      type = data_ == Encoding::text ? NumberType::float64 : NumberType::uint8;
+    } else {
+      for (const Attribute& row : kAttributes)
+        if (same_word(keyword, row.name)) width = row.width;
+      if (width == 0) file_.fail(quoted(keyword) + " is no attribute of VTK");
+      type = read_type(file_);
+      if (const std::string_view more = file_.word_on_line(); !more.empty())
+        width = small_count(more);
+    }
+    file_.line();
+    if (same_word(keyword, "SCALARS")) {
+      const std::size_t start = file_.position();
+      if (same_word(file_.word(), "LOOKUP_TABLE"))
+        file_.line();
+      else
+        file_.seek(start);
+    }
+    field.values = values(rows, width, type);
+  }
+
+  // "FIELD name arrays" and its arrays; labels: null to pass over them.
+  void read_field(bool is_on_points, RawLabels* labels) {
     file_.word_on_line();  // its name
     const std::int64_t arrays = file_.integer();
     for (std::int64_t a = 0; a < arrays; ++a) {
-      file_.word();
+      const std::string_view name = file_.word();
       const std::size_t width = file_.count(NumberType::int64, 1, "components");
       const std::size_t rows = file_.count(NumberType::int64, 1, "rows");
       const NumberType type = read_type(file_);
       file_.line();
-      if (width > 0 && rows > file_.remaining() / width)
-        file_.fail("a field is larger than the file");
-      file_.encoding = data_;
-      for (std::size_t i = 0; i < rows * width; ++i) file_.real(type);
-      file_.encoding = Encoding::text;
+      std::vector<double> read = values(rows, width, type);
+      if (labels != nullptr) labels->field(name, is_on_points).values = std::move(read);
     }
   }
 
@@ -148,29 +231,39 @@ class LegacyFile {
 
 }  // namespace
 
-RawSurface read_vtk_polydata(Cursor& file) {
+RawSurface read_vtk_polydata(Cursor& file, RawLabels* labels) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "POLYDATA"))
     file.fail("holds a " + quoted(legacy.dataset()) + ", not POLYDATA",
               "Give a surface; tetrahedra (UNSTRUCTURED_GRID) are read as body.tetmesh.");
   RawSurface surface;
+  // VTK counts cells in this order, whatever that of the sections.
+  VtkCells vertices, lines, polygons, strips;
   for (auto keyword = legacy.section(); !keyword.empty(); keyword = legacy.section()) {
     if (same_word(keyword, "POINTS")) {
       surface.points = legacy.points();
     } else if (same_word(keyword, "POLYGONS")) {
-      add_polygons(surface, legacy.cells(), 0, file);
+      add_polygons(surface, polygons = legacy.cells(), 0, file);
     } else if (same_word(keyword, "TRIANGLE_STRIPS")) {
-      add_strips(surface, legacy.cells(), 0, file);
-    } else if (same_word(keyword, "VERTICES") || same_word(keyword, "LINES")) {
-      legacy.cells();
+      add_strips(surface, strips = legacy.cells(), 0, file);
+    } else if (same_word(keyword, "VERTICES")) {
+      vertices = legacy.cells();
+    } else if (same_word(keyword, "LINES")) {
+      lines = legacy.cells();
     } else {
       file.fail(quoted(keyword) + " is not a section of POLYDATA");
     }
   }
+  if (labels != nullptr) {
+    labels->cells = static_cast<std::int32_t>(vertices.end.size() + lines.end.size());
+    note_cells(polygons, *labels);
+    note_cells(strips, *labels);
+    legacy.attributes(*labels);
+  }
   return surface;
 }
 
-RawTetMesh read_vtk_grid(Cursor& file) {
+RawTetMesh read_vtk_grid(Cursor& file, RawLabels* labels) {
   LegacyFile legacy(file);
   if (!same_word(legacy.dataset(), "UNSTRUCTURED_GRID"))
     file.fail("holds " + quoted(legacy.dataset()) + ", not an UNSTRUCTURED_GRID",
@@ -189,7 +282,8 @@ RawTetMesh read_vtk_grid(Cursor& file) {
       file.fail(quoted(keyword) + " is not a section of UNSTRUCTURED_GRID");
     }
   }
-  add_tets(mesh, cells, types, 0, file);
+  add_tets(mesh, cells, types, 0, file, labels);
+  if (labels != nullptr) legacy.attributes(*labels);
   return mesh;
 }
 

@@ -26,21 +26,39 @@ VtkCells read_cells(const VtkXmlFile& xml, const VtkPiece& piece, const char* se
           xml.integers(piece, section, "connectivity", -1)};
 }
 
+// Values on points and cells of a piece, behind those of the pieces before it.
+void append_fields(const VtkXmlFile& xml, const VtkPiece& piece, RawLabels& labels) {
+  for (const VtkArray& array : piece.arrays) {
+    const bool is_on_points = array.section == "PointData";
+    if (!is_on_points && array.section != "CellData") continue;
+    std::vector<double>& all = labels.field(array.name, is_on_points).values;
+    const std::vector<double> here = xml.reals(piece, array.section, array.name, -1);
+    all.insert(all.end(), here.begin(), here.end());
+  }
+}
+
 }  // namespace
 
-RawSurface read_vtp(Cursor& file) {
+RawSurface read_vtp(Cursor& file, RawLabels* labels) {
   const VtkXmlFile xml(file, "PolyData");
   RawSurface surface;
   for (const VtkPiece& piece : xml.pieces()) {
     const std::size_t base = surface.points.size();
     append_points(xml, piece, file, surface.points);
-    add_polygons(surface, read_cells(xml, piece, "Polys", piece.polys), base, file);
-    add_strips(surface, read_cells(xml, piece, "Strips", piece.strips), base, file);
+    const VtkCells polygons = read_cells(xml, piece, "Polys", piece.polys),
+                   strips = read_cells(xml, piece, "Strips", piece.strips);
+    add_polygons(surface, polygons, base, file);
+    add_strips(surface, strips, base, file);
+    if (labels == nullptr) continue;
+    labels->cells += static_cast<std::int32_t>(piece.verts + piece.lines);
+    note_cells(polygons, *labels);
+    note_cells(strips, *labels);
+    append_fields(xml, piece, *labels);
   }
   return surface;
 }
 
-RawTetMesh read_vtu(Cursor& file) {
+RawTetMesh read_vtu(Cursor& file, RawLabels* labels) {
   const VtkXmlFile xml(file, "UnstructuredGrid");
   RawTetMesh mesh;
   for (const VtkPiece& piece : xml.pieces()) {
@@ -48,7 +66,8 @@ RawTetMesh read_vtu(Cursor& file) {
     append_points(xml, piece, file, mesh.points);
     if (piece.cells == 0) continue;
     add_tets(mesh, read_cells(xml, piece, "Cells", piece.cells),
-             xml.integers(piece, "Cells", "types", piece.cells), base, file);
+             xml.integers(piece, "Cells", "types", piece.cells), base, file, labels);
+    if (labels != nullptr) append_fields(xml, piece, *labels);
   }
   return mesh;
 }

@@ -101,13 +101,16 @@ VtkXmlFile::VtkXmlFile(Cursor& file, std::string_view type) : file_(file) {
       if (is_inside_piece)
         pieces_.push_back({count_attribute(*tag, "NumberOfPoints", file),
                            count_attribute(*tag, "NumberOfCells", file),
+                           count_attribute(*tag, "NumberOfVerts", file),
+                           count_attribute(*tag, "NumberOfLines", file),
                            count_attribute(*tag, "NumberOfPolys", file),
                            count_attribute(*tag, "NumberOfStrips", file),
                            {}});
     } else if (is_inside_piece && tag->name == "DataArray") {
       const bool is_geometry =
           !open.empty() && open.back() != "PointData" && open.back() != "CellData";
-      if (!tag->is_end && is_geometry)
+      const bool is_number = number_type(attribute(*tag, "type")).has_value();
+      if (!tag->is_end && !open.empty() && (is_geometry || is_number))
         pieces_.back().arrays.push_back(read_array_tag(*tag, open.back(), file));
     } else if (is_inside_piece && !tag->is_closed) {
       if (!tag->is_end)

@@ -22,7 +22,7 @@ struct VtkArray {
 
 /// A <Piece>: its counts (0 where absent) and arrays.
 struct VtkPiece {
-  std::int64_t points = 0, cells = 0, polys = 0, strips = 0;
+  std::int64_t points = 0, cells = 0, verts = 0, lines = 0, polys = 0, strips = 0;
   std::vector<VtkArray> arrays;
 };
 

@@ -4,6 +4,12 @@
 
 namespace palpate::fem {
 
+BedStiffness plane_of_symmetry(const Material& body, double length_m) {
+  constexpr double kStiffer = 1e3;
+  const SmallStrain moduli = body.law->small_strain(body.constants);
+  return {kStiffer * (moduli.lambda_Pa + 2 * moduli.mu_Pa) / length_m, 0};  // (M13j)
+}
+
 ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
   if (!bed_at) return;
   for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -14,7 +20,7 @@ ElasticBed::ElasticBed(const QuadraticMesh& mesh, const BedAt& bed_at) {
     for (const FacePoint& point : kFaceRule) {
       Vec3 place = Vec3::Zero(), along_r = Vec3::Zero(), along_s = Vec3::Zero();
       for (int a = 0; a < kFaceNodes; ++a) {
-        const Vec3 node = mesh.nodes.row(face.node[a]);
+        const Vec3 node = mesh.shape().row(face.node[a]);
         place += point.shape[a] * node;
         along_r += point.shape_r[a] * node;
         along_s += point.shape_s[a] * node;

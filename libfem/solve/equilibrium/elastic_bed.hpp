@@ -6,6 +6,7 @@
 
 #include "libfem/contact/face_rule.hpp"
 #include "libfem/elements/block_matrix.hpp"
+#include "libfem/materials/materials.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
 
 namespace palpate::fem {
@@ -16,12 +17,17 @@ struct BedStiffness {
   double along_N_m3 = 0, across_N_m3 = 0;
 };
 
+/// A plane of symmetry, or a smooth wall that holds: u.n = 0, as a bed so stiff that it gives by a
+/// thousandth of what the body does over length_m under the same pressure, and that slides (M13j).
+BedStiffness plane_of_symmetry(const Material& body, double length_m);
+
 /// The bed under a place [m] of the boundary at rest; zeros where there is none. May be empty.
 using BedAt = std::function<BedStiffness(const Vec3& rest_position)>;
 
 /// Springs on a body's boundary (Winkler's foundation), linear in the displacement:
-/// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest
-/// (M13f). It pulls as it pushes. Integrated with six points a face, so its border may cross one.
+/// E = 1/2 int u . k u dA, k = along n n' + across (1 - n n'), n and A of the boundary at rest, or
+/// under the body's own weight (M13f). It pulls as it pushes. Integrated with six points a face, so
+/// its border may cross one.
 class ElasticBed {
  public:
   ElasticBed() = default;

@@ -8,6 +8,7 @@
 #include "libfem/solve/equilibrium/anderson.hpp"
 #include "libfem/solve/equilibrium/condensed_tangent.hpp"
 #include "libfem/solve/equilibrium/elastic_bed.hpp"
+#include "libfem/solve/equilibrium/own_weight.hpp"
 #include "libfem/solve/factor/schur_factor.hpp"
 
 namespace palpate::fem {
@@ -67,9 +68,10 @@ class Equilibrium {
   /// mesh must outlive this. young_Pa of faces follows region_at at their centres.
   Equilibrium(const QuadraticMesh& mesh, const std::vector<Material>& materials,
               const RegionAt& region_at, const Probe& probe, const ContactSettings& contact = {},
-              const EquilibriumOptions& options = {}, const BedAt& bed_at = {});
+              const EquilibriumOptions& options = {}, const BedAt& bed_at = {},
+              const OwnWeight& weight = {});
 
-  /// The body at rest with the probe at `pose`, touching or not.
+  /// The body in mesh.shape() with the probe at `pose`, touching or not.
   BodyState rest(const ProbePose& pose) const;
 
   /// Moves the probe from an accepted state to `pose`, starting the search at displacement `guess`.
@@ -100,7 +102,8 @@ class Equilibrium {
   void stiffen_contact(double factor) { contact_.stiffen(factor); }
 
   /// Sum of the forces of the ground on the body at held nodes [N]; where there is no bed, minus
-  /// the contact force in equilibrium. moment_Nm: the same of their moments about a point.
+  /// the contact force and the weight in equilibrium. moment_Nm: the same of their moments about a
+  /// point.
   Vec3 reaction_N(const Points& u) const;
   Vec3 reaction_moment_Nm(const Points& u, const Vec3& about) const;
 
@@ -140,6 +143,7 @@ class Equilibrium {
 
   class CondensedContact;
 
+  double add_weight(const Points& u, Points& force) const;
   void assemble_elastic(double geometric_scale, double max_pressure, Local& at);
   void evaluate(Step& step);
   void add_contact(Step& step);
@@ -161,6 +165,7 @@ class Equilibrium {
   EquilibriumOptions options_;
   ElasticBody body_;
   ElasticBed bed_;
+  Points weight_N_;  // of nodes; no rows without weight
   ContactInterface contact_;
   SymmetricBlockMatrix K_;  // elastic; contact is added where it is used
   SchurFactor factor_;

@@ -65,10 +65,10 @@ struct PathOptions {
   bool uzawa_update = true;  ///< rows of the equilibrium after one: Equilibrium::uzawa_update
 };
 
-/// Where along `axis` the probe touches the body at rest [m], measured from `tip`, found to 1e-9 of
-/// its length by conservative advancement from `back_off_m` before it, on the curved faces and not
-/// only at their quadrature points. Empty when nothing is met within `reach_m` past the tip.
-/// Source: Mirtich 1996, conservative advancement.
+/// Where along `axis` the probe touches the body, at rest or bent by its weight [m], measured from
+/// `tip`, found to 1e-9 of its length by conservative advancement from `back_off_m` before it, on
+/// the curved faces and not only at their quadrature points. Empty when nothing is met within
+/// `reach_m` past the tip. Source: Mirtich 1996, conservative advancement.
 std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& probe,
                                     const ProbePose& pose, double back_off_m, double reach_m);
 

@@ -9,6 +9,7 @@
 #include "libfem/mesh/grade/grade_mesh.hpp"
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
+#include "libfem/solve/experiments/loaded_shape.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfem/solve/experiments/surface_places.hpp"
 #include "libfit/core/statistics.hpp"
@@ -23,7 +24,8 @@ namespace {
 /// (tests/validation/contact).
 constexpr double kEdgeShare = 0.3;
 constexpr double kBaseShare = 0.25;  // of force_tolerance: a change of compliance worth halving
-constexpr int kRingPieces = 24;      // chords are within 0.01 of the radius
+constexpr double kShapeTolerance = 1e-3;  // of the shape under load, over the probe's length
+constexpr int kRingPieces = 24;           // chords are within 0.01 of the radius
 
 /// coarsening: of the sizes that the contact asks for. halved: base tets, see GradeOptions.
 struct Fineness {
@@ -57,6 +59,10 @@ struct Simulator::State {
 
   QuadraticMesh mesh_at(const Vec3& position, const Vec3& normal, const ExperimentPlan& plan,
                         const Fineness& fineness) const;
+  std::optional<LoadedShape> bent;  // of the base mesh, about origin; where there is weight
+
+  Vec3 scene_place(const Vec3& x) const;
+  bool unbend_at(const Vec3& position, QuadraticMesh& mesh) const;
   RegionAt region_about(const Vec3& position) const;
   BedAt bed_about(const Vec3& position) const;
   PatchResponse patch_at(const QuadraticMesh& mesh, const ExperimentPlan& plan,
@@ -155,8 +161,8 @@ Simulator::Simulator(SimulationSetup setup) {
   check_setup(setup);
   const Vec3 origin = middle_of(setup.volume.nodes);
   SmoothSurface surface(moved(setup.surface, -origin));
-  auto state =
-      std::make_unique<State>(State{std::move(setup), origin, {}, std::move(surface), {}, {}, {}});
+  auto state = std::make_unique<State>(
+      State{std::move(setup), origin, {}, std::move(surface), {}, {}, {}, {}});
   state->volume = state->setup.volume;
   state->volume.nodes.rowwise() -= origin.transpose();
   for (std::size_t m = 0; m < state->setup.materials.size(); ++m)
@@ -164,6 +170,7 @@ Simulator::Simulator(SimulationSetup setup) {
         state->setup.materials[m], m == 0 ? "[material]" : "[[inclusion]] " + std::to_string(m)));
   state->probe = make_probe(state->setup.probe, "[probe]");
   state->outward = vertex_normals(state->setup.surface);
+  if (state->setup.weight.is_there()) state->bent = unbend_base(state->setup, origin);
   state_ = std::move(state);
 }
 
@@ -191,11 +198,14 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   const double coarsening = fineness.coarsening;
   GradeOptions grade;
   grade.halved = fineness.halved;
-  if (setup.held_at) grade.held_at = [this](const Vec3& x) { return setup.held_at(x + origin); };
+  if (setup.held_at)
+    grade.held_at = [this](const Vec3& x, bool is_on_boundary) {
+      return setup.held_at(scene_place(x), is_on_boundary);
+    };
   grade.growth = std::min(1.0, options.growth * coarsening);
   grade.interface_share = options.interface_share;
   if (setup.region_at)
-    grade.region_at = [this](const Vec3& x) { return setup.region_at(x + origin); };
+    grade.region_at = [this](const Vec3& x) { return setup.region_at(scene_place(x)); };
   const Vec3 line = probe.contact_line_m(normal);
   const double ring = probe.edge_ring_m();
   const auto add_ring = [&](const Vec3& middle) {
@@ -227,13 +237,18 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   return mesh;
 }
 
-/// mesh: of mesh_at for the same plan.
-MeshRun Simulator::State::run(const QuadraticMesh& mesh, const ExperimentPlan& plan,
+/// given: of mesh_at for the same plan.
+MeshRun Simulator::State::run(const QuadraticMesh& given, const ExperimentPlan& plan,
                               const Vec3& position, const Vec3& normal, bool keeps_surface,
                               const Progress& progress) const {
   MeshRun out;
+  QuadraticMesh mesh = given;
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
+  if (!unbend_at(position, mesh)) {
+    for (PathRow& row : out.rows) row.status = RowStatus::not_converged;
+    return out;
+  }
   const Probe here = pressed_to(probe, plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
@@ -246,7 +261,7 @@ MeshRun Simulator::State::run(const QuadraticMesh& mesh, const ExperimentPlan& p
   // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
   if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
   Equilibrium equilibrium(mesh, materials, region_about(position), here, contact,
-                          setup.options.equilibrium, bed_about(position));
+                          setup.options.equilibrium, bed_about(position), setup.weight);
   OnRow on_row;
   if (keeps_surface) {
     out.surface.resize(plan.rows.size());
@@ -254,8 +269,10 @@ MeshRun Simulator::State::run(const QuadraticMesh& mesh, const ExperimentPlan& p
     places.rowwise() -= position.transpose();
     const SurfacePlaces surface_places(mesh, places, outward);
     const double quantum_m = std::ldexp(1, std::ilogb(here.length_m) - kSurfaceBits);
-    on_row = [&out, surface_places, quantum_m](int row, const Points& u) {
-      out.surface[static_cast<std::size_t>(row)] = surface_places.displacement(u, quantum_m);
+    on_row = [&out, surface_places, quantum_m, before = mesh.displacement()](int row,
+                                                                             const Points& u) {
+      out.surface[static_cast<std::size_t>(row)] =
+          surface_places.displacement(u - before, quantum_m);
     };
   }
   out.rows = follow_paths(equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
@@ -265,21 +282,43 @@ MeshRun Simulator::State::run(const QuadraticMesh& mesh, const ExperimentPlan& p
   return out;
 }
 
+// What the scene calls a place of the given shape, x about origin.
+Vec3 Simulator::State::scene_place(const Vec3& x) const {
+  return (bent && setup.regions_at_rest ? Vec3(x - bent->sag_at(x)) : x) + origin;
+}
+
+// The shape at rest of a graded mesh that is in the shape under load. False where there is none.
+bool Simulator::State::unbend_at(const Vec3& position, QuadraticMesh& mesh) const {
+  if (!bent) return true;
+  const WeightedBody body{materials, region_about(position), bed_about(position),
+                          setup.options.equilibrium.element, setup.weight};
+  return unbend(body, kShapeTolerance * probe.length_m, bent->sag_of(mesh, position - origin), mesh)
+      .is_found();
+}
+
 RegionAt Simulator::State::region_about(const Vec3& position) const {
   if (!setup.region_at) return {};
-  return [this, position](const Vec3& x) { return setup.region_at(x + position); };
+  return [this, position](const Vec3& x) {
+    return setup.region_at(scene_place(x + position - origin));
+  };
 }
 
 BedAt Simulator::State::bed_about(const Vec3& position) const {
   if (!setup.bed_at) return {};
-  return [this, position](const Vec3& x) { return setup.bed_at(x + position); };
+  return
+      [this, position](const Vec3& x) { return setup.bed_at(scene_place(x + position - origin)); };
 }
 
 /// A unit load, spread over the contact at the deepest depth.
-PatchResponse Simulator::State::patch_at(const QuadraticMesh& mesh, const ExperimentPlan& plan,
+PatchResponse Simulator::State::patch_at(const QuadraticMesh& given, const ExperimentPlan& plan,
                                          const Vec3& position, const Vec3& normal) const {
   const Probe here = pressed_to(probe, plan.depth_m);
   const double reach_m = here.contact_reach_m(plan.depth_m);
+  QuadraticMesh mesh = given;
+  if (bent) {  // near enough for a tangent
+    mesh.loaded = mesh.nodes;
+    mesh.nodes -= bent->sag_of(mesh, position - origin);
+  }
   return press_patch(mesh, static_cast<std::size_t>(volume.tets.rows()), materials,
                      region_about(position), setup.options.equilibrium.element, normal,
                      reach_m > 0 ? reach_m : here.half_width_m, bed_about(position));
@@ -307,11 +346,12 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
   if (!setup.region_at) return false;
   constexpr int kReach = 4;  // of half radii
   const double step = here.contact_reach_m(depth_m) / 2;
-  const int own = setup.region_at(position);
+  const RegionAt region_at = region_about(position);
+  const int own = region_at(Vec3::Zero());
   for (int i = -kReach; i <= kReach; ++i)
     for (int j = -kReach; j <= kReach; ++j)
       for (int k = -kReach; k <= kReach; ++k)
-        if (setup.region_at(position + step * Vec3(i, j, k)) != own) return true;
+        if (region_at(step * Vec3(i, j, k)) != own) return true;
   return false;
 }
 

@@ -115,7 +115,7 @@ SimulationSetup plate(std::array<int, 3> cells) {
   setup.volume = structured_block(Vec3(0.06, 0.04, 0.006), cells);
   for (Eigen::Index n = 0; n < setup.volume.nodes.rows(); ++n)
     setup.is_held.push_back(setup.volume.nodes(n, 0) < 0.0101);
-  setup.held_at = [](const Vec3& x) { return x.x() < 0.0101; };
+  setup.held_at = [](const Vec3& x, bool) { return x.x() < 0.0101; };
   setup.surface = {setup.volume.nodes, boundary_triangles(setup.volume.tets)};
   setup.materials = {{"neo-hookean", {kYoung_Pa, kPoisson}}};
   setup.probe = sphere_spec(0.005);

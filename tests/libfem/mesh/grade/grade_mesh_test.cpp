@@ -147,7 +147,7 @@ TEST(GradeMesh, new_nodes_at_held_places_are_held_where_no_base_face_ends_there)
   const Block block;  // base layers of 20 mm
   GradeOptions at_side = kPress;
   at_side.path = {{{0, 0.05, 0.01}, {0, 0.05, 0.01}}};
-  at_side.held_at = [](const Vec3& x) { return x.z() < 0.0101; };
+  at_side.held_at = [](const Vec3& x, bool) { return x.z() < 0.0101; };
   const QuadraticMesh mesh = grade_mesh(block.base, block.held, block.surface, at_side);
   int held = 0;
   for (Eigen::Index n = 0; n < mesh.nodes.rows(); ++n) {

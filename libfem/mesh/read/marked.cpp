@@ -1,0 +1,244 @@
+#include "libfem/mesh/read/marked.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <span>
+
+#include "libfem/mesh/read/raw_mesh.hpp"
+#include "libfit/core/error.hpp"
+
+namespace palpate {
+namespace {
+
+using mesh_read::RawLabels;
+
+constexpr double kEqual = 1e-6;  // of a float32 and what was typed
+constexpr std::size_t kListed = 10;
+
+// What a file says of a mark: flags by point or by cell; one of both is there.
+struct Marked {
+  std::vector<char> points, cells;
+};
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kListed); ++i)
+    text += (i > 0 ? ", " : "") + names[i];
+  if (names.size() > kListed) text += fmt::format(", and {} more", names.size() - kListed);
+  return text;
+}
+
+Marked group_of(const RawLabels& labels, const std::string& name, const std::string& where) {
+  constexpr const char* kOf[] = {"points", "curves", "faces", "tetrahedra"};
+  const RawLabels::Group* found = nullptr;
+  std::vector<std::string> known;
+  for (const RawLabels::Group& group : labels.groups) {
+    known.push_back(
+        fmt::format("\"{}\" ({} {})", group.name, group.cells.size(), kOf[group.dimension]));
+    // Tetrahedra before their faces, where a name means both.
+    if (group.name == name && (found == nullptr || group.dimension > found->dimension))
+      found = &group;
+  }
+  if (found == nullptr)
+    throw Error(where, fmt::format("has no group \"{}\"", name),
+                known.empty() ? "It has no groups: MSH files have physical groups, OBJ files g, o "
+                                "and usemtl."
+                              : fmt::format("Its groups: {}.", list_of(known)));
+  if (found->dimension < 2)
+    throw Error(where, fmt::format("group \"{}\" is of {}", name, kOf[found->dimension]),
+                fmt::format("Name one of faces or tetrahedra. Its groups: {}.", list_of(known)));
+  Marked marked;
+  marked.cells.assign(static_cast<std::size_t>(labels.cells), 0);
+  for (const std::int32_t cell : found->cells) marked.cells[static_cast<std::size_t>(cell)] = 1;
+  return marked;
+}
+
+const std::vector<double>* find_field(const RawLabels& labels, std::string_view name,
+                                      bool is_on_points) {
+  for (const RawLabels::Field& field : labels.fields)
+    if (field.name == name && field.is_on_points == is_on_points) return &field.values;
+  return nullptr;
+}
+
+Marked colour_of(const RawLabels& labels, const std::string& colour, const std::string& where) {
+  const auto parts = [&](bool is_on_points) {
+    std::array<const std::vector<double>*, 3> out;
+    for (std::size_t i = 0; i < 3; ++i)
+      out[i] = find_field(labels, std::array{"red", "green", "blue"}[i], is_on_points);
+    return out;
+  };
+  const auto are_there = [](const auto& of) { return of[0] && of[1] && of[2]; };
+  const bool is_on_points = !are_there(parts(false));
+  const auto channels = parts(is_on_points);
+  if (!are_there(channels))
+    throw Error(where, "has no colours", "Save it as PLY with colours of its faces or vertices.");
+  std::map<std::string, std::size_t> known;
+  std::vector<char> flags;
+  for (std::size_t i = 0; i < channels[0]->size(); ++i) {
+    std::string here = "#";
+    for (const auto* channel : channels)
+      here += fmt::format("{:02x}", static_cast<int>(std::clamp((*channel)[i], 0.0, 255.0)));
+    flags.push_back(here == colour);
+    ++known[here];
+  }
+  if (!known.contains(colour)) {
+    std::vector<std::pair<std::size_t, std::string>> by_count;
+    for (const auto& [name, count] : known) by_count.push_back({count, name});
+    std::stable_sort(by_count.begin(), by_count.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::vector<std::string> names;
+    for (const auto& [count, name] : by_count)
+      names.push_back(fmt::format("{} ({} {})", name, count, is_on_points ? "vertices" : "faces"));
+    throw Error(where, fmt::format("has nothing of colour {}", colour),
+                fmt::format("Its colours: {}.", list_of(names)));
+  }
+  return is_on_points ? Marked{flags, {}} : Marked{{}, flags};
+}
+
+Marked field_of(const RawLabels& labels, std::size_t points, const MeshMark& mark,
+                const std::string& where) {
+  const auto* on_cells = find_field(labels, mark.name, false);
+  const auto* values = on_cells != nullptr ? on_cells : find_field(labels, mark.name, true);
+  const auto rows = on_cells != nullptr ? static_cast<std::size_t>(labels.cells) : points;
+  if (values == nullptr || values->size() != rows) {
+    std::vector<std::string> known;
+    for (const RawLabels::Field& field : labels.fields)
+      known.push_back(
+          fmt::format("\"{}\" (of {})", field.name, field.is_on_points ? "points" : "cells"));
+    throw Error(where,
+                values == nullptr
+                    ? fmt::format("has no field \"{}\"", mark.name)
+                    : fmt::format("field \"{}\" has {} numbers for {} {}", mark.name,
+                                  values->size(), rows, on_cells != nullptr ? "cells" : "points"),
+                known.empty()
+                    ? "It has no fields: VTK files have those of points and cells, PLY "
+                      "files other properties."
+                    : fmt::format("Name a field of one number. Its fields: {}.", list_of(known)));
+  }
+  std::vector<char> flags;
+  std::set<double> known;
+  for (const double value : *values) {
+    flags.push_back(std::abs(value - mark.equals) <= kEqual * std::max(1.0, std::abs(value)));
+    known.insert(value);
+  }
+  if (std::ranges::count(flags, 1) == 0) {
+    std::vector<std::string> names;
+    for (const double value : known) names.push_back(fmt::format("{:.6g}", value));
+    throw Error(where, fmt::format("field \"{}\" equals {:.6g} nowhere", mark.name, mark.equals),
+                fmt::format("Its values: {}.", list_of(names)));
+  }
+  return on_cells != nullptr ? Marked{{}, flags} : Marked{flags, {}};
+}
+
+Marked find_mark(const RawLabels& labels, std::size_t points, const MeshMark& mark,
+                 const std::string& where) {
+  switch (mark.by) {
+    case MeshMark::By::group:
+      return group_of(labels, mark.name, where);
+    case MeshMark::By::colour:
+      return colour_of(labels, mark.name, where);
+    case MeshMark::By::field:
+      break;
+  }
+  return field_of(labels, points, mark, where);
+}
+
+// Flags of corners, `width` to a cell of `corners`.
+template <std::size_t width>
+std::vector<char> corner_flags(const Marked& marked,
+                               std::span<const std::array<std::int32_t, width>> corners,
+                               const std::vector<std::int32_t>& cell) {
+  std::vector<char> flags;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    for (const std::int32_t corner : corners[i])
+      flags.push_back(!marked.points.empty() ? marked.points[static_cast<std::size_t>(corner)]
+                                             : marked.cells[static_cast<std::size_t>(cell[i])]);
+  return flags;
+}
+
+Points scaled(const std::vector<Vec3>& raw, double length_unit_m) {
+  Points points(static_cast<Eigen::Index>(raw.size()), 3);
+  for (std::size_t i = 0; i < raw.size(); ++i)
+    points.row(static_cast<Eigen::Index>(i)) = length_unit_m * raw[i].transpose();
+  return points;
+}
+
+template <class Matrix, std::size_t width>
+Matrix rows_of(const std::vector<std::array<std::int32_t, width>>& cells) {
+  Matrix out(static_cast<Eigen::Index>(cells.size()), static_cast<Eigen::Index>(width));
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    for (std::size_t k = 0; k < width; ++k)
+      out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = cells[i][k];
+  return out;
+}
+
+std::array<std::int32_t, 3> sorted(std::array<std::int32_t, 3> face) {
+  std::ranges::sort(face);
+  return face;
+}
+
+// The boundary of tets, and of it the faces or points that are marked in the file.
+PaintedPart marked_boundary(const mesh_read::RawTetMesh& raw, const RawLabels& labels,
+                            const Marked& marked, double length_unit_m, const std::string& where,
+                            const MeshMark& mark) {
+  constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> boundary;  // by sorted corners
+  for (const auto& tet : raw.tets)
+    for (const auto& corner : kFaces) {
+      const std::array<std::int32_t, 3> face{tet[static_cast<std::size_t>(corner[0])],
+                                             tet[static_cast<std::size_t>(corner[1])],
+                                             tet[static_cast<std::size_t>(corner[2])]};
+      const auto [at, is_new] = boundary.try_emplace(sorted(face), face);
+      if (!is_new) boundary.erase(at);
+    }
+  std::set<std::array<std::int32_t, 3>> painted;
+  for (std::size_t f = 0; f < labels.faces.size(); ++f)
+    if (marked.points.empty() && marked.cells[static_cast<std::size_t>(labels.face_cell[f])])
+      painted.insert(sorted(labels.faces[f]));
+  Surface surface;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<char> flags;
+  for (const auto& [key, face] : boundary) {
+    triangles.push_back(face);
+    for (const std::int32_t corner : face)
+      flags.push_back(marked.points.empty() ? painted.contains(key)
+                                            : marked.points[static_cast<std::size_t>(corner)]);
+  }
+  if (std::ranges::count(flags, 1) == 0)
+    throw Error(where, fmt::format("no face of \"{}\" lies on the boundary of the body", mark.name),
+                "Name a group of faces on its boundary, or one of tetrahedra.");
+  surface.vertices = scaled(raw.points, length_unit_m);
+  surface.triangles = rows_of<Triangles>(triangles);
+  return {std::move(surface), std::move(flags)};
+}
+
+}  // namespace
+
+PaintedPart read_marked_part(const std::filesystem::path& path, double length_unit_m, bool is_tets,
+                             const MeshMark& mark) {
+  const std::string where = path.string();
+  RawLabels labels;
+  if (!is_tets) {
+    const mesh_read::RawSurface raw = mesh_read::read_raw_surface(path, &labels);
+    const Marked marked = find_mark(labels, raw.points.size(), mark, where);
+    return {Surface{scaled(raw.points, length_unit_m), rows_of<Triangles>(raw.triangles)},
+            corner_flags<3>(marked, raw.triangles, labels.cell)};
+  }
+  const mesh_read::RawTetMesh raw = mesh_read::read_raw_tets(path, &labels);
+  const Marked marked = find_mark(labels, raw.points.size(), mark, where);
+  std::vector<char> flags = corner_flags<4>(marked, raw.tets, labels.cell);
+  bool has_whole = false;
+  for (std::size_t t = 0; t < raw.tets.size(); ++t)
+    has_whole |= std::all_of(&flags[4 * t], &flags[4 * t] + 4, [](char flag) { return flag != 0; });
+  if (!has_whole) return marked_boundary(raw, labels, marked, length_unit_m, where, mark);
+  TetMesh volume;
+  volume.nodes = scaled(raw.points, length_unit_m);
+  volume.tets = rows_of<Tets>(raw.tets);
+  return {std::move(volume), std::move(flags)};
+}
+
+}  // namespace palpate
