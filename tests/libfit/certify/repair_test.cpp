@@ -19,10 +19,10 @@ bool is_same(const AssetBytes& a, const AssetBytes& b) {
   return a.size() == b.size() && std::equal(a.data(), a.data() + a.size(), b.data());
 }
 
-// It needs mu = 0.138 and has 0.12.
+// It needs mu = 0.138 and has 0.1.
 TEST(repair, lifts_the_friction_of_the_papers_cylinder_until_no_triangle_fails) {
-  const Loaded body = load(even_cylinder(25, 0.12));
-  const Repair repaired = repair(body.asset, quick());
+  const Loaded body = load(even_cylinder(25, 0.1));
+  const Repair repaired = repair(body.asset, {});
   EXPECT_EQ(repaired.before.any, 400);
   EXPECT_EQ(repaired.before.witnesses, 400);
   EXPECT_EQ(repaired.after.sum(), 0);
@@ -33,11 +33,10 @@ TEST(repair, lifts_the_friction_of_the_papers_cylinder_until_no_triangle_fails) 
   for (int v = 0; v < asset.vertices; ++v) {
     if (!asset.covered[v]) continue;
     const float mu = asset.node(v)[asset.control_offset[runtime::kFriction]];
-    EXPECT_LE(mu, 0.12 + 0.05 + 1e-6);
-    EXPECT_LT(mu, 0.16);  // and no more than a bound a tenth above 0.138 asks for
+    EXPECT_LE(mu, 0.1 + 0.05 + 1e-6);
   }
   // A fixed point: nothing is left to do.
-  EXPECT_TRUE(repair(asset, quick()).steps.empty());
+  EXPECT_TRUE(repair(asset, {}).steps.empty());
 }
 
 // Smoothing radial normals changes nothing but near the open ends, and helps no triangle.
