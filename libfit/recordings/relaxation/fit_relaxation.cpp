@@ -338,8 +338,10 @@ void describe(const Identification& with, const std::vector<std::vector<Relaxing
     }
     free.push_back(k);
   }
-  const double scale =
-      std::max(1e-12, correlated / static_cast<double>(std::max<Eigen::Index>(1, used - unknowns)));
+  // Rows that go together count as fewer, also against the unknowns.
+  const double together = squares > 0 ? correlated / squares : 1;
+  const double independent = static_cast<double>(used) - together * static_cast<double>(unknowns);
+  const double scale = std::max(1e-12, correlated / std::max(together, independent));
   Eigen::MatrixXd information = (jacobian.transpose() * jacobian)(free, free) / scale;
   for (std::size_t k = 0; k < free.size(); ++k)  // the priors of shifts do not scale with noise
     if (free[k] >= 2 * branches)
