@@ -36,9 +36,8 @@ struct RelaxationFit {
 };
 
 /// Identifies relaxation from recordings of points, a vector of recordings each. Nothing where no
-/// recording has rows. max_branches: 0 to runtime::kMaxBranches; -1: `exactly` decides. Does not depend on
-/// threads.
-/// exactly: so many branches, without a choice; -1: held-out stretches choose.
+/// recording has rows. max_branches: 0 to runtime::kMaxBranches; -1: `exactly` decides. Does not
+/// depend on threads. exactly: so many branches, without a choice; -1: held-out stretches choose.
 RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& points,
                              int exactly = -1);
 
