@@ -13,15 +13,15 @@ constexpr double kLeastForce = 0.02;
 // A tool that bears less of what it would in slow motion has left the body behind.
 constexpr double kLeastQuotient = 0.1;
 
-struct Rows {
+struct ReplayableRows {
   Eigen::Index first, count;
 };
 
 // Rows of each experiment, one after the other, up to the first that is not good.
-std::vector<Rows> usable_experiments(const Samples& samples) {
-  std::vector<Rows> out;
+std::vector<ReplayableRows> usable_experiments(const Samples& samples) {
+  std::vector<ReplayableRows> out;
   for (Eigen::Index i = 0; i < samples.rows();) {
-    Rows rows{i, 0};
+    ReplayableRows rows{i, 0};
     bool is_good = true;
     for (; i < samples.rows() && samples.experiment[static_cast<std::size_t>(i)] ==
                                      samples.experiment[static_cast<std::size_t>(rows.first)];
@@ -35,8 +35,8 @@ std::vector<Rows> usable_experiments(const Samples& samples) {
 }
 
 // Normal forces of an experiment, with times or in slow motion.
-std::vector<double> normal_forces(const Samples& samples, const Rows& rows, const Bases& bases,
-                                  const CurveSet& curves, bool is_timed) {
+std::vector<double> normal_forces(const Samples& samples, const ReplayableRows& rows,
+                                  const Bases& bases, const CurveSet& curves, bool is_timed) {
   const auto point = static_cast<Eigen::Index>(samples.point[static_cast<std::size_t>(rows.first)]);
   const Vec3 inward = samples.point_normal.row(point);
   const runtime::Quadric quadric = quadric_of(inward, offset_gradient(samples, point));
@@ -59,7 +59,7 @@ Samples in_slow_motion(const Samples& timed, const FittedCurves& curves) {
   Samples out = timed;
   out.time_s.resize(0);
   const Bases bases = bases_of(curves.curves);
-  for (const Rows& rows : usable_experiments(timed)) {
+  for (const ReplayableRows& rows : usable_experiments(timed)) {
     if (rows.count == 0) continue;
     const auto point = static_cast<std::size_t>(timed.point[static_cast<std::size_t>(rows.first)]);
     if (curves.status[point] == FitStatus::failed) continue;

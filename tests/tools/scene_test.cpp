@@ -42,11 +42,10 @@ TEST(scene, a_misspelt_key_is_refused_with_its_place_and_the_nearest_known_one) 
   EXPECT_EQ(error_of(kSmallest + "[probe]\nraduis = \"5 mm\"\n"),
             "scenes/liver.toml:8:1: [probe] has no key \"raduis\"\n"
             "  Did you mean \"radius\"? Known: friction, radius, shape.");
-  EXPECT_EQ(
-      error_of(kSmallest + "[experimets]\ndepth = 1\n"),
-      "scenes/liver.toml:7:2: the scene has no key \"experimets\"\n"
-      "  Did you mean \"experiments\"? Known: bed, body, experiments, export, fit, inclusion, "
-      "material, probe, validate.");
+  EXPECT_EQ(error_of(kSmallest + "[experimets]\ndepth = 1\n"),
+            "scenes/liver.toml:7:2: the scene has no key \"experimets\"\n"
+            "  Did you mean \"experiments\"? Known: bed, body, experiments, export, fit, gravity, "
+            "inclusion, material, probe, validate.");
 }
 
 TEST(scene, a_wrong_unit_is_refused_with_the_right_ones) {

@@ -20,7 +20,7 @@ constexpr double kEqual = 1e-6;  // of a float32 and what was typed
 constexpr std::size_t kListed = 10;
 
 // What a file says of a mark: flags by point or by cell; one of both is there.
-struct Marked {
+struct MarkFlags {
   std::vector<char> points, cells;
 };
 
@@ -32,7 +32,7 @@ std::string list_of(const std::vector<std::string>& names) {
   return text;
 }
 
-Marked group_of(const RawLabels& labels, const std::string& name, const std::string& where) {
+MarkFlags group_of(const RawLabels& labels, const std::string& name, const std::string& where) {
   constexpr const char* kOf[] = {"points", "curves", "faces", "tetrahedra"};
   const RawLabels::Group* found = nullptr;
   std::vector<std::string> known;
@@ -51,7 +51,7 @@ Marked group_of(const RawLabels& labels, const std::string& name, const std::str
   if (found->dimension < 2)
     throw Error(where, fmt::format("group \"{}\" is of {}", name, kOf[found->dimension]),
                 fmt::format("Name one of faces or tetrahedra. Its groups: {}.", list_of(known)));
-  Marked marked;
+  MarkFlags marked;
   marked.cells.assign(static_cast<std::size_t>(labels.cells), 0);
   for (const std::int32_t cell : found->cells) marked.cells[static_cast<std::size_t>(cell)] = 1;
   return marked;
@@ -64,7 +64,7 @@ const std::vector<double>* find_field(const RawLabels& labels, std::string_view 
   return nullptr;
 }
 
-Marked colour_of(const RawLabels& labels, const std::string& colour, const std::string& where) {
+MarkFlags colour_of(const RawLabels& labels, const std::string& colour, const std::string& where) {
   const auto parts = [&](bool is_on_points) {
     std::array<const std::vector<double>*, 3> out;
     for (std::size_t i = 0; i < 3; ++i)
@@ -96,11 +96,11 @@ Marked colour_of(const RawLabels& labels, const std::string& colour, const std::
     throw Error(where, fmt::format("has nothing of colour {}", colour),
                 fmt::format("Its colours: {}.", list_of(names)));
   }
-  return is_on_points ? Marked{flags, {}} : Marked{{}, flags};
+  return is_on_points ? MarkFlags{flags, {}} : MarkFlags{{}, flags};
 }
 
-Marked field_of(const RawLabels& labels, std::size_t points, const MeshMark& mark,
-                const std::string& where) {
+MarkFlags field_of(const RawLabels& labels, std::size_t points, const MeshMark& mark,
+                   const std::string& where) {
   const auto* on_cells = find_field(labels, mark.name, false);
   const auto* values = on_cells != nullptr ? on_cells : find_field(labels, mark.name, true);
   const auto rows = on_cells != nullptr ? static_cast<std::size_t>(labels.cells) : points;
@@ -131,11 +131,11 @@ Marked field_of(const RawLabels& labels, std::size_t points, const MeshMark& mar
     throw Error(where, fmt::format("field \"{}\" equals {:.6g} nowhere", mark.name, mark.equals),
                 fmt::format("Its values: {}.", list_of(names)));
   }
-  return on_cells != nullptr ? Marked{{}, flags} : Marked{flags, {}};
+  return on_cells != nullptr ? MarkFlags{{}, flags} : MarkFlags{flags, {}};
 }
 
-Marked find_mark(const RawLabels& labels, std::size_t points, const MeshMark& mark,
-                 const std::string& where) {
+MarkFlags find_mark(const RawLabels& labels, std::size_t points, const MeshMark& mark,
+                    const std::string& where) {
   switch (mark.by) {
     case MeshMark::By::group:
       return group_of(labels, mark.name, where);
@@ -149,7 +149,7 @@ Marked find_mark(const RawLabels& labels, std::size_t points, const MeshMark& ma
 
 // Flags of corners, `width` to a cell of `corners`.
 template <std::size_t width>
-std::vector<char> corner_flags(const Marked& marked,
+std::vector<char> corner_flags(const MarkFlags& marked,
                                std::span<const std::array<std::int32_t, width>> corners,
                                const std::vector<std::int32_t>& cell) {
   std::vector<char> flags;
@@ -183,7 +183,7 @@ std::array<std::int32_t, 3> sorted(std::array<std::int32_t, 3> face) {
 
 // The boundary of tets, and of it the faces or points that are marked in the file.
 PaintedPart marked_boundary(const mesh_read::RawTetMesh& raw, const RawLabels& labels,
-                            const Marked& marked, double length_unit_m, const std::string& where,
+                            const MarkFlags& marked, double length_unit_m, const std::string& where,
                             const MeshMark& mark) {
   constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   std::map<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> boundary;  // by sorted corners
@@ -224,12 +224,12 @@ PaintedPart read_marked_part(const std::filesystem::path& path, double length_un
   RawLabels labels;
   if (!is_tets) {
     const mesh_read::RawSurface raw = mesh_read::read_raw_surface(path, &labels);
-    const Marked marked = find_mark(labels, raw.points.size(), mark, where);
+    const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
     return {Surface{scaled(raw.points, length_unit_m), rows_of<Triangles>(raw.triangles)},
             corner_flags<3>(marked, raw.triangles, labels.cell)};
   }
   const mesh_read::RawTetMesh raw = mesh_read::read_raw_tets(path, &labels);
-  const Marked marked = find_mark(labels, raw.points.size(), mark, where);
+  const MarkFlags marked = find_mark(labels, raw.points.size(), mark, where);
   std::vector<char> flags = corner_flags<4>(marked, raw.tets, labels.cell);
   bool has_whole = false;
   for (std::size_t t = 0; t < raw.tets.size(); ++t)

@@ -25,11 +25,11 @@ struct AssembleOptions {
 /// What recordings tell of a body's relaxation (method.md, section 25).
 struct BodyRelaxation {
   RelaxationFit fit;  ///< of all recordings that were used; no branches where they show none
-  struct Point {
+  struct PointSeries {
     std::string name;
     RelaxationFit fit;  ///< with as many branches as the body's
   };
-  std::vector<Point> points;  ///< those with a hold, where there are several
+  std::vector<PointSeries> points;  ///< those with a hold, where there are several
   struct Used {
     std::string file, point;
     double drift_share = 0;  ///< of the force lost in a hold, that its sensor's drift may be

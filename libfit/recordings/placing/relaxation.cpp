@@ -180,7 +180,7 @@ std::vector<std::string> relaxation_notes(const BodyRelaxation& found) {
         "slow relaxation");
   // Points whose stiffness at once is not the body's.
   std::vector<std::string> other;
-  for (const BodyRelaxation::Point& point : found.points) {
+  for (const BodyRelaxation::PointSeries& point : found.points) {
     const auto own = point.fit.band(Eigen::VectorXd::Constant(1, fit.shortest_s));
     const double error = std::hypot(own.high[0] - own.middle[0], band.high[0] - band.middle[0]) / 2;
     if (std::abs(own.middle[0] - band.middle[0]) > kApart * error)

@@ -105,7 +105,7 @@ Json as_json(const RelaxationFit& fit) {
 Json as_json(const BodyRelaxation& found) {
   Json json = as_json(found.fit);
   json["points"] = Json::array();
-  for (const BodyRelaxation::Point& point : found.points) {
+  for (const BodyRelaxation::PointSeries& point : found.points) {
     Json of = as_json(point.fit);
     of["name"] = point.name;
     json["points"].push_back(of);

@@ -93,10 +93,10 @@ class GroupResiduals final : public ceres::CostFunction {
   const std::vector<char>& held_out_;
 };
 
-class Identification {
+class SeriesSearch {
  public:
-  Identification(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
-                 double shortest_s, double longest_s)
+  SeriesSearch(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
+               double shortest_s, double longest_s)
       : low_(std::log(shortest_s)), high_(std::log(longest_s)) {
     for (const auto& presses : points) groups_.emplace_back(presses, curve);
     for (const PressGroup& group : groups_)
@@ -269,7 +269,7 @@ Values sorted(const Values& values) {
 }
 
 // Covariance, intervals and pictures at the solution.
-void describe(const Identification& with, const std::vector<std::vector<RelaxingPress>>& points,
+void describe(const SeriesSearch& with, const std::vector<std::vector<RelaxingPress>>& points,
               const Values& values, RelaxationFit& fit) {
   const auto branches = static_cast<Eigen::Index>(values.branch.size() / 2);
   fit.relaxation = values.relaxation();
@@ -407,13 +407,13 @@ RelaxationFit fit_relaxation(const std::vector<std::vector<RelaxingPress>>& poin
   fit.shortest_s = std::max(fit.shortest_s, runtime::kMinRelaxation_s);
   fit.longest_s = std::clamp(fit.longest_s, 4 * fit.shortest_s, runtime::kMaxRelaxation_s);
 
-  const Identification powers(points, SlowCurve::powers, fit.shortest_s, fit.longest_s),
+  const SeriesSearch powers(points, SlowCurve::powers, fit.shortest_s, fit.longest_s),
       free(points, SlowCurve::free, fit.shortest_s, fit.longest_s);
   const Values none = powers.refined(powers.start()), one = powers.with_another(none),
                other = free.refined(one);
   const bool is_free =
       mean(free.held_out_squares(other, 0)) < mean(powers.held_out_squares(one, 0));
-  const Identification& with = is_free ? free : powers;
+  const SeriesSearch& with = is_free ? free : powers;
   fit.curve = is_free ? SlowCurve::free : SlowCurve::powers;
 
   const auto described = [&](const Values& values) {

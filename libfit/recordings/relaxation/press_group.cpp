@@ -72,7 +72,7 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
   Eigen::Index first = 0;
   for (const RelaxingPress& one : presses) {
     const TimedPress& p = one.press;
-    Part part{p.time_s, p.depth_m, first};
+    PressInGroup part{p.time_s, p.depth_m, first};
     part.contact_deviation_m = one.contact_deviation_m;
     if (!presses_.empty() && one.contact_deviation_m > 0) {
       part.shift = static_cast<int>(shifted_.size());
@@ -119,7 +119,7 @@ PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const doubl
   Eigen::MatrixXd sensor =
       Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
   Eigen::Index sensors = 0;
-  for (const Part& part : presses_) {
+  for (const PressInGroup& part : presses_) {
     const Eigen::Index n = part.time_s.size();
     const double shift_m = part.shift < 0 ? 0 : shifts[part.shift] * part.contact_deviation_m;
     column.middleRows(part.first, n) =

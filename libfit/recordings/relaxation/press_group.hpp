@@ -53,14 +53,14 @@ class PressGroup {
   Eigen::Index rows_used() const { return (weight_.array() > 0).count(); }
 
  private:
-  struct Part {
+  struct PressInGroup {
     Eigen::VectorXd time_s, depth_m;
     Eigen::Index first = 0;
     int shift = -1;  ///< index of its shift
     double contact_deviation_m = 0;
     bool has_drift = false;  ///< of its sensor
   };
-  std::vector<Part> presses_;
+  std::vector<PressInGroup> presses_;
   std::vector<std::size_t> shifted_;
   Eigen::Index rows_ = 0;
   Eigen::VectorXd push_N_, weight_;
