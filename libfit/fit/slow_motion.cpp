@@ -12,6 +12,9 @@ namespace {
 constexpr double kLeastForce = 0.02;
 // A tool that bears less of what it would in slow motion has left the body behind.
 constexpr double kLeastQuotient = 0.1;
+// Of the deepest so far: a press that is shallower is on its way out, where rings let go one by one
+// and a body does not.
+constexpr double kWayOut = 0.98;
 
 struct ReplayableRows {
   Eigen::Index first, count;
@@ -70,11 +73,16 @@ Samples in_slow_motion(const Samples& timed, const FittedCurves& curves) {
     for (std::size_t i = 0; i < slow.size(); ++i)
       quotient.push_back(slow[i] > least && slow[i] > 0 ? fast[i] / slow[i] : 0);
     const auto told = std::ranges::find_if(quotient, [](double q) { return q > kLeastQuotient; });
-    double before = told != quotient.end() ? *told : 1;
+    double before = told != quotient.end() ? *told : 1, deepest_m = 0;
+    const bool is_press = timed.kind[static_cast<std::size_t>(rows.first)] == ExperimentKind::press;
     for (std::size_t i = 0; i < slow.size(); ++i) {
       const Eigen::Index row = rows.first + static_cast<Eigen::Index>(i);
       const bool is_told = slow[i] > least && slow[i] > 0;
-      if (is_told && quotient[i] < kLeastQuotient) {
+      const double depth_m =
+          timed.deflection.row(row).dot(timed.point_normal.row(static_cast<Eigen::Index>(point)));
+      deepest_m = std::max(deepest_m, depth_m);
+      const bool is_way_out = is_press && depth_m < kWayOut * deepest_m;
+      if (is_way_out || (is_told && quotient[i] < kLeastQuotient)) {
         out.status[static_cast<std::size_t>(row)] = RowStatus::no_contact;
         continue;
       }
