@@ -107,8 +107,8 @@ struct Samples {
   /// (docs/method.md, section 21), xx, yy, zz, xy, xz, yz; zero where that is not known.
   SymmetricRows point_sway;
 
-  /// P or 0: what forces of a press on one mesh were multiplied with (docs/method.md, M13e); 0 of
-  /// points whose rows come from two meshes.
+  /// P or 0: of a press on one mesh, s_0 of the deepest step, by which and by a line over the force
+  /// its forces were multiplied (docs/method.md, M13e); 0 of points whose rows come from two meshes.
   Eigen::VectorXd point_scale;
 
   std::vector<std::int32_t> point;       ///< N, index of the test point
