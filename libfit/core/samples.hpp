@@ -108,7 +108,8 @@ struct Samples {
   SymmetricRows point_sway;
 
   /// P or 0: of a press on one mesh, s_0 of the deepest step, by which and by a line over the force
-  /// its forces were multiplied (docs/method.md, M13e); 0 of points whose rows come from two meshes.
+  /// its forces were multiplied (docs/method.md, M13e); 0 of points whose rows come from two
+  /// meshes.
   Eigen::VectorXd point_scale;
 
   std::vector<std::int32_t> point;       ///< N, index of the test point
