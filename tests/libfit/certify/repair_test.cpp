@@ -96,6 +96,8 @@ TEST(repair, says_how_far_forces_change) {
 TEST(asset_edit, with_other_meta_data_is_the_same_asset) {
   Model model = random_body(1, {1, 0.1, 1});
   make_shaped(model, 5, 2, 1);
+  model.curves.relaxation.share = Eigen::Vector2d(0.5, 0.8);  // it lies between meta and shape
+  model.curves.relaxation.time_s = Eigen::Vector2d(0.05, 0.6);
   const Loaded body = load(model);
   AssetEdit edit(body.asset);
   edit.seal(R"({"repair":")" + std::string(300, 'x') + R"("})");
@@ -105,6 +107,8 @@ TEST(asset_edit, with_other_meta_data_is_the_same_asset) {
   EXPECT_EQ(again.meta_bytes, 313u);
   EXPECT_EQ(again.shape.points, 5);
   EXPECT_EQ(again.shape.mode[7], body.asset.shape.mode[7]);
+  EXPECT_EQ(again.curves.relaxation.branches, 2);
+  EXPECT_EQ(again.curves.relaxation.time_s[1], 0.6);
   edit.seal(std::string(body.asset.meta, body.asset.meta_bytes));
   EXPECT_TRUE(is_same(edit.bytes(), body.bytes));
 }
