@@ -137,18 +137,17 @@ T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
 /// ring_pull(), or with kSlips slip_rings(), of rings that relax: forces and energy of springs and
 /// branches, over what the normal curve says of slow motion. A ring slips where its traction is
 /// above the friction of what it bears, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots hold
-/// still in a slip, so it shortens |q - rest| and what is stored falls.
+/// still in a slip, so it shortens |q - rest| and what is stored falls; the caller books by
+/// energies, so lost_J is 0.
 template <bool kSlips, class T, int N, class Anchors>
 RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& table,
                           const RingBed<T, N>& bed, const RingDeflection<T>& at, Anchors& anchors,
                           const RingCreep<T, N>& creep, const T& at_0) noexcept {
-  using std::sqrt;
   const double fast = relaxation.fast;
   const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
   const bool is_stiff = value_of(lambda) > 0;
   Vec3<T> force{T(0), T(0), T(0)};
   T twice(0), along(0);
-  double lost = 0;
   for (int i = 0; i < N; ++i) {
     const T stiffness = bed.stiffness_N_m[i], normal = is_stiff ? stiffness / lambda : T(0);
     const RingPress<T> press = ring_press(table, at_0, i, at.depth_m);
@@ -159,14 +158,10 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
     if (kSlips && i > 0) {
       const T reach = creeping_reach(relaxation, table, creep, at_0, i, at.depth_m);
       const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
-      const T length = lambda * lambda * squared;
-      const bool touches = value_of(limit_m) > 0;
-      if (!touches || value_of(length) > value_of(limit_m) * value_of(limit_m)) {
-        const T share = touches ? limit_m / sqrt(length) : T(0);
-        const double before = value_of(squared);
+      T share(0);
+      if (ring_slips(limit_m, lambda * lambda, squared, share)) {
         q = q * share;
         squared = squared * (share * share);
-        lost += value_of(stiffness) * fast * (before - value_of(squared));
         if constexpr (kSlips) anchors.set(i, at.q - creep.rest(i) - q);
       }
     }
@@ -175,7 +170,7 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
     twice = twice + stiffness * (squared * fast + creep.locked[1][i]) +
             normal * (borne * borne * fast + creep.locked[0][i] - h * h);
   }
-  return {force, at.q - anchors.at(0), 0.5 * twice, 0.5 * lost, along, creep.first};
+  return {force, at.q - anchors.at(0), 0.5 * twice, 0, along, creep.first};
 }
 
 /// g(d), and for each branch its share of g at the depth that is left to its dashpot of ring 1: the

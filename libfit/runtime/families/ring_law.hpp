@@ -111,12 +111,23 @@ RingPull<T> ring_pull(const RingBed<T, N>& bed, const RingDeflection<T>& at,
   }
   return {force, q1, 0.5 * twice, 0};
 }
+/// Whether a ring slips (B3): lambda |q| is beyond limit_m, or it does not touch (limit_m 0).
+/// share: what then is left of its deflection.
+template <class T>
+bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, T& share) noexcept {
+  using std::sqrt;
+  const T length = lambda_squared * squared_m2;
+  const bool touches = value_of(limit_m) > 0;
+  if (touches && !(value_of(length) > value_of(limit_m) * value_of(limit_m))) return false;
+  share = touches ? limit_m / sqrt(length) : T(0);
+  return true;
+}
+
 /// After (B3) of rings 2 to N. Rings that do not touch are anchored under the tool. It shortens
 /// every |q_i|, so the stored energy falls whatever the tick.
 template <class T, int N>
 RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
                        const RingDeflection<T>& at, RingAnchors<T, N>& anchors) noexcept {
-  using std::sqrt;
   const T squared_lambda = bed.limit.lambda * bed.limit.lambda,
           mu = bed.limit.friction_at(at.depth_m);
   const Vec3<T> q1 = at.q - anchors.at(0);
@@ -128,10 +139,8 @@ RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
     const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
     Vec3<T> q = at.q - anchors.at(i);
     T squared = dot(q, q);
-    const T length = squared_lambda * squared;
-    const bool touches = value_of(limit_m) > 0;
-    if (!touches || value_of(length) > value_of(limit_m) * value_of(limit_m)) {
-      const T share = touches ? limit_m / sqrt(length) : T(0);
+    T share(0);
+    if (ring_slips(limit_m, squared_lambda, squared, share)) {
       const double before = value_of(squared);
       q = q * share;
       squared = squared * (share * share);
