@@ -10,6 +10,7 @@
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/loaded_shape.hpp"
+#include "libfem/solve/experiments/record_rows.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfem/solve/experiments/surface_places.hpp"
 #include "libfit/core/statistics.hpp"
@@ -65,11 +66,11 @@ struct Simulator::State {
   bool unbend_at(const Vec3& position, QuadraticMesh& mesh) const;
   RegionAt region_about(const Vec3& position) const;
   BedAt bed_about(const Vec3& position) const;
-  PatchResponse patch_at(const QuadraticMesh& mesh, const ExperimentPlan& plan,
-                         const Vec3& position, const Vec3& normal) const;
+  PatchResponse patch_at(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
+                         const Vec3& normal) const;
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
-  MeshRun run(const QuadraticMesh& mesh, const ExperimentPlan& plan, const Vec3& position,
+  MeshRun run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
               const Vec3& normal, bool keeps_surface, const Progress& progress) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
@@ -79,40 +80,6 @@ struct Simulator::State {
 };
 
 namespace {
-
-/// Rows of one experiment from both meshes: force and torque extrapolated, with their error.
-void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse,
-                       double ratio, double min_error, const std::vector<std::size_t>& rows,
-                       std::vector<PointRow>& out) {
-  std::vector<Vec3> force, coarse_force;
-  for (const std::size_t i : rows) {
-    force.push_back(fine[i].force_N);  // zero where the row failed
-    coarse_force.push_back(coarse.empty() ? Vec3(Vec3::Zero()) : coarse[i].force_N);
-  }
-  const Richardson limit = richardson(force, coarse_force, ratio, min_error);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const PathRow& row = fine[rows[k]];
-    PointRow& recorded = out[rows[k]];
-    recorded.status = row.status;
-    recorded.step_check = row.step_check;
-    if (row.status != RowStatus::good) continue;
-    recorded.force = (1 - limit.excess) * row.force_N;
-    recorded.torque = (1 - limit.excess) * row.torque_Nm;
-    recorded.force_error =
-        limit.error[k] * recorded.force.norm() + row.penalty_error_N + row.solver_error_N;
-  }
-}
-
-void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse, double ratio,
-                 double min_error, std::vector<PointRow>& out) {
-  for (std::size_t begin = 0; begin < out.size();) {
-    std::vector<std::size_t> rows;
-    for (const int experiment = out[begin].experiment;
-         begin < out.size() && out[begin].experiment == experiment; ++begin)
-      rows.push_back(begin);
-    record_experiment(fine, coarse, ratio, min_error, rows, out);
-  }
-}
 
 std::ptrdiff_t count_good(const std::vector<PointRow>& rows) {
   return std::count_if(rows.begin(), rows.end(),
@@ -141,21 +108,6 @@ Vec3 middle_of(const Points& points) {
 }
 
 }  // namespace
-
-double achieved_error(const std::vector<PointRow>& rows) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  double largest_N = 0, error = 0;
-  for (const PointRow& row : rows)
-    if (row.status == RowStatus::good) largest_N = std::max(largest_N, row.force.norm());
-  if (!(largest_N > 0)) return kUnknown;
-  for (const PointRow& row : rows) {
-    if (row.status != RowStatus::good || !(row.force.norm() > 0)) continue;
-    if (!std::isfinite(row.force_error)) return kUnknown;
-    error =
-        std::max(error, relative_error(row.force_error, row.force.norm(), kLightForce * largest_N));
-  }
-  return error;
-}
 
 Simulator::Simulator(SimulationSetup setup) {
   check_setup(setup);
@@ -237,12 +189,11 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   return mesh;
 }
 
-/// given: of mesh_at for the same plan.
-MeshRun Simulator::State::run(const QuadraticMesh& given, const ExperimentPlan& plan,
-                              const Vec3& position, const Vec3& normal, bool keeps_surface,
+/// mesh: of mesh_at for the same plan.
+MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
+                              const Vec3& normal, bool keeps_surface,
                               const Progress& progress) const {
   MeshRun out;
-  QuadraticMesh mesh = given;
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
   if (!unbend_at(position, mesh)) {
@@ -310,11 +261,10 @@ BedAt Simulator::State::bed_about(const Vec3& position) const {
 }
 
 /// A unit load, spread over the contact at the deepest depth.
-PatchResponse Simulator::State::patch_at(const QuadraticMesh& given, const ExperimentPlan& plan,
+PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPlan& plan,
                                          const Vec3& position, const Vec3& normal) const {
   const Probe here = pressed_to(probe, plan.depth_m);
   const double reach_m = here.contact_reach_m(plan.depth_m);
-  QuadraticMesh mesh = given;
   if (bent) {  // near enough for a tangent
     mesh.loaded = mesh.nodes;
     mesh.nodes -= bent->sag_of(mesh, position - origin);
