@@ -9,10 +9,10 @@
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
+#include "tools/setup/trial.hpp"
 #include "tools/stages/certify.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/prepare.hpp"
-#include "tools/stages/trial.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include "tools/console.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
-#include "tools/stages/propose.hpp"
+#include "tools/setup/propose.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -17,11 +17,11 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/setup/trial.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/run.hpp"
 #include "tools/stages/simulate.hpp"
-#include "tools/stages/trial.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/stages/propose.hpp"
+#include "tools/setup/propose.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "tools/stages/trial.hpp"
+#include "tools/setup/trial.hpp"
 
 #include <fmt/format.h>
 
