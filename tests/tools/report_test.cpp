@@ -3,99 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
-#include <sstream>
 
-#include "tests/tools/kept_run.hpp"
+#include "tests/tools/report_page.hpp"
 #include "tools/report/packed.hpp"
 
 namespace palpate::tools {
 namespace {
-
-using namespace testing_support;
-
-constexpr const char* kBegin = "<script type=\"application/json\" id=\"contents\">";
-
-class Report : public KeptRun {
- protected:
-  static Outcome report(const std::string& arguments) {
-    return palpate(*folder_, "report " + arguments);
-  }
-  static nlohmann::json contents_of(const std::string& report) {
-    const std::string page = content_of(report);
-    const std::size_t begin = page.find(kBegin) + std::strlen(kBegin);
-    return nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
-  }
-  // Where the page was built with npm's packages; "" where it was not.
-  static std::string modules() {
-    return fs::exists(fs::path(PALPATE_PAGE_DIR) / "page.html") ? PALPATE_PAGE_DIR : "";
-  }
-  static bool has_engine() { return fs::exists(fs::path(PALPATE_PAGE_DIR) / "engine.wasm"); }
-
-  static Outcome node(const std::string& script, const std::string& arguments) {
-    const std::string out = path(".node");
-    const int raw = std::system(("node " PALPATE_SOURCE_DIR "/tests/tools/page/" + script + " " +
-                                 modules() + " " + arguments + " >" + out + " 2>&1")
-                                    .c_str());
-    return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128, content_of(out), {}};
-  }
-  // A claim of browser.mjs about the report of a folder, the block's if none is given.
-  static void expect_in_chromium(const std::string& claim, const std::string& output,
-                                 const std::string& folder = "out") {
-    ASSERT_EQ(report(path(folder) + " -o " + path("report.html")).status, 0);
-    const Outcome seen = node("browser.mjs", claim + " " + path("report.html") + " " + output);
-    EXPECT_EQ(seen.status, 0) << seen.out;
-  }
-  // Three numbers of each row, from the named column on.
-  static std::vector<std::array<double, 3>> vectors(const fs::path& csv, const std::string& name) {
-    std::istringstream rows(content_of(csv));
-    std::string line;
-    std::getline(rows, line);
-    const auto before = line.substr(0, line.find(name));
-    const auto first = std::count(before.begin(), before.end(), ',');
-    std::vector<std::array<double, 3>> out;
-    while (std::getline(rows, line)) {
-      std::istringstream fields(line);
-      std::string field;
-      for (long k = 0; k < first; ++k) std::getline(fields, field, ',');
-      for (double& value : out.emplace_back()) {
-        std::getline(fields, field, ',');
-        value = std::stod(field);
-      }
-    }
-    return out;
-  }
-  // Forces that a native replay gives along a path, against those in another table.
-  static void expect_native_forces(const std::string& path_csv, const fs::path& forces_csv) {
-    const Outcome replay = palpate(*folder_, "replay " + path("out/asset.palp") + " " + path_csv +
-                                                 " -o " + path("native.csv"));
-    ASSERT_EQ(replay.status, 0) << replay.err;
-    const auto native = vectors(path("native.csv"), "fx_N"), other = vectors(forces_csv, "fx_N");
-    ASSERT_EQ(native.size(), other.size());
-    std::size_t touching = 0, differing = 0;
-    for (std::size_t i = 0; i < native.size(); ++i) {
-      touching += native[i] != std::array<double, 3>{};
-      differing += native[i] != other[i];
-    }
-    EXPECT_GT(touching, native.size() / 10) << "of " << native.size();
-    EXPECT_EQ(differing, 0u) << "of " << native.size();
-  }
-};
-
-#define SKIP_WITHOUT_PAGE() \
-  if (modules().empty()) GTEST_SKIP() << "no page was built (Node.js with npm's packages)"
-#define SKIP_WITHOUT_ENGINE() \
-  SKIP_WITHOUT_PAGE();        \
-  if (!has_engine()) GTEST_SKIP() << "no engine in the page (clang++ makes no WebAssembly)"
-#define SKIP_WITHOUT_CHROMIUM() \
-  SKIP_WITHOUT_ENGINE();        \
-  if (!fs::exists("/usr/bin/chromium")) GTEST_SKIP() << "no Chromium (package chromium)"
 
 TEST_F(Report, holds_what_the_run_left_in_one_file) {
   SKIP_WITHOUT_PAGE();
@@ -352,97 +268,6 @@ TEST_F(Report, a_large_surface_is_moved_and_met_by_rays_in_a_share_of_the_time) 
 TEST_F(Report, the_sound_switch_plays_what_the_tool_feels) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("the_sound_switch_plays_what_the_tool_feels", "-");
-}
-
-// An import beside the run: a sound press, one without contact, and a file of no numbers.
-class Recordings : public Report {
- protected:
-  void SetUp() override {
-    fs::create_directories(path("rig"));
-    folder_->write("rig/a.csv", press(true)), folder_->write("rig/b.csv", press(false));
-    folder_->write("rig/c.csv", "t,d,F\n0,0,0\n0,x,1\n");
-    std::string manifest =
-        "[defaults]\ncolumns = { time = \"t\", depth = \"d\", force = \"F\" }\nunits = { time = "
-        "\"s\", position = \"mm\", force = \"N\" }\nforce_on = \"body\"\nnormal = [0, 0, "
-        "-1]\nposition = [0, 0, 40]\nprobe = { shape = \"sphere\", radius = \"5 mm\" }\n";
-    for (const char* file : {"a.csv", "b.csv", "c.csv"})
-      manifest += "[[recording]]\nfile = \"" + std::string(file) + "\"\n";
-    folder_->write("rig/manifest.toml", manifest);
-    outcome =
-        palpate(*folder_, "import " + path("rig/manifest.toml") + " -o " + path("rig/samples.h5"));
-    ASSERT_EQ(outcome.status, 3) << outcome.err;
-    outcome = palpate(*folder_, "fit " + path("rig/samples.h5") + " -o " + path("rig/curves.h5"));
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-  }
-  // Into the body and back, with a rest between, in 900 readings.
-  static std::string press(bool touches) {
-    std::string text = "t,d,F\n";
-    for (int i = 0; i < 900; ++i) {
-      const double travel_mm = i < 400 ? 0.015 * i : i < 500 ? 6 : 0.015 * (900 - i);
-      const double depth_mm = std::max(0.0, travel_mm - 2);
-      const double force_N = touches ? 0.4 * std::pow(depth_mm / 4, 1.5) : 0;
-      text += std::to_string(0.01 * i) + "," + std::to_string(travel_mm) + "," +
-              std::to_string(0.1 + force_N + 1e-3 * ((i * 7919) % 11 - 5)) + "\n";
-    }
-    return text;
-  }
-  Outcome outcome;
-};
-
-TEST_F(Recordings, all_are_in_the_page_refused_ones_first) {
-  SKIP_WITHOUT_PAGE();
-  ASSERT_EQ(report(path("rig") + " -o " + path("report.html")).status, 0);
-  const auto pictures = contents_of(path("report.html")).at("pictures");
-  EXPECT_EQ(pictures.at("file"), (nlohmann::json{"b.csv", "c.csv", "a.csv"}));
-  EXPECT_EQ(pictures.at("all"), (nlohmann::json{1, 0, 0, 2}));
-  EXPECT_EQ(pictures.at("readings")[1], 0) << "nothing was read of it";
-  EXPECT_NE(pictures.at("reasons")[0].get<std::string>(), "");
-  EXPECT_NE(pictures.at("reasons")[1].get<std::string>().find("`x` is not a number"),
-            std::string::npos);
-  const auto of_b = pictures.at("readings")[0].get<std::size_t>();
-  for (const char* key : {"push_N", "travel_m", "time_s"}) {
-    const auto all = unpacked<float>(pictures.at(key));
-    EXPECT_LE(all.size(), 2 * 202u);
-    EXPECT_GE(all.size(), 2 * 190u);
-    EXPECT_TRUE(std::all_of(all.begin(), all.end(), [](float v) { return std::isfinite(v); }));
-  }
-  // Half of them on the press, and every phase among them.
-  const auto travel = unpacked<float>(pictures.at("travel_m"));
-  const auto phase = unpacked<std::uint8_t>(pictures.at("phase"));
-  const auto used = unpacked<std::uint8_t>(pictures.at("is_used"));
-  std::array<int, 5> count{};
-  int pressed = 0;
-  for (std::size_t i = of_b; i < travel.size(); ++i) {
-    ++count.at(phase.at(i));
-    pressed += used.at(i) && travel[i] > 2e-3;
-  }
-  EXPECT_GT(count[0], 50);
-  EXPECT_GT(count[1], 5);
-  EXPECT_GT(count[2], 20);
-  EXPECT_GT(pressed, 60);
-  EXPECT_NEAR(unpacked<float>(pictures.at("contact_m")).at(2), 2e-3, 1e-4);
-  EXPECT_NEAR(unpacked<float>(pictures.at("bias_N")).at(2), 0.1, 1e-3);
-}
-
-TEST_F(Recordings, of_another_import_are_not_shown) {
-  SKIP_WITHOUT_PAGE();
-  folder_->write("rig/a.csv", press(true) + "9.5,0,0.1\n");
-  fs::copy_file(path("rig/samples.signals.h5"), path("rig/kept.h5"),
-                fs::copy_options::overwrite_existing);
-  ASSERT_EQ(
-      palpate(*folder_, "import " + path("rig/manifest.toml") + " -o " + path("rig/samples.h5"))
-          .status,
-      3);
-  fs::rename(path("rig/kept.h5"), path("rig/samples.signals.h5"));
-  ASSERT_EQ(report(path("rig") + " -o " + path("report.html")).status, 0);
-  const auto contents = contents_of(path("report.html"));
-  EXPECT_FALSE(contents.contains("pictures"));
-  EXPECT_NE(contents.at("warnings").dump().find("of another import"), std::string::npos);
-}
-
-TEST_F(Recordings, are_drawn_in_both_schemes_and_on_narrow_screens) {
-  SKIP_WITHOUT_CHROMIUM();
-  expect_in_chromium("recordings_are_drawn", folder_->path().string(), "rig");
 }
 
 TEST_F(Report, keys_alone_reach_everything) {

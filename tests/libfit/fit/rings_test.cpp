@@ -6,56 +6,11 @@
 
 #include <Eigen/LU>
 
-#include "libfit/core/error.hpp"
 #include "libfit/fit/ring_constants.hpp"
-#include "tests/libfit/fit/synthetic.hpp"
+#include "tests/libfit/fit/ring_truth.hpp"
 
 namespace palpate::test {
 namespace {
-
-constexpr double kDepth_m = 0.008;
-
-struct RingTruth {
-  CurveBasis basis{3, {0, 0.004, kDepth_m}};
-  std::vector<std::vector<double>> control;
-
-  RingTruth(const Vec3& inward, const Mat3& gradient, unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> draw(0.8, 1.2);
-    control.push_back({0});  // rises ever faster, so no ring is cut
-    for (int j = 1; j < basis.size(); ++j)
-      control[0].push_back(control[0].back() + 0.06 * j * draw(random));
-    control.push_back({0.7 * draw(random)});
-    control.push_back({0.3 * draw(random)});
-    control.push_back({16 * draw(random)});
-    const auto tangents = fit::tangents_of(inward);
-    for (const double unit : {800.0, 3e4}) {
-      const Vec3 side =
-          unit * ((draw(random) - 1) * tangents[0] + (draw(random) - 1) * tangents[1]);
-      control.push_back({side[0], side[1], side[2]});
-    }
-    constexpr int kAt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-    control.emplace_back();
-    for (const auto& at : kAt) control.back().push_back(-gradient(at[0], at[1]));
-    control.emplace_back(6, 0.0);  // it does not sway
-  }
-  fit::Bases bases() const {
-    std::vector<CurveBasis> all(parts_of(CurveFamily::rings).size());
-    all[0] = basis;
-    return fit::Bases(all, CurveFamily::rings);
-  }
-  std::vector<Vec3> forces(const Vec3& inward, const Mat3& gradient,
-                           const std::vector<Vec3>& rows) const {
-    const fit::Bases all = bases();
-    std::vector<runtime::Vec3d> force(rows.size());
-    runtime::replay_drag<double>(all.views, fit::pointers_to<double>(control),
-                                 fit::quadric_of(inward, gradient), rows.front().data(),
-                                 static_cast<int>(rows.size()), force.data());
-    std::vector<Vec3> out;
-    for (const auto& f : force) out.emplace_back(f.x, f.y, f.z);
-    return out;
-  }
-};
 
 std::vector<Vec3> there_and_back(const Vec3& u, const Vec3& t, double depth_m, double travel_m) {
   std::vector<Vec3> rows;
@@ -390,62 +345,6 @@ TEST(fitted_rings, gradient_is_the_derivative_of_a_replay_that_sticks_slips_and_
               1e-6 * results.numeric_jacobians[0].cwiseAbs().maxCoeff())
         << "seed " << seed;
   }
-}
-
-// Presses at two speeds, one held and one that turns back, of a body that relaxes by more than it
-// bears in slow motion: the curves are those of slow motion.
-TEST(fitted_rings, of_rows_with_times_are_those_of_slow_motion) {
-  const Vec3 inward(0, 0, -1);
-  RingTruth truth(inward, Mat3::Zero(), 4);
-  truth.control[4] = truth.control[5] = {0, 0, 0};
-  Recorder rig;
-  const int p = rig.add_point(inward, Mat3::Zero());
-  rig.samples.relaxation.share = Eigen::Vector2d(0.7, 0.9);
-  rig.samples.relaxation.time_s = Eigen::Vector2d(0.08, 1.5);
-  std::vector<double> time_s;
-  for (const double duration_s : {0.1, 3.0}) {
-    std::vector<Vec3> rows;
-    std::vector<double> when;
-    for (int i = 1; i <= 24; ++i) {
-      rows.push_back(kDepth_m * i / 24 * inward);
-      when.push_back(duration_s * i / 24);
-    }
-    for (int i = 1; i <= 10; ++i) {
-      rows.push_back((duration_s > 1 ? 1 - 0.05 * i : 1) * kDepth_m * inward);
-      when.push_back(duration_s + 0.2 * i);
-    }
-    std::vector<CurveBasis> all(parts_of(CurveFamily::rings).size());
-    all[0] = truth.basis;
-    const fit::Bases bases(all, CurveFamily::rings, rig.samples.relaxation);
-    std::vector<runtime::Vec3d> force(rows.size());
-    runtime::replay_drag<double>(
-        bases.views, fit::pointers_to<double>(truth.control), fit::quadric_of(inward, Mat3::Zero()),
-        {rows.front().data(), static_cast<int>(rows.size()), when.data()}, nullptr, force.data());
-    std::vector<Vec3> forces;
-    for (const auto& f : force) forces.emplace_back(f.x, f.y, f.z);
-    rig.add(p, ExperimentKind::press, rows, forces);
-    time_s.insert(time_s.end(), when.begin(), when.end());
-  }
-  FitOptions options;
-  options.knots_m[0] = truth.basis.knots_m;
-  const auto worst = [&](const Samples& samples) {
-    const FittedCurves fitted = fit_curves(samples, options);
-    const fit::Bases exact = truth.bases(), own = fit::bases_of(fitted.curves);
-    const Eigen::VectorXd control = fitted.curves.control[0].row(0);
-    double out = 0;
-    for (double d = 0.1 * kDepth_m; d < kDepth_m; d += 0.05 * kDepth_m) {
-      const double f = runtime::curve_value(own.views.view[0], control.data(), d),
-                   g = runtime::curve_value(exact.views.view[0], truth.control[0].data(), d);
-      out = std::max(out, std::abs(f / g - 1));
-    }
-    return out;
-  };
-  EXPECT_GT(worst(rig.samples), 0.5) << "without times";
-  rig.samples.time_s =
-      Eigen::VectorXd::Map(time_s.data(), static_cast<Eigen::Index>(time_s.size()));
-  EXPECT_LT(worst(rig.samples), 0.01);
-  options.family = CurveFamily::separable;
-  EXPECT_THROW(fit_curves(rig.samples, options), Error);
 }
 
 }  // namespace
