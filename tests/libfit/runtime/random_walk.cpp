@@ -63,7 +63,8 @@ class Walk {
     sums_.least_J = std::min(sums_.least_J, out_.stored_J + out_.dissipated_J);
     peak_J_ = std::max(peak_J_, out_.stored_J);
     const double lost = out_.dissipated_J - contact_.ledger.tank_J;
-    const bool is_passive = lost >= lost_J_ - 1e-12 * peak_J_;
+    const double rounding = 1e-15 * out_.dissipated_J;  // of the difference of the two
+    const bool is_passive = lost >= lost_J_ - 1e-12 * peak_J_ - rounding;
     lost_J_ = lost;
     return is_passive;
   }
