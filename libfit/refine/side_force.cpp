@@ -122,9 +122,7 @@ void meet_slope(Model& model) {
     }
   }
   for (Eigen::Index v = 0; v < vertices; ++v) {
-    if (moves[static_cast<std::size_t>(v)] == 0 || !(area[v] > 0) ||
-        model.blend_weight.row(v).maxCoeff() == 1)
-      continue;
+    if (moves[static_cast<std::size_t>(v)] == 0 || !(area[v] > 0)) continue;
     const NodeShape shape(model.curves, v, model.inward_normal.row(v), ball_radius_m(model.probe));
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();  // of g / d^2 = g_2 + g_3 d
     Eigen::Matrix<double, 2, 3> right = Eigen::Matrix<double, 2, 3>::Zero();

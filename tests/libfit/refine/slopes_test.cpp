@@ -222,5 +222,26 @@ TEST(SideForce, meets_the_slope_of_the_normal_energy) {
   testing::Test::RecordProperty("with_slopes", testing::PrintToString(with));
 }
 
+// A press that sticks may feel something else sideways than a slide does; a point then answers with
+// the mean of what it felt and of the slope.
+TEST(SideForce, of_a_test_point_moves_half_of_the_way) {
+  const Surface points = plate(6, 6, 0.1, 0.1);
+  const Field rises = [](const Vec3& x) { return 1 + 5 * x.x(); };
+  FittedCurves curves = rings_at(points, rises);
+  const Controls slope = curves.curves.control[runtime::kSide2];
+  curves.curves.control[runtime::kSide2].setZero();
+  Model model = refine(curves, points, all(points), points.triangles, {});
+  meet_slope(model);
+  const Controls& side = model.curves.control[runtime::kSide2];
+  int inner = 0;
+  for (Eigen::Index v = 0; v < side.rows(); ++v) {
+    const Vec3 at = points.vertices.row(v);
+    if ((at.array() - 0.05).abs().head<2>().maxCoeff() > 0.04) continue;
+    EXPECT_LT((side.row(v) - 0.5 * slope.row(v)).norm(), 1e-4 * slope.row(v).norm()) << v;
+    ++inner;
+  }
+  EXPECT_GT(inner, 8);
+}
+
 }  // namespace
 }  // namespace palpate::testing_refine
