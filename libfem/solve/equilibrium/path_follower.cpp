@@ -58,15 +58,18 @@ bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
 }
 
 /// One equilibrium from `moving` to `tip` at `time_s`, which `moving` becomes when it is accepted.
+/// motion: what the body is expected to do; no rows where nothing is known.
 StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, double time_s,
-                     bool must_rise, bool may_fall, bool may_shorten) {
+                     bool must_rise, bool may_fall, bool may_shorten, const Points& motion) {
   const double dt_s = time_s - moving.time_s;
   if (!std::isnan(dt_s)) following.equilibrium.begin_step(moving.state, dt_s);
   const Vec3 step = tip - moving.state.pose.tip;
   const double length = step.norm();
   Points guess = moving.state.u;
   // Going on in the same direction, the body goes on as it did.
-  if (moving.velocity.size() && moving.direction.dot(step) > 0.9 * length)
+  if (motion.size())
+    guess += motion;
+  else if (moving.velocity.size() && moving.direction.dot(step) > 0.9 * length)
     guess += length * moving.velocity;
   BodyState next;
   const SolveStatus solved = following.equilibrium.solve(
@@ -92,9 +95,10 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
 }
 
 /// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with
-/// twice the penalty, which then stays. Of a hold, distance is in shares of its time.
+/// twice the penalty, which then stays. Of a hold, distance is in shares of its time. motion: as
+/// above, of the whole way; it is followed where one step makes it, and not where that fails.
 StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, double time_s,
-                  bool must_rise) {
+                  bool must_rise, const Points& motion) {
   const StepRules& rules = following.rules;
   const Vec3 start = moving.state.pose.tip;
   const double start_s = moving.time_s, moved_m = (tip - start).norm();
@@ -106,6 +110,7 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, doub
   const double whole_step = distance / pieces;
   const double shortest = whole_step * std::ldexp(0.75, -rules.max_cuts);
   double step = whole_step, done = 0;
+  bool is_guided = motion.size() > 0 && pieces == 1;
   while (done < distance) {
     const double here = distance - done < 1.25 * step ? distance - done : step;
     const Vec3 goal =
@@ -116,11 +121,13 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, doub
     const bool may_fall = moving.falls || here <= 1.25 * kFallingStep * whole_step;
     // On a press near nu 1/2 iterations that seem astray converge; on drags they do not.
     const bool may_shorten = !must_rise && here / 2 >= shortest;
-    const StepOutcome outcome =
-        try_step(following, moving, goal, goal_s, must_rise, may_fall, may_shorten);
+    const StepOutcome outcome = try_step(following, moving, goal, goal_s, must_rise, may_fall,
+                                         may_shorten, is_guided ? motion : Points());
     if (outcome.status == RowStatus::good) {
       done += here;
       step = std::min(2 * step, whole_step);
+    } else if (is_guided) {
+      is_guided = false;
     } else if (outcome.step_check == StepCheck::overlaps &&
                following.stiffenings < rules.max_stiffenings) {
       following.equilibrium.stiffen_contact(2);
@@ -176,6 +183,19 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
   return row;
 }
 
+/// What moves the body from the target before to this one, as `ahead` has it.
+Points motion_to(const std::vector<ProbePath>& paths, const Waypoints& ahead, std::size_t path,
+                 std::size_t target) {
+  if (ahead.empty()) return {};
+  const Points& there = ahead[path][target];
+  const ProbePath& here = paths[path];
+  if (target == 0 && here.from_path < 0) return there;
+  const Points& before = target > 0 ? ahead[path][target - 1]
+                                    : ahead[static_cast<std::size_t>(here.from_path)]
+                                           [static_cast<std::size_t>(here.from_target)];
+  return there.rows() == before.rows() ? Points(there - before) : Points();
+}
+
 /// The next row that was to be recorded says why it could not be; those after it stay not_reached.
 void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& outcome,
                   std::vector<PathRow>& rows) {
@@ -205,7 +225,7 @@ StepCheck check_step(const BodyState& before, const BodyState& after, bool must_
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
                                   int rows, const PathOptions& options, const Progress& progress,
-                                  const OnRow& on_row) {
+                                  const OnRow& on_row, const Waypoints& ahead, Waypoints* reached) {
   const StepRules rules{options.longest_step * probe.length_m,
                         options.greatest_penetration * probe.length_m,
                         equilibrium.options().residual,
@@ -219,6 +239,10 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
   for (const ProbePath& path : paths)
     if (path.from_path >= 0) kept[{path.from_path, path.from_target}];
 
+  if (reached != nullptr) {
+    reached->resize(paths.size());
+    for (std::size_t t = 0; t < paths.size(); ++t) (*reached)[t].resize(paths[t].targets.size());
+  }
   for (std::size_t t = 0; t < paths.size(); ++t) {
     const ProbePath& path = paths[t];
     PathState moving;
@@ -234,11 +258,13 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
       if (progress.stopped()) return out;
       const PathTarget& target = path.targets[i];
       const StepOutcome outcome =
-          reach(following, moving, touch.tip + target.deflection, target.time_s, target.must_rise);
+          reach(following, moving, touch.tip + target.deflection, target.time_s, target.must_rise,
+                motion_to(paths, ahead, t, i));
       if (outcome.status != RowStatus::good) {
         note_failure(path, i, outcome, out);
         break;
       }
+      if (reached != nullptr) (*reached)[t][i] = moving.state.u;
       if (target.row >= 0) out[target.row] = record(following, moving, target, on_row);
       const auto keep = kept.find({static_cast<int>(t), static_cast<int>(i)});
       if (keep != kept.end()) keep->second = moving;

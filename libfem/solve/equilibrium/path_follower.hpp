@@ -76,12 +76,18 @@ std::optional<double> first_touch_m(const QuadraticMesh& mesh, const Probe& prob
 /// equilibrium whose force the row holds.
 using OnRow = std::function<void(int row, const Points& u)>;
 
-/// Follows all paths from first touch at `touch`. rows: how many there are.
+/// Displacements of all nodes [m] at the targets of all paths, no rows where one was not reached.
+using Waypoints = std::vector<std::vector<Points>>;
+
+/// Follows all paths from first touch at `touch`. rows: how many there are. ahead: what another
+/// mesh found, at the nodes of this one; the search for an equilibrium begins with its motion since
+/// the target before. May be empty. reached: takes what is found here.
 /// A step that fails is halved up to max_cuts times; what cannot be reached stays not_reached, and
 /// the row that failed says why. Returns early when progress.stopped(), rows then not_reached.
 std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
                                   const ProbePose& touch, const std::vector<ProbePath>& paths,
                                   int rows, const PathOptions& options,
-                                  const Progress& progress = {}, const OnRow& on_row = {});
+                                  const Progress& progress = {}, const OnRow& on_row = {},
+                                  const Waypoints& ahead = {}, Waypoints* reached = nullptr);
 
 }  // namespace palpate::fem

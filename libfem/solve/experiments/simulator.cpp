@@ -10,6 +10,7 @@
 #include "libfem/solve/experiments/base_refinement.hpp"
 #include "libfem/solve/experiments/experiment_plan.hpp"
 #include "libfem/solve/experiments/loaded_shape.hpp"
+#include "libfem/solve/experiments/mesh_transfer.hpp"
 #include "libfem/solve/experiments/record_rows.hpp"
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfem/solve/experiments/surface_places.hpp"
@@ -45,6 +46,8 @@ struct MeshRun {
   int nodes = 0;
   SolverCounts counts;
   bool is_complete = true;  ///< not stopped
+  QuadraticMesh mesh;       ///< and its displacements at all targets
+  Waypoints reached;
 };
 
 }  // namespace
@@ -71,7 +74,8 @@ struct Simulator::State {
   BaseRefinement base_at(const ExperimentPlan& plan, const Vec3& position,
                          const Vec3& normal) const;
   MeshRun run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
-              const Vec3& normal, bool keeps_surface, const Progress& progress) const;
+              const Vec3& normal, bool keeps_surface, const Progress& progress,
+              const MeshRun* coarser = nullptr) const;
   bool sees_interface(const Vec3& position, const Probe& here, double depth_m) const;
   PointRows experiment(const ExperimentPlan& plan, const Vec3& position, const Vec3& normal,
                        const Progress& progress) const;
@@ -191,8 +195,8 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
 
 /// mesh: of mesh_at for the same plan.
 MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, const Vec3& position,
-                              const Vec3& normal, bool keeps_surface,
-                              const Progress& progress) const {
+                              const Vec3& normal, bool keeps_surface, const Progress& progress,
+                              const MeshRun* coarser) const {
   MeshRun out;
   out.nodes = static_cast<int>(mesh.nodes.rows());
   out.rows.assign(plan.rows.size(), {});
@@ -226,8 +230,12 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
           surface_places.displacement(u - before, quantum_m);
     };
   }
-  out.rows = follow_paths(equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
-                          static_cast<int>(plan.rows.size()), setup.options.path, progress, on_row);
+  out.rows = follow_paths(
+      equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
+      static_cast<int>(plan.rows.size()), setup.options.path, progress, on_row,
+      coarser != nullptr ? transferred(coarser->reached, coarser->mesh, mesh) : Waypoints{},
+      &out.reached);
+  out.mesh = std::move(mesh);
   out.counts = equilibrium.counts();
   out.is_complete = !progress.stopped();
   return out;
@@ -328,12 +336,13 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
       if (out.rows[row].status == RowStatus::good) out.rows[row].surface = fine.surface[row];
     return out;
   };
-  const auto run_at = [&](double coarsening, bool keeps_surface) {
+  const auto run_at = [&](double coarsening, bool keeps_surface, const MeshRun* coarser) {
     return run(mesh_at(position, normal, plan, {coarsening, base.halved}), plan, position, normal,
-               keeps_surface, progress);
+               keeps_surface, progress, coarser);
   };
-  MeshRun fine = run_at(1, setup.keeps_surface), coarse;
-  if (fine.is_complete && ratio > 0) coarse = run_at(ratio, false);
+  MeshRun fine, coarse;
+  if (ratio > 0) coarse = run_at(ratio, false, nullptr);
+  fine = run_at(1, setup.keeps_surface, ratio > 0 ? &coarse : nullptr);
   PointRows out = recorded(fine, coarse);
   double coarsening = 1;
   for (int finer = 0; finer < kMaxFiner && out.is_complete && ratio > 0; ++finer) {
@@ -344,7 +353,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
       break;
     coarse = std::move(fine);
     coarsening /= ratio;
-    fine = run_at(coarsening, setup.keeps_surface);
+    fine = run_at(coarsening, setup.keeps_surface, &coarse);
     PointRows next = recorded(fine, coarse);
     if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
       break;  // what solved is not given up
