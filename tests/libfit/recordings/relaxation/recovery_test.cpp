@@ -48,8 +48,6 @@ TEST(Recovery, truth_is_within_the_stated_bands_of_90_in_100_seeds) {
     std::printf(" |\n");
     std::fflush(stdout);
     first_seed += 1000;
-    // Known: 1/f drift as large as the noise is not covered; printed alone (measured-data.md).
-    if (c.sensor.drift > 0 && branches > 0) continue;
     for (const int n : within) EXPECT_GE(n, kSeeds * 9 / 10) << c.name;
     for (const int n : stiff) EXPECT_GE(n, kSeeds * 9 / 10) << c.name;
   }
