@@ -12,19 +12,29 @@ constexpr double kKnown_m2 = 1e-24;  // variance of a contact that is known
 
 }  // namespace
 
-std::vector<ContactShift> align_contacts(const std::vector<RelaxingPress>& presses,
-                                         const Relaxation& relaxation, SlowCurve curve) {
-  std::vector<ContactShift> out(presses.size());
+Alignment align_contacts(const std::vector<RelaxingPress>& presses, const Relaxation& relaxation,
+                         SlowCurve curve) {
+  Alignment alignment;
+  std::vector<ContactShift>& out = alignment.contact;
+  out.resize(presses.size());
   for (std::size_t r = 0; r < presses.size(); ++r)
     out[r].deviation_m = presses[r].contact_deviation_m;
   const SeriesSearch search({presses}, curve, relaxation.time_s.minCoeff(),
                             relaxation.time_s.maxCoeff());
   const PressGroup& group = search.groups()[0];
-  if (group.shifts() == 0) return out;
   const SeriesValues values = search.aligned(relaxation);
+  const Eigen::VectorXd weight = search.solution(0, values).curve;
+  const double* shift = values.shift[0].data();
+  const Eigen::VectorXd by_time_N =
+      (group.parts(relaxation, shift) - group.parts({}, shift)) * weight;
+  for (std::size_t r = 0; r < presses.size(); ++r) {
+    const Eigen::Index first = group.first_row(r), rows = presses[r].press.rows();
+    alignment.slow_push_N.emplace_back(presses[r].press.push_N - by_time_N.segment(first, rows));
+  }
+  if (group.shifts() == 0) return alignment;
   const Eigen::MatrixXd covariance = series_covariance(search, values, true);
   // Against the first recording: each contact that was found is a reading of the one they share.
-  double weights = 0, common_m = 0;
+  double precisions = 0, common_m = 0;
   std::vector<double> shift_variance(presses.size(), 0);
   for (std::size_t r = 0; r < presses.size(); ++r) {
     const double deviation_m = presses[r].contact_deviation_m;
@@ -33,15 +43,16 @@ std::vector<ContactShift> align_contacts(const std::vector<RelaxingPress>& press
       const Eigen::Index at = 2 * relaxation.branches() + k;
       shift_variance[r] = covariance(at, at) * deviation_m * deviation_m;
     }
-    const double weight = 1 / std::max(deviation_m * deviation_m, kKnown_m2);
-    weights += weight, common_m -= weight * out[r].moved_m;
+    const double precision = 1 / std::max(deviation_m * deviation_m, kKnown_m2);
+    precisions += precision, common_m -= precision * out[r].moved_m;
   }
-  common_m /= weights;
+  common_m /= precisions;
   for (std::size_t r = 0; r < presses.size(); ++r) {
     out[r].moved_m += common_m;
-    out[r].deviation_m = std::sqrt(1 / weights + shift_variance[r]);
+    out[r].shift_deviation_m = std::sqrt(shift_variance[r]);
+    out[r].deviation_m = std::sqrt(1 / precisions + shift_variance[r]);
   }
-  return out;
+  return alignment;
 }
 
 }  // namespace palpate::recordings

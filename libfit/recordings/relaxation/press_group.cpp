@@ -113,9 +113,9 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
   curve_ = curve_basis(curve, ring_m_, deepest_m, deviation_m);
 }
 
-PressGroup::Counted PressGroup::counted(std::size_t recording) const {
+PressGroup::FittedRows PressGroup::counted(std::size_t recording) const {
   const PressInGroup& part = presses_[recording];
-  Counted out;
+  FittedRows out;
   for (Eigen::Index i = part.first; i < part.first + part.time_s.size(); ++i)
     if (weight_[i] > 0) out.row.push_back(i);
   out.weight = weight_(out.row);
@@ -177,6 +177,7 @@ PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const doub
   }
   const Eigen::VectorXd found = nonnegative_least_squares(gram, to);
   Solution out;
+  out.curve = found;
   out.fitted_N = column * found;
   if (sensors > 0)
     out.fitted_N +=

@@ -42,6 +42,7 @@ class PressGroup {
   struct Solution {
     Eigen::VectorXd residual;  ///< residuals()
     Eigen::VectorXd fitted_N;  ///< rows()
+    Eigen::VectorXd curve;     ///< weights of the slow curve's parts, >= 0
     /// Residuals by curve, level and drift; rows() x unknowns that are not at their bounds.
     Eigen::MatrixXd slopes;
   };
@@ -61,13 +62,13 @@ class PressGroup {
   /// Index of a recording's shift; -1: it has none.
   int shift_of(std::size_t recording) const { return presses_[recording].shift; }
   /// Rows of a recording that count in a fit.
-  struct Counted {
+  struct FittedRows {
     std::vector<Eigen::Index> row;  ///< within all rows
     Eigen::VectorXd time_s;
     Eigen::VectorXd weight;  ///< residual per newton
     Eigen::VectorXd noise;   ///< deviation of the residual, by that of a row's readings alone
   };
-  Counted counted(std::size_t recording) const;
+  FittedRows counted(std::size_t recording) const;
 
  private:
   struct PressInGroup {

@@ -33,7 +33,7 @@ Eigen::MatrixXd series_covariance(const SeriesSearch& with, const SeriesValues& 
     const Eigen::MatrixXd priors = outer.bottomRows(shifts);
     noise += priors.transpose() * priors;
     for (std::size_t r = 0; r < group.recordings(); ++r) {
-      const PressGroup::Counted rows = group.counted(r);
+      const PressGroup::FittedRows rows = group.counted(r);
       const Eigen::MatrixXd by = outer(rows.row, Eigen::all);
       Eigen::MatrixXd all(by.rows(), 2 * branches + shifts + inner.cols());
       all << by.leftCols(2 * branches), by.middleCols(first, shifts), inner(rows.row, Eigen::all);

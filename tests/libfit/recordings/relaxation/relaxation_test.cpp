@@ -164,7 +164,7 @@ TEST(Contacts, of_one_point_are_aligned_by_the_curve_they_share) {
     const Conditioned done = condition(raw, settings, std::nullopt, "press.csv", false);
     presses.push_back({done.history, done.noise_N, 3e-4});
   }
-  const auto aligned = align_contacts(presses, body, SlowCurve::powers);
+  const auto aligned = align_contacts(presses, body, SlowCurve::powers).contact;
   ASSERT_EQ(aligned.size(), 3u);
   EXPECT_NEAR(aligned[1].moved_m - aligned[0].moved_m, -5e-4, 1e-5);
   EXPECT_NEAR(aligned[2].moved_m - aligned[0].moved_m, -3e-4, 1e-5);
@@ -172,7 +172,7 @@ TEST(Contacts, of_one_point_are_aligned_by_the_curve_they_share) {
   EXPECT_NEAR(aligned[2].moved_m, -1e-4 / 3, 1e-5);
   for (const ContactShift& one : aligned) EXPECT_NEAR(one.deviation_m, 3e-4 / std::sqrt(3), 2e-6);
   for (RelaxingPress& press : presses) press.contact_deviation_m = 0;  // where the rig knows it
-  for (const ContactShift& one : align_contacts(presses, body, SlowCurve::powers)) {
+  for (const ContactShift& one : align_contacts(presses, body, SlowCurve::powers).contact) {
     EXPECT_EQ(one.moved_m, 0);
     EXPECT_EQ(one.deviation_m, 0);
   }
@@ -300,6 +300,13 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   EXPECT_EQ(samples.experiment.back(), 1);
   EXPECT_GT(samples.time_s.maxCoeff(), 20);
   EXPECT_NE(found.notes.at(0).find("relaxation"), std::string::npos);
+  for (const Eigen::Index r : {0, 1}) {  // both touch after 1 mm
+    EXPECT_EQ(samples.recordings.estimator[static_cast<std::size_t>(r)], "auto: hertz, aligned");
+    EXPECT_NEAR(samples.recordings.contact_m[r], 1e-3,
+                3 * samples.recordings.contact_deviation_m[r]);
+    EXPECT_LT(samples.recordings.contact_deviation_m[r], 5e-5);
+  }
+  EXPECT_NEAR(samples.recordings.contact_m[0], samples.recordings.contact_m[1], 2e-5);
 
   write_samples(folder_ / "samples.h5", samples, {});
   const Samples back = read_samples(folder_ / "samples.h5");
