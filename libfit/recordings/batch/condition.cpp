@@ -42,6 +42,7 @@ ContactEstimate contact_of(const Signal& signal, const Approach& approach,
   estimator = settings.contact;
   ContactEstimate found =
       contact_estimator_named(settings.contact)->estimate(approach.curve, settings);
+  if (!found.by.empty()) estimator += ": " + std::string(found.by);
   if (approach.wide_contact_m)
     found.deviation_m =
         std::hypot(found.deviation_m, kWideShare * (*approach.wide_contact_m - found.travel_m));

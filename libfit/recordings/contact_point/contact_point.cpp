@@ -205,10 +205,12 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
     const auto fit = whole.at(law->travel_m);
     out.amplitude = fit.amplitude;
     out.bias_N = fit.bias_N;
+    out.by = "exponentials";
     return out;
   }
   if (is_told) {
     ContactEstimate out = hertz;
+    out.by = "hertz";
     const ContactEstimate lines = by_two_lines(curve, settings);
     out.deviation_m = std::hypot(out.deviation_m, kModelShare * (lines.travel_m - hertz.travel_m));
     return out;
@@ -216,6 +218,7 @@ ContactEstimate by_auto(const PressCurve& curve, const SignalSettings& settings)
   ContactEstimate smooth = by_smooth_curve(curve, settings);
   smooth.amplitude = hertz.amplitude;
   smooth.bias_N = hertz.bias_N;
+  smooth.by = "smooth-curve";
   return smooth;
 }
 constexpr std::array<ContactEstimator, 6> kEstimators{{

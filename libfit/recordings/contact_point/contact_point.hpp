@@ -24,8 +24,9 @@ struct ContactEstimate {
   double travel_m = 0;
   double deviation_m = 0;          ///< standard deviation; what the model cannot know is not in it
   bool begins_in_contact = false;  ///< no free travel was recorded: travel_m is its first row
-  double amplitude = 0;  ///< a of push = a depth^exponent [N/m^exponent]; 0 without such a fit
-  double bias_N = 0;     ///< push before contact, by the same fit
+  double amplitude = 0;      ///< a of push = a depth^exponent [N/m^exponent]; 0 without such a fit
+  double bias_N = 0;         ///< push before contact, by the same fit
+  std::string_view by = {};  ///< what `auto` took; empty of the others
 };
 
 /// A row of the table of estimators.

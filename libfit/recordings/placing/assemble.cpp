@@ -108,9 +108,10 @@ MeasuredRecordings provenance(const std::vector<BatchItem>& items,
     out.experiment.push_back(c.experiment);
     out.file.push_back(shown(items, c));
     out.hash.push_back(results[c.item].hash);
-    out.contact_m[i] = r.contact_travel_m;
-    out.contact_deviation_m[i] = r.contact_deviation_m;
-    out.estimator.push_back(r.estimator);
+    const FoundContact contact = contact_of(r, c.aligned);
+    out.contact_m[i] = contact.travel_m;
+    out.contact_deviation_m[i] = contact.deviation_m;
+    out.estimator.push_back(contact.estimator);
     out.speed_m_s[i] = r.speed_m_s;
     out.noise_N[i] = r.noise_N;
     out.hysteresis[i] = r.hysteresis;
@@ -127,17 +128,19 @@ constexpr const char* kNoClock =
     "some recordings have no clock: rows hold no time, and a fit takes their forces for those of "
     "slow motion";
 
-// Every recording an experiment of its own, in time; nothing where one has no clock.
+// Every recording an experiment of its own, in time, contacts of a point aligned; nothing where one
+// has no clock.
 std::optional<std::vector<std::vector<Pooled>>> experiments_in_time(
-    const std::vector<Candidate>& candidates, const std::vector<std::vector<std::size_t>>& points) {
+    std::vector<Candidate>& candidates, const std::vector<std::vector<std::size_t>>& points,
+    const std::vector<BatchItem>& items, const RelaxationFit& body) {
+  for (const auto& members : points)
+    for (const std::size_t m : members)
+      if (!in_time(candidates, m)) return std::nullopt;
+  align_points(candidates, points, items, body);
   std::vector<std::vector<Pooled>> experiments;
   for (const auto& members : points) {
     experiments.emplace_back();
-    for (const std::size_t m : members) {
-      auto one = in_time(candidates, m);
-      if (!one) return std::nullopt;
-      experiments.back().push_back(std::move(*one));
-    }
+    for (const std::size_t m : members) experiments.back().push_back(*in_time(candidates, m));
   }
   return experiments;
 }
@@ -155,8 +158,8 @@ std::vector<Outcome> outcomes_of(const std::vector<BatchItem>& items,
     }
     for (; next < candidates.size() && candidates[next].item == i; ++next) {
       const Candidate& c = candidates[next];
-      outcomes.push_back(
-          {i, c.recording->name, c.point, c.experiment, c.failure, c.surface_distance_m});
+      outcomes.push_back({i, c.recording->name, c.point, c.experiment, c.failure,
+                          c.surface_distance_m, c.aligned});
     }
     for (const Refused& r : results[i].refused)
       outcomes.push_back(
@@ -193,7 +196,7 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   const bool relaxes = out.relaxation && out.relaxation->fit.relaxation.branches() > 0;
   if (relaxes) {
     samples.relaxation = out.relaxation->fit.relaxation;
-    if (auto timed = experiments_in_time(candidates, points))
+    if (auto timed = experiments_in_time(candidates, points, items, out.relaxation->fit))
       experiments = std::move(*timed);
     else
       out.notes.push_back(kNoClock);

@@ -8,6 +8,7 @@
 #include "libfit/core/samples.hpp"
 #include "libfit/recordings/batch/batch.hpp"
 #include "libfit/recordings/placing/registration.hpp"
+#include "libfit/recordings/relaxation/align_contacts.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 
 namespace palpate::recordings {
@@ -46,7 +47,17 @@ struct Outcome {
   std::int32_t experiment = -1;  ///< -1: refused
   std::optional<Failure> failure;
   double surface_distance_m = 0;  ///< NaN without a surface
+  /// From where the contact of the recording was found: where rows are in time, contacts of a point
+  /// are aligned.
+  std::optional<ContactShift> aligned = {};
 };
+
+/// A recording's contact in its own travel, with its deviation, and what found it.
+struct FoundContact {
+  double travel_m = 0, deviation_m = 0;
+  std::string estimator;
+};
+FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned);
 
 struct Assembled {
   Samples samples;

@@ -16,6 +16,7 @@ struct Candidate {
   Mat3 to_body = Mat3::Identity();  ///< turns its deflections and forces into the body's frame
   double surface_distance_m = 0;
   std::int32_t point_index = -1, experiment = -1;
+  std::optional<ContactShift> aligned;  ///< with other recordings of its point
   std::optional<Failure> failure;
 };
 

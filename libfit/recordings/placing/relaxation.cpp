@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 
 #include "libfit/core/text.hpp"
 #include "libfit/io/csv/csv.hpp"
+#include "libfit/recordings/contact_point/contact_point.hpp"
 
 namespace palpate::recordings {
 namespace {
@@ -18,12 +20,51 @@ constexpr double kMinHeld = 0.1;      // share of the time in contact, of a hold
 constexpr double kOtherRate = 1.25;   // repeats differ by less
 constexpr std::size_t kMaxUsed = 12;  // recordings of one search
 constexpr Eigen::Index kMinRows = 20;
+constexpr int kMeans = 200;  // of ways in together
+constexpr Eigen::Index kMinMeans = 10;
 constexpr double kMuchDrift = 0.2;  // of the force lost in a hold
 constexpr double kApart = 2;        // standard errors by which points differ
 
 bool is_press_in_time(const Candidate& c, const std::vector<BatchItem>& items, Grade worst) {
   return !c.failure && items[c.item].signal.kind == ExperimentKind::press &&
          c.recording->history.rows() >= kMinRows && c.recording->grade <= worst;
+}
+
+// The contact that aligned recordings share, by the estimator of single ones: on their ways in
+// together, as slow motion has them. Left where nothing is to be found.
+void find_common_contact(const std::vector<RelaxingPress>& presses, const SignalSettings& settings,
+                         Alignment& aligned) {
+  std::vector<double> travel, push;
+  double variance = 0;
+  for (std::size_t r = 0; r < presses.size(); ++r) {
+    const TimedPress& p = presses[r].press;
+    Eigen::Index deepest = 0;
+    p.depth_m.maxCoeff(&deepest);
+    for (Eigen::Index i = 0; i <= deepest; ++i) {
+      if (!(p.readings[i] > 0)) continue;
+      travel.push_back(p.depth_m[i] - aligned.contact[r].moved_m);
+      push.push_back(aligned.slow_push_N[r][i]);
+      variance += presses[r].noise_N * presses[r].noise_N / p.readings[i];
+    }
+    if (!(presses[r].contact_deviation_m > 0)) return;  // the rig knows it
+  }
+  const auto n = static_cast<Eigen::Index>(travel.size());
+  if (n < kMinMeans) return;
+  const Eigen::Map<const Eigen::VectorXd> x(travel.data(), n), y(push.data(), n);
+  PressCurve curve = mean_curve(x, y, kMeans);
+  if (curve.travel_m.size() < kMinMeans) return;
+  curve.noise_N = std::sqrt(variance / static_cast<double>(n) / curve.count.mean());
+  const ContactEstimate found =
+      contact_estimator_named(settings.contact)->estimate(curve, settings);
+  if (found.begins_in_contact || !std::isfinite(found.deviation_m)) return;
+  for (ContactShift& one : aligned.contact) {
+    one.moved_m += found.travel_m;
+    one.deviation_m = std::hypot(one.shift_deviation_m, found.deviation_m);
+  }
+}
+
+RelaxingPress in_search(const Conditioned& r) {
+  return {r.history, r.noise_N, r.contact_deviation_m};
 }
 
 // Slope of the free part before contact, with its standard error, times the longest stand, over the
@@ -113,8 +154,7 @@ TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
     out.has_holds |= point.has_hold, out.has_rates |= point.has_rates;
     out.press.emplace_back();
     for (const std::size_t m : point.member) {
-      const Conditioned& r = *candidates[m].recording;
-      out.press.back().push_back({r.history, r.noise_N, r.contact_deviation_m});
+      out.press.back().push_back(in_search(*candidates[m].recording));
     }
     out.member.push_back(std::move(point.member));
   }
@@ -141,6 +181,35 @@ BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const Tim
   for (const std::size_t p : held)
     out.points.push_back(
         {candidates[timed.member[p][0]].point, fit_relaxation({timed.press[p]}, branches)});
+  return out;
+}
+
+void align_points(std::vector<Candidate>& candidates,
+                  const std::vector<std::vector<std::size_t>>& points,
+                  const std::vector<BatchItem>& items, const RelaxationFit& body) {
+  for (const auto& members : points) {
+    std::vector<std::size_t> used;
+    std::ranges::copy_if(members, std::back_inserter(used), [&](std::size_t m) {
+      return is_press_in_time(candidates[m], items, Grade::fair);
+    });
+    for (std::size_t first = 0; first < used.size(); first += kMaxUsed) {
+      const std::size_t end = std::min(first + kMaxUsed, used.size());
+      std::vector<RelaxingPress> presses;
+      for (std::size_t k = first; k < end; ++k)
+        presses.push_back(in_search(*candidates[used[k]].recording));
+      Alignment aligned = align_contacts(presses, body.relaxation, body.curve);
+      find_common_contact(presses, items[candidates[used[first]].item].signal, aligned);
+      for (std::size_t k = first; k < end; ++k)
+        candidates[used[k]].aligned = aligned.contact[k - first];
+    }
+  }
+}
+
+FoundContact contact_of(const Conditioned& recording, const std::optional<ContactShift>& aligned) {
+  FoundContact out{recording.contact_travel_m, recording.contact_deviation_m, recording.estimator};
+  if (!aligned || !(recording.contact_deviation_m > 0)) return out;
+  out.travel_m += aligned->moved_m, out.deviation_m = aligned->deviation_m;
+  out.estimator += ", aligned";
   return out;
 }
 
@@ -208,14 +277,16 @@ std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::siz
                   r.speed_m_s,       r.time_s};
   }
   const TimedPress& p = r.history;
+  const double moved_m = c.aligned ? c.aligned->moved_m : 0;
+  const Eigen::VectorXd depth_m = p.depth_m.array() - moved_m;
   Eigen::Index deepest = 0;
-  p.depth_m.maxCoeff(&deepest);
+  depth_m.maxCoeff(&deepest);
   Eigen::Index first = deepest, end = deepest;
-  while (first > 0 && p.depth_m[first - 1] > 0) --first;
-  while (end < p.rows() && p.depth_m[end] > 0) ++end;
+  while (first > 0 && depth_m[first - 1] > 0) --first;
+  while (end < p.rows() && depth_m[end] > 0) ++end;
   double touch_s = p.time_s[first];
   if (first > 0)
-    touch_s -= p.depth_m[first] / (p.depth_m[first] - p.depth_m[first - 1]) *
+    touch_s -= depth_m[first] / (depth_m[first] - depth_m[first - 1]) *
                (p.time_s[first] - p.time_s[first - 1]);
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = first; i < end; ++i)
@@ -231,6 +302,7 @@ std::optional<Pooled> in_time(const std::vector<Candidate>& candidates, std::siz
     deflection.col(0) = p.depth_m(rows), force.col(0) = p.push_N(rows);
   }
   out.deflection_m = turned(deflection), out.force_N = turned(force);
+  out.deflection_m.rowwise() -= moved_m * c.inward.transpose();
   out.torque_Nm.resize(0, 3);
   out.time_s = p.time_s(rows).array() - touch_s;
   out.error_N = r.noise_N / p.readings(rows).array().sqrt();

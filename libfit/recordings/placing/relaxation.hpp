@@ -25,6 +25,11 @@ TimedPoints presses_in_time(const std::vector<Candidate>& candidates,
 BodyRelaxation relaxation_of(const std::vector<Candidate>& candidates, const TimedPoints& timed,
                              const std::vector<BatchItem>& items);
 
+/// Aligns the contacts of presses in time, point by point, for a body that relaxes as was found.
+void align_points(std::vector<Candidate>& candidates,
+                  const std::vector<std::vector<std::size_t>>& points,
+                  const std::vector<BatchItem>& items, const RelaxationFit& body);
+
 /// What was identified, in words.
 std::vector<std::string> relaxation_notes(const BodyRelaxation& found);
 

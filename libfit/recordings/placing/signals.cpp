@@ -27,9 +27,10 @@ std::vector<RecordedSignal> signals_of(const std::vector<BatchItem>& items,
     if (const Conditioned* r = named(result.recordings, outcome.name)) {
       signal.grade = static_cast<std::int8_t>(r->grade);
       signal.reasons = listed(r->reasons, "; ");
-      signal.estimator = r->estimator;
-      signal.contact_m = r->contact_travel_m;
-      signal.contact_deviation_m = r->contact_deviation_m;
+      const FoundContact contact = contact_of(*r, outcome.aligned);
+      signal.estimator = contact.estimator;
+      signal.contact_m = contact.travel_m;
+      signal.contact_deviation_m = contact.deviation_m;
       signal.noise_N = r->noise_N;
       signal.trace = r->trace;
     } else {

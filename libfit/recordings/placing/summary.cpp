@@ -69,9 +69,10 @@ Json as_json(const std::vector<BatchItem>& items, const std::vector<ItemResult>&
   row["experiment"] = o.experiment;
   row["grade"] = kGradeNames[static_cast<std::size_t>(r->grade)];
   row["reason"] = listed(r->reasons, "; ");
-  row["contact_m"] = number(r->contact_travel_m);
-  row["contact_deviation_m"] = number(r->contact_deviation_m);
-  row["estimator"] = r->estimator;
+  const FoundContact contact = contact_of(*r, o.aligned);
+  row["contact_m"] = number(contact.travel_m);
+  row["contact_deviation_m"] = number(contact.deviation_m);
+  row["estimator"] = contact.estimator;
   row["speed_m_s"] = number(r->speed_m_s);
   row["noise_N"] = number(r->noise_N);
   row["hysteresis"] = number(r->hysteresis);
@@ -182,8 +183,9 @@ void write_summary(const std::filesystem::path& csv_path, const std::filesystem:
       for (int k = 0; k < 10; ++k) csv.text("");
     else {
       csv.integer(o.experiment);
-      for (const double value : {r->contact_travel_m, r->contact_deviation_m, r->speed_m_s,
-                                 r->noise_N, r->hysteresis, r->young_Pa, o.surface_distance_m})
+      const FoundContact contact = contact_of(*r, o.aligned);
+      for (const double value : {contact.travel_m, contact.deviation_m, r->speed_m_s, r->noise_N,
+                                 r->hysteresis, r->young_Pa, o.surface_distance_m})
         put(csv, value);
       csv.text(r->format).text(listed(r->taken, "; "));
     }

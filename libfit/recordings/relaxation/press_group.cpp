@@ -67,7 +67,7 @@ Eigen::MatrixXd curve_basis(SlowCurve kind, const Eigen::VectorXd& ring_m, doubl
 PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curve) {
   double deepest_m = 0, deviation_m = 0, free_m = 0;
   for (const RelaxingPress& one : presses) rows_ += one.press.rows();
-  push_N_.resize(rows_), weight_ = Eigen::VectorXd::Zero(rows_);
+  push_N_.resize(rows_), noise_N_ = weight_ = Eigen::VectorXd::Zero(rows_);
   stretch_.assign(static_cast<std::size_t>(rows_), -1);
   Eigen::Index first = 0;
   for (const RelaxingPress& one : presses) {
@@ -93,8 +93,8 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
       if (!(p.readings[i] > 0) ||
           (was_in && p.push_N[i] < level_N - std::max(3 * one.noise_N, kPull * most_N)))
         continue;
-      weight_[first + i] =
-          1 / std::hypot(one.noise_N / std::sqrt(p.readings[i]), kModelError * most_N);
+      noise_N_[first + i] = one.noise_N / std::sqrt(p.readings[i]);
+      weight_[first + i] = 1 / std::hypot(noise_N_[first + i], kModelError * most_N);
       if (p.depth_m[i] < -margin_m) (was_in ? after : before) += 1;
       touching += p.depth_m[i] > 0;
     }
@@ -113,17 +113,45 @@ PressGroup::PressGroup(const std::vector<RelaxingPress>& presses, SlowCurve curv
   curve_ = curve_basis(curve, ring_m_, deepest_m, deviation_m);
 }
 
+PressGroup::FittedRows PressGroup::counted(std::size_t recording) const {
+  const PressInGroup& part = presses_[recording];
+  FittedRows out;
+  for (Eigen::Index i = part.first; i < part.first + part.time_s.size(); ++i)
+    if (weight_[i] > 0) out.row.push_back(i);
+  out.weight = weight_(out.row);
+  out.noise = out.weight.cwiseProduct(noise_N_(out.row));
+  out.time_s.resize(out.weight.size());
+  for (std::size_t k = 0; k < out.row.size(); ++k)
+    out.time_s[static_cast<Eigen::Index>(k)] = part.time_s[out.row[k] - part.first];
+  return out;
+}
+
+void PressGroup::put_parts(std::size_t recording, const Relaxation& relaxation,
+                           const double* shifts, Eigen::MatrixXd& parts) const {
+  const PressInGroup& part = presses_[recording];
+  const double shift_m = part.shift < 0 ? 0 : shifts[part.shift] * part.contact_deviation_m;
+  parts.middleRows(part.first, part.time_s.size()) =
+      ring_forces(part.time_s, part.depth_m.array() - shift_m, relaxation, ring_m_) * curve_;
+}
+
+Eigen::MatrixXd PressGroup::parts(const Relaxation& relaxation, const double* shifts) const {
+  Eigen::MatrixXd out(rows_, curve_.cols());
+  for (std::size_t r = 0; r < presses_.size(); ++r) put_parts(r, relaxation, shifts, out);
+  return out;
+}
+
 PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const double* shifts,
                                        const std::vector<char>& held_out) const {
-  Eigen::MatrixXd column(rows_, curve_.cols());
+  return solve(parts(relaxation, shifts), shifts, held_out);
+}
+
+PressGroup::Solution PressGroup::solve(const Eigen::MatrixXd& column, const double* shifts,
+                                       const std::vector<char>& held_out) const {
   Eigen::MatrixXd sensor =
       Eigen::MatrixXd::Zero(rows_, 2 * static_cast<Eigen::Index>(presses_.size()));
   Eigen::Index sensors = 0;
   for (const PressInGroup& part : presses_) {
     const Eigen::Index n = part.time_s.size();
-    const double shift_m = part.shift < 0 ? 0 : shifts[part.shift] * part.contact_deviation_m;
-    column.middleRows(part.first, n) =
-        ring_forces(part.time_s, part.depth_m.array() - shift_m, relaxation, ring_m_) * curve_;
     sensor.col(sensors++).segment(part.first, n).setOnes();
     if (part.has_drift)
       sensor.col(sensors++).segment(part.first, n) =
@@ -149,11 +177,15 @@ PressGroup::Solution PressGroup::solve(const Relaxation& relaxation, const doubl
   }
   const Eigen::VectorXd found = nonnegative_least_squares(gram, to);
   Solution out;
+  out.curve = found;
   out.fitted_N = column * found;
   if (sensors > 0)
     out.fitted_N +=
         sensor * solver.solve(free.transpose() * (right - weight.cwiseProduct(out.fitted_N)));
-  out.unknowns = sensors + (found.array() > 0).count();
+  out.slopes.resize(rows_, sensors + (found.array() > 0).count());
+  out.slopes.rightCols(sensors) = free;
+  for (Eigen::Index j = 0, at = 0; j < found.size(); ++j)
+    if (found[j] > 0) out.slopes.col(at++) = weighted.col(j);
   out.residual.resize(residuals());
   out.residual.head(rows_) = weight_.cwiseProduct(push_N_ - out.fitted_N);
   for (Eigen::Index s = 0; s < this->shifts(); ++s) out.residual[rows_ + s] = shifts[s];

@@ -40,17 +40,35 @@ class PressGroup {
   /// the other rows best (M51). held_out: of each row, whether it does not count in that; its
   /// residual is a prediction's. shifts: in deviations.
   struct Solution {
-    Eigen::VectorXd residual;   ///< residuals()
-    Eigen::Index unknowns = 0;  ///< of curve, level and drift, that are not at their bounds
-    Eigen::VectorXd fitted_N;   ///< rows()
+    Eigen::VectorXd residual;  ///< residuals()
+    Eigen::VectorXd fitted_N;  ///< rows()
+    Eigen::VectorXd curve;     ///< weights of the slow curve's parts, >= 0
+    /// Residuals by curve, level and drift; rows() x unknowns that are not at their bounds.
+    Eigen::MatrixXd slopes;
   };
   Solution solve(const Relaxation& relaxation, const double* shifts,
                  const std::vector<char>& held_out) const;
-  /// Rows of a recording within all rows.
-  Eigen::Index first_row(std::size_t recording) const { return presses_[recording].first; }
+
+  /// Forces of the curve's parts on all rows, and those on a recording's rows put among them.
+  Eigen::MatrixXd parts(const Relaxation& relaxation, const double* shifts) const;
+  void put_parts(std::size_t recording, const Relaxation& relaxation, const double* shifts,
+                 Eigen::MatrixXd& parts) const;
+  Solution solve(const Eigen::MatrixXd& parts, const double* shifts,
+                 const std::vector<char>& held_out) const;
+
   std::size_t recordings() const { return presses_.size(); }
-  /// Rows that count in a fit.
-  Eigen::Index rows_used() const { return (weight_.array() > 0).count(); }
+  /// Of a recording's rows within all rows.
+  Eigen::Index first_row(std::size_t recording) const { return presses_[recording].first; }
+  /// Index of a recording's shift; -1: it has none.
+  int shift_of(std::size_t recording) const { return presses_[recording].shift; }
+  /// Rows of a recording that count in a fit.
+  struct FittedRows {
+    std::vector<Eigen::Index> row;  ///< within all rows
+    Eigen::VectorXd time_s;
+    Eigen::VectorXd weight;  ///< residual per newton
+    Eigen::VectorXd noise;   ///< deviation of the residual, by that of a row's readings alone
+  };
+  FittedRows counted(std::size_t recording) const;
 
  private:
   struct PressInGroup {
@@ -63,7 +81,7 @@ class PressGroup {
   std::vector<PressInGroup> presses_;
   std::vector<std::size_t> shifted_;
   Eigen::Index rows_ = 0;
-  Eigen::VectorXd push_N_, weight_;
+  Eigen::VectorXd push_N_, noise_N_, weight_;
   std::vector<int> stretch_;
   int stretches_ = 0;
   Eigen::VectorXd ring_m_;

@@ -13,8 +13,9 @@ using namespace testing_relaxation;
 
 constexpr int kSeeds = 100;
 
-// Stated: 95 % each. Held to 90 of 100, and the stiffening at four times since a step likewise.
-TEST(Recovery, truth_is_within_the_stated_bands_of_90_in_100_seeds) {
+// Stated: 95 % each. Held to: the number of branches right in 90 of 100, shares and times in 90 %
+// of those (85 % with drift), the stiffening at four times since a step in 85 of 100.
+TEST(Recovery, truth_is_within_the_stated_bands) {
   std::printf(
       "| recordings | branches found | shares and times within their bands | psi at 0.1, "
       "0.5, 2, 8 s |\n|---|---|---|---|\n");
@@ -48,10 +49,10 @@ TEST(Recovery, truth_is_within_the_stated_bands_of_90_in_100_seeds) {
     std::printf(" |\n");
     std::fflush(stdout);
     first_seed += 1000;
-    // Known: 1/f drift as large as the noise is not covered; printed alone (measured-data.md).
-    if (c.sensor.drift > 0 && branches > 0) continue;
-    for (const int n : within) EXPECT_GE(n, kSeeds * 9 / 10) << c.name;
-    for (const int n : stiff) EXPECT_GE(n, kSeeds * 9 / 10) << c.name;
+    const int right = found[static_cast<std::size_t>(branches)];
+    EXPECT_GE(right, kSeeds * 9 / 10) << c.name;
+    for (const int n : within) EXPECT_GE(n, (c.sensor.drift > 0 ? 0.85 : 0.9) * right) << c.name;
+    for (const int n : stiff) EXPECT_GE(n, kSeeds * 85 / 100) << c.name;
   }
 }
 

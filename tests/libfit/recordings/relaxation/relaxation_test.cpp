@@ -1,11 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
+#include "libfit/recordings/relaxation/align_contacts.hpp"
 #include "libfit/recordings/relaxation/bed_response.hpp"
 #include "libfit/recordings/relaxation/fit_relaxation.hpp"
 #include "libfit/recordings/relaxation/least_squares.hpp"
+#include "libfit/recordings/relaxation/sensor_noise.hpp"
 #include "tests/libfit/io/scratch.hpp"
 #include "tests/libfit/recordings/relaxation/relaxing_presses.hpp"
 
@@ -110,6 +114,67 @@ TEST(LeastSquares, meets_the_conditions_of_a_minimum_without_negative_weights) {
     EXPECT_GE(x.minCoeff(), 0) << "seed " << seed;
     EXPECT_LE(slope.maxCoeff(), 1e-8) << "seed " << seed;
     EXPECT_NEAR(slope.dot(x), 0, 1e-8) << "seed " << seed;
+  }
+}
+
+// Coefficients of a level, a slope and a decay, by least squares that knows nothing of drift.
+TEST(SensorNoise, tells_how_far_a_fit_may_be_off_with_white_noise_and_with_drift) {
+  const Eigen::Index n = 120;
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(n, 0, 20),
+                        one = Eigen::VectorXd::Ones(n);
+  Eigen::MatrixXd slopes(n, 3);
+  slopes << one, time_s, (-time_s.array() / 4).exp().matrix();
+  const Eigen::MatrixXd inverse = (slopes.transpose() * slopes).inverse();
+  for (const double drift : {0., 1., 4.}) {
+    Eigen::Vector3d squares = Eigen::Vector3d::Zero(), wide = squares;
+    constexpr int kSeeds = 150;
+    for (unsigned seed = 0; seed < kSeeds; ++seed) {
+      std::mt19937 random(seed);
+      std::normal_distribution<double> normal(0, 1);
+      const std::vector<double> slow = slow_noise(static_cast<std::size_t>(n), random);
+      const Eigen::VectorXd noise = Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) {
+        return normal(random) + drift * slow[static_cast<std::size_t>(i)];
+      });
+      const Eigen::Vector3d off = inverse * slopes.transpose() * noise;
+      const Eigen::MatrixXd covariance =
+          inverse * slopes.transpose() *
+          sensor_covariance(time_s, one, one, noise - slopes * off, slopes) * slopes * inverse;
+      squares += off.cwiseAbs2().cwiseQuotient(covariance.diagonal()) / kSeeds;
+      wide += covariance.diagonal() / kSeeds;
+    }
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_GT(std::sqrt(squares[k]), 0.7) << "drift " << drift << ", coefficient " << k;
+      EXPECT_LT(std::sqrt(squares[k]), 1.2) << "drift " << drift << ", coefficient " << k;
+      if (drift == 0) {  // what may be drift and is not costs at most half of the width
+        EXPECT_LT(std::sqrt(wide[k] / inverse(k, k)), 1.5) << "coefficient " << k;
+      }
+    }
+  }
+}
+
+// Contacts found 0.3 mm too early and 0.2 mm too late, with deviations that say so.
+TEST(Contacts, of_one_point_are_aligned_by_the_curve_they_share) {
+  const Relaxation body = prony({0.5}, {1});
+  std::vector<RelaxingPress> presses;
+  for (const auto& [duration_s, off_m] : {std::pair{8., -3e-4}, {0.8, 2e-4}, {2., 0.}}) {
+    std::mt19937 random(7);
+    const auto raw = record({body, 1}, ramp_way(duration_s), 0.01, 2, {0.002, 0}, random);
+    SignalSettings settings;
+    settings.known_contact = {1e-3 + off_m, 3e-4};
+    const Conditioned done = condition(raw, settings, std::nullopt, "press.csv", false);
+    presses.push_back({done.history, done.noise_N, 3e-4});
+  }
+  const auto aligned = align_contacts(presses, body, SlowCurve::powers).contact;
+  ASSERT_EQ(aligned.size(), 3u);
+  EXPECT_NEAR(aligned[1].moved_m - aligned[0].moved_m, -5e-4, 1e-5);
+  EXPECT_NEAR(aligned[2].moved_m - aligned[0].moved_m, -3e-4, 1e-5);
+  // Three readings of one contact: their mean.
+  EXPECT_NEAR(aligned[2].moved_m, -1e-4 / 3, 1e-5);
+  for (const ContactShift& one : aligned) EXPECT_NEAR(one.deviation_m, 3e-4 / std::sqrt(3), 2e-6);
+  for (RelaxingPress& press : presses) press.contact_deviation_m = 0;  // where the rig knows it
+  for (const ContactShift& one : align_contacts(presses, body, SlowCurve::powers).contact) {
+    EXPECT_EQ(one.moved_m, 0);
+    EXPECT_EQ(one.deviation_m, 0);
   }
 }
 
@@ -235,6 +300,13 @@ TEST_F(RelaxationImport, gives_rows_in_time_and_keeps_rates_apart) {
   EXPECT_EQ(samples.experiment.back(), 1);
   EXPECT_GT(samples.time_s.maxCoeff(), 20);
   EXPECT_NE(found.notes.at(0).find("relaxation"), std::string::npos);
+  for (const Eigen::Index r : {0, 1}) {  // both touch after 1 mm
+    EXPECT_EQ(samples.recordings.estimator[static_cast<std::size_t>(r)], "auto: hertz, aligned");
+    EXPECT_NEAR(samples.recordings.contact_m[r], 1e-3,
+                3 * samples.recordings.contact_deviation_m[r]);
+    EXPECT_LT(samples.recordings.contact_deviation_m[r], 5e-5);
+  }
+  EXPECT_NEAR(samples.recordings.contact_m[0], samples.recordings.contact_m[1], 2e-5);
 
   write_samples(folder_ / "samples.h5", samples, {});
   const Samples back = read_samples(folder_ / "samples.h5");

@@ -1,0 +1,59 @@
+#pragma once
+
+#include "libfit/recordings/relaxation/press_group.hpp"
+
+namespace palpate::recordings {
+
+/// Outer unknowns of (M51).
+struct SeriesValues {
+  std::vector<double> branch;              ///< logarithms of shares, then of times
+  std::vector<std::vector<double>> shift;  ///< of each group
+
+  Eigen::Index branches() const { return static_cast<Eigen::Index>(branch.size() / 2); }
+  Relaxation relaxation() const;
+};
+
+/// Least squares (M51) over points that share a Prony series, for one kind of slow curve.
+class SeriesSearch {
+ public:
+  /// points: a vector of recordings each. Times are sought between the two.
+  SeriesSearch(const std::vector<std::vector<RelaxingPress>>& points, SlowCurve curve,
+               double shortest_s, double longest_s);
+
+  const std::vector<PressGroup>& groups() const { return groups_; }
+  /// Whether a branch's time is at the end, or at the beginning, of what is sought.
+  bool is_slowest(double log_time) const;
+  bool is_fastest(double log_time) const;
+
+  SeriesValues start() const;
+  /// The minimum next to these values.
+  SeriesValues refined(const SeriesValues& values) const;
+  /// Shifts alone, for a series that is known.
+  SeriesValues aligned(const Relaxation& relaxation) const;
+  /// With one branch more: the best of a grid of trial branches, refined.
+  SeriesValues with_another(const SeriesValues& from) const;
+
+  /// Mean square of what was left of each stretch by a fit that did not see it, that starts from
+  /// `found`; without iterations it saw the stretch for the branches, but not for curve and sensor.
+  std::vector<double> held_out_squares(const SeriesValues& found, int iterations) const;
+
+  /// What is left of a group's rows and of its priors, with derivatives by logarithms and shifts.
+  struct Slopes {
+    Eigen::VectorXd residual;
+    Eigen::MatrixXd by_branch, by_shift;
+  };
+  Slopes slopes(std::size_t group, const SeriesValues& values) const;
+  PressGroup::Solution solution(std::size_t group, const SeriesValues& values) const;
+
+ private:
+  using HeldOut = std::vector<std::vector<char>>;  // of each group's rows
+  double squares(const SeriesValues& values) const;
+  SeriesValues refined(SeriesValues values, const HeldOut& held_out, int iterations,
+                       bool is_series_known = false) const;
+
+  std::vector<PressGroup> groups_;
+  HeldOut none_;
+  double low_, high_;  // of a logarithm of time
+};
+
+}  // namespace palpate::recordings
