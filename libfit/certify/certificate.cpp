@@ -281,8 +281,8 @@ std::string in_words(const Certificate& c) {
         c.mean, 100 * c.mean_area);
   if (c.relaxes)
     out +=
-        "The body relaxes: this is the certificate of its slow motion, and what its dashpots hold "
-        "is left to the guard. ";
+        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a body "
+        "at rest. What dashpots hold after a press (M29d) is left to the guard. ";
   const Continuity& k = c.continuity;
   if (c.sways && c.is_rings)
     out += fmt::format(

@@ -91,7 +91,7 @@ Cap cap_for(const runtime::AssetView& asset, const RepairRequest& request) {
   for (const certify::Device& device : table) {
     names += (names.empty() ? "" : ", ") + device.name;
     if (device.name != request.device) continue;
-    Cap out{AssetEdit(asset)};
+    Cap out{AssetEdit(asset), 0, 0, {}};
     const runtime::SplineView& curve = asset.curves.view[runtime::kNormal];
     double most_N = 0;
     for (int v = 0; v < asset.vertices; ++v) {

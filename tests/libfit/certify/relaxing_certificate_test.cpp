@@ -36,8 +36,9 @@ Created slide_quickly(const Loaded& body, unsigned seed, bool has_guard) {
       EXPECT_EQ(touch(asset, contact, x.data(), tick, nullptr,
                       is_hold ? runtime::kMaxTimeStep_s : runtime::kMinTimeStep_s),
                 Status::ok);
-      // What friction has laid by may be spent.
-      const double now_J = tick.dissipated_J - contact.ledger.tank_J, lost_J = now_J - before_J;
+      // Under the guard a slip may spend what friction has laid by.
+      const double now_J = tick.dissipated_J - (has_guard ? contact.ledger.tank_J : 0),
+                   lost_J = now_J - before_J;
       if (!is_hold && tick.state == ContactState::slip) {
         ++out.slips;
         const double share = -lost_J / std::max(stored_J, 1e-9);

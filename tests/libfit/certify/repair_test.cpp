@@ -106,7 +106,9 @@ TEST(cap, keeps_every_curve_within_a_slope_and_those_below_it_as_they_are) {
                    before = runtime::curve_value(curve, was.node(v), d);
       EXPECT_LE(runtime::curve_slope(curve, edit.asset().node(v), d), 60 * (1 + 1e-5));
       EXPECT_LE(here, before + 1e-7);
-      if (i == 1) EXPECT_NEAR(here, before, 0.25 * before);
+      if (i == 1) {
+        EXPECT_NEAR(here, before, 0.25 * before);
+      }
     }
 }
 

