@@ -279,10 +279,11 @@ std::string in_words(const Certificate& c) {
         "{} triangles ({:.1f} %) have no measured corner. They answer with the mean and are not "
         "certified. ",
         c.mean, 100 * c.mean_area);
-  if (c.relaxes)
+  if (c.relaxes)  // (M29d)
     out +=
-        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a body "
-        "at rest. What dashpots hold after a press (M29d) is left to the guard. ";
+        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
+        "body "
+        "at rest. What dashpots hold after a press is left to the guard. ";
   const Continuity& k = c.continuity;
   if (c.sways && c.is_rings)
     out += fmt::format(

@@ -85,36 +85,38 @@ struct Cap {
   double stiffness_N_m = 0, steepest_N_m = 0;  // shown; of the body before
   ForceChange change;
 };
-Cap cap_for(const runtime::AssetView& asset, const RepairRequest& request) {
-  const std::vector<certify::Device> table = read_devices(request.devices);
+certify::Device find_device(const RepairRequest& request) {
   std::string names;
-  for (const certify::Device& device : table) {
+  for (certify::Device& device : read_devices(request.devices)) {
+    if (device.name == request.device) return device;
     names += (names.empty() ? "" : ", ") + device.name;
-    if (device.name != request.device) continue;
-    Cap out{AssetEdit(asset), 0, 0, {}};
-    const runtime::SplineView& curve = asset.curves.view[runtime::kNormal];
-    double most_N = 0;
-    for (int v = 0; v < asset.vertices; ++v) {
-      if (!asset.covered[v]) continue;
-      const float* control = asset.node(v) + asset.control_offset[runtime::kNormal];
-      most_N = std::max(most_N, runtime::curve_value(curve, control, asset.max_fitted_m));
-      for (int i = 0; i <= kSlopes; ++i)
-        out.steepest_N_m =
-            std::max(out.steepest_N_m,
-                     runtime::curve_slope(curve, control, asset.max_fitted_m * i / kSlopes));
-    }
-    out.stiffness_N_m = certify::stiffness_shown_N_m(device, most_N);
-    if (out.steepest_N_m > out.stiffness_N_m) out.asset = certify::capped(asset, out.stiffness_N_m);
-    out.change = certify::force_change(asset, out.asset.asset(), asset.probe_radius_m);
-    return out;
   }
   throw Error("--device", "\"" + request.device + "\" is no device of the table",
               "Use one of: " + names + "; or name a table with --devices.");
+}
+Cap cap_for(const runtime::AssetView& asset, const certify::Device& device) {
+  Cap out{AssetEdit(asset), 0, 0, {}};
+  const runtime::SplineView& curve = asset.curves.view[runtime::kNormal];
+  double most_N = 0;
+  for (int v = 0; v < asset.vertices; ++v) {
+    if (!asset.covered[v]) continue;
+    const float* control = asset.node(v) + asset.control_offset[runtime::kNormal];
+    most_N = std::max(most_N, runtime::curve_value(curve, control, asset.max_fitted_m));
+    for (int i = 0; i <= kSlopes; ++i)
+      out.steepest_N_m = std::max(
+          out.steepest_N_m, runtime::curve_slope(curve, control, asset.max_fitted_m * i / kSlopes));
+  }
+  out.stiffness_N_m = certify::stiffness_shown_N_m(device, most_N);
+  if (out.steepest_N_m > out.stiffness_N_m) out.asset = certify::capped(asset, out.stiffness_N_m);
+  out.change = certify::force_change(asset, out.asset.asset(), asset.probe_radius_m);
+  return out;
 }
 
 }  // namespace
 
 RepairAnswer repair_asset(const RepairRequest& request) {
+  std::optional<certify::Device> device;
+  if (!request.device.empty()) device = find_device(request);
   const AssetFile file = read_asset_file(request.asset);
   const runtime::Asset& asset = file.asset();
   if (asset.curves.family != static_cast<int>(runtime::Family::rings))
@@ -125,7 +127,7 @@ RepairAnswer repair_asset(const RepairRequest& request) {
   options.threads = job_count(request.jobs);
   ConsoleProgress progress("repairing");
   std::optional<Cap> cap;
-  if (!request.device.empty()) cap = cap_for(asset, request);
+  if (device) cap = cap_for(asset, *device);
   certify::Repair repair =
       certify::repair(cap ? cap->asset.asset() : asset, options, progress.progress());
   if (is_interrupted()) throw Interrupted("repair: nothing was written");

@@ -61,8 +61,6 @@ TEST(second_wall, two_contacts_of_a_flank_each_bear_what_a_groove_has) {
   EXPECT_GT(sum[2], 2 * normal_N * std::cos(kSlope));
   EXPECT_LT(sum[2], 2 * normal_N * (std::cos(kSlope) + 0.5 * std::sin(kSlope)));
   EXPECT_NEAR(force_of(one)[2] / sum[2], 0.5, 0.02);
-  std::printf("sum %g of one %g: normal part %g\n", sum[2], force_of(one)[2],
-              2 * normal_N * std::cos(kSlope));
 }
 
 // Each contact is passive by itself, and so is their sum: no closed way gains work.
