@@ -148,7 +148,7 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
                                slope_size};
     swayed = sway_force(e, frame, side, bed, depth, lambda, force, sizes_of);
     if constexpr (kIsBound)
-      settled = settling(unevenness(e, frame, side, bed, depth, lambda, force, sizes_of),
+      settled = settling(uneven_terms(e, frame, side, bed, depth, lambda, force, sizes_of),
                          largest_give(e));
   }
   const double noise = kRoundingSlack * (size_of(force) + size_of(depth.energy_slope[0]) +

@@ -73,16 +73,16 @@ SwayForce<T> sway_force(const Facet& e, const SurfaceTerms<T>& frame, const Side
 }
 
 /// Sizes of what the energy of the law has beside springs, per metre by which |q| falls [N/m].
-struct Unevenness {
+struct UnevenTerms {
   double spring;  ///< of ring 1 less what curvature and side force take from it
   double turns;   ///< B: how the force of the law changes where tool and contact point go together
   double others;  ///< how that of the other rings changes as the contact point goes on below them
   double bends;   ///< J: second derivatives of the energy where tool and contact point go together
 };
 template <class T>
-Unevenness unevenness(const Facet& e, const SurfaceTerms<T>& frame, const SideTerms<T>& side,
-                      const BedTerms<T>& bed, const Depth<T>& depth, const T& lambda,
-                      const T& force, const UnevenSizes& of) {
+UnevenTerms uneven_terms(const Facet& e, const SurfaceTerms<T>& frame, const SideTerms<T>& side,
+                         const BedTerms<T>& bed, const Depth<T>& depth, const T& lambda,
+                         const T& force, const UnevenSizes& of) {
   const double step = 1 / std::sqrt(frame.least), turn = frame.turn_max, d = upper(depth.m),
                q_m = of.reach_m + e.overshoot_m, arm_m = of.height_m + q_m,
                normal_N = upper(force) * d, bent = 1 + of.kappa * q_m;
@@ -99,7 +99,7 @@ Unevenness unevenness(const Facet& e, const SurfaceTerms<T>& frame, const SideTe
                sinks = uneven(depth.force_slope) * d + stiff * q_m * turn,
                side_turn = (size(side.turn) * step + 2 * size(side.g) * turn) * d +
                            3 * of.side_slope * arm_m * turn;
-  Unevenness out;
+  UnevenTerms out;
   out.spring = lower(lambda * bed.stiffness[0]) - normal_N * of.kappa * bent -
                2 * of.side_slope * (1 + of.kappa * arm_m);
   out.turns = sinks * bent +
@@ -125,7 +125,7 @@ struct Settling {
   double least_N_m{};  ///< least second derivative of what is stored along a slip (M29b)
 };
 /// give_m_N: the largest compliance. Infinite where the contact would snap.
-inline Settling settling(const Unevenness& of, double give_m_N) {
+inline Settling settling(const UnevenTerms& of, double give_m_N) {
   Settling out;
   const double fold = 1 + 2 * give_m_N * of.spring;
   if (!(fold > 0)) return {0, -std::numeric_limits<double>::infinity()};

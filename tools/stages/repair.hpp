@@ -20,7 +20,8 @@ struct RepairAnswer {
 };
 
 /// Repairs an asset of rings (docs/method.md, section 19) and writes it with a note of what was
-/// done; a statement of error that the asset carries is kept as one of before. Throws Error for a bad asset or one that sliding is not certified for.
+/// done; a statement of error that the asset carries is kept as one of before. Throws Error for a
+/// bad asset or one that sliding is not certified for.
 RepairAnswer repair_asset(const RepairRequest& request);
 
 }  // namespace palpate::tools

@@ -35,7 +35,7 @@ inline SlipState random_state(const runtime::AssetView& asset, const Facet& e, i
   if (p + q > 1) p = 1 - p, q = 1 - q;
   SlipState out{{{1 - p - q, p, q}}, range_of(asset, t) * std::pow(unit(random), 2), {}};
   const runtime::Vec3d u = runtime::blended_normal(asset, t, out.place.n),
-              side = normalized(cross(u, e.axis[0])), across = cross(u, side);
+                       side = normalized(cross(u, e.axis[0])), across = cross(u, side);
   const double lambda = out.place.blend(e.lambda),
                mu = out.place.blend(e.friction) + out.place.blend(e.friction_slope) * out.depth_m;
   const double beyond_m = kStep_m * unit(random), toward = 6.283185307179586 * unit(random);
@@ -57,8 +57,7 @@ struct Attack {
   int slips = 0, certified = 0, created = 0;  ///< created: where nothing was certified
   int faster = 0;  ///< slips with a longer step of the law's tool than what is certified
 };
-/// Slips from random states on every 16th triangle of random bodies, the guard off. `step`: what a
-/// tick of the law's tool is certified for.
+/// Slips from random states on every 16th triangle of random bodies, the guard off.
 inline Attack attack(OtherRings others, Model (*body_of)(unsigned), unsigned seeds = 60) {
   Attack sum;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
