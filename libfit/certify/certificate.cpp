@@ -142,6 +142,7 @@ void take_larger(Continuity& sum, const Continuity& one) {
   sum.inside_N = std::max(sum.inside_N, one.inside_N);
   sum.stiffness_N_m = std::max(sum.stiffness_N_m, one.stiffness_N_m);
   sum.force_N = std::max(sum.force_N, one.force_N);
+  sum.seen_m = std::max(sum.seen_m, one.seen_m);
   sum.ticks += one.ticks;
 }
 
@@ -192,8 +193,9 @@ Certificate certify(const AssetView& asset, const CertifyOptions& options,
   out.family = runtime::row_of(static_cast<runtime::Family>(asset.curves.family)).name;
   out.sways = asset.sways;
   out.relaxes = asset.curves.relaxation.branches > 0;
-  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings) && !out.sways;
+  out.is_rings = asset.curves.family == static_cast<int>(runtime::Family::rings);
   out.max_depth_m = asset.max_fitted_m;
+  out.seen_step_m = 2 * options.facet.max_step_m;
   double solid = 0;
   std::vector<int> interior;
   for (int t = 0; t < asset.triangles; ++t) {
@@ -266,8 +268,7 @@ std::string in_words(const Certificate& c) {
     out += fmt::format("Sliding, whatever the rings of the contact do: {}. In gross slip: {}. ",
                        in_words(c.any, c.interior), in_words(c.gross, c.interior));
   else
-    out += fmt::format("Sliding is not certified for the family {}{}. ", c.family,
-                       c.sways ? " on a body that sways" : "");
+    out += fmt::format("Sliding is not certified for the family {}. ", c.family);
   out += fmt::format(
       "Over the skirt ({} triangles, {:.1f} % of what can be touched) forces pass over to {}. It "
       "is "
@@ -278,11 +279,17 @@ std::string in_words(const Certificate& c) {
         "{} triangles ({:.1f} %) have no measured corner. They answer with the mean and are not "
         "certified. ",
         c.mean, 100 * c.mean_area);
-  if (c.relaxes)
+  if (c.relaxes)  // (M29d)
     out +=
-        "The body relaxes: this is the certificate of its slow motion, and what its dashpots hold "
-        "is left to the guard. ";
+        "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
+        "body "
+        "at rest. What dashpots hold after a press is left to the guard. ";
   const Continuity& k = c.continuity;
+  if (c.sways && c.is_rings)
+    out += fmt::format(
+        "The body sways: certified are ticks in which the tool moves by at most {:.0f} um against "
+        "the surface that has swayed; in sampled ticks of 50 um it was at most {:.0f} um. ",
+        1e6 * c.seen_step_m, 1e6 * k.seen_m);
   out += fmt::format(
       "In {} sampled ticks of 50 um the force changed by at most {:.3g} N ({:.0f} N/m): over edges "
       "{:.3g} N, at touch {:.3g} N, at release {:.3g} N. A device needs {:.2g} N s/m of its own at "

@@ -43,7 +43,7 @@ struct Certificate {
   std::string family;
   bool sways = false;     ///< as a whole (method.md, section 21)
   bool relaxes = false;   ///< in time (section 24): what is certified is slow motion
-  bool is_rings = false;  ///< of a body that does not sway: sliding is certified for no other
+  bool is_rings = false;  ///< sliding is certified for no other family
   bool passive_fixed = false;
   int pulling = 0;                                 ///< triangles where (M22) does not hold
   double least_slope_N_m = 0, least_friction = 0;  ///< over covered vertices and all depths
@@ -54,6 +54,7 @@ struct Certificate {
   SlidingFigures any, gross;
   Continuity continuity;  ///< largest of the tools'
   double max_depth_m = 0;
+  double seen_step_m = 0;  ///< of the tool that the law sees, in a tick, that is certified
 
   bool passive_sliding() const { return is_rings && interior > 0 && any.is_passive(); }
   bool certified() const { return passive_fixed && passive_sliding(); }

@@ -33,15 +33,22 @@ class Walk {
     runtime::Output now;
     runtime::touch_ball(asset_, contact_, at, options_.radius_m, now, nullptr,
                         runtime::kCheckTick_s);
-    if (has_begun_) compare(now);
+    Vec3d seen = x;
+    if (asset_.sways && now.state != ContactState::air)
+      seen = x - runtime::compliance_at(asset_, contact_.triangle, contact_.weight)
+                     .times(runtime::slow_force(asset_.curves.relaxation, contact_.sway,
+                                                contact_.sway.force()));
+    if (has_begun_) compare(now, seen - seen_);
     has_begun_ = true;
     before_ = now;
     x_ = x;
+    seen_ = seen;
   }
-  void compare(const runtime::Output& now) {
+  void compare(const runtime::Output& now, const Vec3d& went) {
     const bool was = before_.state != ContactState::air, is = now.state != ContactState::air;
     if (!was && !is) return;
     ++out_.ticks;
+    if (is) out_.seen_m = std::max(out_.seen_m, std::sqrt(dot(went, went)));
     const Vec3d f = runtime::make_vec3<double>(now.force_on_tool_N),
                 step = f - runtime::make_vec3<double>(before_.force_on_tool_N);
     const double jump_N = std::sqrt(dot(step, step));
@@ -66,7 +73,7 @@ class Walk {
   Continuity& out_;
   runtime::Contact contact_;
   runtime::Output before_;
-  Vec3d x_{0, 0, 0};
+  Vec3d x_{0, 0, 0}, seen_{0, 0, 0};
   bool has_begun_ = false;
 };
 

@@ -25,7 +25,8 @@ struct Continuity {
   double inside_N = 0;       ///< nothing of that
   double stiffness_N_m = 0;  ///< largest of all over step_m: K at a tick's scale
   double force_N = 0;        ///< largest
-  std::int64_t ticks = 0;    ///< in contact
+  double seen_m = 0;  ///< longest step of the tool that the law sees, x - C f of a body that sways
+  std::int64_t ticks = 0;  ///< in contact
 };
 
 /// Random presses, drags and lifts that begin on the given triangles, within their depths.

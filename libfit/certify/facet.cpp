@@ -20,11 +20,17 @@ void gradient_of(const Facet& e, const double v[3][3], double out[3][2]) {
           v[k][0] * e.gradient[0][j] + v[k][1] * e.gradient[1][j] + v[k][2] * e.gradient[2][j];
 }
 
-/// kappa of a corner (xx, yy, zz, xy, xz, yz) in the facet's frame.
-void put_curvature(Facet& e, const double* kappa, int corner) {
+/// A symmetric tensor of a corner (xx, yy, zz, xy, xz, yz) in the facet's frame.
+void put_tensor(const Facet& e, const double* tensor, int corner, double out[6][3]) {
   const int from[6] = {0, 1, 2, 0, 0, 1}, to[6] = {0, 1, 2, 1, 2, 2};
   for (int i = 0; i < 6; ++i)
-    e.curvature[i][corner] = along(runtime::curvature_times(kappa, e.axis[to[i]]), e.axis[from[i]]);
+    out[i][corner] = along(runtime::curvature_times(tensor, e.axis[to[i]]), e.axis[from[i]]);
+}
+void gradient_of(const Facet& e, const double tensor[6][3], double out[2][6]) {
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 6; ++i)
+      out[j][i] = tensor[i][0] * e.gradient[0][j] + tensor[i][1] * e.gradient[1][j] +
+                  tensor[i][2] * e.gradient[2][j];
 }
 
 /// A corner's force and area as polynomials in t from a knot.
@@ -88,23 +94,23 @@ Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
     e.lambda[l] = spot.control(runtime::kLambda, 0);
     e.friction[l] = spot.control(runtime::kFriction, 0);
     e.friction_slope[l] = spot.control(runtime::kFrictionSlope, 0);
-    double c[kRings], side[6], kappa[6];
+    double c[kRings], side[6], tensor[6];
     runtime::ring_stiffness(asset.curves.rings, spot, c);
     for (int i = 0; i < kRings; ++i) e.stiffness[i][l] = c[i];
     runtime::copy_controls(spot, runtime::kSide2, 0, 6, side);
     put_in_frame(e, runtime::make_vec3<double>(side), l, e.side2);
     put_in_frame(e, runtime::make_vec3<double>(side + 3), l, e.side3);
-    runtime::copy_controls(spot, runtime::kCurvature, 0, 6, kappa);
-    put_curvature(e, kappa, l);
+    runtime::copy_controls(spot, runtime::kCurvature, 0, 6, tensor);
+    put_tensor(e, tensor, l, e.curvature);
+    runtime::copy_controls(spot, runtime::kSway, 0, 6, tensor);
+    put_tensor(e, tensor, l, e.sway);
   }
   gradient_of(e, e.normal, e.turn);
   gradient_of(e, e.side2, e.side2_turn);
   gradient_of(e, e.side3, e.side3_turn);
-  for (int j = 0; j < 2; ++j)
-    for (int i = 0; i < 6; ++i) {
-      e.curvature_turn[j][i] = 0;
-      for (int l = 0; l < 3; ++l) e.curvature_turn[j][i] += e.curvature[i][l] * e.gradient[l][j];
-    }
+  gradient_of(e, e.curvature, e.curvature_turn);
+  gradient_of(e, e.sway, e.sway_turn);
+  e.sways = asset.sways;
   return e;
 }
 
@@ -113,7 +119,7 @@ double range_of(const AssetView& asset, int t) {
 }
 
 Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) {
-  Depth<double> out{d, {}, {0, 0}, {}};
+  Depth<double> out{d, {}, {}, {}, {}};
   double energy[3];
   for (int l = 0; l < 3; ++l) {
     const Polynomials p = polynomials_of(asset, asset.corner(t, l), d);
@@ -122,35 +128,43 @@ Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) 
     energy[l] = over(p.area, p.order + 1, s, s).lo / d;
     out.energy[l] = energy[l] / d;
   }
-  for (int j = 0; j < 2; ++j)
+  for (int j = 0; j < 2; ++j) {
+    out.force_slope[j] = (out.force[1] - out.force[0]) * e.gradient[1][j] +
+                         (out.force[2] - out.force[0]) * e.gradient[2][j];
     out.energy_slope[j] =
         (energy[1] - energy[0]) * e.gradient[1][j] + (energy[2] - energy[0]) * e.gradient[2][j];
+  }
   return out;
 }
 
 Depth<Interval> over_depths(const AssetView& asset, const Facet& e, int t, double from_m,
                             double to_m) {
-  Depth<Interval> out{{from_m, to_m}, {}, {}, {}};
+  Depth<Interval> out{{from_m, to_m}, {}, {}, {}, {}};
   Polynomials p[3];
   for (int l = 0; l < 3; ++l)
     p[l] = polynomials_of(asset, asset.corner(t, l), 0.5 * (from_m + to_m));
   const double from = from_m - p[0].knot, to = to_m - p[0].knot;
-  Interval difference[3];
+  Interval difference[3], stiffer[3];
   for (int l = 0; l < 3; ++l) {
-    double area[runtime::kMaxDegree + 2];
+    double area[runtime::kMaxDegree + 2], force[runtime::kMaxDegree + 1];
     for (int m = 0; m <= p[l].order; ++m) area[m] = p[l].area[m] - (l > 0 ? p[0].area[m] : 0);
+    for (int m = 0; m < p[l].order; ++m) force[m] = p[l].force[m] - (l > 0 ? p[0].force[m] : 0);
     if (from_m > 0) {
       out.force[l] = over(p[l].force, p[l].order, from, to) / out.m;
       out.energy[l] = over(p[l].area, p[l].order + 1, from, to) / out.m / out.m;
       difference[l] = over(area, p[l].order + 1, from, to) / out.m;
+      stiffer[l] = over(force, p[l].order, from, to) / out.m;
     } else {  // polynomials that begin at 0 and with a slope
       out.force[l] = over(p[l].force + 1, p[l].order - 1, from, to);
       out.energy[l] = over(p[l].area + 2, p[l].order - 1, from, to);
       difference[l] = over(area + 1, p[l].order, from, to);
+      stiffer[l] = over(force + 1, p[l].order - 1, from, to);
     }
   }
-  for (int j = 0; j < 2; ++j)
+  for (int j = 0; j < 2; ++j) {
+    out.force_slope[j] = stiffer[1] * e.gradient[1][j] + stiffer[2] * e.gradient[2][j];
     out.energy_slope[j] = difference[1] * e.gradient[1][j] + difference[2] * e.gradient[2][j];
+  }
   return out;
 }
 

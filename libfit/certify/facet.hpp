@@ -27,6 +27,8 @@ struct Facet {
   double lambda[3], friction[3], friction_slope[3], stiffness[kRings][3];
   double side2[3][3], side3[3][3], side2_turn[3][2], side3_turn[3][2];
   double curvature[6][3], curvature_turn[2][6];  ///< xx, yy, zz, xy, xz, yz
+  double sway[6][3], sway_turn[2][6];            ///< C [m/N] of a body that sways, likewise
+  bool sways = false;
   double threshold[kRings];
   double radius_m = 0;     ///< of the ball that slides; 0: a tip
   double overshoot_m = 0;  ///< how far beyond its limit ring 1 may be at a tick
@@ -55,6 +57,7 @@ template <class T>
 struct Depth {
   T m;                ///< d
   T force[3];         ///< f^z / d [N/m]
+  T force_slope[2];   ///< of the blended f^z over the facet, / d [N/m^2]
   T energy_slope[2];  ///< of the blended Z over the facet, / d [N/m]
   T energy[3];        ///< Z / d^2 [N/m]
 };

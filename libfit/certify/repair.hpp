@@ -45,7 +45,7 @@ struct RepairOptions {
   int threads = 1;
 };
 
-/// Repairs an asset of rings that does not sway, kind by kind, until none takes away uncertified
+/// Repairs an asset of rings, kind by kind, until none takes away uncertified
 /// area (docs/method.md, section 19). An asset that needs no repair comes back as it is. The same
 /// for every number of threads.
 Repair repair(const runtime::AssetView& asset, const RepairOptions& options,

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "libfit/certify/slip_terms.hpp"
+#include "libfit/certify/sway_terms.hpp"
 #include "libfit/core/geometry.hpp"
 
 namespace palpate::certify {
@@ -24,13 +24,15 @@ using Mat32 = Eigen::Matrix<double, 3, 2>;
 /// normal turns (U) by a step over the facet, whose axes are the columns.
 struct FacetCorner {
   Mat32 L, U;
+  Eigen::Vector2d sway;  ///< what a sway under 1 N along the normal stores more
   double area;
 };
 FacetCorner corner_of(const AssetView& asset, const Facet& e, int t, int k) {
   PatchPoint place{{0, 0, 0}};
   place.n[k] = 1;
   const SurfaceTerms<double> frame = frame_at<double>(e, place);
-  FacetCorner out{Mat32::Zero(), Mat32::Zero(), 0};
+  FacetCorner out{Mat32::Zero(), Mat32::Zero(), {}, 0};
+  for (int j = 0; j < 2; ++j) out.sway[j] = sway_stores(e, frame, {1, 0, 0}, 1.0, j == 0, j == 1);
   for (int i = 0; i < 3; ++i) {
     const Vec3 axis(e.axis[i].x, e.axis[i].y, e.axis[i].z);
     for (int j = 0; j < 2; ++j) {
@@ -113,12 +115,15 @@ void bring_side_force(AssetEdit& edit, const RepairPlan& plan) {
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
     for (const int t : plan.fans.about(open.vertex)) {
       const Facet e = facet_of(asset, t, plan.facet);
-      const FacetCorner corner = corner_of(asset, e, t, corner_at(asset, t, open.vertex));
+      const int k = corner_at(asset, t, open.vertex);
+      const FacetCorner corner = corner_of(asset, e, t, k);
       for (int step = 1; step <= kDepths; ++step) {
         const double d = asset.max_fitted_m * step / kDepths;
         const Depth<double> depth = at_depth(asset, e, t, d);
         const Mat32 M = corner.L + d * corner.U;
-        const Eigen::Vector2d slope(depth.energy_slope[0] / d, depth.energy_slope[1] / d);
+        const Eigen::Vector2d slope =
+            Eigen::Vector2d(depth.energy_slope[0] / d, depth.energy_slope[1] / d) +
+            depth.force[k] * depth.force[k] * corner.sway;
         Eigen::Matrix<double, 2, 6> row;
         row << M.transpose(), d * M.transpose();
         square += corner.area * row.transpose() * row;

@@ -40,12 +40,13 @@ struct SearchBox {
 Cause cause_of(const Balance& b) {
   if (!(b.friction > 0)) return Cause::friction;
   const double turning = std::max(b.turning, 0.0);
-  const double most = std::max(std::max(b.tilt, b.mismatch), std::max(turning, b.rings));
+  const double most = std::max({b.tilt, b.mismatch, turning, b.rings, b.sway});
   if (b.paid == 0 && most == 0) return Cause::concave;
   return most == b.tilt       ? Cause::normals
          : most == b.mismatch ? Cause::stiffness
          : most == turning    ? Cause::curvature
-                              : Cause::rings;
+         : most == b.rings    ? Cause::rings
+                              : Cause::sway;
 }
 
 /// Ends of ranges of depth, none across a knot.

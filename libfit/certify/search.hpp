@@ -10,9 +10,9 @@ enum class Verdict {
   fails,      ///< a witness creates energy
   undecided   ///< the bound did not close
 };
-enum class Cause { none, normals, stiffness, curvature, rings, concave, friction };
+enum class Cause { none, normals, stiffness, curvature, rings, concave, friction, sway };
 constexpr const char* kCauseNames[] = {"none",  "normals", "stiffness", "curvature",
-                                       "rings", "concave", "friction"};
+                                       "rings", "concave", "friction",  "sway"};
 
 /// Sliding on a triangle, for one state of the other rings.
 struct Sliding {

@@ -4,7 +4,7 @@
 // (docs/method.md, section 19): one template for a place (double) and for a patch of a triangle
 // over a range of depths (Interval).
 
-#include "libfit/certify/slip_terms.hpp"
+#include "libfit/certify/sway_terms.hpp"
 
 namespace palpate::certify {
 
@@ -23,7 +23,7 @@ struct Balance {
   int sector = 0;       ///< of the direction
   double friction = 0;  ///< mu
   double paid = 0;      ///< by friction as it is
-  double tilt = 0, mismatch = 0, turning = 0, rings = 0;  ///< what is stored, by cause
+  double tilt = 0, mismatch = 0, turning = 0, rings = 0, sway = 0;  ///< what is stored, by cause
 };
 
 /// Whether the normal force stays a push and the stored energy positive (M22) as far as ring 1 may
@@ -33,6 +33,12 @@ bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
   const T lambda = where.blend(e.lambda),
           mu = not_negative(where.blend(e.friction_slope) * depth.m + where.blend(e.friction));
   if (!(lower(lambda) > 0)) return false;
+  const BedTerms<T> bed = bed_at(e, where, lambda, depth.m);
+  double cut = 0;  // how the share of a bed that is cut may pull
+  if (bed.sinks > 0) {
+    const double furthest = upper(mu / lambda) + e.overshoot_m / lower(depth.m);
+    cut = 0.5 * upper(lambda) * furthest * furthest * bed.spread * bed.sinks;
+  }
   T g[3], slope[3];  // over d^2 and d
   for (int k = 0; k < 3; ++k) {
     const T two = where.blend(e.side2[k]), three = where.blend(e.side3[k]);
@@ -40,7 +46,7 @@ bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
     slope[k] = two * 2.0 + three * 3.0 * depth.m;
   }
   const double reach_m = upper(mu / lambda) * upper(depth.m) + e.overshoot_m;
-  return lower(where.blend(depth.force)) >= reach_m * size(slope) &&
+  return lower(where.blend(depth.force)) - cut >= reach_m * size(slope) &&
          lower(where.blend(depth.energy)) >= reach_m * size(g);
 }
 
@@ -59,13 +65,19 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   worst.friction = lower(mu);
   if (!(frame.least > kMinStretch && lower(lambda) > 0 && lower(mu) > 0)) return worst;
   const BedTerms<T> bed = bed_at(e, where, lambda, d);
-  if (!bed.is_convex) return worst;
+  if (!(lower(bed.stiffness[0] * bed.share) > 0)) return worst;
   const SideTerms<T> side = side_at(e, where, frame, d);
   const auto& u = frame.u;
   const auto& U = frame.U;
   const auto& L = frame.L;
-  const T sigma = mu / lambda, force = where.blend(depth.force);
-  const T pays = others == OtherRings::sliding ? bed.stiffness[0] + bed.others : bed.stiffness[0];
+  const T sigma = mu / lambda;
+  // Where the normal curve is concave, rings are cut and bear a share: by sizes, with all rings as
+  // long as they may be, how that share presses and how it fades over the facet.
+  const double cut = 0.5 * upper(sigma * mu);
+  T force = where.blend(depth.force);
+  if constexpr (kIsBound) force = force + Interval(-cut * bed.sinks, cut * bed.sinks);
+  const T pays = bed.share *
+                 (others == OtherRings::sliding ? bed.stiffness[0] + bed.others : bed.stiffness[0]);
 
   T kappa[6], kappa_L[3][2], kappa_U[3][2], kappa_u[3];
   double sizes[6];
@@ -113,24 +125,44 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   const double furthest_m = reach_m + e.overshoot_m;
   const double steepest =  // by |q|, of the terms of third order
       2 * furthest_m *
-      (upper(force) * upper(d) * bend_rate +
-       slope_size * (frame.turn_max + kappa_size * (1 + size_of(height) * frame.turn_max)) +
-       1.5 * furthest_m * slope_size * bend_rate +
-       0.5 * std::hypot(size_of(bed.change[0][0]), size_of(bed.change[0][1])) /
-           std::sqrt(frame.least));
+          (upper(force) * upper(d) * bend_rate +
+           slope_size * (frame.turn_max + kappa_size * (1 + size_of(height) * frame.turn_max)) +
+           1.5 * furthest_m * slope_size * bend_rate +
+           0.5 * std::hypot(size_of(bed.change[0][0]), size_of(bed.change[0][1])) /
+               std::sqrt(frame.least)) +
+      (bed.sinks > 0 ? furthest_m * upper(lambda) * bed.spread / lower(d) *
+                           (bed.sinks + bed.fades * upper(d) / std::sqrt(frame.least))
+                     : 0);
   // How far the way of a segment may be astray from the deflection.
   const double astray = kIsBound ? e.overshoot_m * frame.turn_max * (1 / lower(sigma) + 3) : 0;
+  // A body that sways: its force, and how its sway settles in a slip.
+  SwayForce<T> swayed{force, 0, 0};
+  Settling settled;
+  if (e.sways) {
+    const UnevenSizes sizes_of{upper(mu * (bed.stiffness[0] + bed.others)),
+                               upper(sigma),
+                               reach_m,
+                               size_of(height),
+                               kappa_size,
+                               change_size,
+                               slope_size};
+    swayed = sway_force(e, frame, side, bed, depth, lambda, force, sizes_of);
+    if constexpr (kIsBound)
+      settled = settling(uneven_terms(e, frame, side, bed, depth, lambda, force, sizes_of),
+                         largest_give(e));
+  }
   const double noise = kRoundingSlack * (size_of(force) + size_of(depth.energy_slope[0]) +
                                          size_of(depth.energy_slope[1]) + size_of(pays));
 
   struct Spoke {
-    double stores, ring, bends, falls, pulls, stiffens, stretch_min, stretch_max, q;
+    double stores, sway, ring, bends, falls, pulls, stiffens, stretch_min, stretch_max, q;
   } corner[kSectors + 1];
   const Directions& way = directions(kIsBound);
   for (int j = 0; j <= (kIsBound ? kSectors : kSectors - 1); ++j) {
     Spoke& at = corner[j];
     const double x = way.x[1][j], y = way.y[1][j], x2 = way.x[2][j], y2 = way.y[2][j];
-    at.stores = -lower(omega[0] * x + omega[1] * y);
+    at.sway = e.sways ? sway_stores(e, frame, swayed, d, x, y) : 0;
+    at.stores = at.sway - lower(omega[0] * x + omega[1] * y) + cut * bed.fades * upper(d);
     T turned[3];
     for (int k = 0; k < 3; ++k) turned[k] = U[k][0] * x + U[k][1] * y;
     // The other rings: as long as they may be, turned with the normal, over stiffer ground.
@@ -170,7 +202,9 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
         astray * (upper(sigma) * (size_of(Q.xx) + size_of(Q.xy) + size_of(Q.yy)) / shortest + ring +
                   0.5 * astray * friction);
     // Beyond its limit ring 1 pays more, or a little less.
-    const double rate = lower(lambda * bed.stiffness[0]) * shortest + q - steepest * longest;
+    double rate = settled.share * lower(lambda * bed.stiffness[0] * bed.share) * shortest +
+                  (e.sways ? std::min(q, 0.0) : q) - steepest * longest;
+    if (e.sways) rate = std::min(rate, 0.5 * settled.least_N_m * longest);
     const double beyond = kIsBound && rate < 0 ? -rate * e.overshoot_m / lower(d) : 0;
     const double paid = friction + turning - ring - third - stray - beyond - noise,
                  needed = std::max(a.stores, b.stores) + noise;
@@ -181,6 +215,7 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
     worst.paid = friction;
     worst.turning = -turning;
     worst.rings = ring;
+    worst.sway = a.sway;
     worst.tilt = -lower(tilt[0] * way.x[1][j] + tilt[1] * way.y[1][j]);
     worst.mismatch = -lower(mismatch[0] * way.x[1][j] + mismatch[1] * way.y[1][j]);
   }

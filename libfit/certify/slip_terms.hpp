@@ -140,25 +140,41 @@ SideTerms<T> side_at(const Facet& e, const Where& where, const SurfaceTerms<T>& 
   return out;
 }
 
-/// The bed: c_i, h_i / d, how lambda c_i changes over the facet.
+/// The bed: c_i where they are not negative, h_i / d, how lambda c_i changes over the facet.
 template <class T>
 struct BedTerms {
   T stiffness[kRings], touching[kRings], change[kRings][2];
-  T others;  ///< sum of c_i h_i / d from ring 2 on
-  bool is_convex = true;
+  T others;       ///< sum of c_i h_i / d from ring 2 on
+  T share;        ///< of what the rings bear (the engine's ring_share())
+  double sinks;   ///< size of how that share falls with depth, times sum c_i h_i [N/m]
+  double fades;   ///< and over the facet, / d [N/m^2]
+  double spread;  ///< sum c_i over sum c_i h_i / d
 };
 template <class T, class Where>
 BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T& d) {
   constexpr bool kIsBound = std::is_same_v<T, Interval>;
   BedTerms<T> out;
   out.others = T(0);
+  T cut = T(0);
+  double cut_stiffness = 0, cut_turn = 0, stiffness = 0, turn = 0;
   for (int i = 0; i < kRings; ++i) {
-    out.stiffness[i] = where.blend(e.stiffness[i]);
-    out.is_convex = out.is_convex && lower(out.stiffness[i]) >= 0;
+    const T signed_c = where.blend(e.stiffness[i]);
+    out.stiffness[i] = not_negative(signed_c);
     // A slip may end deeper than it began.
     const double from_m = e.threshold[i] - (kIsBound ? 0.5 * e.overshoot_m : 0);
     out.touching[i] = T(i == 0 ? 1 : 0);
-    if (i > 0 && upper(d) > from_m) {
+    double of_c[2] = {0, 0};
+    for (int j = 0; j < 2; ++j) {
+      double of_lambda = 0;
+      for (int l = 0; l < 3; ++l) {
+        of_c[j] += e.stiffness[i][l] * e.gradient[l][j];
+        of_lambda += e.lambda[l] * e.gradient[l][j];
+      }
+      out.change[i][j] =
+          upper(signed_c) > 0 ? lambda * of_c[j] + out.stiffness[i] * of_lambda : T(0);
+    }
+    if (i > 0) {
+      if (!(upper(d) > from_m)) continue;
       if constexpr (kIsBound)
         out.touching[i] =
             Interval(d.lo > 0 ? not_negative(1 - e.threshold[i] / d.lo) : 0, 1 - from_m / d.hi);
@@ -166,15 +182,24 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
         out.touching[i] = not_negative(1 - from_m / d);
       out.others = out.others + out.stiffness[i] * out.touching[i];
     }
-    for (int j = 0; j < 2; ++j) {
-      double of_c = 0, of_lambda = 0;
-      for (int l = 0; l < 3; ++l) {
-        of_c += e.stiffness[i][l] * e.gradient[l][j];
-        of_lambda += e.lambda[l] * e.gradient[l][j];
-      }
-      out.change[i][j] = lambda * of_c + out.stiffness[i] * of_lambda;
+    const double steep = std::hypot(of_c[0], of_c[1]) * upper(out.touching[i]);
+    stiffness += upper(out.stiffness[i]);
+    turn += steep;
+    if (lower(signed_c) < 0) {
+      cut = cut + not_negative(signed_c * -1.0) * out.touching[i];
+      cut_stiffness = std::max(0.0, -lower(signed_c)) + cut_stiffness;
+      cut_turn += steep;
     }
   }
+  out.share = T(1);
+  out.sinks = out.fades = out.spread = 0;
+  const T kept = out.stiffness[0] + out.others;
+  if (!(cut_stiffness > 0) || !(lower(kept) > 0)) return out;
+  const T ratio = cut / kept;
+  out.share = not_negative(T(1) - ratio);
+  out.sinks = upper(ratio) * stiffness + cut_stiffness;
+  out.fades = upper(ratio) * turn + cut_turn;
+  out.spread = stiffness / lower(kept);
   return out;
 }
 

@@ -42,7 +42,16 @@ StagedContact stage(const AssetView& asset, int t, double radius_m, const SlipSt
   runtime::Rings::Memory<double> anchors{};
   for (int i = 1; i < kRings; ++i) anchors.set(i, q - state.ring[i]);
   runtime::Rings::save(anchors, out.contact.memory);
-  runtime::put(x + runtime::make_vec3<double>(asset.origin_m), out.tip_m);
+  Vec3d tool = x;
+  if (asset.sways) {
+    const Vec3d force = radius_m > 0
+                            ? runtime::hold<runtime::Rings, true>(asset, out.contact, x).force_N
+                            : runtime::hold<runtime::Rings, false>(asset, out.contact, x).force_N;
+    runtime::put(force, out.contact.sway.force_N);
+    tool = x + runtime::compliance_at(asset, t, out.contact.weight).times(force);
+    runtime::put(tool, out.contact.tip_m);
+  }
+  runtime::put(tool + runtime::make_vec3<double>(asset.origin_m), out.tip_m);
   return out;
 }
 

@@ -11,7 +11,8 @@ struct SlipState {
   runtime::Vec3d ring[kRings];  ///< q_i, tangential, in the asset's axes
 };
 
-/// The engine's contact in that state, and where its tip or ball is [m], in body coordinates.
+/// The engine's contact in that state, and where its tip or ball is [m], in body coordinates. On a
+/// body that sways the state is what the law sees, and the tool stands where the sway brings it.
 struct StagedContact {
   runtime::Contact contact;
   double tip_m[3];

@@ -285,6 +285,8 @@ std::vector<BadInput> bad_inputs() {
       {"a choice that is none", "export out/model.h5 -o a.palp --elsewhere some"},
       {"a picture to repair", "export out/model.h5 -o a.ply --format ply --repair"},
       {"a scene to repair", "check scene.toml --repair a.palp"},
+      {"a device without a repair", "check out/asset.palp --device omega.3"},
+      {"a device that is none", "check out/asset.palp --repair a.palp --device Omega"},
       {"an asset that is missing", "replay none.palp path.csv -o f.csv"},
       {"an asset cut in the middle", "replay cut.palp path.csv -o f.csv"},
       {"an asset with one byte changed", "replay changed.palp path.csv -o f.csv"},

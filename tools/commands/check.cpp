@@ -56,14 +56,19 @@ class Check final : public Command {
     arguments.output("--repair", repair_,
                      "Asset to write: this one, repaired where slides create energy", {"palp"},
                      false);
+    arguments.option("--device", device_,
+                     "With --repair: keep the body as soft as this device shows it at rest");
     arguments.option("--jobs", jobs_, "Threads for an asset; 0: all cores");
     arguments.flag("--no-trial", no_trial_, "Do not simulate a point");
   }
 
   int run(Reply& reply) override {
     try {
+      if (!device_.empty() && repair_.empty())
+        throw Error("--device", "it says what a repair keeps the body within",
+                    "Give --repair OUT.palp, too.");
       if (is_asset_file(scene_path_)) {
-        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, repair_, jobs_});
+        AssetAnswer answer = check_asset({scene_path_, vtu_, devices_, repair_, device_, jobs_});
         reply = {std::move(answer.text), answer.json};
         return answer.is_certified ? kDone : kSomeFailed;
       }
@@ -128,7 +133,7 @@ class Check final : public Command {
     if (advices.empty()) text_ += "\nnothing to change";
   }
 
-  std::string scene_path_, vtu_, page_, devices_, repair_, text_;
+  std::string scene_path_, vtu_, page_, devices_, repair_, device_, text_;
   int jobs_ = 0;
   bool no_trial_ = false;
   std::vector<Error> errors_;

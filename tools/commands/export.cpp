@@ -43,7 +43,6 @@ class Export final : public Command {
     const ExportReport report = export_model(read_model(model_), output_, format_,
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),
-                                              .statement = {},
                                               .map_depth_m = depth_m(),
                                               .jobs = jobs_,
                                               .engine = engine_});

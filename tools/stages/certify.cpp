@@ -94,6 +94,10 @@ Json to_json(const Certificate& c, const std::vector<DeviceVerdict>& devices) {
                 {"inside_N", k.inside_N},
                 {"force_N", k.force_N}}},
               {"devices", verdicts}};
+  if (c.is_rings && c.sways) {
+    out["seen_step_m"] = c.seen_step_m;
+    out["seen_step_sampled_m"] = k.seen_m;
+  }
   if (c.is_rings) {
     out["least_friction"] = number(c.least_friction);
     out["sliding"] = to_json(c.any);
@@ -185,7 +189,8 @@ std::string in_words(const std::vector<DeviceVerdict>& devices) {
 
 AssetAnswer check_asset(const AssetCheck& check) {
   RepairAnswer repaired;
-  if (!check.repair.empty()) repaired = repair_asset({check.asset, check.repair, check.jobs});
+  if (!check.repair.empty())
+    repaired = repair_asset({check.asset, check.repair, check.jobs, check.device, check.devices});
   const AssetFile file = read_asset_file(check.repair.empty() ? check.asset : check.repair);
   const std::vector<certify::Device> table = read_devices(check.devices);
   certify::CertifyOptions options;

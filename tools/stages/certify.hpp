@@ -9,6 +9,7 @@ namespace palpate::tools {
 struct AssetCheck {
   std::string asset, vtu, devices;  ///< vtu: a map to write; devices: a table beside the program's
   std::string repair;               ///< a repaired asset to write
+  std::string device;               ///< whose stiffness the repair keeps within; empty: none's
   int jobs = 0;
 };
 

@@ -2,8 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libfit/assets/asset_edit.hpp"
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/io/atomic_file.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/repair.hpp"
@@ -40,8 +43,6 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   nlohmann::ordered_json meta{{"program", "palpate " PALPATE_VERSION}};
   if (!request.fingerprint.empty()) meta[kInputsAttribute] = request.fingerprint;
   if (model.probe) meta["probe"] = probe_json(*model.probe);
-  if (!request.statement.empty())
-    meta["statement"] = nlohmann::ordered_json::parse(request.statement);
   ExportOptions options;
   options.has_guard = request.settings.guard;
   const std::string& elsewhere = request.settings.elsewhere;
@@ -54,10 +55,20 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
   if (request.settings.repair == "slides" && format == "palp")
-    say("  {}", repair_asset({output, output, request.jobs, !request.statement.empty()}).text);
+    say("  {}", repair_asset({output, output, request.jobs}).text);
   say("  {}: {} bytes, {} vertices, {} triangles", output.string(), report.bytes, report.vertices,
       report.triangles);
   return report;
+}
+
+void state_asset(const std::filesystem::path& path, const std::string& statement) {
+  const AssetFile file = read_asset_file(path);
+  auto meta = nlohmann::ordered_json::parse(file.meta_json());
+  meta["statement"] = nlohmann::ordered_json::parse(statement);
+  AssetEdit edit(file.asset());
+  edit.seal(meta.dump());
+  write_file_atomically(path,
+                        {reinterpret_cast<const char*>(edit.bytes().data()), edit.bytes().size()});
 }
 
 }  // namespace palpate::tools

@@ -11,7 +11,6 @@ namespace palpate::tools {
 struct ExportRequest {
   ExportSection settings;
   std::string fingerprint;       ///< put into the asset's meta; empty for none
-  std::string statement;         ///< JSON object put into the asset's meta; empty for none
   double map_depth_m = 0;        ///< of a coloured surface; 0: half of the curves' range
   int jobs = 0;                  ///< threads of a repair; 0: all cores
   std::filesystem::path engine;  ///< folder to copy the engine into; empty for none
@@ -20,5 +19,8 @@ struct ExportRequest {
 /// Writes the model in one of the export formats; says what and how large.
 ExportReport export_model(const Model& model, const std::filesystem::path& output,
                           const std::string& format, const ExportRequest& request);
+
+/// Puts a statement of error, a JSON object, into an asset's meta data; nothing else changes.
+void state_asset(const std::filesystem::path& asset, const std::string& statement);
 
 }  // namespace palpate::tools

@@ -134,7 +134,6 @@ class StageRun {
     export_model(model, output, "palp",
                  {.settings = scene_.export_,
                   .fingerprint = wanted,
-                  .statement = {},
                   .jobs = request_.jobs,
                   .engine = file("engine")});
   }
@@ -155,12 +154,7 @@ class StageRun {
                                           .resume = !request_.force,
                                           .curves = &curves,
                                           .model = &model});
-    export_model(model, asset, "palp",
-                 {.settings = scene_.export_,
-                  .fingerprint = made_from,
-                  .statement = to_asset_json(statement),
-                  .jobs = request_.jobs,
-                  .engine = {}});
+    state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));
   }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "libfit/certify/cap.hpp"
 #include "tests/libfit/certify/bodies.hpp"
 
 namespace palpate::certify::test {
@@ -91,6 +92,36 @@ TEST(repair, says_how_far_forces_change) {
   const ForceChange change = force_change(body.asset, edit.asset(), 0);
   EXPECT_NEAR(change.p95, 0.1, 0.01);
   EXPECT_LT(change.max, 0.11);
+}
+
+TEST(cap, keeps_every_curve_within_a_slope_and_those_below_it_as_they_are) {
+  const Loaded body = load(random_body(1, {1, 0.1, 1}));
+  const runtime::AssetView& was = body.asset;
+  EXPECT_TRUE(is_same(capped(was, 1e6).bytes(), body.bytes));
+  const AssetEdit edit = capped(was, 60);
+  const runtime::SplineView& curve = was.curves.view[runtime::kNormal];
+  for (int v = 0; v < was.vertices; ++v)
+    for (int i = 0; i <= 20; ++i) {
+      const double d = 0.01 * i / 20, here = runtime::curve_value(curve, edit.asset().node(v), d),
+                   before = runtime::curve_value(curve, was.node(v), d);
+      EXPECT_LE(runtime::curve_slope(curve, edit.asset().node(v), d), 60 * (1 + 1e-5));
+      EXPECT_LE(here, before + 1e-7);
+      if (i == 1) {
+        EXPECT_NEAR(here, before, 0.25 * before);
+      }
+    }
+}
+
+TEST(cap, finds_the_stiffest_spring_that_a_device_shows_at_rest) {
+  const Device device{"d", "", 8.5, 0, 3e-5, 0.04, 0.075};
+  const double shown = stiffness_shown_N_m(device, 3);
+  EXPECT_EQ(swinging_hands(device, shown, 3), 0);
+  EXPECT_GT(swinging_hands(device, 1.05 * shown, 3), 0);
+  Device weak = device;
+  weak.max_stiffness_N_m = 0.5 * shown;
+  EXPECT_NEAR(stiffness_shown_N_m(weak, 3), 0.5 * shown, 1e-9);
+  weak.mass_kg = 0;
+  EXPECT_EQ(stiffness_shown_N_m(weak, 3), 0.5 * shown);
 }
 
 TEST(asset_edit, with_other_meta_data_is_the_same_asset) {
