@@ -23,8 +23,13 @@ Surface cylinder_mm();
 /// A block 100 x 100 x 40 mm with a corner at the origin, sharp edges, 5 mm triangles.
 Surface block_mm();
 
-inline constexpr NamedBody kBodies[] = {
-    {"block.obj", block_mm}, {"cylinder.obj", cylinder_mm}, {"liver.obj", liver_mm}};
+/// A clot on a plate: a cap on z = 0, 60 x 51 mm and 16 mm high, 3 mm triangles.
+Surface clot_mm();
+
+inline constexpr NamedBody kBodies[] = {{"block.obj", block_mm},
+                                        {"clot.obj", clot_mm},
+                                        {"cylinder.obj", cylinder_mm},
+                                        {"liver.obj", liver_mm}};
 
 /// What is true of a body's mesh as its file has it; lengths in mm.
 struct BodyFacts {

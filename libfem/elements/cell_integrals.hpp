@@ -10,6 +10,9 @@ namespace palpate::fem {
 
 enum class Want { energy, force, stiffness };
 
+/// What a step starts from beside the strain: stresses in time, or the largest energies.
+enum class Remembers { nothing, time, peak };
+
 PALPATE_INLINE void displacement_gradient(const Pack* gradient, const Pack* displacement, Pack* H) {
   Pack sum[9] = {};  // kept in registers: H may alias what is read
   for (int a = 0; a < kElementNodes; ++a)
@@ -188,6 +191,34 @@ PALPATE_INLINE void use_step(const Averaged& averaged, const CellBatch& batch,
   }
 }
 
+/// The potential of a softening material in place of W (M54b); P and A only as wanted.
+template <Want kWant>
+PALPATE_INLINE void use_softening(const Averaged& averaged, const CellBatch& batch,
+                                  const LawKernels& law, int q, const Pack* H,
+                                  double geometric_scale, Pack& W, Pack* P, Pack* A) {
+  Pack U, U1, U2, added, less, slope;
+  volumetric(law, batch.constants + batch.constant_count * q, batch.weight[q], averaged.dilation[q],
+             U, U1, U2);
+  const Pack zero = Pack{};
+  const Pack room = averaged.dilation[q] - law.min_dilation;
+  const Pack shape = room > 0.0 ? W - U : zero;
+  soften(batch.softening, batch.peak[q], shape, added, less, slope);
+  W = W + added;
+  const Pack* C = averaged.cofactor + 9 * q;
+  if constexpr (kWant != Want::energy) {
+    Pack shape_P[9];
+    for (int i = 0; i < 9; ++i) shape_P[i] = P[i] - U1 * C[i];
+    for (int i = 0; i < 9; ++i) P[i] -= less * shape_P[i];
+    if constexpr (kWant == Want::stiffness) {
+      for (int i = 0; i < 9; ++i)
+        for (int j = i; j < 9; ++j)
+          A[9 * i + j] +=
+              slope * (shape_P[i] * shape_P[j]) - less * (A[9 * i + j] - U2 * (C[i] * C[j]));
+      add_second_derivative_of_J(H, geometric_scale * (less * U1), A);
+    }
+  }
+}
+
 /// K += D B B^T: B derivative of the dilation's mean, D that of the pressure's.
 PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, Pack* stiffness) {
   Pack B[3 * kElementNodes], DB[3 * kElementNodes], C[9 * kElementPoints], D = Pack{};
@@ -205,7 +236,7 @@ PALPATE_INLINE void add_mean(const Averaged& averaged, const CellBatch& batch, P
           stiffness[9 * (a * (a + 1) / 2 + b) + 3 * i + k] += B[3 * a + i] * DB[3 * b + k];
 }
 
-template <bool kAverages, bool kInTime, Want kWant>
+template <bool kAverages, Remembers kWhat, Want kWant>
 PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pack* displacement,
                         double geometric_scale, CellResult& out) {
   const Pack zero = Pack{};
@@ -227,7 +258,10 @@ PALPATE_INLINE void run(const CellBatch& batch, const LawKernels& law, const Pac
     if constexpr (kWant == Want::energy) law.energy(constants, H, J, W);
     if constexpr (kWant == Want::force) law.stress(constants, H, J, W, P);
     if constexpr (kWant == Want::stiffness) law.tangent(constants, H, geometric_scale, J, W, P, A);
-    if constexpr (kInTime) use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
+    if constexpr (kWhat == Remembers::time)
+      use_step<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
+    if constexpr (kWhat == Remembers::peak)
+      use_softening<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     if constexpr (kAverages)
       use_averaged<kWant>(averaged, batch, law, q, H, geometric_scale, W, P, A);
     out.energy += weight > 0.0 ? W * weight : zero;

@@ -16,6 +16,7 @@ ElasticBody::ElasticBody(const QuadraticMesh& mesh, const std::vector<Material>&
   for (const Material& material : materials) {
     const std::size_t number = relaxations_.size();
     relaxations_.push_back(material.relaxation);
+    softenings_.push_back(material.softening);
     const ElementKind kind = element_for(element, material);
     const std::vector<ElementPoint> points = element_points();
     std::vector<const Material*> material_at(points.size() * kLanes);
@@ -56,8 +57,7 @@ void ElasticBody::add_batch(const Material& material, std::size_t number, Elemen
   batch.constants = PackArray(kElementPoints * constants);
   batch.mode = PackArray(averages(element) ? kElementPoints : 0);
   batch.material = number;
-  batch.kernels_in_time =
-      material.relaxation.branches() > 0 ? cell_kernels_in_time(set_) : batch.kernels;
+  batch.kernels_in_step = kernels_in_step(batch);
   for (int lane = 0; lane < kLanes; ++lane) {
     batch.cell[lane] = lane < static_cast<int>(cells.size()) ? cells[lane] : -1;
     if (batch.cell[lane] < 0) continue;
@@ -87,12 +87,18 @@ void ElasticBody::add_batch(const Material& material, std::size_t number, Elemen
   batches_.push_back(std::move(batch));
 }
 
+// What a material remembers is one thing or the other (refuse_softening).
+CellKernels ElasticBody::kernels_in_step(const Batch& batch) const {
+  if (relaxations_[batch.material].branches() > 0) return cell_kernels_in_time(set_);
+  if (softenings_[batch.material].is_any()) return cell_kernels_softening(set_);
+  return batch.kernels;
+}
+
 void ElasticBody::use(InstructionSet set) {
   set_ = set;
   for (Batch& batch : batches_) {
     batch.kernels = cell_kernels(batch.element, set);
-    batch.kernels_in_time =
-        relaxations_[batch.material].branches() > 0 ? cell_kernels_in_time(set) : batch.kernels;
+    batch.kernels_in_step = kernels_in_step(batch);
   }
 }
 
@@ -148,9 +154,11 @@ double ElasticBody::visit_batches(const Points& u, const Visit& visit) const {
                     std::numeric_limits<double>::infinity()};
     const CellKernels* kernels = &batch.kernels;
     if (step_) {
-      kernels = &batch.kernels_in_time;
+      kernels = &batch.kernels_in_step;
       cells.stiffening = step_->stiffening[b];
       cells.held = step_->held[b].data();
+      cells.softening = softenings_[batch.material];
+      cells.peak = step_->peak[b].data();
     }
     visit(batch, *kernels, cells, batch.law->kernels->with(set_), displacement, result);
     for (int lane = 0; lane < kLanes; ++lane) {

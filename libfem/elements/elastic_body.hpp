@@ -46,6 +46,8 @@ class ElasticBody {
 
   /// Whether some material has a relaxation.
   bool relaxes() const;
+  /// Whether some material softens (M54a): steps then start from the largest energies so far.
+  bool softens() const;
   /// From here on energy, force and stiffness are those of a step in time; none: of slow motion.
   void set_step(std::shared_ptr<const ViscousStep> step) { step_ = std::move(step); }
   /// The step of dt_s seconds from a body that remembers `from`; none: a body at rest. dt_s:
@@ -70,7 +72,7 @@ class ElasticBody {
     ElementKind element;
     double averaged, shear_modulus_Pa;
     std::size_t material;
-    CellKernels kernels, kernels_in_time;
+    CellKernels kernels, kernels_in_step;
     std::int32_t cell[kLanes];         // -1 on idle lanes
     std::vector<std::int32_t> points;  // [node][lane]; one past the nodes on idle lanes
     PackArray gradient, weight, constants, mode;
@@ -78,6 +80,7 @@ class ElasticBody {
   void add_batch(const Material& material, std::size_t number, ElementKind element,
                  const std::vector<ElementPoint>& points, const std::vector<std::int32_t>& cells,
                  const std::vector<const Material*>& material_at);
+  CellKernels kernels_in_step(const Batch& batch) const;
   void add_force_rows(Points& force) const;
   const double* displacement_rows(const Points& u) const;
   template <class Visit>
@@ -87,6 +90,7 @@ class ElasticBody {
   int free_nodes_ = 0;
   std::vector<std::int32_t> free_index_;
   std::vector<Relaxation> relaxations_;  // by material
+  std::vector<Softening> softenings_;
   std::vector<Batch> batches_;
   std::shared_ptr<const ViscousStep> step_;
   mutable std::vector<BlockPlace> places_;  // #tets x node pairs, made by pattern()

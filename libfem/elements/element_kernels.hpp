@@ -2,6 +2,7 @@
 
 #include "libfem/elements/elements.hpp"
 #include "libfem/elements/lane_transpose.hpp"
+#include "libfem/materials/softening.hpp"
 
 namespace palpate::fem {
 
@@ -14,7 +15,8 @@ inline constexpr int kElementBlocks =
 /// each. mode: see unit_constant, [point] [m^-1.5]. averaged: see averaged_share.
 /// max_pressure_Pa: bound on the averaged pressure where the stiffness multiplies it by the second
 /// derivative of J; infinite for the exact stiffness. stiffening, held: of a step in time (M14a),
-/// [point][xx, yy, zz, xy, xz, yz] [Pa]; kernels of slow motion read neither.
+/// [point][xx, yy, zz, xy, xz, yz] [Pa]; kernels of slow motion read neither. softening, peak: of a
+/// material that softens (M54b), [point] [Pa].
 struct CellBatch {
   const Pack* gradient;
   const Pack* weight;
@@ -25,6 +27,8 @@ struct CellBatch {
   double max_pressure_Pa;
   double stiffening = 1;
   const Pack* held = nullptr;
+  Softening softening = {};
+  const Pack* peak = nullptr;
 };
 
 /// What eight elements give. energy [J]; min_J over their points; force: dE/du_a, [node][i] [N];
@@ -60,5 +64,7 @@ CellKernels cell_kernels(ElementKind kind, InstructionSet set);
 
 /// The same of a step in time, for elements that average.
 CellKernels cell_kernels_in_time(InstructionSet set);
+/// The same of a material that softens.
+CellKernels cell_kernels_softening(InstructionSet set);
 
 }  // namespace palpate::fem

@@ -13,6 +13,17 @@ namespace {
 
 constexpr int kRow[kSymmetric] = {0, 1, 2, 0, 0, 1}, kColumn[kSymmetric] = {0, 1, 2, 1, 2, 2};
 
+// W - U where the displacement gradient is H; 0 on idle lanes.
+void energy_of_shape(const LawKernels& law, const Pack* constants, const Pack& weight,
+                     const Pack* H, Pack& energy) {
+  const Pack zero = Pack{};
+  Pack J, W, dilation, cofactor[9], U, U1, U2;
+  law.energy(constants, H, J, W);
+  dilation_of(H, dilation, cofactor);
+  volumetric(law, constants, weight, dilation, U, U1, U2);
+  energy = weight > 0.0 ? W - U : zero;
+}
+
 // Second Piola-Kirchhoff stress of W - U where the displacement gradient is H.
 void stress_of_shape(const LawKernels& law, const Pack* constants, const Pack& weight,
                      const Pack* H, Pack* stress) {
@@ -50,6 +61,11 @@ bool ElasticBody::relaxes() const {
                      [](const Relaxation& relaxation) { return relaxation.branches() > 0; });
 }
 
+bool ElasticBody::softens() const {
+  return std::any_of(softenings_.begin(), softenings_.end(),
+                     [](const Softening& softening) { return softening.is_any(); });
+}
+
 double ElasticBody::steps_in_time(double from_s, double to_s) const {
   constexpr double kOfPath = 6;                 // see kStepError
   constexpr double kShort = 0.05, kLong = 200;  // steps over a branch's time that need no division
@@ -63,8 +79,11 @@ double ElasticBody::steps_in_time(double from_s, double to_s) const {
 }
 
 ViscousStep ElasticBody::step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const {
-  ViscousStep step{std::move(from), dt_s, {}, {}};
+  ViscousStep step{std::move(from), dt_s, {}, {}, {}};
   for (std::size_t b = 0; b < batches_.size(); ++b) {
+    PackArray& peak =
+        step.peak.emplace_back(softenings_[batches_[b].material].is_any() ? kElementPoints : 0);
+    if (step.from && peak.size() > 0) peak = step.from->peak[b];
     const Relaxation& relaxation = relaxations_[batches_[b].material];
     const auto branches = static_cast<int>(relaxation.branches());
     double& stiffening = step.stiffening.emplace_back(1.0);
@@ -94,8 +113,18 @@ ViscousHistory ElasticBody::remembered(const Points& u, const ViscousStep& step)
     const auto branches = static_cast<int>(relaxation.branches());
     const int size = kSymmetric * (1 + branches);
     PackArray& to = out.stress.emplace_back(branches > 0 ? size * kElementPoints : 0);
-    if (branches == 0) continue;
+    PackArray& peak = out.peak.emplace_back(step.peak[b]);
+    if (branches == 0 && peak.size() == 0) continue;
     batch.kernels.gather(rows, batch.points.data(), displacement);
+    for (std::size_t q = 0; q < peak.size(); ++q) {
+      displacement_gradient(batch.gradient.data() + 3 * kElementNodes * q, displacement, H);
+      Pack shape;
+      energy_of_shape(batch.law->kernels->with(set_),
+                      batch.constants.data() + batch.law->constants_used * q,
+                      batch.weight.data()[q], H, shape);
+      peak.data()[q] = shape > peak.data()[q] ? shape : peak.data()[q];
+    }
+    if (branches == 0) continue;
     for (int q = 0; q < kElementPoints; ++q) {
       displacement_gradient(batch.gradient.data() + 3 * kElementNodes * q, displacement, H);
       stress_of_shape(batch.law->kernels->with(set_),

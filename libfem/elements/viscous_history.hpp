@@ -12,9 +12,10 @@ inline constexpr int kSymmetric = 6;
 
 /// What a relaxing body remembers at a time, batch by batch of ElasticBody, [point][1 + branch]
 /// [component] [Pa]: the second Piola-Kirchhoff stress that its shape has in slow motion, then the
-/// internal stress of each branch (M14b). Nothing of materials that do not relax.
+/// internal stress of each branch (M14b). Nothing of materials that do not relax. peak: the largest
+/// W - U that each point has reached (M54a) [Pa], of materials that soften.
 struct ViscousHistory {
-  std::vector<PackArray> stress;
+  std::vector<PackArray> stress, peak;
 };
 
 /// Error of a force by steps in time, relative: what (M14b) leaves of a stress that rises as
@@ -24,12 +25,12 @@ inline constexpr double kStepError = 0.002;
 
 /// A step of dt_s seconds from a body that remembers `from` (none: at rest) as a potential, batch
 /// by batch: (M14a) with stiffening 1 + sum_k g_k z_k and the stress H held meanwhile,
-/// [point][component] [Pa].
+/// [point][component] [Pa]. peak: (M54b), of materials that soften.
 struct ViscousStep {
   std::shared_ptr<const ViscousHistory> from;
   double dt_s = 0;
   std::vector<double> stiffening;
-  std::vector<PackArray> held;
+  std::vector<PackArray> held, peak;
 
   double max_stiffening() const;
 };

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "libfem/materials/relaxation.hpp"
+#include "libfem/materials/softening.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
@@ -81,11 +82,13 @@ Material make_material(const MaterialParameters& parameters, const std::string& 
     throw Error(where, std::string(refusal.key) + " " + refusal.text,
                 "Correct the material; law " + std::string(law.name) + " takes " +
                     parameter_names(law) + ".");
-  if (const Refusal refusal =
-          refuse_relaxation(law, {parameters.law, values, parameters.relaxation});
-      refusal.is_refused())
+  const MaterialParameters complete{parameters.law, values, parameters.relaxation,
+                                    parameters.softening};
+  if (const Refusal refusal = refuse_relaxation(law, complete); refusal.is_refused())
     throw Error(where, std::string(refusal.key) + " " + refusal.text, kRelaxationRemedy);
-  return {&law, law.constants(values), parameters.relaxation};
+  if (const Refusal refusal = refuse_softening(law, complete); refusal.is_refused())
+    throw Error(where, std::string(refusal.key) + " " + refusal.text, kSofteningRemedy);
+  return {&law, law.constants(values), parameters.relaxation, parameters.softening};
 }
 
 }  // namespace palpate::fem

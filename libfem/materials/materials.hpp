@@ -14,13 +14,27 @@ namespace palpate::fem {
 
 using Mat9 = Eigen::Matrix<double, 9, 9, Eigen::RowMajor>;
 
+constexpr double kMaxSoftening = 1000;
+
+/// How a material softens (M54a): a pseudo-elastic law after Ogden and Roxburgh 1999,
+/// doi:10.1098/rspa.1999.0431. r 0: it does not.
+struct Softening {
+  double r = 0;         ///< >= 1: most of the stress that unloading loses is 1/r of it
+  double scale_Pa = 0;  ///< m
+  double beta = 0;
+
+  bool is_any() const { return r != 0; }
+};
+
 /// The material a scene names. values: of the law's parameter rows in their order, SI, a row of
 /// count 3 being three of them; values of rows that have a fallback may be left out from the end.
 /// relaxation: of the law's shape part W - U (M14a); the values are those of slow motion.
+/// softening: of the same part; the values are those of first loading.
 struct MaterialParameters {
   std::string law = "neo-hookean";
   std::vector<double> values;
   Relaxation relaxation = {};
+  Softening softening = {};
 };
 
 /// A material law: what it is called, what it needs, and how it is evaluated.
@@ -57,6 +71,7 @@ struct Material {
   const LawRow* law = nullptr;
   LawConstants constants{};
   Relaxation relaxation = {};
+  Softening softening = {};
 };
 
 /// The row of the parameter that `key` names; nullptr when the law has none such.

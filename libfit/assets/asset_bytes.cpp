@@ -125,6 +125,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
     throw Error("model", "it has more vertices, triangles or meta data than an asset can hold",
                 "Export a coarser surface.");
   if (model.curves.relaxation.branches() > 0) header.flags |= runtime::kFlagRelaxation;
+  if (model.curves.damage.is_any()) header.flags |= runtime::kFlagDamage;
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -173,6 +174,17 @@ void put_relaxation(AssetBytes& bytes, const Header& header, const Relaxation& r
   }
   std::uint64_t sections[runtime::kSections];
   const std::uint64_t end = runtime::lay_out(header, sections);
+  std::memcpy(bytes.data() + runtime::relaxation_at(header, end), &block, sizeof block);
+}
+
+void put_damage(AssetBytes& bytes, const Header& header, const runtime::DamageView& damage) {
+  runtime::DamageBlock block{};
+  block.r = damage.r;
+  block.scale = damage.scale;
+  block.beta = damage.beta;
+  block.reach_m = damage.reach_m;
+  std::uint64_t sections[runtime::kSections];
+  const std::uint64_t end = runtime::lay_out(header, sections);
   std::memcpy(bytes.data() + end - sizeof block, &block, sizeof block);
 }
 
@@ -194,6 +206,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
   if (model.curves.relaxation.branches() > 0)
     put_relaxation(bytes, header, model.curves.relaxation);
+  if (model.curves.damage.is_any()) put_damage(bytes, header, model.curves.damage);
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 

@@ -13,6 +13,7 @@
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
 #include "libfit/runtime/families/families.hpp"
+#include "libfit/runtime/families/softening.hpp"
 
 namespace palpate {
 
@@ -69,7 +70,8 @@ struct CurveSet {
       std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
   /// Of each part: # x width size_of() numbers, control value by control value.
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
-  Relaxation relaxation;  ///< of the body: the curves are those of slow motion
+  Relaxation relaxation;       ///< of the body: the curves are those of slow motion
+  runtime::DamageView damage;  ///< of the body: the curves are those of first loading
 
   CurveSet() = default;
   explicit CurveSet(CurveFamily of)

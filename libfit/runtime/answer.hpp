@@ -95,20 +95,33 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
   return end;
 }
 
+/// What the contact stores and bears once its place has borne law_J.
+inline Softened bear_in(const AssetView* body, Contact& contact, double depth_m,
+                        double law_J) noexcept {
+  const Softened held = borne(body, contact.triangle, contact.weight, depth_m, law_J);
+  contact.damage_share = held.share;
+  contact.damage_slope = held.slope;
+  return held;
+}
+
 /// Slides, then releases or answers with a force: the order matters (no pop at lift-off).
 /// kinematics: at x; slipping: at `seen`, where a slide sees the tool. before_J: what the law
-/// stored before the dashpots of a body that relaxes flowed.
+/// stored before the dashpots of a body that relaxes flowed. body: what the answer damages; null
+/// where it is a part of another's.
 template <class F, bool kIsBall, class Memory, class Kinematics>
 Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& seen,
                    const Vec3d& step, bool has_guard, Memory& memory, Kinematics& kinematics,
-                   const Kinematics& slipping, double before_J, Output& out) noexcept {
+                   const Kinematics& slipping, double before_J, const AssetView* body,
+                   Output& out) noexcept {
   const CurveViews& views = asset.curves;
+  if (F::relaxes(views)) before_J = stored_in(body, contact.triangle, contact.weight, before_J);
   out.state = ContactState::stick;
   const bool moves =
       !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, slipping);
   if (moves) {
     if (!F::relaxes(views))
-      before_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+      before_J = stored_in(body, contact.triangle, contact.weight,
+                           F::stored_J(views, F::under(views, kinematics), kinematics, memory));
     const SlideEnd end = follow<F, kIsBall>(asset, contact, seen, step, slipping, memory, out);
     kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
@@ -129,16 +142,17 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
     out.state = ContactState::air;
     return Status::force_not_finite;
   }
-  if (moves || F::relaxes(views))
-    contact.ledger.book(before_J, law.stored_J, has_guard);
-  else if (slipped.lost_J > 0)
-    contact.ledger.book(law.stored_J + slipped.lost_J, law.stored_J, has_guard);
+  const bool is_booked = moves || F::relaxes(views) || slipped.lost_J > 0 || body != nullptr;
+  if (!moves && !F::relaxes(views))
+    before_J = stored_in(body, contact.triangle, contact.weight, law.stored_J + slipped.lost_J);
+  const Softened held = bear_in(body, contact, kinematics.d.normal_m, law.stored_J);
+  if (is_booked) contact.ledger.book(before_J, held.stored_J, has_guard);
   F::save(memory, contact.memory, views.relaxation);
   contact.law_J = law.stored_J;
   put(law.force_N, contact.sway.force_N);
   describe<kIsBall>(asset, contact, kinematics, x, out);
-  put(law.force_N * -contact.ledger.share(law.stored_J), out.force_on_tool_N);
-  out.stored_J = contact.ledger.stored_J(law.stored_J);
+  put(law.force_N * -(contact.ledger.share(held.stored_J) * held.share), out.force_on_tool_N);
+  out.stored_J = contact.ledger.stored_J(held.stored_J);
   return Status::ok;
 }
 
@@ -161,7 +175,11 @@ void rest(const AssetView& asset, Contact& contact, const Compliance& give, cons
     const Vec3d held = (stays - rest_force(views.relaxation, contact.sway)) * views.relaxation.fast;
     after_J += sway_energy(views.relaxation, contact.sway, give, held);
   }
-  contact.ledger.book(contact.law_J + sway_J, after_J, asset.has_guard);
+  const AssetView* const body = asset.body != nullptr ? &asset : nullptr;
+  const auto stored_J = [&](double law_J) noexcept {
+    return stored_in(body, contact.triangle, contact.weight, law_J);
+  };
+  contact.ledger.book(stored_J(contact.law_J + sway_J), stored_J(after_J), asset.has_guard);
 }
 /// The same by itself.
 template <class F, bool kIsBall>
@@ -180,7 +198,7 @@ void rest(const AssetView& asset, Contact& contact, const Compliance& give,
 /// with the tool where it was, the other half with the tool at x (M47).
 template <class F, bool kIsBall>
 Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Vec3d& step,
-              bool has_guard, Output& out) noexcept {
+              bool has_guard, const AssetView* body, Output& out) noexcept {
   const CurveViews& views = asset.curves;
   auto memory = F::template load<double>(contact.memory, views.relaxation);
   if constexpr (F::kCanRelax)
@@ -192,11 +210,11 @@ Status answer(const AssetView& asset, Contact& contact, const Vec3d& x, const Ve
       const Vec3d seen = F::seen(views, kinematics, x, memory);
       const auto slipping = F::kinematics(views, kinematics.spot, seen, memory);
       return answer_from<F, kIsBall>(asset, contact, x, seen, step, has_guard, memory, kinematics,
-                                     slipping, before_J, out);
+                                     slipping, before_J, body, out);
     }
   auto kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
   return answer_from<F, kIsBall>(asset, contact, x, x, step, has_guard, memory, kinematics,
-                                 kinematics, 0, out);
+                                 kinematics, 0, body, out);
 }
 
 /// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
@@ -272,7 +290,10 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
     law = hold<F, kIsBall>(asset, start, local(give, f));
     return law.force_N;
   });
-  const double before_J = law.stored_J + sway_energy(relaxation, sway, give, sway.force());
+  const AssetView* const body = asset.body != nullptr ? &asset : nullptr;
+  const double before_J =
+      stored_in(body, contact.triangle, contact.weight,
+                law.stored_J + sway_energy(relaxation, sway, give, sway.force()));
   Status status = Status::ok;
   is_settled = settle(fast, sway,
                       [&](const Vec3d& f) noexcept {
@@ -280,7 +301,8 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
                         contact.ledger = Ledger();  // the law's own answer: nothing is owed
                         out = Output();
                         const Vec3d y = local(give, f);
-                        status = answer<F, kIsBall>(asset, contact, y, y - before, false, out);
+                        status =
+                            answer<F, kIsBall>(asset, contact, y, y - before, false, nullptr, out);
                         return make_vec3<double>(out.force_on_tool_N) * -1.0;
                       }) &&
                is_settled;
@@ -317,15 +339,16 @@ Status answer_swaying(const AssetView& asset, Contact& contact, const Compliance
   }
   const Vec3d force = sway.force();
   const double after_J = law.stored_J + sway_energy(relaxation, sway, here, force);
-  if (has_slipped) contact.ledger.book(before_J, after_J, asset.has_guard);
+  const Softened held = bear_in(body, contact, out.normal_m, after_J);
+  if (has_slipped || body != nullptr) contact.ledger.book(before_J, held.stored_J, asset.has_guard);
   contact.sway = sway;
   contact.law_J = law.stored_J;
   if (!is_settled) out.flags |= kFlagUnfinished;
   if (contact.ledger.debt_J > 0) out.flags |= kFlagHeldBack;
   put(make_vec3<double>(out.acts_at_m) + here.times(slow_force(relaxation, sway, force)),
       out.acts_at_m);
-  put(law.force_N * -contact.ledger.share(after_J), out.force_on_tool_N);
-  out.stored_J = contact.ledger.stored_J(after_J);
+  put(law.force_N * -(contact.ledger.share(held.stored_J) * held.share), out.force_on_tool_N);
+  out.stored_J = contact.ledger.stored_J(held.stored_J);
   return Status::ok;
 }
 

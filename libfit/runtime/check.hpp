@@ -30,7 +30,7 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
     return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation)) != 0)
+  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation | kFlagDamage)) != 0)
     return Status::layout_wrong;
   std::uint64_t offset[kSections];
   const std::uint64_t end = lay_out(header, offset);
@@ -311,7 +311,8 @@ inline Status check_relaxation(const AssetView& view, const Header& h, const voi
   if ((h.flags & kFlagRelaxation) == 0) return Status::ok;
   std::uint64_t offset[kSections];
   RelaxationBlock block;
-  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + lay_out(h, offset) - sizeof block,
+  const std::uint64_t end = lay_out(h, offset);
+  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + relaxation_at(h, end),
               sizeof block);
   if (h.family != int(Family::rings) || view.curves.relaxation.branches == 0 || block.reserved != 0)
     return Status::numbers_wrong;
@@ -329,11 +330,28 @@ inline Status check_relaxation(const AssetView& view, const Header& h, const voi
   return Status::ok;
 }
 
+/// Numbers that damage can follow: what the block says and nothing beside it.
+inline Status check_damage(const Header& h, const void* bytes) noexcept {
+  if ((h.flags & kFlagDamage) == 0) return Status::ok;
+  std::uint64_t offset[kSections];
+  DamageBlock block;
+  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + lay_out(h, offset) - sizeof block,
+              sizeof block);
+  const bool is_good = block.r >= kMinDamage && block.r <= kMaxDamage && block.scale >= 0 &&
+                       block.scale <= kMaxDamage && block.beta >= 0 && block.beta <= kMaxDamage &&
+                       block.scale + block.beta > 0 && block.reach_m >= 0 &&
+                       block.reach_m <= kMaxDamageReach_m;
+  for (const double reserved : block.reserved)
+    if (reserved != 0) return Status::numbers_wrong;
+  return is_good ? Status::ok : Status::numbers_wrong;
+}
+
 /// Everything about the sections of an asset whose envelope is good.
 inline Status check_sections(const AssetView& view, const Header& header,
                              const void* bytes) noexcept {
   Status status = check_numbers(view);
   if (status == Status::ok) status = check_relaxation(view, header, bytes);
+  if (status == Status::ok) status = check_damage(header, bytes);
   for (const SplineView& spline : view.curves.view)
     if (status == Status::ok && spline.pieces > 0) status = check_spline(spline);
   if (status == Status::ok) status = check_controls(view, header);

@@ -4,6 +4,7 @@
 // What a tool's contact remembers from tick to tick, what a tick says, and how contact begins and
 // ends.
 
+#include "body.hpp"
 #include "ledger.hpp"
 #include "spot_cache.hpp"
 #include "sway.hpp"
@@ -36,6 +37,8 @@ struct Contact {
   Decay left;
   bool is_rested = false;
   double law_J = 0;
+  // Of a body that is damaged, at this tick: the share of the law's force, and its slope [1/J].
+  double damage_share = 1, damage_slope = 0;
   SpotCache cache;  ///< saves time, changes no bit
 };
 

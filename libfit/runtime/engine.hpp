@@ -13,6 +13,7 @@
 // One Contact must not be used by two threads at once; assets may be shared freely.
 
 #include "asset.hpp"
+#include "body.hpp"
 #include "deform.hpp"
 #include "tick.hpp"
 #include "tool.hpp"

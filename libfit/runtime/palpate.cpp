@@ -153,6 +153,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return "The contact was not started with palpate_start; the force is zero.";
     case PALPATE_TOOL_WRONG:
       return rt::sentence(rt::Status::tool_wrong);
+    case PALPATE_BODY_WRONG:
+      return "The bytes are no body of this asset, or the asset does not soften.";
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
@@ -196,6 +198,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->has_guard = a.has_guard;
   info->has_shape = a.shape.points > 0;
   info->relaxes = a.curves.relaxation.branches > 0;
+  info->softens = a.damage.is_any();
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;
@@ -215,6 +218,36 @@ palpate_status palpate_read_mesh(const palpate_asset* asset, palpate_mesh* mesh)
   mesh->inward_normal = a.normal;
   mesh->covered = a.covered;
   mesh->triangle = a.triangle;
+  return PALPATE_OK;
+}
+
+std::uint64_t palpate_body_bytes(const palpate_asset* asset) noexcept {
+  const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
+  return opened != nullptr && opened->asset.damage.is_any() ? rt::body_bytes(opened->asset) : 0;
+}
+
+palpate_status palpate_body_start(const palpate_asset* asset, void* body,
+                                  std::uint64_t bytes) noexcept {
+  if (asset == nullptr || body == nullptr) return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  if (palpate_body_bytes(asset) == 0 || bytes != palpate_body_bytes(asset) ||
+      reinterpret_cast<std::uintptr_t>(body) % 8 != 0)
+    return PALPATE_BODY_WRONG;
+  rt::start_body(opened->asset, body);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_body_open(palpate_asset* opened_body, const palpate_asset* asset, void* body,
+                                 std::uint64_t bytes) noexcept {
+  if (opened_body == nullptr || asset == nullptr || body == nullptr) return PALPATE_NULL_ARGUMENT;
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
+  if (palpate_body_bytes(asset) == 0 || !rt::is_body(opened->asset, body, bytes))
+    return PALPATE_BODY_WRONG;
+  OpenAsset with = *opened;
+  static_cast<rt::AssetView&>(with.asset) = rt::with_body(opened->asset, body);
+  std::memcpy(opened_body->storage, &with, sizeof with);
   return PALPATE_OK;
 }
 

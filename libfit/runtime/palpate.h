@@ -79,6 +79,7 @@ enum {
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
+  PALPATE_BODY_WRONG = 14,      /* palpate_body_open: no body of this asset, which must soften */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -201,7 +202,8 @@ typedef struct palpate_info {
   int32_t has_guard;                 /* slips may not create energy */
   int32_t has_shape;                 /* palpate_deform answers */
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
-  int32_t reserved[11];              /* 0 */
+  int32_t softens;                   /* a body of it is damaged: palpate_body_start */
+  int32_t reserved[10];              /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -241,6 +243,22 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 /* PALPATE_OK, PALPATE_NULL_ARGUMENT or PALPATE_ASSET_NOT_OPEN. */
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
+
+/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in memory
+   of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on the
+   asset itself is that of a body that nothing damages.
+   palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or does not
+   soften. palpate_body_start: a new body in it. palpate_body_open: *opened is the asset with this
+   body, to be used in place of the asset; ticks on it write to the memory, so contacts of one body
+   belong to one thread. The bytes are plain and may be copied at any time between ticks to save
+   them, and put back: what is opened on them goes on from there. After a restart open them again;
+   that checks them, and is safe on hostile bytes.
+   PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_BODY_WRONG. */
+PALPATE_API uint64_t palpate_body_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_body_start(const palpate_asset* asset, void* body,
+                                              uint64_t bytes) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_body_open(palpate_asset* opened, const palpate_asset* asset,
+                                             void* body, uint64_t bytes) PALPATE_NOEXCEPT;
 
 /* Closes the asset; its bytes may go. Ticks on it are then refused. Null is allowed. */
 PALPATE_API void palpate_close(palpate_asset* asset) PALPATE_NOEXCEPT;

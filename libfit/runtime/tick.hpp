@@ -9,9 +9,24 @@
 namespace palpate {
 namespace runtime {
 
-/// The tangent of what the contact bears of the law's force (M20); the debt counts as fixed.
+/// The tangent of what the contact bears of the law's force (M20, M56); the debt counts as fixed,
+/// and so does damage.
 inline void bear(const Contact& contact, const Output& out, TangentOut tangent_N_m) noexcept {
   const Ledger& ledger = contact.ledger;
+  if (contact.damage_share != 1) {
+    // The force is the debt's share of eta f; what it bends by is eta' f f.
+    double owed = 1;
+    if (ledger.debt_J > 0) {
+      const double half = 0.5 * out.stored_J;
+      owed = ledger.share(half + std::sqrt(half * half + ledger.debt_J * out.stored_J));
+    }
+    const double whole = owed * contact.damage_share;
+    const double bent = whole > 0 ? contact.damage_slope / (whole * whole) : 0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        tangent_N_m[3 * i + j] = contact.damage_share * tangent_N_m[3 * i + j] +
+                                 bent * (out.force_on_tool_N[i] * out.force_on_tool_N[j]);
+  }
   if (!(ledger.debt_J > 0)) return;
   // U = E^2 / (E + b) has the root E = U/2 + sqrt(U^2/4 + b U).
   const double half = 0.5 * out.stored_J;
@@ -90,7 +105,8 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
       rest<F, kIsBall>(asset, contact, Compliance(), place - step);
       tangent<F, kIsBall>(asset, contact, place, step, tangent_N_m);
     }
-    return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard, out);
+    return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard,
+                              asset.body != nullptr ? &asset : nullptr, out);
   });
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "families/softening.hpp"
 #include "format.hpp"
 
 namespace palpate {
@@ -20,6 +21,8 @@ struct ShapeView {
   const float* drag = nullptr;
   const float* mode = nullptr;
 };
+
+struct DamagedVertex;
 
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
@@ -54,6 +57,8 @@ struct AssetView {
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
+  DamageView damage;              ///< how a body of this asset softens (body.hpp)
+  DamagedVertex* body = nullptr;  ///< of with_body(): what ticks have done to it; null: none is
 
   Vec3d vertex_at(int v) const noexcept {
     return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
@@ -86,6 +91,15 @@ inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
     out.time_s[k] = block.time_s[k];
     out.fast += block.share[k];
   }
+  return out;
+}
+
+inline DamageView damage_of(const DamageBlock& block) noexcept {
+  DamageView out;
+  out.r = block.r;
+  out.scale = block.scale;
+  out.beta = block.beta;
+  out.reach_m = block.reach_m;
   return out;
 }
 
@@ -127,8 +141,14 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   if ((h.flags & kFlagRelaxation) != 0) {
     std::uint64_t offset[kSections];
     RelaxationBlock block;
-    std::memcpy(&block, base + lay_out(h, offset) - sizeof block, sizeof block);
+    std::memcpy(&block, base + relaxation_at(h, lay_out(h, offset)), sizeof block);
     view.curves.relaxation = relaxation_of(block);
+  }
+  if ((h.flags & kFlagDamage) != 0) {
+    std::uint64_t offset[kSections];
+    DamageBlock block;
+    std::memcpy(&block, base + lay_out(h, offset) - sizeof block, sizeof block);
+    view.damage = damage_of(block);
   }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;

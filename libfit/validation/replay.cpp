@@ -19,7 +19,10 @@ constexpr std::size_t kTimedTicks = 200000;
 
 class TipWalk {
  public:
-  explicit TipWalk(const runtime::AssetView& asset) : asset_(asset) {}
+  explicit TipWalk(const runtime::AssetView& asset)
+      : asset_(asset), body_(asset.damage.is_any() ? runtime::body_bytes(asset) / 8 : 0) {
+    if (!body_.empty()) asset_ = runtime::with_body(asset, body_.data());
+  }
 
   // What the engine says at each deflection of a path. Where it has no times, a body that relaxes
   // is moved so slowly that its dashpots follow.
@@ -29,6 +32,7 @@ class TipWalk {
     const auto& [unused, deflections, time_s] = held_out.paths[path];
     std::vector<runtime::Output> answers;
     runtime::Contact contact;
+    if (!body_.empty()) runtime::start_body(asset_, body_.data());
     Vec3 deflection = -kApproachRatio * depth_m * normal;
     tick(contact, point + deflection, kSlowTick_s);
     for (Eigen::Index row = 0; row < deflections.rows(); ++row) {
@@ -57,7 +61,8 @@ class TipWalk {
     return out;
   }
 
-  const runtime::AssetView& asset_;
+  runtime::AssetView asset_;
+  std::vector<std::uint64_t> body_;  // of an asset that softens, new for each path
   std::size_t ticks_ = 0;
 };
 

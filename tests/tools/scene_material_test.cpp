@@ -117,6 +117,38 @@ TEST(SceneMaterial, a_relaxation_that_cannot_be_is_refused_at_its_place) {
                    "s.toml:8:14: relaxation of [material] must leave a bulk modulus at first");
 }
 
+TEST(SceneMaterial, a_material_softens_and_its_inclusions_with_it_unless_they_say_otherwise) {
+  const std::string lump =
+      "[[inclusion]]\nsphere = { center = [0, 0, 0], radius = '1 cm' }\nmaterial = { young = '9 "
+      "kPa'";
+  const Scene scene = parse_scene(
+      with_material("young = '5 kPa'\nsoftening = { r = 1.5, m = '200 Pa', beta = 0.1 }\n" + lump +
+                    " }\n" + lump + ", softening = { } }\n" + lump +
+                    ", relaxation = [[1, '1 s']] }\n"),
+      "s.toml");
+  EXPECT_EQ(scene.material->softening.r, 1.5);
+  EXPECT_EQ(scene.material->softening.scale_Pa, 200);
+  EXPECT_EQ(scene.material->softening.beta, 0.1);
+  EXPECT_EQ(scene.inclusions.at(0).material.softening.scale_Pa, 200);
+  EXPECT_FALSE(scene.inclusions.at(1).material.softening.is_any());
+  EXPECT_FALSE(scene.inclusions.at(2).material.softening.is_any());
+  Body body;
+  body.settings = settings_of(scene);
+  EXPECT_EQ(scene_of(body, "body.h5").material->softening.scale_Pa, 200);
+}
+
+TEST(SceneMaterial, a_softening_that_cannot_be_is_refused_at_its_place) {
+  expect_beginning(error_of("young = 1\nsoftening = { m = 1 }"),
+                   "s.toml:6:13: softening of [material] has no r");
+  expect_beginning(error_of("young = 1\nsoftening = { r = 2 }"),
+                   "s.toml:6:13: softening of [material] must have m and beta from 0");
+  expect_beginning(error_of("young = 1\nsoftening = { r = 2, m = 1, gamma = 3 }"),
+                   "s.toml:6:29: softening of [material] has no key \"gamma\"");
+  expect_beginning(
+      error_of("young = 1\nrelaxation = [[1, 1]]\nsoftening = { r = 2, m = 1 }"),
+      "s.toml:7:13: softening of [material] must be left out of a material that relaxes");
+}
+
 TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
   expect_beginning(error_of("law = 'moony-rivlin'\nc10 = 1"),
                    "s.toml:5:7: law of [material] is \"moony-rivlin\", which is not known\n"

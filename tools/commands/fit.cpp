@@ -5,6 +5,7 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/cycles.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 
@@ -40,6 +41,9 @@ class Fit final : public Command {
     arguments.option(
         "--body", body_,
         "body.h5 whose surface tells which points are neighbours; without it, their positions do");
+    arguments.option("--cycles", cycles_,
+                     "Samples of presses in, out and in again at the same points, cycles.h5: how "
+                     "the body softens is identified in them");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -61,13 +65,14 @@ class Fit final : public Command {
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
     FitCache cache;
-    const FittedCurves curves =
+    FittedCurves curves =
         fit_samples(read_samples(samples_), section_, jobs_, body ? &*body : nullptr,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
                     nuisance_choice(frees_, contact_deviation_), &cache);
+    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_));
     Attributes attributes;
     if (!earlier && frees_.empty() && contact_deviation_.empty())
-      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_);
+      attributes[kInputsAttribute] = curves_fingerprint(section_, samples_, cycles_);
     write_curves(output_, curves, attributes);
     write_fit_cache(output_, cache);
     say("wrote {}", output_);
@@ -79,7 +84,7 @@ class Fit final : public Command {
   }
 
  private:
-  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_;
+  std::string samples_, output_, warm_start_, frees_, contact_deviation_, body_, cycles_;
   std::string smoothing_ = "auto";
   FitSection section_;
   int jobs_ = 0;

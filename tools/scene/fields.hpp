@@ -138,7 +138,8 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
-  auto& [test_points, placement, points_file, region, each, force_tolerance, surface] = section;
+  auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles] =
+      section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
@@ -146,6 +147,7 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   visit(each, f);
   f(Stage::simulate, "force_tolerance", force_tolerance, Number{});
   f(Stage::surface, "surface", surface, Any{});
+  f(Stage::fit, "cycles", cycles, Whole{1, 1000});
 }
 
 template <class Visitor>

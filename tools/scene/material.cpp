@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "libfem/materials/relaxation.hpp"
+#include "libfem/materials/softening.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -61,6 +62,23 @@ Relaxation read_relaxation(SceneTable& table) {
   return out;
 }
 
+// softening = { r, m, beta }
+fem::Softening read_softening(SceneTable& table) {
+  if (!table.has("softening")) return {};
+  SceneTable own = table.table("softening", "softening of " + table.name());
+  fem::Softening out;
+  if (own.holds("r") || own.holds("m") || own.holds("beta")) {
+    out.r = own.number("r", 0, 1, fem::kMaxSoftening);
+    out.scale_Pa = own.quantity("m", Dimension::pressure, 0, 0, kHighestModulus);
+    out.beta = own.number("beta", 0, 0, fem::kMaxSoftening);
+    if (!own.holds("r"))
+      throw Error(own.where_table(), fmt::format("softening of {} has no r", table.name()),
+                  fem::kSofteningRemedy);
+  }
+  own.finish();
+  return out;
+}
+
 }  // namespace
 
 fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
@@ -71,7 +89,8 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
   const fem::LawRow& law = fem::find_law(material.law, table.where("law"));
   // A misspelt key is named before the key that it was meant to be is missed.
   for (const fem::ParameterRow& row : law.parameters) table.has(row.name);
-  if (may_relax) table.has("relaxation");
+  if (may_relax)
+    for (const char* key : {"relaxation", "softening"}) table.has(key);
   table.finish();
   for (const fem::ParameterRow& row : law.parameters)
     read_parameter(table, law, row, material.values);
@@ -87,6 +106,11 @@ fem::MaterialParameters read_material(SceneTable table, bool may_relax) {
     throw Error(table.where(refusal.key),
                 fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
                 fem::kRelaxationRemedy);
+  material.softening = read_softening(table);
+  if (const fem::Refusal refusal = fem::refuse_softening(law, material); refusal.is_refused())
+    throw Error(table.where(refusal.key),
+                fmt::format("{} of {} {}", refusal.key, table.name(), refusal.text),
+                fem::kSofteningRemedy);
   return material;
 }
 

@@ -157,7 +157,7 @@ double read_density(SceneTable& table, double fallback) {
   return table.number("density", fallback, 1e-3, 1e6);
 }
 
-// An inclusion relaxes as the body does unless it says how.
+// An inclusion relaxes and softens as the body does unless it says how.
 std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::filesystem::path& scene,
                                               const std::optional<fem::MaterialParameters>& body) {
   std::vector<InclusionSection> inclusions;
@@ -168,9 +168,12 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::files
       throw Error(table.where_table(), "[[inclusion]] names no region",
                   fmt::format("Give it one of {}.", kRegions));
     inclusion.region = *region;
-    const bool has_own = table.table("material", "").holds("relaxation");
+    const SceneTable own = table.table("material", "");
     inclusion.material = read_material(table.table("material", "material of [[inclusion]]"), true);
-    if (!has_own && body) inclusion.material.relaxation = body->relaxation;
+    if (!own.holds("relaxation") && !own.holds("softening") && body) {
+      inclusion.material.relaxation = body->relaxation;
+      inclusion.material.softening = body->softening;
+    }
     if (table.has("density")) inclusion.density_kg_m3 = read_density(table, 0);
     table.finish();
     inclusions.push_back(inclusion);

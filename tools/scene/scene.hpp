@@ -72,6 +72,7 @@ struct ExperimentsSection {
   Experiments each;            ///< made at every test point
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
   bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
+  int cycles = 4;              ///< of a body that softens: test points pressed in and out
 };
 
 struct FitSection {

@@ -117,6 +117,11 @@ class SettingsWriter {
       put(stage, path + "/" + std::string(row.name), unit_of(row), {next, next + row.count});
       next += row.count;
     }
+    if (value.softening.is_any()) {
+      put(stage, path + "/softening/r", kPlain, {value.softening.r});
+      put(stage, path + "/softening/m", "Pa", {value.softening.scale_Pa});
+      put(stage, path + "/softening/beta", kPlain, {value.softening.beta});
+    }
     const Relaxation& relaxation = value.relaxation;
     if (relaxation.branches() == 0) return;
     put(stage, path + "/relaxation/share", kPlain,
@@ -255,6 +260,13 @@ class SettingsReader {
         fail(path, "has the wrong number of values");
       value.values.insert(value.values.end(), numbers.begin(), numbers.end());
     }
+    const auto number_at = [&](const char* name) {
+      const std::vector<double>& numbers = get(path + "/softening/" + name).numbers;
+      if (numbers.size() != 1) fail(path, "has the wrong number of values");
+      return numbers[0];
+    };
+    if (has(path + "/softening/r"))
+      value.softening = {number_at("r"), number_at("m"), number_at("beta")};
     if (!has(path + "/relaxation/share")) return;
     const auto vector_at = [&](const std::string& place) {
       const std::vector<double>& numbers = get(place).numbers;

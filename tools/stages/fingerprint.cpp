@@ -75,8 +75,16 @@ std::string samples_fingerprint(const Scene& scene, const Body& body) {
   return hash.hex();
 }
 
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples) {
-  return stage_hash("curves").add(canonical(fit)).add_file(samples).hex();
+std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples) {
+  ContentHash hash = stage_hash("cycles");
+  return hash.add(std::to_string(scene.experiments.cycles)).add_file(samples).hex();
+}
+
+std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
+                               const std::filesystem::path& cycles) {
+  ContentHash hash = stage_hash("curves").add(canonical(fit)).add_file(samples);
+  if (!cycles.empty()) hash.add_file(cycles);
+  return hash.hex();
 }
 
 std::string model_fingerprint(const std::filesystem::path& curves,

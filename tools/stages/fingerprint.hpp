@@ -22,7 +22,10 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 /// Of the rows of one test point, whichever other points there are: where it is equal, a point
 /// simulated for one file may be used for another.
 std::string point_fingerprint(const Scene& scene, const Body& body);
-std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples);
+std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples);
+/// cycles: of a body that softens; empty where there are none.
+std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
+                               const std::filesystem::path& cycles = {});
 /// surface: motion of the surface, empty where it is not known.
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,

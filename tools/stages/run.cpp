@@ -9,6 +9,7 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/stages/cycles.hpp"
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
@@ -35,6 +36,7 @@ class StageRun {
     check_choices(scene_);
     prepare();
     simulate();
+    cycle();
     fit();
     refine();
     export_asset();
@@ -95,6 +97,15 @@ class StageRun {
     bad_experiments_ = list_bad_experiments(samples);
   }
 
+  // Of a body that softens: presses in and out at some of its points.
+  void cycle() {
+    if (!softens(scene_)) return;
+    const fs::path output = file("cycles.h5");
+    const std::string wanted = cycles_fingerprint(scene_, file("samples.h5"));
+    if (is_stale("cycles", output, stored_in_hdf5(output), wanted))
+      simulate_cycles(scene_, read_body(placed_body()), request_.jobs, output, wanted);
+  }
+
   // The body with the test points that were simulated.
   fs::path placed_body() const {
     return file(scene_.experiments.placement ? "placed.h5" : "body.h5");
@@ -102,11 +113,15 @@ class StageRun {
 
   void fit() {
     const fs::path output = file("curves.h5");
-    const std::string wanted = curves_fingerprint(scene_.fit, file("samples.h5"));
+    const bool has_cycles = softens(scene_);
+    const fs::path cycles = file("cycles.h5");
+    const std::string wanted =
+        curves_fingerprint(scene_.fit, file("samples.h5"), has_cycles ? cycles : fs::path());
     if (!is_stale("fit", output, stored_in_hdf5(output), wanted)) return;
     const Body body = read_body(placed_body());
-    const FittedCurves curves =
+    FittedCurves curves =
         fit_samples(read_samples(file("samples.h5")), scene_.fit, request_.jobs, &body);
+    if (has_cycles) add_damage(curves, read_samples(cycles));
     write_curves(output, curves, {{kInputsAttribute, wanted}});
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libfem/solve/experiments/cycled_path.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 #include "libfem/solve/experiments/timed_path.hpp"
 #include "libfit/assets/asset_file.hpp"
@@ -15,6 +16,7 @@
 #include "libfit/shape/contact_states.hpp"
 #include "libfit/validation/causes.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/cycles.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/reach.hpp"
 #include "tools/stages/sample_cache.hpp"
@@ -48,6 +50,9 @@ void write_rows(const std::filesystem::path& path, const Reference& reference,
   }
   csv.commit();
 }
+
+// Of the deepest press, by which a body that softens is pressed before a held-out path.
+constexpr double kLeastPreload = 0.5;
 
 // Refuses an asset of another body: its vertices are the scene's, rounded to float.
 void check_same_surface(const std::filesystem::path& path, const runtime::AssetView& asset,
@@ -173,6 +178,17 @@ Reference simulate_reference(const Scene& scene, const Body& body,
     std::size_t turn = 0;
     for (ToolPath& path : reference.held_out.paths)
       path = fem::in_time(path, speeds[turn++ % speeds.size()], request.settings.hold_s);
+  }
+  if (softens(scene)) {  // pressed there once before: what was borne counts
+    constexpr double kTurn = 0.6180339887498949;
+    for (std::size_t i = 0; i < reference.held_out.paths.size(); ++i) {
+      ToolPath& path = reference.held_out.paths[i];
+      const double turn = kTurn * static_cast<double>(i + 1);
+      path =
+          fem::after_press(path, reference.held_out.points.normal.row(path.point),
+                           scene.experiments.each.depth_m *
+                               (kLeastPreload + (1 - kLeastPreload) * (turn - std::floor(turn))));
+    }
   }
   const double tolerance = request.settings.force_tolerance;
   reference.paths = simulate_held_out_paths(

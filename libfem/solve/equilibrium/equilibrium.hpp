@@ -80,8 +80,8 @@ class Equilibrium {
   SolveStatus solve(const BodyState& from, const ProbePose& pose, const Points& guess,
                     BodyState& to, bool may_shorten = false);
 
-  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a). A body is in
-  /// slow motion until the first of these; one that does not relax stays so.
+  /// Solves from here on are those dt_s after `from`, which stays as it is (M14a, M54b). A body is
+  /// in slow motion and undamaged until the first of these; one that does not remember stays so.
   /// equilibrium_in_time.cpp
   void begin_step(const BodyState& from, double dt_s);
   /// Takes what the body remembers at the end of the step into an accepted state, from its own

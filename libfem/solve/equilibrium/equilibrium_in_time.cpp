@@ -1,4 +1,5 @@
-// Steps in time of a relaxing body: each is an equilibrium in a potential of its own.
+// Steps of a body that remembers (time, or the largest energies): each is an equilibrium in a
+// potential of its own.
 
 #include "libfem/solve/equilibrium/equilibrium.hpp"
 
@@ -18,7 +19,7 @@ void Equilibrium::resume(std::shared_ptr<const ViscousStep> step) {
 }
 
 void Equilibrium::begin_step(const BodyState& from, double dt_s) {
-  if (!body_.relaxes()) return;
+  if (!body_.relaxes() && !body_.softens()) return;
   resume(std::make_shared<const ViscousStep>(body_.step_from(from.memory, dt_s)));
 }
 

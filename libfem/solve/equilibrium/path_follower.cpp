@@ -62,7 +62,10 @@ bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
 StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, double time_s,
                      bool must_rise, bool may_fall, bool may_shorten, const Points& motion) {
   const double dt_s = time_s - moving.time_s;
-  if (!std::isnan(dt_s)) following.equilibrium.begin_step(moving.state, dt_s);
+  const bool remembers = !std::isnan(dt_s) || following.equilibrium.body().softens();
+  if (remembers)
+    following.equilibrium.begin_step(
+        moving.state, std::isnan(dt_s) ? std::numeric_limits<double>::infinity() : dt_s);
   const Vec3 step = tip - moving.state.pose.tip;
   const double length = step.norm();
   Points guess = moving.state.u;
@@ -88,7 +91,7 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
     moving.velocity = (next.u - moving.state.u) / length;
     moving.direction = step / length;
   }
-  if (!std::isnan(dt_s)) following.equilibrium.end_step(next);
+  if (remembers) following.equilibrium.end_step(next);
   moving.state = std::move(next);
   moving.time_s = time_s;
   return {};

@@ -215,4 +215,12 @@ void relaxation_columns(R& relaxation, F& f) {
 }
 void check_relaxation(const Complain& complain, const Relaxation& relaxation);
 
+/// Columns of how a body softens: r, m over e and beta; reach. V: VectorXd or const VectorXd; none
+/// where it does not.
+template <class V, class F>
+void damage_columns(V& softening, V& reach_m, F& f) {
+  if (!f.first("damage/softening", softening, {.is_optional = true})) return;
+  f.first("damage/reach", reach_m, {.unit = "m"});
+}
+
 }  // namespace palpate::h5

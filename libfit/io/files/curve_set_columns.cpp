@@ -66,6 +66,12 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
   }
   ColumnReader in(reader);
   relaxation_columns(curves.relaxation, in);
+  Eigen::VectorXd softening, reach_m;
+  damage_columns(softening, reach_m, in);
+  if (softening.size() == 3 && reach_m.size() == 1)
+    curves.damage = {softening[0], softening[1], softening[2], reach_m[0]};
+  else if (softening.size() > 0)
+    throw reader.error("damage", "has not r, m, beta and a reach");
   return curves;
 }
 
@@ -83,6 +89,11 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   }
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
+  if (!curves.damage.is_any()) return;
+  const Eigen::VectorXd softening =
+      Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);
+  const Eigen::VectorXd reach_m = Eigen::VectorXd::Constant(1, curves.damage.reach_m);
+  damage_columns(softening, reach_m, out);
 }
 
 void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
@@ -101,6 +112,20 @@ void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
   }
 }
 
+namespace {
+
+void check_damage(const Complain& complain, const runtime::DamageView& damage) {
+  if (!damage.is_any()) return;
+  if (!(damage.r >= runtime::kMinDamage && damage.r <= runtime::kMaxDamage && damage.scale >= 0 &&
+        damage.scale <= runtime::kMaxDamage && damage.beta >= 0 &&
+        damage.beta <= runtime::kMaxDamage && damage.scale + damage.beta > 0))
+    throw complain("damage/softening", "is out of range");
+  if (!(damage.reach_m >= 0 && damage.reach_m <= runtime::kMaxDamageReach_m))
+    throw complain("damage/reach", "is out of range");
+}
+
+}  // namespace
+
 void check_controls(const Complain& complain, const std::string& name, const runtime::Part& part,
                     const Controls& controls, const CurveBasis& basis, Eigen::Index points) {
   const int columns = part.width * size_of(part, basis);
@@ -113,6 +138,7 @@ void check_controls(const Complain& complain, const std::string& name, const run
 
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
   check_relaxation(complain, curves.relaxation);
+  check_damage(complain, curves.damage);
   const auto parts = parts_of(curves.family);
   if (curves.basis.size() != parts.size() || curves.control.size() != parts.size())
     throw complain("curves", "has not the parts of its family");

@@ -1,0 +1,32 @@
+#include "libfem/solve/experiments/cycled_path.hpp"
+
+#include <array>
+
+namespace palpate::fem {
+namespace {
+
+// Depths over the deepest: in and out, twice, and in.
+constexpr std::array kCycle{0.17, 0.33, 0.5, 0.4, 0.25, 0.1, 0.25, 0.4, 0.5, 0.75,
+                            1.0,  0.85, 0.7, 0.5, 0.3,  0.1, 0.3,  0.6, 0.8, 1.0};
+// A press beforehand; the last row is out of touch.
+constexpr std::array kBefore{0.3, 0.65, 1.0, 0.5, -0.05};
+
+}  // namespace
+
+ToolPath cycled_press(int point, const Vec3& inward, double depth_m) {
+  ToolPath path{point, Points(static_cast<Eigen::Index>(kCycle.size()), 3)};
+  for (std::size_t i = 0; i < kCycle.size(); ++i)
+    path.deflections.row(static_cast<Eigen::Index>(i)) = kCycle[i] * depth_m * inward.transpose();
+  return path;
+}
+
+ToolPath after_press(const ToolPath& path, const Vec3& inward, double preload_m) {
+  constexpr auto kRows = static_cast<Eigen::Index>(kBefore.size());
+  ToolPath out{path.point, Points(kRows + path.deflections.rows(), 3)};
+  for (Eigen::Index i = 0; i < kRows; ++i)
+    out.deflections.row(i) = kBefore[static_cast<std::size_t>(i)] * preload_m * inward.transpose();
+  out.deflections.bottomRows(path.deflections.rows()) = path.deflections;
+  return out;
+}
+
+}  // namespace palpate::fem

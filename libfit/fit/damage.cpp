@@ -1,0 +1,232 @@
+#include "libfit/fit/damage.hpp"
+
+#include <ceres/tiny_solver.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "libfit/core/statistics.hpp"
+#include "libfit/fit/point/replay.hpp"
+
+namespace palpate::fit {
+namespace {
+
+constexpr double kSamePlace_m = 1e-9;
+constexpr double kOffNormal = 1e-6;  // of the depth
+constexpr double kFloor = 0.05;      // of a cycle's largest force, as of a point's in a fit
+constexpr double kWorth = 0.9;       // of the error without damage
+constexpr double kLeast = 1e-3;      // rms, of a cycle's largest force
+// Contact radii; see docs/validation.md, Damage.
+constexpr double kDamageReach = 1.5;
+
+// A cycle over what the undamaged curve stores and bears at its depths.
+struct Cycle {
+  std::vector<double> law_J, law_N, force_N;
+  double unit_J = 0, largest_N = 0;
+};
+
+Eigen::Index point_at(const FittedCurves& curves, const Vec3& place) {
+  for (Eigen::Index p = 0; p < curves.position.rows(); ++p)
+    if ((Vec3(curves.position.row(p)) - place).norm() <= kSamePlace_m &&
+        curves.status[static_cast<std::size_t>(p)] != FitStatus::failed)
+      return p;
+  return -1;
+}
+
+// Of a straight press that nothing has damaged: force and work at each depth, from an even table.
+class StraightPress {
+ public:
+  StraightPress(const Bases& bases, const FittedCurves& curves, const Samples& samples,
+                Eigen::Index point, Eigen::Index of_samples, double deepest_m)
+      : step_m_(deepest_m / kSteps) {
+    const Vec3 inward = samples.point_normal.row(of_samples);
+    std::vector<double> way;
+    for (int i = 1; i <= kSteps; ++i)
+      for (int k = 0; k < 3; ++k) way.push_back(step_m_ * i * inward[k]);
+    std::vector<runtime::Vec3d> force(kSteps);
+    runtime::replay_drag<double>(bases.views, controls_at(curves.curves, point),
+                                 quadric_of(inward, offset_gradient(samples, of_samples)),
+                                 {way.data(), kSteps, nullptr}, nullptr, force.data());
+    force_N_.push_back(0);
+    work_J_.push_back(0);
+    for (const runtime::Vec3d& f : force) {
+      const double now = inward.dot(Vec3(f.x, f.y, f.z));
+      work_J_.push_back(work_J_.back() + 0.5 * step_m_ * (force_N_.back() + now));
+      force_N_.push_back(now);
+    }
+  }
+  double force_N(double depth_m) const { return at(force_N_, depth_m); }
+  double work_J(double depth_m) const { return at(work_J_, depth_m); }
+
+ private:
+  static constexpr int kSteps = 400;
+  double at(const std::vector<double>& table, double depth_m) const {
+    const double place = std::clamp(depth_m / step_m_, 0.0, double(kSteps));
+    const auto i = static_cast<std::size_t>(std::min(place, kSteps - 1.0));
+    return table[i] + (place - static_cast<double>(i)) * (table[i + 1] - table[i]);
+  }
+  double step_m_;
+  std::vector<double> force_N_, work_J_;
+};
+
+std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples) {
+  const Bases bases = bases_of(curves.curves);
+  std::map<std::int32_t, std::vector<Eigen::Index>> experiments;
+  for (Eigen::Index i = 0; i < samples.rows(); ++i)
+    experiments[samples.experiment[static_cast<std::size_t>(i)]].push_back(i);
+  std::vector<Cycle> out;
+  for (const auto& [number, rows] : experiments) {
+    const auto of_samples =
+        static_cast<Eigen::Index>(samples.point[static_cast<std::size_t>(rows.front())]);
+    const Eigen::Index point = point_at(curves, samples.point_position.row(of_samples));
+    const Vec3 inward = samples.point_normal.row(of_samples);
+    double deepest_m = 0;
+    bool is_straight = point >= 0;
+    for (const Eigen::Index i : rows) {
+      const Vec3 d = samples.deflection.row(i);
+      deepest_m = std::max(deepest_m, d.dot(inward));
+      is_straight = is_straight && (d - d.dot(inward) * inward).norm() <= kOffNormal * d.norm();
+    }
+    if (!is_straight || !(deepest_m > 0)) continue;
+    const StraightPress press(bases, curves, samples, point, of_samples, deepest_m);
+    Cycle cycle;
+    const runtime::SplineView& normal = bases.views.view[runtime::kNormal];
+    for (int j = 0; j < normal.size(); ++j)
+      cycle.unit_J +=
+          curves.curves.control[0](point, j) * normal.integrals[normal.pieces * normal.size() + j];
+    double before_m = 0;
+    bool goes_out = false;
+    for (const Eigen::Index i : rows) {
+      if (samples.status[static_cast<std::size_t>(i)] != RowStatus::good) break;
+      const double depth_m = samples.deflection.row(i).dot(inward);
+      goes_out = goes_out || depth_m < before_m;
+      before_m = depth_m;
+      cycle.law_J.push_back(depth_m > 0 ? press.work_J(depth_m) : 0);
+      cycle.law_N.push_back(depth_m > 0 ? press.force_N(depth_m) : 0);
+      cycle.force_N.push_back(samples.force.row(i).dot(inward));
+      cycle.largest_N = std::max(cycle.largest_N, cycle.force_N.back());
+    }
+    if (goes_out && cycle.largest_N > 0 && cycle.unit_J > 0) out.push_back(std::move(cycle));
+  }
+  return out;
+}
+
+// Visits each row of the cycles with what the damaged body answers and what was measured.
+template <class Visit>
+void answer(const std::vector<Cycle>& cycles, const runtime::DamageView& damage,
+            const Visit& visit) {
+  for (const Cycle& cycle : cycles) {
+    double most_J = 0;
+    for (std::size_t i = 0; i < cycle.law_J.size(); ++i) {
+      most_J = std::max(most_J, cycle.law_J[i]);
+      const double share =
+          damage.is_any() ? runtime::softened(damage, cycle.unit_J, most_J, cycle.law_J[i]).share
+                          : 1;
+      visit(cycle, share * cycle.law_N[i], cycle.force_N[i]);
+    }
+  }
+}
+
+std::vector<double> errors(const std::vector<Cycle>& cycles, const runtime::DamageView& damage) {
+  std::vector<double> out;
+  answer(cycles, damage, [&](const Cycle& cycle, double answered_N, double force_N) {
+    out.push_back(std::abs(answered_N - force_N) /
+                  std::max(std::abs(force_N), kFloor * cycle.largest_N));
+  });
+  return out;
+}
+
+// The unknowns are logarithms, kept where a body can be.
+runtime::DamageView damage_at(const Eigen::Vector3d& p) {
+  const auto within = [](double x, double low, double high) {
+    return std::clamp(std::exp(std::clamp(x, -50.0, 50.0)), low, high);
+  };
+  runtime::DamageView out;
+  out.r = within(p[0], 1, 100);  // a dent is not sought
+  out.scale = within(p[1], 1e-6, 100);
+  out.beta = within(p[2], 1e-6, 100);
+  return out;
+}
+
+struct DamageResiduals {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 3 };
+
+  const std::vector<Cycle>& cycles;
+  int rows;
+
+  int NumResiduals() const { return rows; }
+  Eigen::VectorXd at(const Eigen::Vector3d& p) const {
+    Eigen::VectorXd out(rows);
+    Eigen::Index i = 0;
+    answer(cycles, damage_at(p), [&](const Cycle& cycle, double answered_N, double force_N) {
+      out[i++] = (answered_N - force_N) / cycle.largest_N;
+    });
+    return out;
+  }
+  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
+    const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3d>(parameters);
+    Eigen::Map<Eigen::VectorXd>(residuals, rows) = at(p);
+    if (jacobian == nullptr) return true;
+    constexpr double kStep = 1e-5;
+    Eigen::Map<Eigen::MatrixXd> slopes(jacobian, rows, 3);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      slopes.col(k) = (at(p + step) - at(p - step)) / (2 * kStep);
+    }
+    return true;
+  }
+};
+
+}  // namespace
+
+runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& samples,
+                                    DamageReport* report) {
+  const std::vector<Cycle> cycles = cycles_of(curves, samples);
+  const std::vector<double> undamaged = errors(cycles, {});
+  DamageReport found;
+  found.cycles = cycles.size();
+  found.rows = undamaged.size();
+  runtime::DamageView best;
+  if (!cycles.empty()) {
+    const DamageResiduals residuals{cycles, static_cast<int>(undamaged.size())};
+    const auto rows = static_cast<double>(undamaged.size());
+    double whole = 0;
+    answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
+      whole += std::pow((answered_N - force_N) / cycle.largest_N, 2);
+    });
+    double least = whole > kLeast * kLeast * rows ? kWorth * kWorth * whole : 0;
+    std::vector<Eigen::Vector3d> starts;
+    for (const double r : {1.2, 2.0, 5.0})
+      for (const double beta : {0.1, 0.5})
+        starts.emplace_back(std::log(r), std::log(0.02), std::log(beta));
+    for (const Eigen::Vector3d& start : starts) {
+      Eigen::Vector3d p = start;
+      ceres::TinySolver<DamageResiduals> solver;
+      solver.options.max_num_iterations = 300;
+      solver.options.function_tolerance = solver.options.parameter_tolerance =
+          solver.options.gradient_tolerance = 1e-12;
+      solver.options.cost_threshold = 1e-18;
+      solver.Solve(residuals, &p);
+      const double left = residuals.at(p).squaredNorm();
+      if (!(left < least)) continue;
+      least = left;
+      best = damage_at(p);
+    }
+    found.median_undamaged = quantile(undamaged, 0.5);
+    found.p95_undamaged = quantile(undamaged, 0.95);
+    const std::vector<double> left = errors(cycles, best);
+    found.median = quantile(left, 0.5);
+    found.p95 = quantile(left, 0.95);
+  }
+  if (best.is_any()) {
+    const double radius_m = ball_radius_m(samples.probe ? samples.probe : curves.probe);
+    best.reach_m = kDamageReach * std::sqrt(radius_m * curves.curves.basis[0].knots_m.back());
+  }
+  if (report != nullptr) *report = found;
+  return best;
+}
+
+}  // namespace palpate::fit

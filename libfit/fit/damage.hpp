@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+
+namespace palpate::fit {
+
+/// Errors of the cycles' rows, relative with the fit's floor (M11a), as fitted and without damage.
+struct DamageReport {
+  std::size_t cycles = 0, rows = 0;
+  double median = 0, p95 = 0, median_undamaged = 0, p95_undamaged = 0;
+};
+
+/// How the body softens (M56), from straight presses that go in, out and in again: any experiments
+/// of `cycles` that stay on the normal of a test point that `curves` has a curve for (by place).
+/// Least squares over r, m and beta of all rows together, each row's force over the largest of its
+/// cycle; the curves hold, and r is 1
+/// or more: no dent. None (r 0) where no cycle can be used, or softening takes less than a
+/// tenth off the error. reach_m: kDamageReach contact radii of the probe at the curves' end.
+runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& cycles,
+                                    DamageReport* report = nullptr);
+
+}  // namespace palpate::fit

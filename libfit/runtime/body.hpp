@@ -1,0 +1,192 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// A body that contacts damage: what it has borne, in memory of the caller's beside the asset, and
+// how it softens (docs/method.md, section 26). Any number of bodies may share an asset; contacts
+// that press one body belong to one thread. The bytes are plain: copy them to save, put them back
+// and open them again to restore.
+
+#include "view.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr std::uint64_t kBodyMark = 0x70616c70626f6479u;
+
+/// The first bytes of a body.
+struct BodyHeader {
+  std::uint64_t mark;
+  std::uint64_t asset_checksum;
+  std::int64_t vertices;
+  std::uint64_t reserved[5];  ///< 0
+};
+static_assert(sizeof(BodyHeader) == 64, "the header of a body is packed");
+
+/// Of a vertex. Energies are over unit_J, the law's at the end of the vertex's normal curve, so
+/// that stiff and soft places that were strained alike are damaged alike.
+struct DamagedVertex {
+  float most;  ///< the largest so far
+  float unit_J;
+};
+
+inline std::uint64_t body_bytes(const AssetView& asset) noexcept {
+  return sizeof(BodyHeader) + sizeof(DamagedVertex) * static_cast<std::uint64_t>(asset.vertices);
+}
+
+/// Energy under a vertex's normal curve [J].
+inline double unit_energy(const AssetView& asset, int vertex) noexcept {
+  const SplineView& spline = asset.curves.view[kNormal];
+  const float* control = asset.node(vertex) + asset.control_offset[kNormal];
+  const double* whole = spline.integrals + spline.pieces * spline.size();
+  double sum = 0;
+  for (int j = 0; j < spline.size(); ++j) sum += double(control[j]) * whole[j];
+  return sum;
+}
+
+/// A new body in `memory` [body_bytes(asset)], 8-byte aligned.
+inline void start_body(const AssetView& asset, void* memory) noexcept {
+  BodyHeader header = {};
+  header.mark = kBodyMark;
+  header.asset_checksum = asset.checksum;
+  header.vertices = asset.vertices;
+  std::memcpy(memory, &header, sizeof header);
+  auto* vertex =
+      reinterpret_cast<DamagedVertex*>(static_cast<unsigned char*>(memory) + sizeof(BodyHeader));
+  for (int v = 0; v < asset.vertices; ++v)
+    vertex[v] = {0, static_cast<float>(unit_energy(asset, v))};
+}
+
+/// Whether bytes [size], 8-byte aligned, are a body of the asset. Safe on hostile bytes.
+inline bool is_body(const AssetView& asset, const void* memory, std::uint64_t size) noexcept {
+  if (memory == nullptr || asset.vertices <= 0 || size != body_bytes(asset) ||
+      reinterpret_cast<std::uintptr_t>(memory) % 8 != 0)
+    return false;
+  BodyHeader header;
+  std::memcpy(&header, memory, sizeof header);
+  if (header.mark != kBodyMark || header.asset_checksum != asset.checksum ||
+      header.vertices != asset.vertices)
+    return false;
+  for (const std::uint64_t reserved : header.reserved)
+    if (reserved != 0) return false;
+  const auto* vertex = reinterpret_cast<const DamagedVertex*>(
+      static_cast<const unsigned char*>(memory) + sizeof(BodyHeader));
+  for (int v = 0; v < asset.vertices; ++v)
+    if (!(vertex[v].most >= 0 && vertex[v].most <= 1e30F) ||
+        vertex[v].unit_J != static_cast<float>(unit_energy(asset, v)))
+      return false;
+  return true;
+}
+
+/// The asset with a body in `memory`, which is_body(): touch() it in place of the asset. The memory
+/// must outlive it.
+inline AssetView with_body(const AssetView& asset, void* memory) noexcept {
+  AssetView out = asset;
+  out.body =
+      reinterpret_cast<DamagedVertex*>(static_cast<unsigned char*>(memory) + sizeof(BodyHeader));
+  return out;
+}
+
+/// What a place of a body has borne (M55).
+struct Borne {
+  double unit_J = 0, most_J = 0;
+};
+inline Borne borne_at(const AssetView& asset, int triangle, const double weight[3]) noexcept {
+  double unit = 0, most = 0;
+  for (int k = 0; k < 3; ++k) {
+    const DamagedVertex& v = asset.body[asset.corner(triangle, k)];
+    unit += weight[k] * double(v.unit_J);
+    most += weight[k] * double(v.most);
+  }
+  return {unit, unit * most};
+}
+
+constexpr int kMaxDamagedTriangles = 96;
+/// Least reach, over the longest edge at the contact point: a place between vertices is told by all
+/// that are near.
+constexpr double kLeastReach = 1.5;
+
+/// How much of what a contact bears counts at a squared distance from it, over that of its reach
+/// (M57).
+inline double damage_kernel(double squared) noexcept {
+  const double left = 1 - squared;
+  return left > 0 ? left * left : 0;
+}
+
+/// The contact at a place and depth stores law_J > M: the place and those around it have now borne
+/// as much, those around less by distance (M57). Nothing heals.
+inline void damage(const AssetView& asset, int triangle, const double weight[3], double depth_m,
+                   double law_J, double unit_J) noexcept {
+  Vec3d corner[3], c{0, 0, 0};
+  for (int k = 0; k < 3; ++k) {
+    corner[k] = asset.vertex_at(asset.corner(triangle, k));
+    c = c + corner[k] * weight[k];
+  }
+  double squared = asset.damage.reach_m * asset.damage.reach_m * (depth_m / asset.max_fitted_m);
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d edge = corner[(k + 1) % 3] - corner[k];
+    const double least = kLeastReach * kLeastReach * dot(edge, edge);
+    squared = squared > least ? squared : least;
+  }
+  const double per = 1 / squared;
+  // What is borne here that makes M = E: corners that have borne more keep what they have.
+  double share[3], most = 0;
+  bool is_raised[3] = {true, true, true};
+  for (int k = 0; k < 3; ++k) share[k] = damage_kernel(dot(corner[k] - c, corner[k] - c) * per);
+  for (int round = 0; round < 3; ++round) {
+    double wanted = law_J / unit_J, sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (is_raised[k])
+        sum += weight[k] * share[k];
+      else
+        wanted -= weight[k] * double(asset.body[asset.corner(triangle, k)].most);
+    }
+    if (!(sum > 0)) return;
+    most = wanted / sum;
+    for (int k = 0; k < 3; ++k)
+      is_raised[k] =
+          is_raised[k] && double(asset.body[asset.corner(triangle, k)].most) < most * share[k];
+  }
+  int found[kMaxDamagedTriangles], count = 1;
+  found[0] = triangle;
+  for (int i = 0; i < count; ++i) {
+    bool is_in[3];
+    for (int k = 0; k < 3; ++k) {
+      const int v = asset.corner(found[i], k);
+      const Vec3d away = asset.vertex_at(v) - c;
+      const double part = damage_kernel(dot(away, away) * per);
+      is_in[k] = part > 0;
+      const float now = static_cast<float>(most * part);
+      if (now > asset.body[v].most) asset.body[v].most = now;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int next = asset.neighbour[3 * found[i] + k];
+      if (next < 0 || !(is_in[k] || is_in[(k + 1) % 3]) || count == kMaxDamagedTriangles) continue;
+      bool is_new = true;
+      for (int j = 0; j < count && is_new; ++j) is_new = found[j] != next;
+      if (is_new) found[count++] = next;
+    }
+  }
+}
+
+/// What a contact stores where the law stores law_J: itself where no body is damaged.
+inline double stored_in(const AssetView* body, int triangle, const double weight[3],
+                        double law_J) noexcept {
+  if (body == nullptr) return law_J;
+  const Borne here = borne_at(*body, triangle, weight);
+  return softened(body->damage, here.unit_J, here.most_J, law_J).stored_J;
+}
+
+/// The same once the place has borne it.
+inline Softened borne(const AssetView* body, int triangle, const double weight[3], double depth_m,
+                      double law_J) noexcept {
+  if (body == nullptr) return {law_J, 1, 0};
+  Borne here = borne_at(*body, triangle, weight);
+  if (law_J > here.most_J && here.unit_J > 0 && depth_m > 0) {
+    damage(*body, triangle, weight, depth_m, law_J, here.unit_J);
+    here.most_J = law_J;  // as the vertices now say, but for their rounding to float
+  }
+  return softened(body->damage, here.unit_J, here.most_J, law_J);
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,229 @@
+#include "libfem/materials/softening.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "libfem/elements/elastic_body.hpp"
+#include "libfit/core/error.hpp"
+#include "tests/libfem/materials/examples.hpp"
+#include "tests/libfem/solve/block.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr unsigned kSeed = 1999;
+constexpr double kSize_m = 0.02;
+const double kForever = std::numeric_limits<double>::infinity();
+constexpr Softening kSoftening{1.4, 300, 0.2};
+
+QuadraticMesh block() {
+  const TetMesh base = structured_block(Vec3::Constant(kSize_m), {1, 1, 1});
+  return ungraded(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0));
+}
+
+Points affine(const Points& nodes, const Mat3& F) {
+  return nodes * (F - Mat3::Identity()).transpose();
+}
+
+Points random_field(Eigen::Index nodes, double size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-size, size);
+  Points u(nodes, 3);
+  for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
+  return u;
+}
+
+MaterialParameters softening(MaterialParameters material) {
+  material.softening = kSoftening;
+  return material;
+}
+
+/// A body whose displacement is prescribed, step by step.
+class Cycled {
+ public:
+  Cycled(const QuadraticMesh& mesh, const MaterialParameters& material)
+      : mesh_(mesh),
+        body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {
+    begin();
+  }
+  void go(const Points& u) {
+    memory_ = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
+    begin();
+  }
+  Points force(const Points& u) const {
+    Points out = Points::Zero(u.rows(), 3);
+    body_.add_force(u, out);
+    return out;
+  }
+  /// First Piola-Kirchhoff stress of a homogeneous state, from the forces on the boundary.
+  Mat3 stress(const Mat3& F) const {
+    return force(affine(mesh_.nodes, F)).transpose() * mesh_.nodes / std::pow(kSize_m, 3);
+  }
+  const ElasticBody& body() const { return body_; }
+
+ private:
+  void begin() {
+    step_ = std::make_shared<const ViscousStep>(body_.step_from(memory_, kForever));
+    body_.set_step(step_);
+  }
+  const QuadraticMesh& mesh_;
+  ElasticBody body_;
+  std::shared_ptr<const ViscousHistory> memory_;
+  std::shared_ptr<const ViscousStep> step_;
+};
+
+template <class Difference>
+double min_error(const Difference& error_at) {
+  double least = kForever;
+  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) least = std::min(least, error_at(h));
+  return least;
+}
+
+// eta of Ogden and Roxburgh.
+double factor(double W, double most) {
+  return W < most ? 1 - std::erf((most - W) / (kSoftening.scale_Pa + kSoftening.beta * most)) /
+                            kSoftening.r
+                  : 1;
+}
+
+TEST(softening, the_error_function_and_its_integral_are_right_to_the_last_digits) {
+  for (double x = 0; x < 30; x += 0.0137) {
+    double erf, integral;
+    erf_of(x, erf, integral);
+    const double exact = x * std::erf(x) + std::expm1(-x * x) / std::sqrt(M_PI);
+    EXPECT_NEAR(erf, std::erf(x), 2e-15) << x;
+    EXPECT_NEAR(integral, exact, 2e-15 * (1 + exact)) << x;
+  }
+}
+
+TEST(softening, force_and_stiffness_are_derivatives_of_the_energy_below_and_above_the_peak) {
+  const QuadraticMesh mesh = block();
+  const auto state = [&](double stretch, unsigned seed) {
+    const Mat3 F = Vec3(stretch, 1 / std::sqrt(stretch), 1.01).asDiagonal();
+    return Points(affine(mesh.nodes, F) + random_field(mesh.nodes.rows(), 0.01 * kSize_m, seed));
+  };
+  for (const examples::Example& example : examples::all()) {
+    if (!find_law(example.parameters.law, "test").splits_volume) continue;
+    for (const double stretch : {1.1, 1.4}) {
+      SCOPED_TRACE(example.name + " to " + std::to_string(stretch));
+      Cycled moving(mesh, softening(example.parameters));
+      moving.go(state(1.25, kSeed + 1));
+      const ElasticBody& body = moving.body();
+      const Points u = state(stretch, kSeed), d = random_field(u.rows(), kSize_m, kSeed + 3);
+      Points force = Points::Zero(u.rows(), 3);
+      SymmetricBlockMatrix K = body.pattern();
+      const double energy = body.add_stiffness(u, 1.0, force, K);
+      ASSERT_TRUE(std::isfinite(energy)) << "seed " << kSeed;
+      EXPECT_EQ(energy, body.energy(u));
+      EXPECT_EQ((force - moving.force(u)).norm(), 0);
+      const double work = force.cwiseProduct(d).sum();
+      EXPECT_LE(
+          min_error([&](double h) {
+            return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
+          }),
+          1e-6 * force.norm() * d.norm())
+          << "seed " << kSeed;
+      Eigen::VectorXd exact;
+      K.multiply(Eigen::Map<const Eigen::VectorXd>(d.data(), d.size()), exact);
+      EXPECT_LE(
+          min_error([&](double h) {
+            const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
+            return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact).norm();
+          }),
+          (example.is_kinked_at_rest ? 1e-5 : 2e-6) * exact.norm())
+          << "seed " << kSeed;
+    }
+  }
+}
+
+TEST(softening, a_rubber_pulled_let_go_and_pulled_again_has_the_stress_of_ogden_and_roxburgh) {
+  constexpr double kYoung = 3e3, kMu = kYoung / 3;  // incompressible all but 1e-4
+  const QuadraticMesh mesh = block();
+  Cycled moving(mesh, softening({"neo-hookean-isochoric", {kYoung, 0.49999}}));
+  double most = 0;
+  for (const double stretch : {1.2, 1.5, 1.8, 1.5, 1.2, 1.0, 1.3, 1.8, 2.2, 1.4}) {
+    const auto F_at = [&](double side) { return Mat3(Vec3(stretch, side, side).asDiagonal()); };
+    double a = 1 / std::sqrt(stretch), b = a * (1 + 1e-5), fa = moving.stress(F_at(a))(1, 1);
+    for (int i = 0; i < 50 && a != b; ++i) {
+      const double fb = moving.stress(F_at(b))(1, 1);
+      const double next = fb == fa ? b : b - fb * (b - a) / (fb - fa);
+      a = b;
+      fa = fb;
+      b = next;
+    }
+    const double energy = kMu / 2 * (stretch * stretch + 2 / stretch - 3);
+    most = std::max(most, energy);
+    const double exact = factor(energy, most) * kMu * (stretch - 1 / (stretch * stretch));
+    EXPECT_NEAR(moving.stress(F_at(b))(0, 0), exact, 3e-4 * kMu) << stretch;
+    moving.go(affine(mesh.nodes, F_at(b)));
+  }
+}
+
+TEST(softening, a_body_that_was_never_unloaded_has_the_bits_of_one_that_does_not_soften) {
+  const QuadraticMesh mesh = block();
+  for (const examples::Example& example : examples::all()) {
+    if (!find_law(example.parameters.law, "test").splits_volume) continue;
+    SCOPED_TRACE(example.name);
+    const ElasticBody plain(mesh, {make_material(example.parameters, "test")}, nullptr,
+                            ElementKind::automatic);
+    Cycled moving(mesh, softening(example.parameters));
+    for (const double stretch : {1.02, 1.05, 1.1, 1.2}) {
+      const Points u =
+          affine(mesh.nodes, Mat3(Vec3(stretch, 1 / std::sqrt(stretch), 1).asDiagonal()));
+      Points force = Points::Zero(u.rows(), 3);
+      plain.add_force(u, force);
+      EXPECT_TRUE(moving.force(u) == force) << stretch;
+      moving.go(u);
+    }
+  }
+}
+
+TEST(softening, every_instruction_set_gives_the_same_bits) {
+  const QuadraticMesh mesh = block();
+  const Points u = random_field(mesh.nodes.rows(), 0.02 * kSize_m, kSeed);
+  std::vector<Points> forces;
+  for (const InstructionSet set :
+       {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (!has_instruction_set(set)) continue;
+    ElasticBody body(mesh,
+                     {make_material(softening({"yeoh", {1.7e3, -0.1e3, 0.04e3, 0.48}}), "test")},
+                     nullptr, ElementKind::automatic);
+    body.use(set);
+    const auto before = std::make_shared<const ViscousHistory>(
+        body.remembered(-1.5 * u, body.step_from(nullptr, kForever)));
+    body.set_step(std::make_shared<const ViscousStep>(body.step_from(before, kForever)));
+    SymmetricBlockMatrix K = body.pattern();
+    body.add_stiffness(u, 0.5, forces.emplace_back(Points::Zero(u.rows(), 3)), K);
+    forces.push_back(Eigen::Map<const Points>(K.values().data(), K.values().size() / 3, 3));
+  }
+  for (std::size_t i = 2; i < forces.size(); ++i) EXPECT_TRUE(forces[i] == forces[i % 2]) << i;
+}
+
+TEST(softening, what_a_material_cannot_soften_is_refused) {
+  const auto refusal_of = [](MaterialParameters material, Softening softening) {
+    material.softening = softening;
+    try {
+      make_material(material, "[material]");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const MaterialParameters rubber{"neo-hookean", {3e3, 0.45}};
+  EXPECT_EQ(refusal_of(rubber, {1, 0, 0.1}), "");
+  EXPECT_NE(refusal_of(rubber, {0.9, 0, 0.1}).find("r from 1"), std::string::npos);
+  EXPECT_NE(refusal_of(rubber, {1.5, 0, 0}).find("not both 0"), std::string::npos);
+  EXPECT_NE(refusal_of({"st-venant-kirchhoff", {3e3, 0.45}}, {1.5, 9, 0}).find("does not split"),
+            std::string::npos);
+  MaterialParameters slow = rubber;
+  slow.relaxation.share = slow.relaxation.time_s = Eigen::VectorXd::Constant(1, 0.5);
+  EXPECT_NE(refusal_of(slow, kSoftening).find("relaxes"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate::fem

@@ -1,0 +1,357 @@
+// A body that contacts damage (docs/method.md, section 26), in the engine.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "libfit/runtime/palpate.h"
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+constexpr runtime::DamageView kSoft{1.3, 0.02, 0.15, 0.012};
+
+double even(const Vec3&) { return 1; }
+Model plate() { return plate_model(0.08, 16, uniform(400, 300, 0.3)); }
+
+Model softening(Model model, const runtime::DamageView& damage = kSoft, double friction = 0.5,
+                const std::function<double(const Vec3&)>& scale = even,
+                const std::function<Vec3(const Vec3&)>& side = nullptr, double radius_m = 0) {
+  make_rings(model, friction, radius_m, scale, side);
+  model.curves.damage = damage;
+  return model;
+}
+
+/// A body in memory of its own.
+struct DamagedBody {
+  explicit DamagedBody(const Asset& asset) : memory(runtime::body_bytes(asset) / 8) {
+    runtime::start_body(asset, memory.data());
+    view = runtime::with_body(asset, memory.data());
+  }
+  std::vector<std::uint64_t> memory;
+  runtime::AssetView view;
+};
+
+struct Hand {
+  explicit Hand(const runtime::AssetView& of) : asset(of) {}
+  Vec3 go(const Vec3& at) {
+    status = touch(asset, contact, at.data(), out);
+    return -Vec3::Map(out.force_on_tool_N);
+  }
+  const runtime::AssetView& asset;
+  Contact contact;
+  Output out;
+  Status status = Status::ok;
+};
+
+TEST(damage, the_share_is_the_slope_of_what_is_stored_and_both_fall_with_what_was_borne) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int i = 0; i < 20000; ++i) {
+    const runtime::DamageView damage{std::pow(10, -1 + 2 * unit(random)), 0.5 * unit(random),
+                                     unit(random) < 0.2 ? 0 : 2 * unit(random), 0};
+    const double e = std::pow(10, -6 + 6 * unit(random)), most = e * 2 * unit(random),
+                 E = 1.3 * most * unit(random), h = 1e-6 * most;
+    SCOPED_TRACE("seed 7, draw " + std::to_string(i));
+    const auto at = [&](double law_J, double most_J) {
+      return runtime::softened(damage, e, most_J, law_J);
+    };
+    const auto now = at(E, most);
+    if (std::abs(E - most) > 2 * h && E > 2 * h) {
+      ASSERT_NEAR((at(E + h, most).stored_J - at(E - h, most).stored_J) / (2 * h), now.share,
+                  2e-5 / damage.r + 1e-9);
+      if (now.share > 0.01) {
+        ASSERT_NEAR((at(E + h, most).share - at(E - h, most).share) / (2 * h) * most,
+                    now.slope * most, 1e-2 * (1 + now.slope * most));
+      }
+    }
+    ASSERT_GE(now.stored_J, 0);
+    ASSERT_LE(now.stored_J, E * (1 + 1e-12));
+    ASSERT_GE(now.share, 0);
+    ASSERT_LE(now.share, 1);
+    const auto later = at(E, most * (1 + unit(random)));
+    ASSERT_LE(later.stored_J, now.stored_J + 1e-13 * most);
+    ASSERT_LE(later.share, now.share + 1e-13);
+  }
+}
+
+TEST(damage, a_place_pressed_again_answers_with_its_softened_force_until_it_is_pressed_deeper) {
+  const Loaded loaded = load(softening(plate()));
+  DamagedBody body(loaded.asset);
+  Hand hand(body.view), whole(loaded.asset);
+  const auto press = [&](Hand& of, double from, double to) {
+    const int ticks = 200;
+    for (int k = 0; k <= ticks; ++k) of.go({1e-3, 0.7e-3, from + (to - from) * k / ticks});
+  };
+  for (Hand* of : {&hand, &whole}) press(*of, 1e-3, -4e-3);
+  EXPECT_EQ(std::memcmp(hand.out.force_on_tool_N, whole.out.force_on_tool_N, 24), 0)
+      << "first loading";
+  const double most_J = whole.out.stored_J;
+  const runtime::Borne borne =
+      runtime::borne_at(body.view, hand.contact.triangle, hand.contact.weight);
+  EXPECT_NEAR(borne.most_J, most_J, 1e-6 * most_J);
+  for (Hand* of : {&hand, &whole}) press(*of, -4e-3, -2e-3);
+  const double share = runtime::softened(kSoft, borne.unit_J, most_J, whole.out.stored_J).share;
+  EXPECT_LT(share, 0.6);
+  EXPECT_NEAR(hand.out.force_on_tool_N[2], share * whole.out.force_on_tool_N[2],
+              1e-5 * whole.out.force_on_tool_N[2]);
+  for (Hand* of : {&hand, &whole}) press(*of, -2e-3, 1e-3);
+  for (Hand* of : {&hand, &whole}) press(*of, 1e-3, -2e-3);
+  EXPECT_NEAR(hand.out.force_on_tool_N[2], share * whole.out.force_on_tool_N[2],
+              1e-5 * whole.out.force_on_tool_N[2])
+      << "and again after it was out";
+  for (Hand* of : {&hand, &whole}) press(*of, -2e-3, -6e-3);
+  EXPECT_NEAR(hand.out.force_on_tool_N[2], whole.out.force_on_tool_N[2],
+              1e-6 * whole.out.force_on_tool_N[2])
+      << "beyond";
+  Hand far(body.view), far_whole(loaded.asset);
+  for (Hand* of : {&far, &far_whole})
+    for (int k = 0; k <= 200; ++k) of->go({0.03, 0.03, 1e-3 - 3e-3 * k / 200});
+  EXPECT_EQ(std::memcmp(far.out.force_on_tool_N, far_whole.out.force_on_tool_N, 24), 0)
+      << "elsewhere";
+}
+
+TEST(damage, beside_a_place_that_has_borne_more_it_grows_without_a_jump) {
+  const Loaded loaded = load(softening(plate(), {1.1, 0.01, 0.1, 0}));
+  DamagedBody body(loaded.asset);
+  Hand hand(body.view);
+  for (double z = 1e-3; z > -6e-3; z -= 1e-5) hand.go({0, 0, z});
+  hand.go({0, 0, 1e-3});
+  hand.go({3.1e-3, 1.4e-3, 1e-3});
+  double before_N = 0, steepest_N_m = 0, softest = 1;
+  for (double z = 1e-3; z > -9e-3; z -= 1e-6) {
+    const double now_N = hand.go({3.1e-3, 1.4e-3, z}).norm();
+    steepest_N_m = std::max(steepest_N_m, std::abs(now_N - before_N) / 1e-6);
+    softest = std::min(softest, hand.contact.damage_share);
+    before_N = now_N;
+  }
+  EXPECT_LT(softest, 0.9);
+  Hand whole(loaded.asset);
+  double stiffness_N_m = 0;
+  for (double z = 1e-3; z > -9e-3; z -= 1e-5) {
+    const double was_N = Vec3::Map(whole.out.force_on_tool_N).norm();
+    stiffness_N_m = std::max(stiffness_N_m, (whole.go({3.1e-3, 1.4e-3, z}).norm() - was_N) / 1e-5);
+  }
+  // eta' f^2 beside eta f': on its way back to first loading the force is steeper, but does not
+  // jump.
+  EXPECT_LT(steepest_N_m, 20 * stiffness_N_m);
+}
+
+TEST(damage, with_r_below_one_a_dent_stays) {
+  const Loaded loaded = load(softening(plate(), {0.6, 0.02, 0.15, 0.012}));
+  DamagedBody body(loaded.asset);
+  Hand hand(body.view);
+  for (double z = 1e-3; z > -4e-3; z -= 2e-5) hand.go({1e-3, 0.7e-3, z});
+  for (double z = -4e-3; z < 1e-3; z += 2e-5) hand.go({1e-3, 0.7e-3, z});
+  double touched_m = 0;
+  for (double z = 1e-3; z > -4e-3; z -= 2e-5)
+    if (hand.go({1e-3, 0.7e-3, z}).norm() > 0 && touched_m == 0) touched_m = -z;
+  EXPECT_GT(touched_m, 1e-3);
+  EXPECT_LT(touched_m, 4e-3);
+}
+
+TEST(damage, an_asset_without_it_has_the_bytes_of_one_that_knows_none) {
+  Model model = softening(plate());
+  const AssetBytes with = make_asset_bytes(model, {});
+  model.curves.damage = {};
+  const AssetBytes without = make_asset_bytes(model, {});
+  EXPECT_EQ(with.size(), without.size() + sizeof(runtime::DamageBlock));
+  runtime::Header header;
+  std::memcpy(&header, without.data(), sizeof header);
+  EXPECT_EQ(header.flags & runtime::kFlagDamage, 0u);
+}
+
+// Stiffness and side force that change from node to node, two tools that touch one body in any
+// order: no tick makes energy, and what the tools got back is less than what they gave.
+TEST(damage, whatever_the_order_of_touches_no_energy_is_made) {
+  int damaged = 0, slid = 0, softened_ticks = 0;
+  for (unsigned seed = 1; seed <= 80; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto draw = [&](double size) {
+      const double x = unit(random), y = unit(random), z = unit(random);
+      return Vec3((2 * x - 1) * size, (2 * y - 1) * size, (2 * z - 1) * size);
+    };
+    const bool is_round = seed % 2 == 1, is_rough = seed % 3 > 0;
+    const auto scale = [&](const Vec3&) { return is_rough ? 0.4 + 1.2 * unit(random) : 1; };
+    const auto side = [&](const Vec3&) { return Vec3(is_rough ? draw(500) : Vec3(0, 0, 0)); };
+    const runtime::DamageView damage{std::pow(10, -0.5 + unit(random)), 0.2 * unit(random) + 1e-3,
+                                     unit(random), 0.02 * unit(random)};
+    const double friction = std::pow(10, -3 * unit(random));
+    const Loaded loaded =
+        load(softening(is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3)) : plate(), damage,
+                       friction, scale, side, is_round ? 0.03 : 0));
+    DamagedBody body(loaded.asset);
+    Hand hands[2]{Hand(body.view), Hand(body.view)};
+    const Vec3 top(0, 0, is_round ? 0.03 : 0);
+    Vec3 x[2] = {top + Vec3(0, 0, 1e-3), top + Vec3(0, 0, 1e-3)}, f[2];
+    double lost_J[2] = {0, 0}, work_J = 0, most_J = 0;
+    for (int h : {0, 1}) f[h] = hands[h].go(x[h]);
+    for (int leg = 0; leg < 24; ++leg) {
+      const int h = leg >= 22 ? leg - 22 : random() % 2;
+      const bool lifts = random() % 4 == 3;
+      const Vec3 to = leg >= 22 ? Vec3(x[h] + Vec3(0, 0, 0.02))
+                                : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
+                                       draw(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
+      const Vec3 from = x[h];
+      const int ticks = std::clamp(static_cast<int>((to - from).norm() / 1e-5), 1, 3000);
+      for (int k = 1; k <= ticks; ++k) {
+        Hand& hand = hands[h];
+        const double tank_J = hand.contact.ledger.tank_J, done_J = hand.out.dissipated_J;
+        x[h] = from + (to - from) * (double(k) / ticks);
+        const Vec3 now = hand.go(x[h]);
+        ASSERT_EQ(hand.status, Status::ok) << "seed " << seed;
+        work_J += 0.5 * (now + f[h]).dot((to - from) / ticks);
+        f[h] = now;
+        most_J = std::max(most_J, hand.out.stored_J);
+        const double now_J = hand.out.dissipated_J - hand.contact.ledger.tank_J;
+        ASSERT_GE(now_J, lost_J[h] - 1e-12 * most_J)
+            << "seed " << seed << " leg " << leg << " tank " << tank_J << " done " << done_J;
+        ASSERT_GE(hand.out.stored_J, -1e-18) << "seed " << seed;
+        lost_J[h] = now_J;
+        slid += hand.out.state == ContactState::slip;
+        softened_ticks += hand.contact.damage_share < 0.9;
+      }
+    }
+    EXPECT_GT(work_J, 0) << "seed " << seed << ": closed motions gave more than they took";
+    EXPECT_GT(most_J, 1e-5) << "seed " << seed;
+    for (int v = 0; v < body.view.vertices; ++v) damaged += body.view.body[v].most > 0;
+  }
+  EXPECT_GT(damaged, 1000);
+  EXPECT_GT(slid, 3000);
+  EXPECT_GT(softened_ticks, 3000);
+}
+
+TEST(damage, a_saved_body_goes_on_with_the_same_bits_and_bytes_that_are_none_are_refused) {
+  const Loaded loaded = load(softening(plate()));
+  DamagedBody body(loaded.asset);
+  Hand hand(body.view);
+  for (double z = 1e-3; z > -4e-3; z -= 1e-4) hand.go({1e-3, 0.7e-3, z});
+  const std::vector<std::uint64_t> saved = body.memory;
+  const Contact kept = hand.contact;
+  const Vec3 first = hand.go({2e-3, 0.7e-3, -6e-3});
+  EXPECT_NE(body.memory, saved);
+  body.memory = saved;
+  ASSERT_TRUE(runtime::is_body(loaded.asset, body.memory.data(), 8 * saved.size()));
+  hand.contact = kept;
+  EXPECT_EQ(hand.go({2e-3, 0.7e-3, -6e-3}), first);
+
+  const auto refused = [&](std::vector<std::uint64_t> bytes) {
+    return !runtime::is_body(loaded.asset, bytes.data(), 8 * bytes.size());
+  };
+  EXPECT_TRUE(refused({saved.begin(), saved.end() - 1}));
+  for (const std::size_t word : {0, 1, 2, 3, 8, 20}) {
+    std::vector<std::uint64_t> broken = saved;
+    broken[word] ^= 0xff800000ff800000u;
+    EXPECT_TRUE(refused(broken)) << word;
+  }
+  const Loaded other = load(softening(plate(), {1.5, 0.02, 0.15, 0.012}));
+  EXPECT_FALSE(runtime::is_body(other.asset, saved.data(), 8 * saved.size()));
+}
+
+TEST(damage, the_tangent_is_the_slope_of_what_a_tick_answers) {
+  const Loaded loaded = load(softening(plate()));
+  DamagedBody body(loaded.asset);
+  Hand hand(body.view);
+  for (double z = 1e-4; z > -6e-3; z -= 1e-4) hand.go({0, 0.7e-3, z});
+  for (double z = -6e-3; z < 2e-4; z += 1e-4) hand.go({0, 0.7e-3, z});
+  hand.go({0, 0.7e-3, 1e-4});
+  int checked = 0;
+  for (int i = 1; i <= 90; ++i) {
+    const Vec3 x(1e-5 * std::max(0, i - 40), 0.7e-3 + 3e-6 * std::max(0, i - 70),
+                 -1e-4 * std::min(i, 40));
+    const Contact before = hand.contact;
+    const std::vector<std::uint64_t> saved = body.memory;
+    const auto force = [&](const Vec3& at) {
+      body.memory = saved;
+      Contact contact = before;
+      Output out;
+      touch(body.view, contact, at.data(), out);
+      return Vec3(-Vec3::Map(out.force_on_tool_N));
+    };
+    const auto slope = [&](int k, double h) {
+      return Vec3((force(x + h * Vec3::Unit(k)) - force(x - h * Vec3::Unit(k))) / (2 * h));
+    };
+    double tangent[9];
+    Contact contact = before;
+    touch(body.view, contact, x.data(), hand.out, tangent);
+    EXPECT_LT(contact.damage_share, 1);
+    // Where something slips, the share of the force is differentiated as if it stuck.
+    const double lost_J = contact.ledger.dissipated_J - before.ledger.dissipated_J;
+    const bool is_told = i > 1 && hand.out.state == ContactState::stick &&
+                         std::abs(lost_J) < 1e-12 * hand.out.stored_J;
+    for (int k = 0; k < 3 && is_told; ++k) {
+      const Vec3 rough = slope(k, 1e-8), fine = slope(k, 3e-9);
+      if ((rough - fine).norm() > 1e-5 * fine.norm()) continue;  // a ring begins to slip between
+      ++checked;
+      EXPECT_LT((Vec3(tangent[k], tangent[3 + k], tangent[6 + k]) - fine).norm(),
+                1e-4 * (1 + fine.norm()))
+          << "tick " << i << " axis " << k;
+    }
+    body.memory = saved;
+    hand.contact = before;
+    hand.go(x);
+  }
+  EXPECT_GT(checked, 100);
+}
+
+TEST(damage, numbers_that_damage_cannot_follow_are_refused) {
+  const Model model = softening(plate());
+  for (const double bad : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN(), 1e9})
+    for (const int number : {0, 3, 5}) {
+      if (number == 3 && bad == 0) continue;  // no reach is one
+      if (number == 5 && bad == 0) continue;
+      AssetBytes bytes = make_asset_bytes(model, {});
+      std::memcpy(bytes.data() + bytes.size() - sizeof(runtime::DamageBlock) + 8 * number, &bad, 8);
+      runtime::Header header;
+      std::memcpy(&header, bytes.data(), sizeof header);
+      header.checksum = runtime::asset_checksum(bytes.data(), bytes.size());
+      std::memcpy(bytes.data(), &header, sizeof header);
+      Status status;
+      Asset::open(bytes.data(), bytes.size(), &status);
+      EXPECT_EQ(status, Status::numbers_wrong) << bad << " at " << number;
+    }
+}
+
+TEST(damage, the_c_interface_starts_opens_and_ticks_a_body) {
+  const Loaded loaded = load(softening(plate()));
+  palpate_asset asset, body;
+  ASSERT_EQ(palpate_open(&asset, loaded.bytes.data(), loaded.bytes.size()), PALPATE_OK);
+  palpate_info info;
+  palpate_describe(&asset, &info);
+  EXPECT_EQ(info.softens, 1);
+  std::vector<std::uint64_t> memory(palpate_body_bytes(&asset) / 8);
+  ASSERT_FALSE(memory.empty());
+  const std::uint64_t size = 8 * memory.size();
+  EXPECT_EQ(palpate_body_open(&body, &asset, memory.data(), size), PALPATE_BODY_WRONG);
+  EXPECT_EQ(palpate_body_start(&asset, memory.data(), size - 8), PALPATE_BODY_WRONG);
+  EXPECT_EQ(palpate_body_start(&asset, nullptr, size), PALPATE_NULL_ARGUMENT);
+  ASSERT_EQ(palpate_body_start(&asset, memory.data(), size), PALPATE_OK);
+  ASSERT_EQ(palpate_body_open(&body, &asset, memory.data(), size), PALPATE_OK);
+  palpate_contact contact;
+  const palpate_tool tool = palpate_tip();
+  palpate_start(&contact, &tool);
+  palpate_output out;
+  double way_in_N = 0;
+  for (int k = -10; k <= 70; ++k) {
+    const palpate_input in = palpate_input_at(1e-3, 7e-4, -1e-4 * (k <= 40 ? k : 80 - k));
+    ASSERT_EQ(palpate_tick(&body, &contact, &in, &out), PALPATE_OK);
+    if (k == 20) way_in_N = out.force_on_tool_N[2];
+    if (k == 60) {
+      EXPECT_LT(out.force_on_tool_N[2], 0.7 * way_in_N);
+    }
+  }
+  const Loaded plain = load(softening(plate(), {}));
+  palpate_open(&asset, plain.bytes.data(), plain.bytes.size());
+  EXPECT_EQ(palpate_body_bytes(&asset), 0u);
+  EXPECT_STREQ(palpate_sentence(PALPATE_BODY_WRONG),
+               "The bytes are no body of this asset, or the asset does not soften.");
+}
+
+}  // namespace
+}  // namespace palpate::test
