@@ -111,8 +111,7 @@ TEST(statement, torques_are_read_back_said_in_newton_millimetres_and_left_out_of
   ASSERT_EQ(back.torque.size(), 2u);
   EXPECT_EQ(back.torque[1].name, "oblique");
   EXPECT_NEAR(back.torque[1].max_Nm, 6e-4, 1e-15);
-  EXPECT_NE(in_words(back).find("0.10 Nmm   2.0 %  0.20 Nmm"), std::string::npos)
-      << in_words(back);
+  EXPECT_NE(in_words(back).find("0.10 Nmm   2.0 %  0.20 Nmm"), std::string::npos) << in_words(back);
   EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
 }
 
