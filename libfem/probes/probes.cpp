@@ -59,6 +59,9 @@ constexpr std::array<ShapeRow, 6> kShapes{{
     shape_row<MeshShape>("mesh", "a closed triangle mesh from a file", false, true),
 }};
 
+/// Element size under the edge of a rod that leans, over that along the drags of one that does not.
+constexpr double kTiltedEdge = 0.5;
+
 std::string unit_of(Dimension dimension) { return dimension == Dimension::angle ? "rad" : "m"; }
 
 const ProbeParameter* find_parameter(const ShapeRow& row, std::string_view key) {
@@ -179,6 +182,74 @@ Probe make_probe(const ProbeSpec& spec, const std::string& where) {
   if (!refusal.empty()) throw Error(where, refusal, "Correct the numbers of the probe.");
   probe.ball = row.bounding_ball(probe.geometry);
   return pressed_to(std::move(probe), 0);
+}
+
+// A rod touches with its edge first, whose pressure is as narrow as a contact with it is.
+double Probe::mesh_length_m(double depth_m) const {
+  const double upright = shape->mesh_length_m(geometry, depth_m);
+  return leans && shape->edge_ring_m(geometry) > 0 ? kTiltedEdge * upright : upright;
+}
+
+// From the point of first touch across the tool to where it is that deep.
+double Probe::contact_reach_m(double depth_m) const {
+  const double upright = shape->contact_reach_m(geometry, depth_m);
+  if (!leans || !(shape->edge_ring_m(geometry) > 0)) return upright;
+  const double sine = (turn - Mat3::Identity()).norm() / std::sqrt(2.0);  // 2 sin(tilt / 2)
+  return std::min(2 * upright, upright * kTiltedEdge + depth_m / std::max(sine, 1e-9));
+}
+
+namespace {
+
+// The foremost point of a convex shape along `way`, in its own axes: the nearest to a place far
+// out; twice, as the first sees the shape under an angle of its width over the distance.
+std::optional<Vec3> foremost(const Probe& probe, const Vec3& axis, const Vec3& way) {
+  constexpr double kFar = 1e6, kNear = 1e2;  // of the tool's width
+  const double width = std::max(probe.half_width_m, probe.length_m);
+  Vec3 nearest = Vec3::Zero();
+  for (int look = 0; look < 2; ++look) {
+    const Vec3 far = nearest + kFar * width * way;
+    const SignedDistance at = probe.shape->signed_distance(probe.geometry, axis, far);
+    nearest = far - at.distance_m * at.gradient;
+    if (!(nearest.norm() < kNear * width)) return std::nullopt;
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std::string& where) {
+  if (!(lean.norm() > 0)) return upright;
+  Probe out = upright;
+  out.turn = tilt_turn(axis, lean);
+  if (!upright.shape->is_axisymmetric) {  // its own axes turn; its row knows the rest
+    const Mat3 frame = probe_frame(axis, out.geometry.heading);
+    out.geometry.turn = frame.transpose() * out.turn * frame * out.geometry.turn;
+    out.turn.setIdentity();
+    const std::string refusal = out.shape->complete(out.geometry);
+    if (!refusal.empty()) throw Error(where, refusal, "Tilt the tool less.");
+    out.ball = out.shape->bounding_ball(out.geometry);
+    return pressed_to(std::move(out), 0);
+  }
+  const std::optional<Vec3> point = foremost(upright, axis, out.turn.transpose() * axis);
+  if (!point)
+    throw Error(where,
+                "a " + std::string(upright.shape->name) +
+                    " that leans so far touches with "
+                    "its side first",
+                "Tilt the tool less.");
+  out.leans = true;
+  out.touch = out.turn * *point;
+  return out;
+}
+
+double round_end_m(const Probe& probe) {
+  const std::string_view shape = probe.shape->name;
+  const std::array<double, 4>& number = probe.geometry.number;
+  if (shape == "sphere") return SphereShape::radius_m(probe.geometry);
+  if (shape == "cone") return ConeShape::tip_radius_m(probe.geometry);
+  if (shape == "flat" && number[0] == number[1]) return number[0];
+  const bool is_upright = std::abs(std::abs(CapsuleShape::inward(probe.geometry).z()) - 1) < 1e-9;
+  return shape == "capsule" && is_upright ? number[0] : 0;
 }
 
 Probe pressed_to(Probe probe, double depth_m) {

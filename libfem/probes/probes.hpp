@@ -12,6 +12,7 @@
 
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
+#include "libfit/core/tilt.hpp"
 #include "libfit/core/units.hpp"
 
 namespace palpate::fem {
@@ -108,13 +109,23 @@ struct Probe {
   double length_m = 0;
   double half_width_m = 0;
   double friction = 0;
+  /// Of a tool that leans and is round about its axis (tilted()): its turn in the body's axes, and
+  /// the reference point from the point that touches a flat surface first when it is upright.
+  Mat3 turn = Mat3::Identity();
+  Vec3 touch = Vec3::Zero();
+  bool leans = false;
 
   SignedDistance distance(const Vec3& axis, const Vec3& offset) const {
-    return shape->signed_distance(geometry, axis, offset);
+    if (!leans) return shape->signed_distance(geometry, axis, offset);
+    SignedDistance out =
+        shape->signed_distance(geometry, axis, turn.transpose() * (offset + touch));
+    out.gradient = turn * out.gradient;
+    out.hessian = turn * out.hessian * turn.transpose();
+    return out;
   }
   /// A lower bound of the signed distance that costs little.
   double min_distance_m(const Vec3& axis, const Vec3& offset) const {
-    if (ball.radius_m < std::numeric_limits<double>::infinity())
+    if (!leans && ball.radius_m < std::numeric_limits<double>::infinity())
       return (offset - ball.along_axis_m * axis).norm() - ball.radius_m;
     return distance(axis, offset).distance_m;
   }
@@ -124,20 +135,30 @@ struct Probe {
     return shape->contact_radius_m(geometry, depth_m);
   }
   /// The length that element sizes are given in: the contact radius of round shapes.
-  double mesh_length_m(double depth_m) const { return shape->mesh_length_m(geometry, depth_m); }
+  double mesh_length_m(double depth_m) const;
   /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a
   /// point.
   Vec3 contact_line_m(const Vec3& axis) const;
   /// Radius of the edge about the axis at which pressure is all but singular; 0 for shapes without.
-  double edge_ring_m() const { return shape->edge_ring_m(geometry); }
+  double edge_ring_m() const { return leans ? 0 : shape->edge_ring_m(geometry); }
   /// How far from there the mesh has to be that fine: the contact radius of round shapes.
-  double contact_reach_m(double depth_m) const { return shape->contact_reach_m(geometry, depth_m); }
+  double contact_reach_m(double depth_m) const;
 };
 
 /// Looks the shape up and checks its numbers; length_m is the tip's radius. Throws Error at
 /// `where` when the shape or a key is unknown, a key is missing or a value cannot be used, the
 /// friction is negative, or a mesh is open, not manifold, inside out or without volume.
 Probe make_probe(const ProbeSpec& spec, const std::string& where);
+
+/// The same tool as it leans at a place whose inward unit normal is `axis` (M58c). Its reference
+/// point is the point that then touches a flat surface first; torques are about it. `axis` stays
+/// what it is presses along. Throws Error at `where` where no point of the tool does: the flank of
+/// a cone, the shaft of a rod.
+Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std::string& where);
+
+/// Radius of the ball that a tool which is round about its axis ends with [m]; 0 where it ends with
+/// none, or is not round (a lying capsule, an ellipsoid, a mesh, a rod that is not rounded whole).
+double round_end_m(const Probe& probe);
 
 /// The same probe for presses down to depth_m: length_m becomes a(d)^2 / d with the contact radius
 /// a (R for a ball), at least the tip's radius and at most the half width. A ball keeps R and a

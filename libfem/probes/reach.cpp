@@ -37,8 +37,9 @@ ToolReach::ToolReach(const Surface& closed, Probe probe, double tolerance_m)
       tolerance_m_(tolerance_m),
       resolution_m_(kResolution * tolerance_m) {}
 
-double ToolReach::overlap_with_triangle_m(const Vec3& position, const Vec3& inward,
-                                          std::int32_t triangle, double least_m) const {
+double ToolReach::overlap_with_triangle_m(const Probe& probe, const Vec3& position,
+                                          const Vec3& inward, std::int32_t triangle,
+                                          double least_m) const {
   std::vector<std::array<Vec3, 3>> parts{{surface_.vertices.row(surface_.triangles(triangle, 0)),
                                           surface_.vertices.row(surface_.triangles(triangle, 1)),
                                           surface_.vertices.row(surface_.triangles(triangle, 2))}};
@@ -48,13 +49,13 @@ double ToolReach::overlap_with_triangle_m(const Vec3& position, const Vec3& inwa
     const Vec3 middle = (a + b + c) / 3;
     const double radius = std::sqrt(std::max(
         {(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
-    if (-probe_.min_distance_m(inward, middle - position) + radius <= least_m + resolution_m_)
+    if (-probe.min_distance_m(inward, middle - position) + radius <= least_m + resolution_m_)
       continue;
-    const SignedDistance at = probe_.distance(inward, middle - position);
+    const SignedDistance at = probe.distance(inward, middle - position);
     least_m = std::max(least_m, -at.distance_m);
     // A distance changes by no more than the way; that to a convex shape by no less than its slope.
     double fall = radius;
-    if (!probe_.shape->takes_mesh && at.gradient.squaredNorm() > 0.5)
+    if (!probe.shape->takes_mesh && at.gradient.squaredNorm() > 0.5)
       fall = std::max(
           {at.gradient.dot(middle - a), at.gradient.dot(middle - b), at.gradient.dot(middle - c)});
     if (fall - at.distance_m <= least_m + resolution_m_) continue;
@@ -71,22 +72,26 @@ double ToolReach::overlap_with_triangle_m(const Vec3& position, const Vec3& inwa
   return least_m;
 }
 
-double ToolReach::overlap_m(const Vec3& position, const Vec3& inward) const {
+double ToolReach::overlap_m(const Vec3& position, const Vec3& inward, const Lean& lean) const {
+  const Probe leaning = lean.isZero() ? Probe() : tilted(probe_, inward, lean, "[probe]");
+  const Probe& probe = lean.isZero() ? probe_ : leaning;
   // A place within the tool: its middle, or just behind the tip. How deep it lies in the tool and
   // in the body is a lower bound, and exact of a ball's middle.
-  Vec3 core = probe_.ball.along_axis_m * inward;
-  if (!std::isfinite(probe_.ball.radius_m) ||
-      !(probe_.distance(inward, core).distance_m < -tolerance_m_))
+  Vec3 core = probe.ball.along_axis_m * inward;
+  if (probe.leans || !std::isfinite(probe.ball.radius_m) ||
+      !(probe.distance(inward, core).distance_m < -tolerance_m_))
     core = -2 * tolerance_m_ * inward;
-  const double depth_in_tool = -probe_.distance(inward, core).distance_m;
+  const double depth_in_tool = -probe.distance(inward, core).distance_m;
   const double to_surface = closest_point(surface_, boxes_, position + core)->distance_m;
   const bool is_in_body = is_inside(surface_, boxes_, position + core);
   double overlap = std::max(0.0, depth_in_tool + (is_in_body ? to_surface : -to_surface));
   boxes_.visit_where(
       [&](const Vec3& centre, double radius) {
-        return radius - probe_.min_distance_m(inward, centre - position) > overlap + resolution_m_;
+        return radius - probe.min_distance_m(inward, centre - position) > overlap + resolution_m_;
       },
-      [&](std::int32_t f) { overlap = overlap_with_triangle_m(position, inward, f, overlap); });
+      [&](std::int32_t f) {
+        overlap = overlap_with_triangle_m(probe, position, inward, f, overlap);
+      });
   return overlap;
 }
 

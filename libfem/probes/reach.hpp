@@ -21,10 +21,10 @@ class ToolReach {
   /// body: the deepest that a point of the body's surface lies in the tool, to a quarter of the
   /// tolerance, by branch and bound over the triangles; or, if that is more, how deep the tool's
   /// middle lies in both. Of a ball this is its radius less the signed distance of its centre. 0
-  /// where it cuts nothing. Any shape, exact as its signed distance.
-  double overlap_m(const Vec3& position, const Vec3& inward) const;
-  bool is_free(const Vec3& position, const Vec3& inward) const {
-    return overlap_m(position, inward) <= tolerance_m_;
+  /// where it cuts nothing. Any shape, exact as its signed distance. lean: of the tool (tilted()).
+  double overlap_m(const Vec3& position, const Vec3& inward, const Lean& lean = Lean::Zero()) const;
+  bool is_free(const Vec3& position, const Vec3& inward, const Lean& lean = Lean::Zero()) const {
+    return overlap_m(position, inward, lean) <= tolerance_m_;
   }
 
   /// Per vertex, of those that are candidates: 1 where the tool is free and has a way in. Patches
@@ -38,8 +38,8 @@ class ToolReach {
                              std::vector<double>* overlap_m = nullptr) const;
 
  private:
-  double overlap_with_triangle_m(const Vec3& position, const Vec3& inward, std::int32_t triangle,
-                                 double least_m) const;
+  double overlap_with_triangle_m(const Probe& probe, const Vec3& position, const Vec3& inward,
+                                 std::int32_t triangle, double least_m) const;
   double ball_radius_m() const { return std::min(probe_.length_m, probe_.half_width_m); }
   bool passes(Vec3 centre, const Vec3& way, double length_m) const;
   bool has_way_out(const std::vector<Vec3>& centres, const std::vector<Vec3>& outside) const;

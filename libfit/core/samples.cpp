@@ -63,11 +63,14 @@ void append_row(Samples& to, const Samples& from, Eigen::Index row, std::int32_t
   to.torque.row(at) = from.torque.row(row);
   to.force_error[at] = from.force_error[row];
   if (to.time_s.size() > 0) to.time_s[at] = from.time_s[row];
+  if (to.lean.rows() > 0) to.lean.row(at) = from.lean.row(row);
   if (to.surface.cols() > 0) to.surface.row(at) = from.surface.row(row);
 }
 
-void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_columns, bool has_time) {
+void resize_rows(Samples& samples, Eigen::Index rows, Eigen::Index surface_columns, bool has_time,
+                 bool leans) {
   samples.time_s.conservativeResize(has_time ? rows : 0);
+  samples.lean.conservativeResize(leans ? rows : 0, 2);
   samples.surface.conservativeResize(surface_columns > 0 ? rows : 0, surface_columns);
   samples.deflection.conservativeResize(rows, 3);
   samples.force.conservativeResize(rows, 3);
@@ -108,7 +111,7 @@ Samples take_points(const Samples& from, const TestPoints& wanted, int per_point
   out.point_normal = wanted.normal;
   out.point_name = wanted.name;
   out.point_normal_gradient.setZero(wanted.position.rows(), 9);
-  resize_rows(out, rows, from.surface.cols(), from.time_s.size() > 0);
+  resize_rows(out, rows, from.surface.cols(), from.time_s.size() > 0, from.lean.rows() > 0);
   out.relaxation = from.relaxation;
   for (Eigen::Index p = 0; p < from.points(); ++p)
     if (new_number[static_cast<std::size_t>(p)] >= 0 && from.point_normal_gradient.rows() != 0)
@@ -152,7 +155,8 @@ Samples joined(const Samples& first, const Samples& second, int per_point) {
   resize_rows(
       out, first.rows() + second.rows(),
       lacks(first) || lacks(second) ? 0 : std::max(first.surface.cols(), second.surface.cols()),
-      first.time_s.size() > 0 && second.time_s.size() > 0);
+      first.time_s.size() > 0 && second.time_s.size() > 0,
+      first.lean.rows() > 0 && second.lean.rows() > 0);
   out.step_check.resize(out.point.size(), StepCheck::none);  // where nothing was checked in `first`
   for (Eigen::Index row = 0; row < second.rows(); ++row)
     append_row(out, second, row,

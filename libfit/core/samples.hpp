@@ -12,6 +12,7 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
+#include "libfit/core/tilt.hpp"
 
 namespace palpate {
 
@@ -133,17 +134,20 @@ struct Samples {
   double poisson = std::numeric_limits<double>::quiet_NaN();  ///< of the body; NaN where unknown
   Relaxation relaxation;  ///< of the body, where it is known; rows without time do not feel it
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
+  /// N x 2, how the tool leans (docs/method.md, section 27); nothing where it is upright in all.
+  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
 
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }
 };
 
 /// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
-/// when it is there, as of Samples; empty: in slow motion.
+/// when it is there, as of Samples; empty: in slow motion. lean: all along.
 struct ToolPath {
   int point = 0;
   Points deflections;
   Eigen::VectorXd time_s = {};  ///< N [s] since first touch; empty: slow motion
+  Lean lean = Lean::Zero();
 };
 
 /// What is simulated at a test point.

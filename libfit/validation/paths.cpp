@@ -127,6 +127,7 @@ std::vector<std::pair<double, double>> depth_and_travel(PathKind kind, double de
       for (int k = 1; k <= kBackRows; ++k)
         rows.emplace_back(depth, drag - drag * (1 + kBeyond) * k / kBackRows);
       break;
+    case PathKind::tilting:  // its motion is of another kind
     case PathKind::wandering:
       break;  // leaves the plane: wandering_path
   }
@@ -193,28 +194,39 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
 }  // namespace
 
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
+  constexpr int kKinds = static_cast<int>(kUprightKinds);
   const ReachableArea area = reachable_area(body);
   const Reach reach(body);
   const Points outward = vertex_normals(body.surface);
+  const int all = points + (range.tilt_rad > 0 ? (points + kKinds - 1) / kKinds : 0);
   Uniform uniform(seed);
   HeldOut out;
   out.points.triangles.resize(0, 3);
-  out.points.position.resize(points, 3);
-  out.points.normal.resize(points, 3);
-  for (int i = 0; i < points; ++i) {
+  out.points.position.resize(all, 3);
+  out.points.normal.resize(all, 3);
+  for (int i = 0; i < all; ++i) {
+    const bool tilts = i >= points;
+    const auto kind = tilts ? PathKind::tilting : static_cast<PathKind>(i % kKinds);
     Vec3 position, normal;
+    Lean lean = Lean::Zero();
+    const auto can_touch = [&] {
+      return tilts ? !range.can_lean || range.can_lean(position, normal, lean)
+                   : !range.can_touch || range.can_touch(position, normal);
+    };
     int draws = 0;
     do {
       if (draws++ == kMaxDraws)
         throw Error("validate", "the tool can touch at no point of the region that was drawn",
                     "Widen the region of [experiments], or take a smaller tool.");
       std::tie(position, normal) = draw_point(body, area, outward, uniform);
-    } while (range.can_touch && !range.can_touch(position, normal));
+      if (tilts) lean = lean_of(uniform(0, range.tilt_rad), uniform(0, 2 * std::numbers::pi));
+    } while (!can_touch());
+    const PathKind motion = !tilts ? kind : i % 2 == 0 ? PathKind::straight : PathKind::sliding;
     out.points.position.row(i) = position;
     out.points.normal.row(i) = normal;
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
-    out.kind.push_back(static_cast<PathKind>(i % static_cast<int>(kPathKindNames.size())));
-    out.paths.push_back({i, draw_path(out.kind.back(), position, normal, range, reach, uniform)});
+    out.kind.push_back(kind);
+    out.paths.push_back({i, draw_path(motion, position, normal, range, reach, uniform), {}, lean});
   }
   return out;
 }

@@ -8,6 +8,7 @@
 
 #include "libfit/core/body.hpp"
 #include "libfit/core/samples.hpp"
+#include "libfit/core/tilt.hpp"
 
 namespace palpate::validation {
 
@@ -17,10 +18,12 @@ enum class PathKind : int {
   oblique = 1,
   sliding = 2,
   back_and_forth = 3,
-  wandering = 4
+  wandering = 4,
+  tilting = 5  ///< with a tool that leans; only where it is asked for
 };
-inline constexpr std::array<std::string_view, 5> kPathKindNames{"straight", "oblique", "sliding",
-                                                                "back_and_forth", "wandering"};
+inline constexpr std::size_t kUprightKinds = 5;
+inline constexpr std::array<std::string_view, kUprightKinds + 1> kPathKindNames{
+    "straight", "oblique", "sliding", "back_and_forth", "wandering", "tilting"};
 
 /// Experiments that no fit saw, for validation.
 struct HeldOut {
@@ -34,6 +37,9 @@ struct HeldOutRange {
   double drag_distance_m = 0;  ///< longest drag; slides reach 0.5 to 1 of it
   /// Whether the tool can touch there; another point is drawn where not. Empty: everywhere.
   std::function<bool(const Vec3& position, const Vec3& inward)> can_touch = {};
+  double tilt_rad = 0;  ///< up to which the tool leans on tilting paths; 0: there are none
+  /// The same of a tool that leans; empty: everywhere.
+  std::function<bool(const Vec3& position, const Vec3& inward, const Lean& lean)> can_lean = {};
 };
 
 /// Contact points uniform by area over triangles whose three vertices are reachable, each with one
@@ -41,9 +47,11 @@ struct HeldOutRange {
 /// to 45 degrees off the normal; a press that goes on while it slides; a press dragged there and
 /// back beyond where it began, each in a random tangential direction; a press that wanders over six
 /// random places within the drag distance, by turns retracted in part, down to 0.2 of the depth,
-/// and pressed on. Seeded, and nothing but the body counts: every asset of a body meets the same
-/// ones. Throws Error when no triangle is reachable, or the tool can touch at none of kMaxDraws
-/// points drawn one after the other.
+/// and pressed on. Tilting paths come last, at points of their own, as many as of each other kind:
+/// presses and sliding ones by turns, leaning by 0 to tilt_rad in any direction. Seeded, and
+/// nothing but the body counts: every asset of a body meets the same ones. Throws Error when no
+/// triangle is reachable, or the tool can touch at none of kMaxDraws points drawn one after the
+/// other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 
 }  // namespace palpate::validation

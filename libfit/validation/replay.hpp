@@ -6,6 +6,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/runtime/engine.hpp"
+#include "libfit/runtime/turning_tool.hpp"
 #include "libfit/validation/paths.hpp"
 #include "libfit/validation/statement.hpp"
 
@@ -21,6 +22,7 @@ struct Reference {
 /// What was answered to reference rows, row for row.
 struct Replayed {
   Points force_N;                ///< ON THE BODY; 0 where nothing was replayed
+  Points torque_Nm;              ///< of that force about the tip, where an engine answered
   std::vector<char> is_sliding;  ///< the last tick of the row slipped
   std::vector<char> is_answered;
 
@@ -34,6 +36,10 @@ void replay_path(const runtime::AssetView& asset, const Reference& reference, st
 
 /// The same of every held-out path.
 Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m);
+
+/// The same with a tool that leans as each path says, on a body that has curves at leans.
+Replayed replay_turning(const runtime::TiltedBody& body, const Reference& reference,
+                        double depth_m);
 
 /// The experiments of one point with given curves: the law of section 4 on the local quadric
 /// (docs/method.md, M11), as the fit sees it. row: of `curves`. Answers the point's good rows; of a
@@ -51,5 +57,8 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
 
 /// Mean wall time of a tick over repeated replays of all paths [ns].
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
+/// The same of a tool that turns.
+double time_turning_ticks_ns(const runtime::TiltedBody& body, const HeldOut& held_out,
+                             double depth_m);
 
 }  // namespace palpate::validation

@@ -73,6 +73,35 @@ nlohmann::ordered_json json_of(const std::vector<NamedError>& errors) {
   return json;
 }
 
+struct TorqueField {
+  std::string_view name;
+  double NamedTorque::*member;
+};
+constexpr TorqueField kTorqueFields[] = {
+    {"typical_Nm", &NamedTorque::typical_Nm}, {"median_Nm", &NamedTorque::median_Nm},
+    {"p95_Nm", &NamedTorque::p95_Nm},         {"max_Nm", &NamedTorque::max_Nm},
+    {"median_rel", &NamedTorque::median_rel}, {"p95_rel", &NamedTorque::p95_rel},
+    {"max_rel", &NamedTorque::max_rel},
+};
+
+nlohmann::ordered_json json_of(const std::vector<NamedTorque>& errors) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const NamedTorque& error : errors)
+    for (const auto& [name, member] : kTorqueFields)
+      json[error.name][std::string(name)] = error.*member;
+  return json;
+}
+
+std::vector<NamedTorque> torques(const nlohmann::ordered_json& json) {
+  std::vector<NamedTorque> errors;
+  for (const auto& [name, figures] : json.items()) {
+    errors.push_back({name});
+    for (const auto& [field, member] : kTorqueFields)
+      errors.back().*member = figures.at(std::string(field));
+  }
+  return errors;
+}
+
 std::vector<NamedError> named_errors(const nlohmann::ordered_json& json) {
   std::vector<NamedError> errors;
   for (const auto& [name, figures] : json.items()) {
@@ -128,15 +157,22 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kListFields)
     json[std::string(name)] = json_of(statement.*member);
+  json["torque_error"] = json_of(statement.torque);
+  json["turning"]["by_path"] = json_of(statement.turning);
+  json["turning"]["torque_error"] = json_of(statement.turning_torque);
+  json["turning"]["tick_ns"] = statement.turning_tick_ns;
   json["shape_error"] = json_of(statement.shape);
   return json;
 }
 
-// A line of the table: what it is of, then its share of the force and newtons, twice or thrice.
-std::string line(std::string_view name, std::initializer_list<std::pair<double, double>> figures) {
+// A line of the table: what it is of, then its share of the force and newtons (of a torque and
+// N mm), twice or thrice.
+std::string line(std::string_view name, std::initializer_list<std::pair<double, double>> figures,
+                 std::string_view unit = "N") {
   std::string text = fmt::format("  {:<21}", name);
-  for (const auto& [share, newtons] : figures)
-    text += fmt::format("{:>8} {:>7.4f} N", percent(share), newtons);
+  for (const auto& [share, number] : figures)
+    text += fmt::format("{:>8} {:>{}.{}f} {}", percent(share), number, 8 - unit.size(),
+                        unit.size() > 1 ? 2 : 4, unit);
   return text + "\n";
 }
 
@@ -145,6 +181,19 @@ std::string lines(std::string_view title, const std::vector<NamedError>& errors)
   if (!errors.empty()) text = fmt::format("{}\n", title);
   for (const NamedError& e : errors)
     text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}});
+  return text;
+}
+
+std::string lines(std::string_view title, const std::vector<NamedTorque>& errors) {
+  std::string text;
+  if (!errors.empty())
+    text = fmt::format("{:<23}{:>18}{:>18}{:>18}\n", title, "median", "p95", "max");
+  for (const NamedTorque& e : errors)
+    text += line(e.name,
+                 {{e.median_rel, 1e3 * e.median_Nm},
+                  {e.p95_rel, 1e3 * e.p95_Nm},
+                  {e.max_rel, 1e3 * e.max_Nm}},
+                 "Nmm");
   return text;
 }
 
@@ -159,6 +208,8 @@ std::string to_asset_json(const Statement& statement) {
   nlohmann::ordered_json json = json_of(statement);
   json.erase("tick_ns");
   json.erase("asset_bytes");
+  json.erase("torque_error");
+  json.erase("turning");
   return json.dump();
 }
 
@@ -212,6 +263,13 @@ Statement parse_statement(const std::string& text, const std::string& where) {
     for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
     for (const auto& [name, member] : kListFields)
       s.*member = named_errors(json.at(std::string(name)));
+    if (json.contains("torque_error")) s.torque = torques(json["torque_error"]);
+    if (json.contains("turning")) {
+      const auto& turning = json["turning"];
+      s.turning = named_errors(turning.at("by_path"));
+      s.turning_torque = torques(turning.at("torque_error"));
+      s.turning_tick_ns = turning.at("tick_ns");
+    }
     if (json.contains("shape_error")) s.shape = shape_of(json["shape_error"]);
   } catch (const nlohmann::json::exception& e) {
     throw Error(where, e.what(), "Make it again with palpate run.");
@@ -226,6 +284,9 @@ std::string in_words(const Statement& s) {
   words += line("all", {{s.median_rel, s.median_N}, {s.p95_rel, s.p95_N}, {s.max_rel, s.max_N}});
   words += lines("by path", s.by_path) + lines("by cause", s.causes) +
            lines("of what is simpler", s.baselines);
+  words += lines("torque error", s.torque) + lines("by a tool that turns", s.turning) +
+           lines("torque error of it", s.turning_torque);
+  if (s.turning_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.turning_tick_ns);
   words += fmt::format(
       "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
       "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",

@@ -24,6 +24,15 @@ struct NamedError {
   double median_rel = 0, p95_rel = 0;  ///< over rows above kForceFloor_N
 };
 
+/// Torque errors of some rows (docs/method.md, M58a): relative ones with a floor of
+/// kTorqueFloor_Nm. typical_Nm: median torque of the reference.
+struct NamedTorque {
+  std::string name;
+  double typical_Nm = 0;
+  double median_Nm = 0, p95_Nm = 0, max_Nm = 0;
+  double median_rel = 0, p95_rel = 0, max_rel = 0;
+};
+
 /// The error statement of an asset (docs/method.md, section 6).
 struct Statement {
   double median_N = 0, p95_N = 0, max_N = 0;
@@ -36,10 +45,15 @@ struct Statement {
   std::size_t reference_failures = 0;  ///< rows whose reference did not work out
   double tick_ns = 0;
   std::size_t asset_bytes = 0;
-  std::vector<NamedError> by_path;    ///< by kind of path
-  std::vector<NamedError> causes;     ///< what the error is made of; empty when not asked for
-  std::vector<NamedError> baselines;  ///< of simpler responses on the same rows
-  ShapeError shape = {};              ///< of the surface that is shown; no rows where none is
+  std::vector<NamedError> by_path;       ///< by kind of path
+  std::vector<NamedError> causes;        ///< what the error is made of; empty when not asked for
+  std::vector<NamedError> baselines;     ///< of simpler responses on the same rows
+  std::vector<NamedTorque> torque = {};  ///< of all rows, then by kind of path (torque.hpp)
+  /// The same rows by the assets of a tool that turns; nothing where there are none.
+  std::vector<NamedError> turning = {};
+  std::vector<NamedTorque> turning_torque = {};
+  double turning_tick_ns = 0;
+  ShapeError shape = {};  ///< of the surface that is shown; no rows where none is
 };
 
 /// Error figures of the rows (M11a); the other fields are the caller's. Quantiles are nearest-rank.
@@ -49,7 +63,8 @@ Statement summarize(const std::vector<ComparedRow>& rows);
 NamedError named_error(std::string name, const std::vector<ComparedRow>& rows);
 
 /// What an asset carries of its statement: all but what differs from one machine or one writing to
-/// the next (tick_ns, asset_bytes), so that the same scene gives the same bytes.
+/// the next (tick_ns, asset_bytes), so that the same scene gives the same bytes; and but for the
+/// torque of a tool that does not turn.
 std::string to_asset_json(const Statement& statement);
 
 /// The object others read (docs/formats.md); one line.

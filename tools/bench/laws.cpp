@@ -39,7 +39,7 @@ void bench_laws(const BenchRequest& request) {
       const Statement s = summarize(compare(paths, replayed.force_N, [&](Eigen::Index row) {
         const auto r = static_cast<std::size_t>(row);
         return replayed.is_answered[r] &&
-               (kind < 0 || paths.point[r] % static_cast<int>(kPathKindNames.size()) == kind);
+               (kind < 0 || paths.point[r] % static_cast<int>(kUprightKinds) == kind);
       }));
       csv.text(std::string(family.name))
           .text(std::string(name))
@@ -49,7 +49,7 @@ void bench_laws(const BenchRequest& request) {
           name, s.rows_above_floor, 100 * s.median_rel, 100 * s.p95_rel, 100 * s.max_rel);
     };
     add("all", -1);
-    for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind)
+    for (std::size_t kind = 0; kind < kUprightKinds; ++kind)
       add(kPathKindNames[kind], static_cast<int>(kind));
   }
   csv.commit();

@@ -22,10 +22,14 @@ inline constexpr double kSmallestLength = 1e-9;           // m
 inline constexpr double kSlowest = 1e-9, kFastest = 100;  // m/s; a tool in tissue
 inline constexpr int kMaxPoints = 10000;                  // as many as can be triangulated
 
+inline constexpr double kMostTilt_rad = 1.3962634015954636;    // 80 degrees
+inline constexpr double kLeastTilt_rad = 0.08726646259971648;  // 5 degrees: of curves at a lean
+
 /// What a value may be.
 struct Length {};        ///< m
 struct Speed {};         ///< m/s
 struct Duration {};      ///< s
+struct Tilt {};          ///< rad, from upright
 struct Density {};       ///< kg/m^3
 struct Acceleration {};  ///< m/s^2
 struct Number {
@@ -138,8 +142,8 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
-  auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles] =
-      section;
+  auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles,
+         tilts_rad] = section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
@@ -148,6 +152,7 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   f(Stage::simulate, "force_tolerance", force_tolerance, Number{});
   f(Stage::surface, "surface", surface, Any{});
   f(Stage::fit, "cycles", cycles, Whole{1, 1000});
+  f(Stage::tilt, "tilts", tilts_rad, Tilt{});
 }
 
 template <class Visitor>
@@ -171,13 +176,14 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
   f(Stage::validate, "force_tolerance", force_tolerance, Number{});
   f(Stage::validate, "speeds", speeds_m_s, Speed{});
   f(Stage::validate, "hold", hold_s, Duration{});
+  f(Stage::validate, "tilt", tilt_rad, Tilt{});
 }
 
 }  // namespace palpate::tools

@@ -8,6 +8,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
+#include "libfit/runtime/tilt.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"
 #include "tools/scene/toml_table.hpp"
@@ -218,6 +219,19 @@ class SectionReader {
   }
   void operator()(Stage, std::string_view key, double& value, Duration) {
     value = table_.quantity(key, Dimension::time, value, 0, runtime::kMaxRelaxation_s);
+  }
+  void operator()(Stage, std::string_view key, std::vector<double>& value, Tilt) {
+    if (!table_.has(key)) return;
+    value = table_.quantities(key, Dimension::angle, kLeastTilt_rad, kMostTilt_rad);
+    if (value.size() > runtime::kMaxTilts || !std::ranges::is_sorted(value) ||
+        std::ranges::adjacent_find(value) != value.end())
+      throw Error(
+          table_.where(key),
+          fmt::format("{} are not one to {} rising tilts", name_of(key), runtime::kMaxTilts),
+          "Write, for example, tilts = [\"25 deg\", \"50 deg\"].");
+  }
+  void operator()(Stage, std::string_view key, double& value, Tilt) {
+    value = table_.quantity(key, Dimension::angle, value, 0, kMostTilt_rad);
   }
   void operator()(Stage, std::string_view key, std::vector<double>& value, Speed) {
     if (!table_.has(key)) return;

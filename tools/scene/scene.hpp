@@ -17,7 +17,7 @@ namespace palpate::tools {
 
 /// What a setting changes first: the stage whose fingerprint it belongs to. Later stages see it
 /// through the files before them.
-enum class Stage { prepare, simulate, surface, place, fit, export_, validate };
+enum class Stage { prepare, simulate, surface, place, fit, tilt, export_, validate };
 
 // A scene.toml with its defaults filled in, SI throughout (docs/formats.md has every key).
 
@@ -73,6 +73,8 @@ struct ExperimentsSection {
   double force_tolerance = 0;  ///< force error asked of a simulated row, relative; 0: as it comes
   bool surface = true;         ///< keep how the whole surface moves, so that the asset deforms
   int cycles = 4;              ///< of a body that softens: test points pressed in and out
+  /// Presses of a tool that leans by these in three directions, so that there are curves at leans.
+  std::vector<double> tilts_rad = {};
 };
 
 struct FitSection {
@@ -98,6 +100,7 @@ struct ValidateSection {
   /// Of a body that relaxes: the paths take these speeds by turns, and end with a hold.
   std::vector<double> speeds_m_s{0.001, 0.010, 0.100};
   double hold_s = 2;
+  double tilt_rad = 0;  ///< up to which the tool leans on paths of that kind; 0: on none
 };
 
 struct Scene {

@@ -27,6 +27,7 @@
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/reach.hpp"
 #include "tools/stages/simulate.hpp"
+#include "tools/stages/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -360,6 +361,7 @@ void check_choices(const Scene& scene) {
     throw Error(file, "the scene has no [material]",
                 "Add [material] with law and its parameters, such as young and poisson.");
   fem::make_probe(scene.probe.spec, file + ": [probe]");
+  check_tilts(scene);
 }
 
 void check_experiments(const Scene& scene, const Body& body) {

@@ -17,6 +17,7 @@
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/shape.hpp"
 #include "tools/stages/simulate.hpp"
+#include "tools/stages/tilt.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {
@@ -40,6 +41,7 @@ class StageRun {
     fit();
     refine();
     export_asset();
+    tilt();
     validate();
     return result();
   }
@@ -153,10 +155,24 @@ class StageRun {
                   .engine = file("engine")});
   }
 
+  bool tilts() const { return !scene_.experiments.tilts_rad.empty(); }
+
+  void tilt() {
+    if (!tilts()) return;
+    const fs::path folder(request_.folder);
+    const std::string wanted = tilt_fingerprint(scene_, folder);
+    if (!is_stale("tilt", file("asset.tilt-0.palp"), stored_in_tilts(scene_, folder), wanted))
+      return;
+    make_tilt_assets(scene_, read_body(placed_body()),
+                     {.jobs = request_.jobs, .folder = folder, .resume = !request_.force});
+  }
+
   void validate() {
     const fs::path output = file("statement.json"), asset = file("asset.palp");
     const std::string made_from = asset_fingerprint(scene_.export_, file("model.h5"));
-    const std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
+    std::string wanted = statement_fingerprint(scene_, made_from, file("body.h5"));
+    if (tilts())
+      wanted = ContentHash().add(wanted).add(tilt_fingerprint(scene_, request_.folder)).hex();
     const auto stored = has_statement(asset) ? stored_in_json(output) : std::nullopt;
     if (!is_stale("validate", output, stored, wanted)) return;
     const Model model = read_model(file("model.h5"));
@@ -168,7 +184,8 @@ class StageRun {
                                           .reference = request_.folder,
                                           .resume = !request_.force,
                                           .curves = &curves,
-                                          .model = &model});
+                                          .model = &model,
+                                          .tilts = tilts() ? request_.folder : ""});
     state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));

@@ -15,12 +15,14 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/shape/contact_states.hpp"
 #include "libfit/validation/causes.hpp"
+#include "libfit/validation/torque.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/cycles.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/reach.hpp"
 #include "tools/stages/sample_cache.hpp"
 #include "tools/stages/simulate.hpp"
+#include "tools/stages/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -29,9 +31,10 @@ using namespace validation;
 
 void write_rows(const std::filesystem::path& path, const Reference& reference,
                 const Replayed& engine) {
-  static constexpr std::string_view kHeader[] = {"point", "path", "step", "x_m",    "y_m",  "z_m",
-                                                 "dx_m",  "dy_m", "dz_m", "fx_N",   "fy_N", "fz_N",
-                                                 "ex_N",  "ey_N", "ez_N", "error_N"};
+  static constexpr std::string_view kHeader[] = {
+      "point", "path",  "step",  "x_m",   "y_m",   "z_m",  "dx_m", "dy_m",
+      "dz_m",  "fx_N",  "fy_N",  "fz_N",  "ex_N",  "ey_N", "ez_N", "error_N",
+      "tx_Nm", "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
   CsvWriter csv(path, kHeader);
   const Samples& rows = reference.paths;
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
@@ -46,7 +49,10 @@ void write_rows(const std::filesystem::path& path, const Reference& reference,
     for (int k = 0; k < 3; ++k) csv.number(rows.deflection(row, k));
     for (int k = 0; k < 3; ++k) csv.number(force[k]);
     for (int k = 0; k < 3; ++k) csv.number(answer[k]);
-    csv.number((answer - force).norm()).end_row();
+    csv.number((answer - force).norm());
+    for (int k = 0; k < 3; ++k) csv.number(rows.torque(row, k));
+    for (int k = 0; k < 3; ++k) csv.number(engine.torque_Nm(row, k));
+    csv.end_row();
   }
   csv.commit();
 }
@@ -96,6 +102,14 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.probes = reference.held_out.paths.size();
   statement.reference_failures = static_cast<std::size_t>(reference.paths.rows()) - rows.size();
   statement.by_path = errors_by_path(reference, engine);
+  statement.torque = torque_errors(reference, engine, end_radius_m(scene));
+  if (!request.tilts.empty()) {
+    const TiltAssets tilts(scene, request.tilts);
+    const Replayed turning = replay_turning(tilts.body(), reference, depth_m);
+    statement.turning = errors_by_path(reference, turning);
+    statement.turning_torque = torque_errors(reference, turning, tilts.body().end_radius_m);
+    statement.turning_tick_ns = time_turning_ticks_ns(tilts.body(), reference.held_out, depth_m);
+  }
   if (request.settings.causes)
     statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);
   statement.baselines =
@@ -126,6 +140,7 @@ std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& hel
   for (const ToolPath& path : held_out.paths) {
     add(path.deflections);
     for (const double time_s : path.time_s) hash.add(fmt::format("{}", time_s));
+    if (!path.lean.isZero()) hash.add(fmt::format("{} {}", path.lean.x(), path.lean.y()));
   }
   return hash.hex();
 }
@@ -170,9 +185,14 @@ Reference simulate_reference(const Scene& scene, const Body& body,
   const auto can_touch = [&](const Vec3& position, const Vec3& inward) {
     return reach.is_free(position, inward);
   };
-  reference.held_out = draw_held_out(
-      body, {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m, can_touch},
-      request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
+  const auto can_lean = [&](const Vec3& position, const Vec3& inward, const Lean& lean) {
+    return reach.is_free(position, inward, lean);
+  };
+  reference.held_out =
+      draw_held_out(body,
+                    {scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m,
+                     can_touch, request.settings.tilt_rad, can_lean},
+                    request.settings.points, static_cast<std::uint64_t>(request.settings.seed));
   if (relaxes(scene)) {
     const std::vector<double>& speeds = request.settings.speeds_m_s;
     std::size_t turn = 0;

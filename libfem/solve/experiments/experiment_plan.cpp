@@ -68,9 +68,11 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   return plan;
 }
 
-ExperimentPlan path_plan(const Points& deflections, const Eigen::VectorXd& time_s,
-                         const Vec3& normal) {
+ExperimentPlan path_plan(const ToolPath& path, const Vec3& normal) {
+  const Points& deflections = path.deflections;
+  const Eigen::VectorXd& time_s = path.time_s;
   ExperimentPlan plan;
+  plan.lean = path.lean;
   plan.is_in_time = time_s.size() > 0;
   plan.paths.emplace_back();
   Vec3 before = Vec3::Zero();
@@ -81,6 +83,7 @@ ExperimentPlan path_plan(const Points& deflections, const Eigen::VectorXd& time_
     plan.depth_m = std::max(plan.depth_m, depth);
     plan.paths[0].targets.push_back(
         {here, plan.add_row(ExperimentKind::path, 0, static_cast<int>(i), here)});
+    plan.rows.back().lean = path.lean;
     if (plan.is_in_time) plan.rows.back().time_s = plan.paths[0].targets.back().time_s = time_s[i];
     const Vec3 lateral = here - depth * normal;
     plan.segments.push_back({before, lateral, std::min(depth, depth_before)});

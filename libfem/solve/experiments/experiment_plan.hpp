@@ -21,6 +21,7 @@ struct ExperimentPlan {
   std::vector<ContactSegment> segments;
   double depth_m = 0;  // deepest
   bool is_in_time = false;
+  Lean lean = Lean::Zero();  // of the tool, all along
 
   /// Appends a row and returns its number.
   int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection);
@@ -29,10 +30,8 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
-/// One experiment `path` along successive deflections (N x 3 [m]) from first touch; time_s: when,
-/// or nothing.
-ExperimentPlan path_plan(const Points& deflections, const Eigen::VectorXd& time_s,
-                         const Vec3& normal);
+/// One experiment `path` along successive deflections from first touch.
+ExperimentPlan path_plan(const ToolPath& path, const Vec3& normal);
 
 /// Of a press: the body answers as it does at first, before anything has relaxed.
 ExperimentPlan at_once(ExperimentPlan plan);

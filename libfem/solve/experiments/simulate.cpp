@@ -35,6 +35,7 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
     row.sway_m_N = symmetric_of(samples.point_sway.row(samples.point[at]));
   if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
   if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
+  if (samples.lean.rows() > 0) row.lean = samples.lean.row(i);
   if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
@@ -65,10 +66,14 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   const bool is_in_time = std::ranges::any_of(
       items, [](const auto& item) { return !item.empty() && !std::isnan(item[0].row.time_s); });
   if (is_in_time) out.time_s.resize(rows);
+  const bool leans = std::ranges::any_of(
+      items, [](const auto& item) { return !item.empty() && !item[0].row.lean.isZero(); });
+  if (leans) out.lean.resize(rows, 2);
   Eigen::Index i = 0;
   for (const auto& item : items)
     for (const SampleRow& sample : item) {
       if (is_in_time) out.time_s[i] = sample.row.time_s;
+      if (leans) out.lean.row(i) = sample.row.lean.transpose();
       out.point.push_back(sample.point);
       out.experiment.push_back(sample.experiment);
       out.kind.push_back(sample.row.kind);

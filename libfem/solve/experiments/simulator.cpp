@@ -65,6 +65,10 @@ struct Simulator::State {
                         const Fineness& fineness) const;
   std::optional<LoadedShape> bent;  // of the base mesh, about origin; where there is weight
 
+  /// As it leans in the plan.
+  Probe probe_of(const ExperimentPlan& plan, const Vec3& normal) const {
+    return tilted(probe, normal, plan.lean, "[probe]");
+  }
   Vec3 scene_place(const Vec3& x) const;
   bool unbend_at(const Vec3& position, QuadraticMesh& mesh) const;
   RegionAt region_about(const Vec3& position) const;
@@ -152,6 +156,7 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
                                         const Fineness& fineness) const {
   const SolverOptions& options = setup.options;
   const double coarsening = fineness.coarsening;
+  const Probe tool = probe_of(plan, normal);
   GradeOptions grade;
   grade.halved = fineness.halved;
   if (setup.held_at)
@@ -162,8 +167,8 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   grade.interface_share = options.interface_share;
   if (setup.region_at)
     grade.region_at = [this](const Vec3& x) { return setup.region_at(scene_place(x)); };
-  const Vec3 line = probe.contact_line_m(normal);
-  const double ring = probe.edge_ring_m();
+  const Vec3 line = tool.contact_line_m(normal);
+  const double ring = tool.edge_ring_m();
   const auto add_ring = [&](const Vec3& middle) {
     const std::vector<Vec3> out = drag_tangents(normal, kRingPieces);
     for (int k = 0; k < kRingPieces; ++k)
@@ -173,11 +178,11 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   };
   for (const ContactSegment& segment : plan.segments) {
     const double depth = std::max(segment.depth_m, options.shallowest * plan.depth_m);
-    const double radius = probe.mesh_length_m(depth);
+    const double radius = tool.mesh_length_m(depth);
     const auto add = [&](const Vec3& from, const Vec3& to) {
       grade.path.push_back({position - origin + from, position - origin + to,
                             coarsening * options.element_size * radius,
-                            probe.contact_reach_m(depth) - radius});
+                            tool.contact_reach_m(depth) - radius});
     };
     if (ring > 0 && segment.from == segment.to) {
       if (grade.path.empty()) add_ring(segment.from);  // a press begins every plan; once is enough
@@ -204,7 +209,7 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
     for (PathRow& row : out.rows) row.status = RowStatus::not_converged;
     return out;
   }
-  const Probe here = pressed_to(probe, plan.depth_m);
+  const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const std::optional<double> touch =
       first_touch_m(mesh, here, {Vec3::Zero(), normal}, 2 * here.half_width_m, here.half_width_m);
   if (!touch) {
@@ -271,7 +276,7 @@ BedAt Simulator::State::bed_about(const Vec3& position) const {
 /// A unit load, spread over the contact at the deepest depth.
 PatchResponse Simulator::State::patch_at(QuadraticMesh mesh, const ExperimentPlan& plan,
                                          const Vec3& position, const Vec3& normal) const {
-  const Probe here = pressed_to(probe, plan.depth_m);
+  const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
   const double reach_m = here.contact_reach_m(plan.depth_m);
   if (bent) {  // near enough for a tangent
     mesh.loaded = mesh.nodes;
@@ -316,9 +321,9 @@ bool Simulator::State::sees_interface(const Vec3& position, const Probe& here,
 PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& position,
                                        const Vec3& normal, const Progress& progress) const {
   const double ratio = setup.options.coarse_ratio;
-  const double min_error = sees_interface(position, pressed_to(probe, plan.depth_m), plan.depth_m)
-                               ? kMinErrorAtBorder
-                               : kMinError;
+  const Probe here = pressed_to(probe_of(plan, normal), plan.depth_m);
+  const double min_error =
+      sees_interface(position, here, plan.depth_m) ? kMinErrorAtBorder : kMinError;
   const BaseRefinement base = base_at(plan, position, normal);
   const auto recorded = [&](const MeshRun& fine, const MeshRun& coarse) {
     PointRows out;
@@ -410,8 +415,7 @@ PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                             const Progress& progress) const {
-  return state_->experiment(path_plan(path.deflections, path.time_s, normal), position, normal,
-                            progress);
+  return state_->experiment(path_plan(path, normal), position, normal, progress);
 }
 
 }  // namespace palpate::fem

@@ -79,6 +79,7 @@ struct PointRow {
   double scale = 0;              ///< Samples::point_scale of the point
   /// Since first touch; NaN in slow motion.
   double time_s = std::numeric_limits<double>::quiet_NaN();
+  Lean lean = Lean::Zero();
 };
 
 /// Largest force_error of good rows, over their force or, where that is lighter, a twentieth of the
@@ -124,7 +125,8 @@ class Simulator {
                           const Progress& progress = {}) const;
 
   /// The probe follows successive deflections from first touch: one experiment `path`; path.time_s,
-  /// where it has some, are felt by a body that relaxes, and recorded.
+  /// where it has some, are felt by a body that relaxes, and recorded. A tool that leans touches
+  /// with another point of it: from where that touches deflections count, about it torques are.
   PointRows follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                    const Progress& progress = {}) const;
 

@@ -26,7 +26,8 @@ ToolPath in_time(const ToolPath& path, double speed_m_s, double hold_s) {
   }
   ToolPath out{
       path.point, Points(static_cast<Eigen::Index>(place.size()), 3),
-      Eigen::Map<const Eigen::VectorXd>(time_s.data(), static_cast<Eigen::Index>(time_s.size()))};
+      Eigen::Map<const Eigen::VectorXd>(time_s.data(), static_cast<Eigen::Index>(time_s.size())),
+      path.lean};
   for (std::size_t i = 0; i < place.size(); ++i)
     out.deflections.row(static_cast<Eigen::Index>(i)) = place[i].transpose();
   return out;

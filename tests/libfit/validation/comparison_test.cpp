@@ -10,6 +10,7 @@
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/substitute.hpp"
+#include "libfit/validation/torque.hpp"
 #include "tools/bench/bodies.hpp"
 
 namespace palpate::validation {
@@ -88,7 +89,7 @@ TEST(HeldOut, points_lie_where_the_tool_can_touch_and_stay_where_they_all_do) {
 TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
   const HeldOut held_out = draw_held_out(cylinder_body(), kRange, 20, 1);
   for (std::size_t i = 0; i < 20; ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % kPathKindNames.size());
+    EXPECT_EQ(static_cast<std::size_t>(held_out.kind[i]), i % kUprightKinds);
     const Points& path = held_out.paths[i].deflections;
     const Vec3 normal = held_out.points.normal.row(static_cast<Eigen::Index>(i));
     const Eigen::VectorXd depth = path * normal;
@@ -127,6 +128,34 @@ TEST(HeldOut, every_kind_of_path_comes_in_turn_and_starts_inward) {
         EXPECT_GT(one.cross(other).norm(), 1e-3 * one.norm() * other.norm()) << "it turns";
         break;
       }
+    }
+  }
+}
+
+TEST(HeldOut, tilting_paths_come_last_and_change_no_other) {
+  const Body body = cylinder_body();
+  const HeldOut upright = draw_held_out(body, kRange, 12, 1);
+  HeldOutRange range = kRange;
+  range.tilt_rad = 0.8;
+  int asked = 0;
+  range.can_lean = [&](const Vec3&, const Vec3&, const Lean& lean) {
+    ++asked;
+    return lean.x() > 0;
+  };
+  const HeldOut tilting = draw_held_out(body, range, 12, 1);
+  ASSERT_EQ(tilting.paths.size(), 15u) << "a fifth, rounded up";
+  EXPECT_GT(asked, 3);
+  for (std::size_t i = 0; i < 15; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(tilting.kind[i] == PathKind::tilting, i >= 12);
+    if (i < 12) {
+      EXPECT_EQ(tilting.points.position.row(row), upright.points.position.row(row));
+      EXPECT_EQ(tilting.paths[i].deflections, upright.paths[i].deflections);
+      EXPECT_TRUE(tilting.paths[i].lean.isZero());
+    } else {
+      EXPECT_GT(tilting.paths[i].lean.x(), 0);
+      EXPECT_LT(tilting.paths[i].lean.norm(), std::sin(0.8));
+      EXPECT_GT(tilting.paths[i].deflections.rows(), 5);
     }
   }
 }
@@ -272,6 +301,71 @@ TEST_F(Substituted, a_row_that_failed_is_not_compared_and_ends_a_path_replayed_b
   Replayed by_law(reference.paths);
   replay_point(reference.paths, 0, model.curves, 500, by_law);
   EXPECT_EQ(compare(reference.paths, by_law).size(), 3u);
+}
+
+TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_without_torque) {
+  Reference reference{held_out, samples_of(body.asset, held_out), {}};
+  const Replayed engine = replay_paths(body.asset, reference, kRange.depth_m);
+  reference.paths.torque = engine.torque_Nm;
+  constexpr double kRadius_m = 0.01;
+  const auto exact = torque_errors(reference, engine, kRadius_m);
+  ASSERT_EQ(exact.size(), 6u);
+  EXPECT_EQ(exact[0].name, "all");
+  EXPECT_EQ(exact[1].name, "straight");
+  for (const NamedTorque& error : exact) EXPECT_EQ(error.max_Nm, 0) << error.name;
+  EXPECT_LT(exact[1].typical_Nm, 0.05 * exact[3].typical_Nm)
+      << "a ball pressed straight is turned by nothing, one that slides by friction";
+  const auto none = torque_errors(reference, Replayed(reference.paths), kRadius_m);
+  EXPECT_TRUE(none.empty()) << "what was not replayed is not compared";
+  Replayed numb(reference.paths);
+  numb.is_answered = engine.is_answered;
+  EXPECT_EQ(torque_errors(reference, numb, kRadius_m)[0].median_Nm,
+            torque_errors(reference, numb, kRadius_m)[0].typical_Nm);
+}
+
+TEST_F(Substituted, a_tool_that_turns_on_curves_alike_at_every_lean_answers_as_its_ball) {
+  constexpr double kRadius_m = 0.004;
+  model.probe = sphere_spec(kRadius_m);
+  const BenchAsset ball = make_bench_asset(model);
+  runtime::TiltedBody turning;
+  turning.nodes.tilts = 1;
+  turning.nodes.sine[1] = 0.5;
+  turning.end_radius_m = kRadius_m;
+  for (int node = 0; node < turning.nodes.size(); ++node) turning.node[node] = &ball.asset;
+  ASSERT_TRUE(is_tilted_body(turning));
+  for (ToolPath& path : held_out.paths) path.lean = Lean(0.1, 0.2);
+  const Reference reference{held_out, samples_of(ball.asset, held_out), {}};
+  const Replayed by_ball = replay_paths(ball.asset, reference, kRange.depth_m),
+                 by_turning = replay_turning(turning, reference, kRange.depth_m);
+  const double largest = by_ball.force_N.rowwise().norm().maxCoeff();
+  // A tip stands for the ball along the normal at first touch; facets make the difference.
+  EXPECT_LT((by_ball.force_N - by_turning.force_N).rowwise().norm().maxCoeff(), 0.05 * largest);
+  EXPECT_LT((by_ball.torque_Nm - by_turning.torque_Nm).rowwise().norm().maxCoeff(),
+            0.05 * largest * kRadius_m);
+  EXPECT_GT(largest, 0.1);
+}
+
+TEST(Torque, is_about_the_centre_of_a_ball_where_a_force_through_it_does_not_count) {
+  Reference reference;
+  reference.held_out.points.position = Points::Zero(1, 3);
+  reference.held_out.points.normal = Vec3(0, 0, 1).transpose();
+  reference.held_out.kind = {PathKind::oblique};
+  Samples& rows = reference.paths;
+  rows.point = {0};
+  rows.status = {RowStatus::good};
+  rows.deflection = Vec3(0.001, 0, 0.002).transpose();
+  rows.force = Vec3(1, 0, 5).transpose();
+  rows.torque = Vec3(0, 0.001, 0).transpose();
+  Replayed engine(rows);
+  engine.is_answered = {1};
+  const auto of_ball = compared_torques(reference, engine, 0.01, [](std::size_t) { return true; });
+  ASSERT_EQ(of_ball.size(), 1u);
+  EXPECT_LT((of_ball[0].reference_Nm - Vec3(0, 0.011, 0)).norm(), 1e-15);
+  const NamedTorque error = named_torque("ball", of_ball);
+  EXPECT_NEAR(error.max_Nm, 0.011, 1e-15);
+  EXPECT_NEAR(error.max_rel, 1, 1e-12);
+  const auto of_tip = compared_torques(reference, engine, 0, [](std::size_t) { return true; });
+  EXPECT_NEAR(named_torque("tip", of_tip).max_Nm, 0.001, 1e-15);
 }
 
 }  // namespace

@@ -97,8 +97,27 @@ TEST(statement, how_well_the_surface_is_shown_is_read_back_and_said_in_a_sentenc
       << in_words(back);
 }
 
+TEST(statement, torques_are_read_back_said_in_newton_millimetres_and_left_out_of_the_asset) {
+  Statement s = summarize({row(1, 0.02)});
+  EXPECT_EQ(in_words(s).find("torque"), std::string::npos);
+  s.torque = {{"all", 5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03},
+              {"oblique", 5e-3, 4e-4, 5e-4, 6e-4, 0.04, 0.05, 0.06}};
+  s.turning = {named_error("tilting", {row(1, 0.05)})};
+  s.turning_torque = {s.torque[0]};
+  s.turning_tick_ns = 700;
+  const Statement back = parse_statement(to_json(s), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+  EXPECT_EQ(back.turning_torque.size(), 1u);
+  ASSERT_EQ(back.torque.size(), 2u);
+  EXPECT_EQ(back.torque[1].name, "oblique");
+  EXPECT_NEAR(back.torque[1].max_Nm, 6e-4, 1e-15);
+  EXPECT_NE(in_words(back).find("0.10 Nmm   2.0 %  0.20 Nmm"), std::string::npos) << in_words(back);
+  EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
+}
+
 TEST(statement, words_fit_eighty_columns) {
   Statement s = summarize({row(1, 0.02), row(200, 150)});
+  s.torque = {{"back_and_forth", 5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2}};
   s.probes = 1000;
   s.rows = 123456;
   s.reference_failures = 10000;

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "libfit/core/geometry.hpp"
+
+namespace palpate {
+
+/// How a tool leans: sin(tilt) times the direction that its shaft leans to, in tilt_frame(). Zero
+/// is upright, its axis along the normal; shorter than 1.
+using Lean = Eigen::Vector2d;
+
+inline Lean lean_of(double tilt_rad, double direction_rad) {
+  return std::sin(tilt_rad) * Lean(std::cos(direction_rad), std::sin(direction_rad));
+}
+
+/// Columns: the two tangents that leans are given in, and the inward unit normal u. The least turn
+/// from z to the outward normal takes x and y there (M58b), so the tangents change smoothly over a
+/// body but where its outward normal is -z.
+inline Mat3 tilt_frame(const Vec3& inward) {
+  const Vec3 n = -inward;
+  const Vec3 middle = n + Vec3::UnitZ();
+  Mat3 frame;
+  frame.col(0) =
+      middle.z() > 1e-9 ? Vec3(Vec3::UnitX() - n.x() / middle.z() * middle) : Vec3(Vec3::UnitX());
+  frame.col(1) = n.cross(frame.col(0));
+  frame.col(2) = inward;
+  return frame;
+}
+
+/// The turn, in the body's axes, of a tool that stands upright to one that leans (M58c).
+inline Mat3 tilt_turn(const Vec3& inward, const Lean& lean) {
+  const double sine = lean.norm();
+  if (!(sine > 0)) return Mat3::Identity();
+  const Vec3 towards = tilt_frame(inward).leftCols<2>() * (lean / sine);
+  return Eigen::AngleAxisd(std::asin(std::min(sine, 1.0)), Vec3((-inward).cross(towards)))
+      .toRotationMatrix();
+}
+
+}  // namespace palpate

@@ -1,0 +1,77 @@
+// Presses with a tool that leans. What they store over the tilt: validation_tilt_test.cpp.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "block.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
+
+namespace palpate::fem {
+namespace {
+
+constexpr double kDeg = 0.017453292519943295;
+const Vec3 kInward = -Vec3::UnitZ();
+constexpr double kRadius_m = 0.006, kEdge_m = 0.002, kDepth_m = 0.004;
+constexpr int kRows = 8;
+
+SimulationSetup rod_setup(double friction) {
+  SimulationSetup setup = block_setup(friction);
+  setup.probe = {};
+  setup.probe.shape = "flat";
+  setup.probe.values["radius"] = {kRadius_m};
+  setup.probe.values["edge_radius"] = {kEdge_m};
+  setup.probe.friction = friction;
+  return setup;
+}
+
+PointRows press(const Simulator& simulator, const Lean& lean) {
+  ToolPath path;
+  path.deflections.resize(kRows, 3);
+  for (int i = 0; i < kRows; ++i)
+    path.deflections.row(i) = kDepth_m * (i + 1) / kRows * kInward.transpose();
+  path.lean = lean;
+  return simulator.follow(block_top(), kInward, path);
+}
+
+TEST(TiltedPress, rows_say_how_the_tool_leans) {
+  const Simulator simulator(rod_setup(0.3));
+  TestPoints points;
+  points.position = block_top().transpose();
+  points.normal = kInward.transpose();
+  points.name = {"p"};
+  Points deflections(1, 3);
+  deflections.row(0) = 0.001 * kInward;
+  const Lean lean = lean_of(40 * kDeg, 1);
+  const Samples samples =
+      simulate_paths(simulator, points, {{0, deflections}, {0, deflections, {}, lean}});
+  ASSERT_EQ(samples.lean.rows(), 2);
+  EXPECT_EQ(samples.lean.row(0).norm(), 0);
+  EXPECT_EQ(samples.lean.row(1), lean.transpose());
+  EXPECT_EQ(samples.status[1], RowStatus::good);
+  EXPECT_LT(samples.force.row(1).norm(), 0.8 * samples.force.row(0).norm());
+  const Samples upright = simulate_paths(simulator, points, {{0, deflections}});
+  EXPECT_EQ(upright.lean.rows(), 0);
+  EXPECT_EQ(upright.force.row(0), samples.force.row(0));
+  SimulateOptions known;
+  known.already_done = samples;
+  EXPECT_EQ(
+      simulate_paths(simulator, points, {{0, deflections}, {0, deflections, {}, lean}}, known).lean,
+      samples.lean);
+}
+
+TEST(TiltedPress, a_ball_does_not_feel_how_it_leans) {
+  const Simulator simulator(block_setup(0.3));
+  const PointRows upright = press(simulator, Lean::Zero());
+  const PointRows leaning = press(simulator, lean_of(50 * kDeg, 1));
+  for (std::size_t i = 0; i < upright.rows.size(); ++i) {
+    EXPECT_LT((upright.rows[i].force - leaning.rows[i].force).norm(),
+              1e-5 * upright.rows[i].force.norm());
+    EXPECT_LT((upright.rows[i].torque - leaning.rows[i].torque).norm(),
+              1e-5 * 0.008 * upright.rows[i].force.norm());
+  }
+}
+
+}  // namespace
+}  // namespace palpate::fem
