@@ -244,15 +244,19 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
 
-/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in memory
-   of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on the
-   asset itself is that of a body that nothing damages.
+/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in
+   memory of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on
+   the asset itself is that of a body that nothing damages.
+
    palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or does not
    soften. palpate_body_start: a new body in it. palpate_body_open: *opened is the asset with this
    body, to be used in place of the asset; ticks on it write to the memory, so contacts of one body
-   belong to one thread. The bytes are plain and may be copied at any time between ticks to save
-   them, and put back: what is opened on them goes on from there. After a restart open them again;
-   that checks them, and is safe on hostile bytes.
+   belong to one thread.
+
+   The bytes are plain and may be copied at any time between ticks to save them, and put back: what
+   is opened on them goes on from there. After a restart open them again; that checks them, and is
+   safe on hostile bytes.
+
    PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_BODY_WRONG. */
 PALPATE_API uint64_t palpate_body_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;
 PALPATE_API palpate_status palpate_body_start(const palpate_asset* asset, void* body,

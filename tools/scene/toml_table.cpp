@@ -38,12 +38,14 @@ std::string kind_of(const toml::node& node) {
 namespace {
 
 // Offset of a character that is not ASCII where TOML has none: outside strings and comments, or
-// behind a backslash and blanks. toml++ 3 is undefined there (its tables of blanks have a hole), so
-// it is not asked. npos where there is none; a byte order mark at the beginning is none.
+// behind a backslash and blanks. A quote in the middle of a word begins no string. toml++ 3 is
+// undefined there (its tables of blanks have a hole), so it is not asked. npos where there is none;
+// a byte order mark at the beginning is none.
 std::size_t misplaced_character(std::string_view text) {
   constexpr std::string_view kQuotes[] = {"\"\"\"", "'''", "\"", "'"};
   std::string_view open;  // of the string we are in
   bool is_comment = false, is_escaped = false;
+  char last = '\n';  // but for blanks, outside strings
   for (std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0; i < text.size(); ++i) {
     const char c = text[i];
     const bool is_ascii = static_cast<unsigned char>(c) < 0x80, is_blank = c == ' ' || c == '\t';
@@ -54,6 +56,7 @@ std::size_t misplaced_character(std::string_view text) {
     }
     if (c == '\n') {
       is_comment = false;
+      last = '\n';
       if (open.size() == 1) open = {};  // an error, which toml++ tells
     } else if (!open.empty()) {
       if (text.substr(i).starts_with(open)) {
@@ -62,16 +65,19 @@ std::size_t misplaced_character(std::string_view text) {
              ++more)
           ++i;  // quotes that the string ends with
         open = {};
+        last = '"';
       } else {
         is_escaped = c == '\\' && open[0] == '"';
       }
     } else if (!is_comment) {
       is_comment = c == '#';
+      const bool may_open = std::string_view("\n=[,{.").find(last) != std::string_view::npos;
       for (const std::string_view quotes : kQuotes)
-        if (open.empty() && text.substr(i).starts_with(quotes)) {
+        if (may_open && open.empty() && text.substr(i).starts_with(quotes)) {
           open = quotes;
           i += quotes.size() - 1;
         }
+      if (!is_blank && c != '\r') last = c;
     }
   }
   return std::string_view::npos;
