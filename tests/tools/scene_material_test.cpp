@@ -155,7 +155,7 @@ TEST(SceneMaterial, unknown_laws_and_keys_are_refused_with_the_nearest) {
                    "  Did you mean \"mooney-rivlin\"? Known: neo-hookean,");
   EXPECT_EQ(error_of("law = 'mooney-rivlin'\nc1O = '1 kPa'\nc01 = '1 kPa'"),
             "s.toml:6:1: [material] has no key \"c1O\"\n"
-            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson, relaxation.");
+            "  Did you mean \"c10\"? Known: bulk, c01, c10, law, poisson, relaxation, softening.");
   expect_beginning(error_of("law = 'mooney-rivlin'\nyoung = '1 kPa'"),
                    "s.toml:6:1: [material] has no key \"young\"");
 }
