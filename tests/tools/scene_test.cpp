@@ -205,13 +205,14 @@ TEST(Toml, characters_that_are_not_ascii_stand_in_quotes_and_comments_alone) {
        {"# " + u + "\na = \"" + u + "\" # '" + u, "\xEF\xBB\xBF" + std::string("a = 1"),
         "a = '" + u + "\\'\nb = \"\\\"" + u + "\"", "\"" + u + "\" = 1",
         "a = \"\"\"\n" + u + " \\\" \\\n  x" + u + "\"\"\"\"\nb = '''" + u + "\n'''",
-        "a = \"\" # " + u})
+        "a = \"\" # " + u, "a.\"" + u + "\" = [ \"" + u + "\",\n '" + u + "' ]"})
     EXPECT_EQ(refusal(good), "") << good;
   EXPECT_EQ(refusal("b = 1\na" + u + " = 1"), "a.toml:2:2" + fact);
   EXPECT_EQ(refusal("a\xC2\xA0= 1"), "a.toml:1:2" + fact);
   EXPECT_EQ(refusal("a = 1\xEF\xBB\xBF"), "a.toml:1:6" + fact);
   EXPECT_EQ(refusal("a = \"\"\"x \\\n " + u + "\"\"\""), "a.toml:2:2" + fact);
   EXPECT_EQ(refusal("a = \"\\" + u + "\""), "a.toml:1:7" + fact);
+  EXPECT_EQ(refusal("a = 0\"t" + u + "\""), "a.toml:1:8" + fact);
 }
 
 }  // namespace

@@ -228,7 +228,6 @@ void make_tilt_assets(const Scene& scene, const Body& body, const TiltRequest& r
     export_model(model, asset_path(folder, node), "palp",
                  {.settings = scene.export_,
                   .fingerprint = fingerprint,
-                  .statement = {},
                   .jobs = request.jobs,
                   .engine = {}});
   }
