@@ -1,5 +1,6 @@
 // `palpate report --figures`: the SVG is read back, and what is drawn is what the run left.
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -173,10 +174,20 @@ TEST_F(Figures, error_shows_every_held_out_row_and_the_shares_of_the_statement) 
   std::istringstream rows(content_of(path("out/validation.csv")));
   std::string line;
   std::getline(rows, line);
+  const auto fields_of = [](const std::string& text) {
+    std::vector<std::string> fields;
+    std::istringstream stream(text);
+    for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+    return fields;
+  };
+  const std::vector<std::string> header = fields_of(line);
+  const auto error =
+      static_cast<std::size_t>(std::find(header.begin(), header.end(), "error_N") - header.begin());
+  ASSERT_LT(error, header.size());
   std::map<std::string, std::vector<double>> errors_N;
   while (std::getline(rows, line)) {
-    const std::string path = line.substr(line.find(',') + 1);
-    errors_N[path.substr(0, path.find(','))].push_back(std::stod(line.substr(line.rfind(',') + 1)));
+    const std::vector<std::string> fields = fields_of(line);
+    errors_N[fields[1]].push_back(std::stod(fields[error]));
   }
   ASSERT_FALSE(errors_N.empty());
   for (const auto& [name, errors] : errors_N) {
