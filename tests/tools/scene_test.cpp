@@ -212,7 +212,9 @@ TEST(Toml, characters_that_are_not_ascii_stand_in_quotes_and_comments_alone) {
   EXPECT_EQ(refusal("a = 1\xEF\xBB\xBF"), "a.toml:1:6" + fact);
   EXPECT_EQ(refusal("a = \"\"\"x \\\n " + u + "\"\"\""), "a.toml:2:2" + fact);
   EXPECT_EQ(refusal("a = \"\\" + u + "\""), "a.toml:1:7" + fact);
-  EXPECT_EQ(refusal("a = 0\"t" + u + "\""), "a.toml:1:8" + fact);
+  for (const std::string& bad :
+       {"a = 0\"t" + u + "\"", "n=9e\x1C[\"\"\"" + u, "n=9[\"\"\"" + u + "\"\"\""})
+    EXPECT_EQ(refusal(bad).substr(0, 9), "a.toml:1:") << bad;
 }
 
 }  // namespace

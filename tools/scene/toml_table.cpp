@@ -38,14 +38,12 @@ std::string kind_of(const toml::node& node) {
 namespace {
 
 // Offset of a character that is not ASCII where TOML has none: outside strings and comments, or
-// behind a backslash and blanks. A quote in the middle of a word begins no string. toml++ 3 is
-// undefined there (its tables of blanks have a hole), so it is not asked. npos where there is none;
-// a byte order mark at the beginning is none.
+// behind a backslash and blanks, of a text that is TOML. npos where there is none; a byte order
+// mark at the beginning is none.
 std::size_t misplaced_character(std::string_view text) {
   constexpr std::string_view kQuotes[] = {"\"\"\"", "'''", "\"", "'"};
   std::string_view open;  // of the string we are in
   bool is_comment = false, is_escaped = false;
-  char last = '\n';  // but for blanks, outside strings
   for (std::size_t i = text.starts_with("\xEF\xBB\xBF") ? 3 : 0; i < text.size(); ++i) {
     const char c = text[i];
     const bool is_ascii = static_cast<unsigned char>(c) < 0x80, is_blank = c == ' ' || c == '\t';
@@ -56,7 +54,6 @@ std::size_t misplaced_character(std::string_view text) {
     }
     if (c == '\n') {
       is_comment = false;
-      last = '\n';
       if (open.size() == 1) open = {};  // an error, which toml++ tells
     } else if (!open.empty()) {
       if (text.substr(i).starts_with(open)) {
@@ -65,26 +62,38 @@ std::size_t misplaced_character(std::string_view text) {
              ++more)
           ++i;  // quotes that the string ends with
         open = {};
-        last = '"';
       } else {
         is_escaped = c == '\\' && open[0] == '"';
       }
     } else if (!is_comment) {
       is_comment = c == '#';
-      const bool may_open = std::string_view("\n=[,{.").find(last) != std::string_view::npos;
       for (const std::string_view quotes : kQuotes)
-        if (may_open && open.empty() && text.substr(i).starts_with(quotes)) {
+        if (open.empty() && text.substr(i).starts_with(quotes)) {
           open = quotes;
           i += quotes.size() - 1;
         }
-      if (!is_blank && c != '\r') last = c;
     }
   }
   return std::string_view::npos;
 }
 
+// The text with a question mark for each character that is not ASCII.
+std::string ascii_of(std::string_view text) {
+  const std::string_view mark = "\xEF\xBB\xBF";
+  std::string out(text.starts_with(mark) ? mark : "");
+  for (const char c : text.substr(out.size())) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) out += c;
+    if (byte >= 0xC0) out += '?';
+  }
+  return out;
+}
+
 }  // namespace
 
+// toml++ 3 is undefined where a character that is not ASCII is out of place (its tables of blanks
+// have a hole). So it reads the text without such characters first; where that is TOML, we know
+// where strings are.
 toml::table parse_toml(std::string_view text, const std::string& file, const std::string& remedy) {
   if (const std::size_t at = misplaced_character(text); at != std::string_view::npos) {
     const std::string_view before = text.substr(0, at);
@@ -95,6 +104,7 @@ toml::table parse_toml(std::string_view text, const std::string& file, const std
                 "Put it in quotes, or remove it: a blank may be one that does not break.");
   }
   try {
+    static_cast<void>(toml::parse(ascii_of(text), file));
     return toml::parse(text, file);
   } catch (const toml::parse_error& e) {
     throw Error(fmt::format("{}:{}:{}", file, e.source().begin.line, e.source().begin.column),
