@@ -6,7 +6,7 @@
 
 #include "libfem/elements/block_matrix.hpp"
 #include "libfem/elements/element_kernels.hpp"
-#include "libfem/elements/viscous_history.hpp"
+#include "libfem/elements/material_history.hpp"
 #include "libfem/materials/materials.hpp"
 #include "libfem/mesh/quadratic_mesh.hpp"
 
@@ -49,16 +49,16 @@ class ElasticBody {
   /// Whether some material softens (M54a): steps then start from the largest energies so far.
   bool softens() const;
   /// From here on energy, force and stiffness are those of a step in time; none: of slow motion.
-  void set_step(std::shared_ptr<const ViscousStep> step) { step_ = std::move(step); }
+  void set_step(std::shared_ptr<const MaterialStep> step) { step_ = std::move(step); }
   /// The step of dt_s seconds from a body that remembers `from`; none: a body at rest. dt_s:
-  /// infinite for slow motion, 0 for a jump (M14b). viscous_history.cpp
-  ViscousStep step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const;
+  /// infinite for slow motion, 0 for a jump (M14b). material_history.cpp
+  MaterialStep step_from(std::shared_ptr<const MaterialHistory> from, double dt_s) const;
   /// Steps that a motion between two times since first touch is made in, at least, so that what a
   /// step leaves out stays below kStepError (M14b): a sixth of the later time, unless it is far
   /// shorter or longer than every branch.
   double steps_in_time(double from_s, double to_s) const;
   /// What the body remembers at the end of a step that took it to displacement u (M14b).
-  ViscousHistory remembered(const Points& u, const ViscousStep& step) const;
+  MaterialHistory remembered(const Points& u, const MaterialStep& step) const;
 
   /// Least det F over the quadrature points, of the latest evaluation.
   double min_J() const { return min_J_; }
@@ -92,7 +92,7 @@ class ElasticBody {
   std::vector<Relaxation> relaxations_;  // by material
   std::vector<Softening> softenings_;
   std::vector<Batch> batches_;
-  std::shared_ptr<const ViscousStep> step_;
+  std::shared_ptr<const MaterialStep> step_;
   mutable std::vector<BlockPlace> places_;  // #tets x node pairs, made by pattern()
   // Displacement and force of nodes, two to a Pack: see lane_transpose.hpp.
   mutable PackArray displacement_rows_, force_rows_;

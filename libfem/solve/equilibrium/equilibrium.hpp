@@ -52,8 +52,8 @@ struct BodyState {
   /// Of a relaxing body in time: what it remembers, the step whose potential it rests in, and the
   /// largest nodal contact force on the way (2-norm), which residuals without contact are held
   /// against.
-  std::shared_ptr<const ViscousHistory> memory;
-  std::shared_ptr<const ViscousStep> step;
+  std::shared_ptr<const MaterialHistory> memory;
+  std::shared_ptr<const MaterialStep> step;
   double largest_contact_N = 0;
 };
 
@@ -157,7 +157,7 @@ class Equilibrium {
   bool take(const Correction& correction, AndersonMixing& mixing, Step& step);
   bool touches_elsewhere() const;
   double elastic_energy_J(const BodyState& from) const;
-  void resume(std::shared_ptr<const ViscousStep> step);
+  void resume(std::shared_ptr<const MaterialStep> step);
   double search_line(const Eigen::VectorXd& direction, int tries, Step& step);
   Points moved(const Points& u, const Eigen::VectorXd& direction, double length) const;
 
@@ -174,7 +174,7 @@ class Equilibrium {
   double geometric_scale_ = 1;               // of the factor: 1, 0.5, 0
   double step_m_ = 0;                        // of the probe, in this solve
   bool is_stale_ = false;
-  std::shared_ptr<const ViscousStep> step_;
+  std::shared_ptr<const MaterialStep> step_;
   double factored_stiffening_ = 1;
   SolverCounts counts_;
 };

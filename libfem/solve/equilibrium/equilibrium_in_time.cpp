@@ -11,7 +11,7 @@ constexpr double kOtherBody = 1.25;
 
 }  // namespace
 
-void Equilibrium::resume(std::shared_ptr<const ViscousStep> step) {
+void Equilibrium::resume(std::shared_ptr<const MaterialStep> step) {
   step_ = std::move(step);
   body_.set_step(step_);
   const double ratio = step_->max_stiffening() / factored_stiffening_;
@@ -20,13 +20,13 @@ void Equilibrium::resume(std::shared_ptr<const ViscousStep> step) {
 
 void Equilibrium::begin_step(const BodyState& from, double dt_s) {
   if (!body_.relaxes() && !body_.softens()) return;
-  resume(std::make_shared<const ViscousStep>(body_.step_from(from.memory, dt_s)));
+  resume(std::make_shared<const MaterialStep>(body_.step_from(from.memory, dt_s)));
 }
 
 void Equilibrium::end_step(const Points& u, BodyState& accepted) const {
   if (!step_) return;
   accepted.step = step_;
-  accepted.memory = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
+  accepted.memory = std::make_shared<const MaterialHistory>(body_.remembered(u, *step_));
 }
 
 // Of an accepted state in the potential of this step.

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "libfem/contact/contact.hpp"
+#include "tests/libfem/fields.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -53,14 +54,6 @@ ContactSettings exact_settings() {
 ProbePose pose_at(double along_m, double depth_m) {
   // Off the nodes, so that no quadrature point is special.
   return {Vec3(0.00013 + along_m, -0.00021 + along_m / 3, -depth_m), -Vec3::UnitZ()};
-}
-
-Points random_field(Eigen::Index nodes, double size, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-size, size);
-  Points u(nodes, 3);
-  for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
-  return u;
 }
 
 Points assembled_force(const Sheet& sheet, const ContactInterface& contact) {

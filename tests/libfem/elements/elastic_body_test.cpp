@@ -10,6 +10,7 @@
 
 #include "libfem/elements/elastic_body.hpp"
 #include "libfem/materials/neo_hookean.hpp"
+#include "tests/libfem/fields.hpp"
 #include "tests/libfem/materials/examples.hpp"
 #include "tests/libfem/solve/block.hpp"
 
@@ -58,18 +59,6 @@ QuadraticMesh bent_block() {
        ++n)
     mesh.nodes.row(n) += Vec3(uniform(random), uniform(random), uniform(random)).transpose();
   return mesh;
-}
-
-Points affine(const Points& nodes, const Mat3& F) {
-  return nodes * (F - Mat3::Identity()).transpose();
-}
-
-Points random_field(Eigen::Index nodes, double size, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-size, size);
-  Points u(nodes, 3);
-  for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
-  return u;
 }
 
 const Material kTissue = make_material({"neo-hookean", {kYoung_Pa, kPoisson}}, "test");

@@ -10,79 +10,32 @@
 
 #include "libfem/elements/elastic_body.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/libfem/elements/remembering_body.hpp"
 #include "tests/libfem/materials/examples.hpp"
-#include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
 namespace {
 
 constexpr unsigned kSeed = 1999;
-constexpr double kSize_m = 0.02;
-const double kForever = std::numeric_limits<double>::infinity();
 constexpr Softening kSoftening{1.4, 300, 0.2};
-
-QuadraticMesh block() {
-  const TetMesh base = structured_block(Vec3::Constant(kSize_m), {1, 1, 1});
-  return ungraded(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0));
-}
-
-Points affine(const Points& nodes, const Mat3& F) {
-  return nodes * (F - Mat3::Identity()).transpose();
-}
-
-Points random_field(Eigen::Index nodes, double size, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-size, size);
-  Points u(nodes, 3);
-  for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
-  return u;
-}
 
 MaterialParameters softening(MaterialParameters material) {
   material.softening = kSoftening;
   return material;
 }
 
-/// A body whose displacement is prescribed, step by step.
-class Cycled {
+/// A body that softens, always at the beginning of a step.
+class Cycled : public RememberingBody {
  public:
   Cycled(const QuadraticMesh& mesh, const MaterialParameters& material)
-      : mesh_(mesh),
-        body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {
-    begin();
+      : RememberingBody(mesh, material) {
+    begin(kForever);
   }
   void go(const Points& u) {
-    memory_ = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
-    begin();
+    end(u);
+    begin(kForever);
   }
-  Points force(const Points& u) const {
-    Points out = Points::Zero(u.rows(), 3);
-    body_.add_force(u, out);
-    return out;
-  }
-  /// First Piola-Kirchhoff stress of a homogeneous state, from the forces on the boundary.
-  Mat3 stress(const Mat3& F) const {
-    return force(affine(mesh_.nodes, F)).transpose() * mesh_.nodes / std::pow(kSize_m, 3);
-  }
-  const ElasticBody& body() const { return body_; }
-
- private:
-  void begin() {
-    step_ = std::make_shared<const ViscousStep>(body_.step_from(memory_, kForever));
-    body_.set_step(step_);
-  }
-  const QuadraticMesh& mesh_;
-  ElasticBody body_;
-  std::shared_ptr<const ViscousHistory> memory_;
-  std::shared_ptr<const ViscousStep> step_;
 };
-
-template <class Difference>
-double min_error(const Difference& error_at) {
-  double least = kForever;
-  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) least = std::min(least, error_at(h));
-  return least;
-}
 
 // eta of Ogden and Roxburgh.
 double factor(double W, double most) {
@@ -102,7 +55,7 @@ TEST(softening, the_error_function_and_its_integral_are_right_to_the_last_digits
 }
 
 TEST(softening, force_and_stiffness_are_derivatives_of_the_energy_below_and_above_the_peak) {
-  const QuadraticMesh mesh = block();
+  const QuadraticMesh mesh = small_block();
   const auto state = [&](double stretch, unsigned seed) {
     const Mat3 F = Vec3(stretch, 1 / std::sqrt(stretch), 1.01).asDiagonal();
     return Points(affine(mesh.nodes, F) + random_field(mesh.nodes.rows(), 0.01 * kSize_m, seed));
@@ -113,37 +66,17 @@ TEST(softening, force_and_stiffness_are_derivatives_of_the_energy_below_and_abov
       SCOPED_TRACE(example.name + " to " + std::to_string(stretch));
       Cycled moving(mesh, softening(example.parameters));
       moving.go(state(1.25, kSeed + 1));
-      const ElasticBody& body = moving.body();
-      const Points u = state(stretch, kSeed), d = random_field(u.rows(), kSize_m, kSeed + 3);
-      Points force = Points::Zero(u.rows(), 3);
-      SymmetricBlockMatrix K = body.pattern();
-      const double energy = body.add_stiffness(u, 1.0, force, K);
-      ASSERT_TRUE(std::isfinite(energy)) << "seed " << kSeed;
-      EXPECT_EQ(energy, body.energy(u));
-      EXPECT_EQ((force - moving.force(u)).norm(), 0);
-      const double work = force.cwiseProduct(d).sum();
-      EXPECT_LE(
-          min_error([&](double h) {
-            return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
-          }),
-          1e-6 * force.norm() * d.norm())
-          << "seed " << kSeed;
-      Eigen::VectorXd exact;
-      K.multiply(Eigen::Map<const Eigen::VectorXd>(d.data(), d.size()), exact);
-      EXPECT_LE(
-          min_error([&](double h) {
-            const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
-            return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact).norm();
-          }),
-          (example.is_kinked_at_rest ? 1e-5 : 2e-6) * exact.norm())
-          << "seed " << kSeed;
+      SCOPED_TRACE("seed " + std::to_string(kSeed));
+      expect_derivatives(moving, state(stretch, kSeed),
+                         random_field(mesh.nodes.rows(), kSize_m, kSeed + 3), 1e-6,
+                         example.is_kinked_at_rest ? 1e-5 : 2e-6);
     }
   }
 }
 
 TEST(softening, a_rubber_pulled_let_go_and_pulled_again_has_the_stress_of_ogden_and_roxburgh) {
   constexpr double kYoung = 3e3, kMu = kYoung / 3;  // incompressible all but 1e-4
-  const QuadraticMesh mesh = block();
+  const QuadraticMesh mesh = small_block();
   Cycled moving(mesh, softening({"neo-hookean-isochoric", {kYoung, 0.49999}}));
   double most = 0;
   for (const double stretch : {1.2, 1.5, 1.8, 1.5, 1.2, 1.0, 1.3, 1.8, 2.2, 1.4}) {
@@ -165,7 +98,7 @@ TEST(softening, a_rubber_pulled_let_go_and_pulled_again_has_the_stress_of_ogden_
 }
 
 TEST(softening, a_body_that_was_never_unloaded_has_the_bits_of_one_that_does_not_soften) {
-  const QuadraticMesh mesh = block();
+  const QuadraticMesh mesh = small_block();
   for (const examples::Example& example : examples::all()) {
     if (!find_law(example.parameters.law, "test").splits_volume) continue;
     SCOPED_TRACE(example.name);
@@ -184,7 +117,7 @@ TEST(softening, a_body_that_was_never_unloaded_has_the_bits_of_one_that_does_not
 }
 
 TEST(softening, every_instruction_set_gives_the_same_bits) {
-  const QuadraticMesh mesh = block();
+  const QuadraticMesh mesh = small_block();
   const Points u = random_field(mesh.nodes.rows(), 0.02 * kSize_m, kSeed);
   std::vector<Points> forces;
   for (const InstructionSet set :
@@ -194,9 +127,9 @@ TEST(softening, every_instruction_set_gives_the_same_bits) {
                      {make_material(softening({"yeoh", {1.7e3, -0.1e3, 0.04e3, 0.48}}), "test")},
                      nullptr, ElementKind::automatic);
     body.use(set);
-    const auto before = std::make_shared<const ViscousHistory>(
+    const auto before = std::make_shared<const MaterialHistory>(
         body.remembered(-1.5 * u, body.step_from(nullptr, kForever)));
-    body.set_step(std::make_shared<const ViscousStep>(body.step_from(before, kForever)));
+    body.set_step(std::make_shared<const MaterialStep>(body.step_from(before, kForever)));
     SymmetricBlockMatrix K = body.pattern();
     body.add_stiffness(u, 0.5, forces.emplace_back(Points::Zero(u.rows(), 3)), K);
     forces.push_back(Eigen::Map<const Points>(K.values().data(), K.values().size() / 3, 3));

@@ -5,35 +5,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "block.hpp"
+#include "leaning_rod.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
 
 namespace palpate::fem {
 namespace {
 
 constexpr double kDeg = 0.017453292519943295;
-const Vec3 kInward = -Vec3::UnitZ();
-constexpr double kRadius_m = 0.006, kEdge_m = 0.002, kDepth_m = 0.004;
-constexpr int kRows = 8;
-
-SimulationSetup rod_setup(double friction) {
-  SimulationSetup setup = block_setup(friction);
-  setup.probe = {};
-  setup.probe.shape = "flat";
-  setup.probe.values["radius"] = {kRadius_m};
-  setup.probe.values["edge_radius"] = {kEdge_m};
-  setup.probe.friction = friction;
-  return setup;
-}
-
-PointRows press(const Simulator& simulator, const Lean& lean) {
-  ToolPath path;
-  path.deflections.resize(kRows, 3);
-  for (int i = 0; i < kRows; ++i)
-    path.deflections.row(i) = kDepth_m * (i + 1) / kRows * kInward.transpose();
-  path.lean = lean;
-  return simulator.follow(block_top(), kInward, path);
-}
 
 TEST(TiltedPress, rows_say_how_the_tool_leans) {
   const Simulator simulator(rod_setup(0.3));
@@ -63,8 +41,8 @@ TEST(TiltedPress, rows_say_how_the_tool_leans) {
 
 TEST(TiltedPress, a_ball_does_not_feel_how_it_leans) {
   const Simulator simulator(block_setup(0.3));
-  const PointRows upright = press(simulator, Lean::Zero());
-  const PointRows leaning = press(simulator, lean_of(50 * kDeg, 1));
+  const PointRows upright = press_rod(simulator, Lean::Zero());
+  const PointRows leaning = press_rod(simulator, lean_of(50 * kDeg, 1));
   for (std::size_t i = 0; i < upright.rows.size(); ++i) {
     EXPECT_LT((upright.rows[i].force - leaning.rows[i].force).norm(),
               1e-5 * upright.rows[i].force.norm());

@@ -5,35 +5,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "block.hpp"
+#include "leaning_rod.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 
 namespace palpate::fem {
 namespace {
 
 constexpr double kDeg = 0.017453292519943295;
-const Vec3 kInward = -Vec3::UnitZ();
-constexpr double kRadius_m = 0.006, kEdge_m = 0.002, kDepth_m = 0.004;
-constexpr int kRows = 8;
-
-SimulationSetup rod_setup(double friction) {
-  SimulationSetup setup = block_setup(friction);
-  setup.probe = {};
-  setup.probe.shape = "flat";
-  setup.probe.values["radius"] = {kRadius_m};
-  setup.probe.values["edge_radius"] = {kEdge_m};
-  setup.probe.friction = friction;
-  return setup;
-}
-
-PointRows press(const Simulator& simulator, const Lean& lean) {
-  ToolPath path;
-  path.deflections.resize(kRows, 3);
-  for (int i = 0; i < kRows; ++i)
-    path.deflections.row(i) = kDepth_m * (i + 1) / kRows * kInward.transpose();
-  path.lean = lean;
-  return simulator.follow(block_top(), kInward, path);
-}
 
 /// Work of the press down to the last row, by the trapezoidal rule in powers of depth: force goes
 /// as depth to some power within each interval.
@@ -59,7 +37,7 @@ TEST(TiltedPress, without_friction_torque_is_the_derivative_of_the_stored_energy
   const Simulator simulator(rod_setup(0));
   constexpr double kStep = 5 * kDeg;
   for (const double direction : {0.4, 2.6}) {
-    const auto at = [&](double tilt) { return press(simulator, lean_of(tilt, direction)); };
+    const auto at = [&](double tilt) { return press_rod(simulator, lean_of(tilt, direction)); };
     const PointRows less = at(25 * kDeg - kStep), here = at(25 * kDeg),
                     more = at(25 * kDeg + kStep);
     for (const PointRow& row : here.rows) ASSERT_EQ(row.status, RowStatus::good);
@@ -68,7 +46,7 @@ TEST(TiltedPress, without_friction_torque_is_the_derivative_of_the_stored_energy
         tilt_frame(kInward).leftCols<2>() * Lean(std::cos(direction), std::sin(direction));
     const Vec3 about = (-kInward).cross(towards);
     const PointRow& last = here.rows.back();
-    const double torque_Nm = (last.torque + kEdge_m * kInward.cross(last.force)).dot(about);
+    const double torque_Nm = (last.torque + kRodEdge_m * kInward.cross(last.force)).dot(about);
     RecordProperty("torque_Nmm", std::to_string(1e3 * torque_Nm));
     RecordProperty("slope_Nmm", std::to_string(1e3 * slope_Nm));
     std::printf("  torque %.4f, slope of the energy %.4f N mm; force %.4f N\n", 1e3 * torque_Nm,

@@ -1,4 +1,4 @@
-#include "libfem/elements/viscous_history.hpp"
+#include "libfem/elements/material_history.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ void stress_of_shape(const LawKernels& law, const Pack* constants, const Pack& w
 
 }  // namespace
 
-double ViscousStep::max_stiffening() const {
+double MaterialStep::max_stiffening() const {
   return stiffening.empty() ? 1.0 : *std::max_element(stiffening.begin(), stiffening.end());
 }
 
@@ -78,8 +78,9 @@ double ElasticBody::steps_in_time(double from_s, double to_s) const {
   return steps;
 }
 
-ViscousStep ElasticBody::step_from(std::shared_ptr<const ViscousHistory> from, double dt_s) const {
-  ViscousStep step{std::move(from), dt_s, {}, {}, {}};
+MaterialStep ElasticBody::step_from(std::shared_ptr<const MaterialHistory> from,
+                                    double dt_s) const {
+  MaterialStep step{std::move(from), dt_s, {}, {}, {}};
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     PackArray& peak =
         step.peak.emplace_back(softenings_[batches_[b].material].is_any() ? kElementPoints : 0);
@@ -103,8 +104,8 @@ ViscousStep ElasticBody::step_from(std::shared_ptr<const ViscousHistory> from, d
   return step;
 }
 
-ViscousHistory ElasticBody::remembered(const Points& u, const ViscousStep& step) const {
-  ViscousHistory out;
+MaterialHistory ElasticBody::remembered(const Points& u, const MaterialStep& step) const {
+  MaterialHistory out;
   const double* rows = displacement_rows(u);
   Pack displacement[3 * kElementNodes], H[9], stress[kSymmetric];
   for (std::size_t b = 0; b < batches_.size(); ++b) {

@@ -1,4 +1,4 @@
-#include "libfem/elements/viscous_history.hpp"
+#include "libfem/elements/material_history.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,15 +13,13 @@
 
 #include "libfem/elements/elastic_body.hpp"
 #include "libfit/core/error.hpp"
+#include "tests/libfem/elements/remembering_body.hpp"
 #include "tests/libfem/materials/examples.hpp"
-#include "tests/libfem/solve/block.hpp"
 
 namespace palpate::fem {
 namespace {
 
 constexpr unsigned kSeed = 90210;
-constexpr double kSize_m = 0.02;
-const double kForever = std::numeric_limits<double>::infinity();
 
 Relaxation series(std::initializer_list<std::pair<double, double>> branches) {
   Relaxation out;
@@ -35,68 +33,8 @@ Relaxation series(std::initializer_list<std::pair<double, double>> branches) {
   return out;
 }
 
-QuadraticMesh block() {
-  const TetMesh base = structured_block(Vec3::Constant(kSize_m), {1, 1, 1});
-  return ungraded(base, std::vector<char>(static_cast<std::size_t>(base.nodes.rows()), 0));
-}
-
-Points affine(const Points& nodes, const Mat3& F) {
-  return nodes * (F - Mat3::Identity()).transpose();
-}
-
-Points random_field(Eigen::Index nodes, double size, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-size, size);
-  Points u(nodes, 3);
-  for (Eigen::Index i = 0; i < u.size(); ++i) u.data()[i] = uniform(random);
-  return u;
-}
-
-/// A body whose displacement is prescribed, step by step.
-class InTime {
- public:
-  InTime(const QuadraticMesh& mesh, const MaterialParameters& material)
-      : mesh_(mesh),
-        body_(mesh, {make_material(material, "test")}, nullptr, ElementKind::automatic) {}
-
-  void begin(double dt_s) {
-    step_ = std::make_shared<const ViscousStep>(body_.step_from(memory_, dt_s));
-    body_.set_step(step_);
-  }
-  void end(const Points& u) {
-    memory_ = std::make_shared<const ViscousHistory>(body_.remembered(u, *step_));
-  }
-  void go(const Points& u, double dt_s) {
-    begin(dt_s);
-    end(u);
-  }
-  Points force(const Points& u) const {
-    Points out = Points::Zero(u.rows(), 3);
-    body_.add_force(u, out);
-    return out;
-  }
-  /// First Piola-Kirchhoff stress of a homogeneous state, from the forces on the boundary.
-  Mat3 stress(const Mat3& F) const {
-    return force(affine(mesh_.nodes, F)).transpose() * mesh_.nodes / std::pow(kSize_m, 3);
-  }
-  const ElasticBody& body() const { return body_; }
-
- private:
-  const QuadraticMesh& mesh_;
-  ElasticBody body_;
-  std::shared_ptr<const ViscousHistory> memory_;
-  std::shared_ptr<const ViscousStep> step_;
-};
-
-template <class Difference>
-double min_error(const Difference& error_at) {
-  double least = kForever;
-  for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) least = std::min(least, error_at(h));
-  return least;
-}
-
-TEST(ViscousHistory, force_and_stiffness_of_a_step_are_derivatives_of_its_energy) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, force_and_stiffness_of_a_step_are_derivatives_of_its_energy) {
+  const QuadraticMesh mesh = small_block();
   const Mat3 F = Vec3(0.95, 1.03, 1.01).asDiagonal();
   const auto state = [&](unsigned seed) {
     return Points(affine(mesh.nodes, F) + random_field(mesh.nodes.rows(), 0.01 * kSize_m, seed));
@@ -106,38 +44,18 @@ TEST(ViscousHistory, force_and_stiffness_of_a_step_are_derivatives_of_its_energy
     MaterialParameters parameters = example.parameters;
     if (!find_law(parameters.law, "test").splits_volume) continue;
     parameters.relaxation = series({{0.8, 0.1}, {1.7, 2}});
-    InTime moving(mesh, parameters);
+    RememberingBody moving(mesh, parameters);
     moving.go(state(kSeed + 1), 0.3);
     moving.go(state(kSeed + 2), 0.05);
     moving.begin(0.2);
-    const ElasticBody& body = moving.body();
-    const Points u = state(kSeed), d = random_field(mesh.nodes.rows(), kSize_m, kSeed + 3);
-    Points force = Points::Zero(mesh.nodes.rows(), 3);
-    SymmetricBlockMatrix K = body.pattern();
-    const double energy = body.add_stiffness(u, 1.0, force, K);
-    ASSERT_TRUE(std::isfinite(energy)) << "seed " << kSeed;
-    EXPECT_EQ(energy, body.energy(u));
-    EXPECT_EQ((force - moving.force(u)).norm(), 0);
-    const double work = force.cwiseProduct(d).sum();
-    EXPECT_LE(min_error([&](double h) {
-                return std::abs((body.energy(u + h * d) - body.energy(u - h * d)) / (2 * h) - work);
-              }),
-              1e-7 * force.norm() * d.norm())
-        << "seed " << kSeed;
-    Eigen::VectorXd exact;
-    K.multiply(Eigen::Map<const Eigen::VectorXd>(d.data(), d.size()), exact);
-    EXPECT_LE(
-        min_error([&](double h) {
-          const Points change = (moving.force(u + h * d) - moving.force(u - h * d)) / (2 * h);
-          return (Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) - exact).norm();
-        }),
-        (example.is_kinked_at_rest ? 1e-5 : 1e-6) * exact.norm())
-        << "seed " << kSeed;
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    expect_derivatives(moving, state(kSeed), random_field(mesh.nodes.rows(), kSize_m, kSeed + 3),
+                       1e-7, example.is_kinked_at_rest ? 1e-5 : 1e-6);
   }
 }
 
-TEST(ViscousHistory, every_instruction_set_gives_the_same_bits_in_time) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, every_instruction_set_gives_the_same_bits_in_time) {
+  const QuadraticMesh mesh = small_block();
   const Points u = random_field(mesh.nodes.rows(), 0.02 * kSize_m, kSeed);
   std::vector<Points> forces;
   for (const InstructionSet set :
@@ -147,9 +65,9 @@ TEST(ViscousHistory, every_instruction_set_gives_the_same_bits_in_time) {
         mesh, {make_material({"yeoh", {1.7e3, -0.1e3, 0.04e3, 0.48}, series({{1, 1}})}, "test")},
         nullptr, ElementKind::automatic);
     body.use(set);
-    const auto before = std::make_shared<const ViscousHistory>(
+    const auto before = std::make_shared<const MaterialHistory>(
         body.remembered(-0.5 * u, body.step_from(nullptr, 0.3)));
-    body.set_step(std::make_shared<const ViscousStep>(body.step_from(before, 0.7)));
+    body.set_step(std::make_shared<const MaterialStep>(body.step_from(before, 0.7)));
     SymmetricBlockMatrix K = body.pattern();
     body.add_stiffness(u, 0.5, forces.emplace_back(Points::Zero(u.rows(), 3)), K);
     forces.push_back(Eigen::Map<const Points>(K.values().data(), K.values().size() / 3, 3));
@@ -157,38 +75,40 @@ TEST(ViscousHistory, every_instruction_set_gives_the_same_bits_in_time) {
   for (std::size_t i = 2; i < forces.size(); ++i) EXPECT_TRUE(forces[i] == forces[i % 2]) << i;
 }
 
-TEST(ViscousHistory, a_body_that_turns_keeps_its_stress) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, a_body_that_turns_keeps_its_stress) {
+  const QuadraticMesh mesh = small_block();
   const Points u = random_field(mesh.nodes.rows(), 0.03 * kSize_m, kSeed);
   const Mat3 Q = Eigen::AngleAxisd(2.2, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
   const Points turned = (mesh.nodes + u) * Q.transpose() - mesh.nodes;
-  InTime still(mesh, {"neo-hookean", {10e3, 0.45}, series({{2, 0.5}})}), turning = still;
-  for (InTime* moving : {&still, &turning}) moving->go(u, 0.1);
+  RememberingBody still(mesh, {"neo-hookean", {10e3, 0.45}, series({{2, 0.5}})}), turning = still;
+  for (RememberingBody* moving : {&still, &turning}) moving->go(u, 0.1);
   still.begin(0.3);
   turning.begin(0.3);
   const Points expected = still.force(u) * Q.transpose();
   EXPECT_LE((turning.force(turned) - expected).norm(), 1e-12 * expected.norm()) << "seed " << kSeed;
 }
 
-TEST(ViscousHistory, a_step_of_no_end_has_the_bits_of_slow_motion_and_a_jump_the_sum_of_shares) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, a_step_of_no_end_has_the_bits_of_slow_motion_and_a_jump_the_sum_of_shares) {
+  const QuadraticMesh mesh = small_block();
   const Points u = random_field(mesh.nodes.rows(), 0.03 * kSize_m, kSeed);
   Material fast = make_material({"neo-hookean-isochoric", {10e3, 0.45}}, "test");
   fast.constants[1] *= 3.5;  // the shear modulus; constants[0], the bulk modulus, stays
-  InTime moving(mesh, {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
+  RememberingBody moving(mesh,
+                         {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
   const Points before = moving.force(u);
   moving.go(-u, 0.2);
   moving.begin(kForever);
   EXPECT_TRUE(moving.force(u) == before);
   const Mat3 F = Vec3(1.1, 0.9, 1.05).asDiagonal();
-  InTime jumping(mesh, {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
+  RememberingBody jumping(mesh,
+                          {"neo-hookean-isochoric", {10e3, 0.45}, series({{1, 0.1}, {1.5, 2}})});
   jumping.begin(0);
   EXPECT_LE((jumping.stress(F) - fast.law->stress(fast.constants, F)).norm(),
             1e-12 * jumping.stress(F).norm());
 }
 
 /// Pulled to a length share by share, free to the side: the engineering stress.
-double pull(InTime& moving, double stretch, double dt_s) {
+double pull(RememberingBody& moving, double stretch, double dt_s) {
   moving.begin(dt_s);
   const auto F_at = [&](double side) { return Mat3(Vec3(stretch, side, side).asDiagonal()); };
   double a = 1 / std::sqrt(stretch), b = a + 1e-4, fa = moving.stress(F_at(a))(1, 1);
@@ -201,7 +121,7 @@ double pull(InTime& moving, double stretch, double dt_s) {
   }
   const Mat3 F = F_at(b);
   const double out = moving.stress(F)(0, 0);
-  moving.end(affine(block().nodes, F));
+  moving.end(affine(small_block().nodes, F));
   return out;
 }
 
@@ -226,19 +146,19 @@ struct BarInSmallStrain {
   }
 };
 
-TEST(ViscousHistory, a_bar_in_small_strain_relaxes_and_ramps_as_its_closed_form) {
+TEST(MaterialHistory, a_bar_in_small_strain_relaxes_and_ramps_as_its_closed_form) {
   constexpr double kStrain = 1e-5;
   const BarInSmallStrain exact{1.5, 0.4};
   const MaterialParameters material{"neo-hookean", {kYoung, kNu}, series({{1.5, 0.4}})};
-  const QuadraticMesh mesh = block();
-  InTime step(mesh, material);
+  const QuadraticMesh mesh = small_block();
+  RememberingBody step(mesh, material);
   EXPECT_NEAR(pull(step, 1 + kStrain, 0) / kStrain / exact.at_step(0), 1, 1e-4);
   double t = 0;
   for (int i = 0; i < 60; ++i) {
     t += 0.02;
     EXPECT_NEAR(pull(step, 1 + kStrain, 0.02) / kStrain / exact.at_step(t), 1, 1e-4) << t;
   }
-  InTime ramp(mesh, material);
+  RememberingBody ramp(mesh, material);
   for (int i = 1; i <= 60; ++i) {
     const double now = 0.02 * i;
     EXPECT_NEAR(pull(ramp, 1 + kStrain * now, 0.02) / kStrain / exact.at_ramp(now), 1, 1e-4) << now;
@@ -294,13 +214,13 @@ double integrated_bar(double end_s) {
   return out;
 }
 
-TEST(ViscousHistory, a_bar_in_finite_strain_meets_an_integrated_equation_to_second_order) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, a_bar_in_finite_strain_meets_an_integrated_equation_to_second_order) {
+  const QuadraticMesh mesh = small_block();
   for (const double end_s : {0.8, 1.6}) {
     const double exact = integrated_bar(end_s);
     std::vector<double> errors;
     for (const int steps : {8, 16, 32}) {
-      InTime moving(mesh, {"neo-hookean", {kYoung, kNu}, series({{1.5, 0.4}})});
+      RememberingBody moving(mesh, {"neo-hookean", {kYoung, kNu}, series({{1.5, 0.4}})});
       double last = 0;
       for (int i = 1; i <= steps; ++i)
         last = pull(moving, stretch_at(end_s * i / steps), end_s / steps);
@@ -313,11 +233,11 @@ TEST(ViscousHistory, a_bar_in_finite_strain_meets_an_integrated_equation_to_seco
 }
 
 // A force that rises as t^{3/2} in six rows, whatever a step is against the branch's time.
-TEST(ViscousHistory, steps_in_time_leave_what_is_stated) {
-  const QuadraticMesh mesh = block();
+TEST(MaterialHistory, steps_in_time_leave_what_is_stated) {
+  const QuadraticMesh mesh = small_block();
   const auto force = [](double t) { return std::pow(t, 1.5); };
   for (double tau_s = 1e-3; tau_s < 100; tau_s *= 1.5) {
-    const InTime body(mesh, {"neo-hookean", {kYoung, kNu}, series({{1, tau_s}})});
+    const RememberingBody body(mesh, {"neo-hookean", {kYoung, kNu}, series({{1, tau_s}})});
     const auto advance = [&](double& q, double from_s, double to_s, double steps) {
       for (int i = 0; i < steps; ++i) {
         const double a = from_s + (to_s - from_s) * i / steps;
@@ -336,15 +256,15 @@ TEST(ViscousHistory, steps_in_time_leave_what_is_stated) {
   }
 }
 
-TEST(ViscousHistory, simple_shear_there_and_back_meets_an_integrated_equation) {
+TEST(MaterialHistory, simple_shear_there_and_back_meets_an_integrated_equation) {
   const auto F_at = [](double t) {
     Mat3 F = Mat3::Identity();
     F(0, 1) = 0.6 * std::sin(2 * M_PI * t);
     return F;
   };
   Integrated exact(2, 0.1);
-  const QuadraticMesh mesh = block();
-  InTime moving(mesh, {"neo-hookean", {kYoung, kNu}, series({{2, 0.1}})});
+  const QuadraticMesh mesh = small_block();
+  RememberingBody moving(mesh, {"neo-hookean", {kYoung, kNu}, series({{2, 0.1}})});
   constexpr int kSteps = 100, kWithin = 100;
   for (int i = 1; i <= kSteps; ++i) {
     Mat3 P, Q;
@@ -360,7 +280,7 @@ TEST(ViscousHistory, simple_shear_there_and_back_meets_an_integrated_equation) {
   }
 }
 
-TEST(ViscousHistory, a_law_that_keeps_volume_and_shape_together_does_not_relax) {
+TEST(MaterialHistory, a_law_that_keeps_volume_and_shape_together_does_not_relax) {
   EXPECT_THROW(make_material({"st-venant-kirchhoff", {10e3, 0.3}, series({{1, 1}})}, "test"),
                Error);
 }

@@ -14,7 +14,7 @@ inline constexpr int kSymmetric = 6;
 /// [component] [Pa]: the second Piola-Kirchhoff stress that its shape has in slow motion, then the
 /// internal stress of each branch (M14b). Nothing of materials that do not relax. peak: the largest
 /// W - U that each point has reached (M54a) [Pa], of materials that soften.
-struct ViscousHistory {
+struct MaterialHistory {
   std::vector<PackArray> stress, peak;
 };
 
@@ -26,8 +26,8 @@ inline constexpr double kStepError = 0.002;
 /// A step of dt_s seconds from a body that remembers `from` (none: at rest) as a potential, batch
 /// by batch: (M14a) with stiffening 1 + sum_k g_k z_k and the stress H held meanwhile,
 /// [point][component] [Pa]. peak: (M54b), of materials that soften.
-struct ViscousStep {
-  std::shared_ptr<const ViscousHistory> from;
+struct MaterialStep {
+  std::shared_ptr<const MaterialHistory> from;
   double dt_s = 0;
   std::vector<double> stiffening;
   std::vector<PackArray> held, peak;
