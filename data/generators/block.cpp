@@ -44,16 +44,9 @@ Surface block_mm() {
         }
     }
 
-  Surface out;
-  out.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t n = 0; n < vertices.size(); ++n)
-    out.vertices.row(static_cast<Eigen::Index>(n)) << kEdge_mm * vertices[n][0],
-        kEdge_mm * vertices[n][1], kEdge_mm * vertices[n][2];
-  out.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t f = 0; f < triangles.size(); ++f)
-    out.triangles.row(static_cast<Eigen::Index>(f)) << triangles[f][0], triangles[f][1],
-        triangles[f][2];
-  return out;
+  std::vector<Vec3> places_mm;
+  for (const auto& at : vertices) places_mm.emplace_back(kEdge_mm * Vec3(at[0], at[1], at[2]));
+  return surface_of(places_mm, triangles);
 }
 
 }  // namespace palpate::bodies

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "libfit/core/geometry.hpp"
 
@@ -44,6 +47,10 @@ struct BodyFacts {
 /// Measures a body and refuses what must not ship: throws Error when it is not closed, inside out,
 /// crosses itself or has an angle of 20 degrees or less.
 BodyFacts inspect(const std::string& name, const Surface& body_mm);
+
+/// A surface of these points and triangles.
+Surface surface_of(const std::vector<Vec3>& vertices,
+                   const std::vector<std::array<std::int32_t, 3>>& triangles);
 
 /// Positions rounded to the 1e-4 mm that a file holds.
 Surface rounded(Surface body_mm);

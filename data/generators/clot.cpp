@@ -68,15 +68,7 @@ Surface clot_mm() {
       triangles.push_back({at(k, i), at(k + 1, i + 1), at(k, i + 1)});
     }
 
-  Surface out;
-  out.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t n = 0; n < vertices.size(); ++n)
-    out.vertices.row(static_cast<Eigen::Index>(n)) = vertices[n].transpose();
-  out.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t f = 0; f < triangles.size(); ++f)
-    out.triangles.row(static_cast<Eigen::Index>(f)) << triangles[f][0], triangles[f][1],
-        triangles[f][2];
-  return out;
+  return surface_of(vertices, triangles);
 }
 
 }  // namespace palpate::bodies

@@ -75,15 +75,7 @@ Surface cylinder_mm() {
   add_cap(0, false, vertices, triangles);
   add_cap(kRows * kAround, true, vertices, triangles);
 
-  Surface out;
-  out.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t v = 0; v < vertices.size(); ++v)
-    out.vertices.row(static_cast<Eigen::Index>(v)) = vertices[v];
-  out.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t f = 0; f < triangles.size(); ++f)
-    out.triangles.row(static_cast<Eigen::Index>(f)) << triangles[f][0], triangles[f][1],
-        triangles[f][2];
-  return out;
+  return surface_of(vertices, triangles);
 }
 
 }  // namespace palpate::bodies

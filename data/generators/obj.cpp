@@ -7,6 +7,19 @@
 
 namespace palpate::bodies {
 
+Surface surface_of(const std::vector<Vec3>& vertices,
+                   const std::vector<std::array<std::int32_t, 3>>& triangles) {
+  Surface out;
+  out.vertices.resize(static_cast<Eigen::Index>(vertices.size()), 3);
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    out.vertices.row(static_cast<Eigen::Index>(v)) = vertices[v];
+  out.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    out.triangles.row(static_cast<Eigen::Index>(t)) << triangles[t][0], triangles[t][1],
+        triangles[t][2];
+  return out;
+}
+
 Surface rounded(Surface body_mm) {
   // + 0.0 turns -0 into 0, which the text must not distinguish.
   body_mm.vertices =

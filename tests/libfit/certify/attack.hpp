@@ -53,6 +53,33 @@ inline SlipState random_state(const runtime::AssetView& asset, const Facet& e, i
   return out;
 }
 
+/// Random legs within a plate in steps of a tick; every fourth lifts off, others wander, often only
+/// a little. visit(what the engine says, energy lost in the tick [J], leg).
+template <class Visit>
+void walk(const runtime::AssetView& bare, unsigned seed, int legs, double deepest_m,
+          const Visit& visit) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  Contact contact;
+  Vec3 x(0, 0, 0.001);
+  double before_J = 0;
+  for (int leg = 0; leg < legs; ++leg) {
+    const double reach = leg % 3 == 0 ? 0.02 : 0.002;
+    Vec3 to = x + reach * Vec3(draw(random), draw(random), 0);
+    to = to.cwiseMax(-0.025).cwiseMin(0.025);
+    to[2] = leg % 4 == 3 ? 0.0005 : -deepest_m * std::abs(draw(random));
+    const Vec3 from = x;
+    const int steps = static_cast<int>((to - from).norm() / kStep_m) + 1;
+    for (int k = 1; k <= steps; ++k) {
+      x = from + (to - from) * (double(k) / steps);
+      Output out;
+      touch(bare, contact, x.data(), out);
+      visit(out, out.dissipated_J - before_J, leg);
+      before_J = out.dissipated_J;
+    }
+  }
+}
+
 struct Attack {
   int slips = 0, certified = 0, created = 0;  ///< created: where nothing was certified
   int faster = 0;  ///< slips with a longer step of the law's tool than what is certified

@@ -171,33 +171,26 @@ TEST(damage, an_asset_without_it_has_the_bytes_of_one_that_knows_none) {
 TEST(damage, whatever_the_order_of_touches_no_energy_is_made) {
   int damaged = 0, slid = 0, softened_ticks = 0;
   for (unsigned seed = 1; seed <= 80; ++seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> unit(0, 1);
-    const auto draw = [&](double size) {
-      const double x = unit(random), y = unit(random), z = unit(random);
-      return Vec3((2 * x - 1) * size, (2 * y - 1) * size, (2 * z - 1) * size);
-    };
-    const bool is_round = seed % 2 == 1, is_rough = seed % 3 > 0;
-    const auto scale = [&](const Vec3&) { return is_rough ? 0.4 + 1.2 * unit(random) : 1; };
-    const auto side = [&](const Vec3&) { return Vec3(is_rough ? draw(500) : Vec3(0, 0, 0)); };
-    const runtime::DamageView damage{std::pow(10, -0.5 + unit(random)), 0.2 * unit(random) + 1e-3,
-                                     unit(random), 0.02 * unit(random)};
-    const double friction = std::pow(10, -3 * unit(random));
-    const Loaded loaded =
-        load(softening(is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3)) : plate(), damage,
-                       friction, scale, side, is_round ? 0.03 : 0));
+    DrawnRings drawn(seed);
+    const runtime::DamageView damage{std::pow(10, -0.5 + drawn.unit()), 0.2 * drawn.unit() + 1e-3,
+                                     drawn.unit(), 0.02 * drawn.unit()};
+    const double friction = std::pow(10, -3 * drawn.unit());
+    Model model = drawn.model(friction);
+    model.curves.damage = damage;
+    const Loaded loaded = load(model);
     DamagedBody body(loaded.asset);
     Hand hands[2]{Hand(body.view), Hand(body.view)};
-    const Vec3 top(0, 0, is_round ? 0.03 : 0);
+    const Vec3 top(0, 0, drawn.top_m());
     Vec3 x[2] = {top + Vec3(0, 0, 1e-3), top + Vec3(0, 0, 1e-3)}, f[2];
     double lost_J[2] = {0, 0}, work_J = 0, most_J = 0;
     for (int h : {0, 1}) f[h] = hands[h].go(x[h]);
     for (int leg = 0; leg < 24; ++leg) {
-      const int h = leg >= 22 ? leg - 22 : random() % 2;
-      const bool lifts = random() % 4 == 3;
-      const Vec3 to = leg >= 22 ? Vec3(x[h] + Vec3(0, 0, 0.02))
-                                : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
-                                       draw(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
+      const int h = leg >= 22 ? leg - 22 : drawn.unit() < 0.5;
+      const bool lifts = drawn.unit() < 0.25;
+      const Vec3 to = leg >= 22
+                          ? Vec3(x[h] + Vec3(0, 0, 0.02))
+                          : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
+                                 drawn.vector(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
       const Vec3 from = x[h];
       const int ticks = std::clamp(static_cast<int>((to - from).norm() / 1e-5), 1, 3000);
       for (int k = 1; k <= ticks; ++k) {

@@ -404,4 +404,33 @@ inline void expect_lift_off_without_a_pop(Tool& tool, const Vec3& from_m) {
   EXPECT_EQ(before, Vec3::Zero());
 }
 
+/// Draws for one body of rings, flat or round, even or uneven: for attacks by seed.
+class DrawnRings {
+ public:
+  explicit DrawnRings(unsigned seed)
+      : is_round(seed % 2 == 1), is_rough_(seed % 3 > 0), random_(seed) {}
+
+  const bool is_round;
+  double unit() { return unit_(random_); }
+  Vec3 vector(double size) {
+    const double x = unit(), y = unit(), z = unit();
+    return Vec3((2 * x - 1) * size, (2 * y - 1) * size, (2 * z - 1) * size);
+  }
+  /// Stiffness and side force change from node to node of a rough one. Highest at z top_m().
+  Model model(double friction) {
+    Model out = is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3))
+                         : plate_model(0.08, 16, uniform(400, 300, 0.3));
+    make_rings(
+        out, friction, top_m(), [&](const Vec3&) { return is_rough_ ? 0.4 + 1.2 * unit() : 1; },
+        [&](const Vec3&) { return Vec3(is_rough_ ? vector(500) : Vec3(0, 0, 0)); });
+    return out;
+  }
+  double top_m() const { return is_round ? 0.03 : 0; }
+
+ private:
+  bool is_rough_;
+  std::mt19937 random_;
+  std::uniform_real_distribution<double> unit_{0, 1};
+};
+
 }  // namespace palpate::test

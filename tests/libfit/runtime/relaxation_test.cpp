@@ -124,33 +124,25 @@ TEST(relaxation, without_branches_an_asset_has_the_bytes_of_one_that_knows_no_ti
 TEST(relaxation, stored_energy_and_tank_never_rise_without_work) {
   int slid = 0, let_go = 0;
   for (unsigned seed = 1; seed <= 160; ++seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> unit(0, 1);
-    const auto draw = [&](double size) {
-      const double x = unit(random), y = unit(random), z = unit(random);
-      return Vec3((2 * x - 1) * size, (2 * y - 1) * size, (2 * z - 1) * size);
-    };
-    const bool is_round = seed % 2 == 1, is_rough = seed % 3 > 0;
-    const auto scale = [&](const Vec3&) { return is_rough ? 0.4 + 1.2 * unit(random) : 1; };
-    const auto side = [&](const Vec3&) { return Vec3(is_rough ? draw(500) : Vec3(0, 0, 0)); };
-    const double friction = std::pow(10, -3 * unit(random));
+    DrawnRings body(seed);
+    const double friction = std::pow(10, -3 * body.unit());
     Relaxation relaxation = two_branches();
-    relaxation.share *= std::pow(10, unit(random));
-    const Loaded loaded =
-        load(relaxing(is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3)) : plate(), friction,
-                      is_round ? 0.03 : 0, scale, relaxation, side));
+    relaxation.share *= std::pow(10, body.unit());
+    Model model = body.model(friction);
+    model.curves.relaxation = relaxation;
+    const Loaded loaded = load(model);
     TimedTool tool(loaded.asset);
-    const Vec3 top(0, 0, is_round ? 0.03 : 0);
+    const Vec3 top(0, 0, body.top_m());
     Vec3 x = top + Vec3(0, 0, 1e-3);
     tool.go(x);
-    const double step_m = std::pow(10, -5 + 3 * unit(random)),
-                 dt_s = std::pow(10, -5 + 6 * unit(random));
+    const double step_m = std::pow(10, -5 + 3 * body.unit()),
+                 dt_s = std::pow(10, -5 + 6 * body.unit());
     double lost_J = 0, most_J = 0;
     for (int leg = 0; leg < 9; ++leg) {
       const bool lifts = leg % 4 == 3;
       const Vec3 to = leg == 8 ? Vec3(x + Vec3(0, 0, 0.02))
                                : Vec3(top + Vec3(0, 0, lifts ? 1e-3 : -3e-3) +
-                                      draw(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
+                                      body.vector(0.004).cwiseProduct(Vec3(1, 1, lifts ? 0 : 0.7)));
       const Vec3 from = x;
       const int ticks = std::clamp(static_cast<int>((to - from).norm() / step_m), 1, 2000);
       for (int k = 1; k <= ticks; ++k) {
