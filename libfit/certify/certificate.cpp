@@ -282,8 +282,7 @@ std::string in_words(const Certificate& c) {
   if (c.relaxes)  // (M29d)
     out +=
         "The body relaxes: this is the certificate of its slow motion, and of quick slides on a "
-        "body "
-        "at rest. What dashpots hold after a press is left to the guard. ";
+        "body at rest. What dashpots hold after a press is left to the guard. ";
   const Continuity& k = c.continuity;
   if (c.sways && c.is_rings)
     out += fmt::format(

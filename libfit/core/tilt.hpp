@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libfit/core/geometry.hpp"
+#include "libfit/runtime/tilt.hpp"
 
 namespace palpate {
 
@@ -15,16 +16,13 @@ inline Lean lean_of(double tilt_rad, double direction_rad) {
   return std::sin(tilt_rad) * Lean(std::cos(direction_rad), std::sin(direction_rad));
 }
 
-/// Columns: the two tangents that leans are given in, and the inward unit normal u. The least turn
-/// from z to the outward normal takes x and y there (M58b), so the tangents change smoothly over a
-/// body but where its outward normal is -z.
+/// Columns: the two tangents that leans are given in (M58b), and the inward unit normal u. The
+/// tangents change smoothly over a body but where its outward normal is -z.
 inline Mat3 tilt_frame(const Vec3& inward) {
-  const Vec3 n = -inward;
-  const Vec3 middle = n + Vec3::UnitZ();
+  const runtime::TiltFrame own = runtime::tilt_frame({inward.x(), inward.y(), inward.z()});
   Mat3 frame;
-  frame.col(0) =
-      middle.z() > 1e-9 ? Vec3(Vec3::UnitX() - n.x() / middle.z() * middle) : Vec3(Vec3::UnitX());
-  frame.col(1) = n.cross(frame.col(0));
+  frame.col(0) << own.first.x, own.first.y, own.first.z;
+  frame.col(1) << own.second.x, own.second.y, own.second.z;
   frame.col(2) = inward;
   return frame;
 }

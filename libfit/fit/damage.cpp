@@ -93,9 +93,8 @@ std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples)
     const StraightPress press(bases, curves, samples, point, of_samples, deepest_m);
     Cycle cycle;
     const runtime::SplineView& normal = bases.views.view[runtime::kNormal];
-    for (int j = 0; j < normal.size(); ++j)
-      cycle.unit_J +=
-          curves.curves.control[0](point, j) * normal.integrals[normal.pieces * normal.size() + j];
+    cycle.unit_J = runtime::curve_energy(normal, curves.curves.control[0].row(point).data(),
+                                         normal.knots[normal.pieces]);
     double before_m = 0;
     bool goes_out = false;
     for (const Eigen::Index i : rows) {

@@ -16,9 +16,9 @@ struct DamageReport {
 /// How the body softens (M56), from straight presses that go in, out and in again: any experiments
 /// of `cycles` that stay on the normal of a test point that `curves` has a curve for (by place).
 /// Least squares over r, m and beta of all rows together, each row's force over the largest of its
-/// cycle; the curves hold, and r is 1
-/// or more: no dent. None (r 0) where no cycle can be used, or softening takes less than a
-/// tenth off the error. reach_m: kDamageReach contact radii of the probe at the curves' end.
+/// cycle; the curves hold, and r is 1 or more: no dent. m is over the energy under the point's
+/// normal curve. None (r 0) where no cycle can be used, or softening takes less than a tenth off
+/// the error. reach_m: one and a half contact radii of the probe at the curves' end.
 runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& cycles,
                                     DamageReport* report = nullptr);
 

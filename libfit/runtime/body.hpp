@@ -36,11 +36,8 @@ inline std::uint64_t body_bytes(const AssetView& asset) noexcept {
 /// Energy under a vertex's normal curve [J].
 inline double unit_energy(const AssetView& asset, int vertex) noexcept {
   const SplineView& spline = asset.curves.view[kNormal];
-  const float* control = asset.node(vertex) + asset.control_offset[kNormal];
-  const double* whole = spline.integrals + spline.pieces * spline.size();
-  double sum = 0;
-  for (int j = 0; j < spline.size(); ++j) sum += double(control[j]) * whole[j];
-  return sum;
+  return curve_energy(spline, asset.node(vertex) + asset.control_offset[kNormal],
+                      spline.knots[spline.pieces]);
 }
 
 /// A new body in `memory` [body_bytes(asset)], 8-byte aligned.

@@ -65,7 +65,7 @@ inline TiltLean TiltNodes::lean(int node) const noexcept {
   return {r * kTiltCos[k], r * kTiltSin[k]};
 }
 
-/// Weights of the nodes' control curves and their slopes by the lean; `active` of those above 0.
+/// Weights of the nodes' control curves and their slopes by the lean.
 struct TiltWeights {
   double w[kMaxTiltNodes] = {}, d_first[kMaxTiltNodes] = {}, d_second[kMaxTiltNodes] = {};
 };
