@@ -25,7 +25,7 @@ struct Row {
 
 const std::vector<Row> kLayers{
     {"libfit/runtime", {}},
-    {"libfit/core", {"libfit/runtime/families"}},
+    {"libfit/core", {"libfit/runtime/families", "libfit/runtime/tilt"}},
     {"libfit/io", {"libfit/core", "libfit/runtime"}},
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},
@@ -61,8 +61,10 @@ const std::vector<Row> kRooms{
     {"tools/command_pages", {}},
     {"tools/command", {"tools/command_pages", "tools/console", "tools/outputs", "tools/scene"}},
     {"tools/manifest", {"tools/scene"}},
+    {"tools/certify", {"tools/console", "tools/scene"}},
     {"tools/stages",
-     {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene", "tools/manifest"}},
+     {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene", "tools/manifest",
+      "tools/certify"}},
     {"tools/setup", {"tools/console", "tools/scene", "tools/stages"}},
     {"tools/study",
      {"tools/build_identity", "tools/console", "tools/outputs", "tools/scene", "tools/stages",
@@ -73,8 +75,9 @@ const std::vector<Row> kRooms{
     {"tools/page", {"tools/bench"}},
     {"tools/python", {}},
     {"tools/commands",
-     {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/stages",
-      "tools/setup", "tools/study", "tools/realtime", "tools/report", "tools/outputs"}},
+     {"tools/command", "tools/console", "tools/scene", "tools/manifest", "tools/certify",
+      "tools/stages", "tools/setup", "tools/study", "tools/realtime", "tools/report",
+      "tools/outputs"}},
     {"tools/main", {"tools/command"}},
 
     {"libfit/io/hdf5", {"libfit/io"}},

@@ -5,12 +5,12 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
+#include "tools/certify/certify.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/setup/trial.hpp"
-#include "tools/stages/certify.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/prepare.hpp"
 

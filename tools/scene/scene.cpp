@@ -11,148 +11,13 @@
 #include "libfit/runtime/tilt.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"
+#include "tools/scene/read_region.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
 namespace {
 
-// The file that a scene names: beside the scene, or below the folder that PALPATE_DATA names.
-std::filesystem::path beside(const std::filesystem::path& scene, const std::string& name) {
-  static constexpr std::string_view kData = "$PALPATE_DATA/";
-  std::filesystem::path path(name);
-  if (name.starts_with(kData)) {
-    const char* folder = std::getenv("PALPATE_DATA");
-    if (folder == nullptr)
-      throw Error(
-          scene.string(), fmt::format("\"{}\" needs PALPATE_DATA, which is not set", name),
-          "Set it to the folder that holds the meshes; the scene says where they can be had.");
-    path = std::filesystem::path(folder) / name.substr(kData.size());
-  }
-  return std::filesystem::absolute(path.is_absolute() ? path : scene.parent_path() / path)
-      .lexically_normal();
-}
-
-constexpr double kAnyNumber = 1e15;
 constexpr double kMostGravity = 1e4;  // m/s^2
-constexpr double kFacingWithin = 60 * std::numbers::pi / 180, kWholeTurn = std::numbers::pi;
-
-HalfSpace read_half_space(SceneTable table, bool is_below) {
-  static const std::vector<std::string_view> kAxes{"x", "y", "z"};
-  HalfSpace half;
-  half.is_below = is_below;
-  half.axis = table.choice("axis", "z", kAxes)[0] - 'x';
-  half.at_m = table.required_quantity("at", Dimension::length, -kAnyLength, kAnyLength);
-  table.finish();
-  return half;
-}
-
-Ball read_ball(SceneTable table) {
-  Ball ball;
-  ball.center_m = table.point("center");
-  ball.radius_m = table.required_quantity("radius", Dimension::length, kSmallestLength, kAnyLength);
-  table.finish();
-  return ball;
-}
-
-Box read_box(SceneTable& table) {
-  const auto [low, high] = table.corners("box");
-  if (!(low.array() < high.array()).all())
-    throw Error(table.where("box"), "box of " + table.name() + " is empty",
-                "Give the lower corner first: every coordinate of the second must be larger.");
-  return {low, high};
-}
-
-// What the mesh file calls a part: a group, a colour, or where a field has a value.
-std::optional<MeshMark> find_mark(SceneTable& table, int& named) {
-  std::optional<MeshMark> mark;
-  if (table.has("group")) {
-    ++named;
-    mark = {MeshMark::By::group, table.text("group", ""), 0};
-  }
-  if (table.has("colour")) {
-    ++named;
-    mark = {MeshMark::By::colour, table.text("colour", ""), 0};
-    std::string& colour = mark->name;
-    for (char& c : colour)
-      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
-    if (colour.size() != 7 || colour[0] != '#' ||
-        colour.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
-      throw Error(table.where("colour"), fmt::format("\"{}\" is no colour", colour),
-                  "Write red, green and blue as colour = \"#ff0000\".");
-  }
-  if (table.has("field")) {
-    ++named;
-    mark = {MeshMark::By::field, table.text("field", ""), 0};
-    if (!table.has("equals"))
-      throw Error(table.where("field"), fmt::format("field of {} lacks equals", table.name()),
-                  "Write field = \"label\", equals = 2.");
-    mark->equals = table.number("equals", 0, -kAnyNumber, kAnyNumber);
-  }
-  return mark;
-}
-
-constexpr std::string_view kRegions = "below, above, box, sphere, inside, group, colour, field";
-
-// The one region a table names; nothing when it names none. named: how many kinds it names so far.
-std::optional<Region> find_region(SceneTable& table, const std::filesystem::path& scene,
-                                  int named = 0, std::string_view kinds = kRegions) {
-  std::optional<Region> region;
-  if (table.has("below")) {
-    ++named;
-    region = read_half_space(table.table("below", "below"), true);
-  }
-  if (table.has("above")) {
-    ++named;
-    region = read_half_space(table.table("above", "above"), false);
-  }
-  if (table.has("sphere")) {
-    ++named;
-    region = read_ball(table.table("sphere", "sphere"));
-  }
-  if (table.has("box")) {
-    ++named;
-    region = read_box(table);
-  }
-  if (table.has("inside")) {
-    ++named;
-    region = Solid{beside(scene, table.text("inside", "")), {}};
-  }
-  if (const auto mark = find_mark(table, named)) region = Marked{*mark, {}};
-  if (named > 1)
-    throw Error(table.where_table(), table.name() + " names more than one region",
-                fmt::format("Keep one of {}.", kinds));
-  return region;
-}
-
-Region read_region(SceneTable table, const std::filesystem::path& scene) {
-  const auto region = find_region(table, scene);
-  if (!region)
-    throw Error(table.where_table(), table.name() + " names no region",
-                fmt::format("Give one of {}.", kRegions));
-  table.finish();
-  return *region;
-}
-
-// A disc or one of the regions above, what faces a side, or both.
-SurfaceRegion read_surface_region(SceneTable table, const std::filesystem::path& scene) {
-  static const std::string kKinds = fmt::format("disc, {}", kRegions);
-  SurfaceRegion region;
-  const bool is_disc = table.has("disc");
-  if (const auto part = find_region(table, scene, is_disc ? 1 : 0, kKinds)) region.part = *part;
-  if (is_disc) {
-    const Ball disc = read_ball(table.table("disc", "disc"));
-    region.part = Disc{disc.center_m, disc.radius_m};
-  }
-  if (table.has("facing")) {
-    region.facing = table.choice("facing", "", {kSides.begin(), kSides.end()});
-    region.within_rad = table.quantity("within", Dimension::angle, kFacingWithin, 0.01, kWholeTurn);
-  }
-  if (region.facing.empty() && std::holds_alternative<std::monostate>(region.part))
-    throw Error(table.where_table(), table.name() + " names no region",
-                fmt::format("Give one of {}, or facing.", kKinds));
-  table.finish();
-  return region;
-}
 
 double read_density(SceneTable& table, double fallback) {
   return table.number("density", fallback, 1e-3, 1e6);
@@ -164,11 +29,7 @@ std::vector<InclusionSection> read_inclusions(SceneTable& root, const std::files
   std::vector<InclusionSection> inclusions;
   for (SceneTable& table : root.tables("inclusion", "[[inclusion]]")) {
     InclusionSection inclusion;
-    const auto region = find_region(table, scene);
-    if (!region)
-      throw Error(table.where_table(), "[[inclusion]] names no region",
-                  fmt::format("Give it one of {}.", kRegions));
-    inclusion.region = *region;
+    inclusion.region = take_region(table, scene);
     const SceneTable own = table.table("material", "");
     inclusion.material = read_material(table.table("material", "material of [[inclusion]]"), true);
     if (!own.holds("relaxation") && !own.holds("softening") && body) {
@@ -186,11 +47,7 @@ std::vector<BedSection> read_beds(SceneTable& root, const std::filesystem::path&
   std::vector<BedSection> beds;
   for (SceneTable& table : root.tables("bed", "[[bed]]")) {
     BedSection bed;
-    const auto region = find_region(table, scene);
-    if (!region)
-      throw Error(table.where_table(), "[[bed]] names no region",
-                  fmt::format("Give it one of {}.", kRegions));
-    bed.region = *region;
+    bed.region = take_region(table, scene);
     bed.material = read_material(table.table("material", "material of [[bed]]"));
     bed.thickness_m =
         table.required_quantity("thickness", Dimension::length, kSmallestLength, kAnyLength);
@@ -264,7 +121,7 @@ class SectionReader {
     value = table_.choice(key, value, may.names);
   }
   void operator()(Stage, std::string_view key, std::optional<std::filesystem::path>& value, File) {
-    if (table_.has(key)) value = beside(scene_, table_.text(key, ""));
+    if (table_.has(key)) value = file_beside(scene_, table_.text(key, ""));
   }
   void operator()(Stage, std::string_view, double& value, MeshUnit) {
     value = table_.length_unit();
@@ -298,7 +155,7 @@ class SectionReader {
   void operator()(Stage, std::string_view, std::optional<std::filesystem::path>& value,
                   PointCount) {
     const auto word = point_word();
-    if (word && *word != "auto" && *word != "vertices") value = beside(scene_, *word);
+    if (word && *word != "auto" && *word != "vertices") value = file_beside(scene_, *word);
   }
 
  private:

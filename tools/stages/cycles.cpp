@@ -59,7 +59,8 @@ void add_damage(FittedCurves& curves, const Samples& cycles) {
         report.rows, 100 * report.median_undamaged);
     return;
   }
-  say("  damage   r {:.3g}, m {:.3g}, beta {:.3g}: {} cycles of {} rows are off by {:.1f} % "
+  say("  damage   r {:.3g}, m {:.3g} of a whole press's energy, beta {:.3g}: {} cycles of {} rows "
+      "are off by {:.1f} % "
       "(median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
       damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.median,
       100 * report.p95, 100 * report.median_undamaged, 100 * report.p95_undamaged);

@@ -7,9 +7,9 @@
 #include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
+#include "tools/certify/repair.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/repair.hpp"
 
 namespace palpate::tools {
 

@@ -1,4 +1,4 @@
-#include "tools/stages/certify.hpp"
+#include "tools/certify/certify.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/vtu.hpp"
+#include "tools/certify/repair.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/devices.hpp"
-#include "tools/stages/repair.hpp"
 
 namespace palpate::tools {
 namespace {

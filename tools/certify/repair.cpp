@@ -1,4 +1,4 @@
-#include "tools/stages/repair.hpp"
+#include "tools/certify/repair.hpp"
 
 #include <fmt/format.h>
 
