@@ -150,7 +150,6 @@ std::vector<RawRecording> read_afmformats(const std::filesystem::path& path, std
 
 std::vector<RawRecording> read_afmformats_hdf5(const std::filesystem::path& path, std::string_view,
                                                const ReadSettings& settings) {
-  const auto lock = lock_hdf5();
   const h5::Reader file(path, "Export the curves again.");
   std::set<std::string> curves;
   for (const std::string& set : file.data_sets())

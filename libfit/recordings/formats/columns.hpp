@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <mutex>
 
 #include "libfit/core/units.hpp"
 #include "libfit/recordings/formats/recording.hpp"
@@ -79,8 +78,5 @@ RawRecording recording_of_arrays(const std::vector<Role>& roles,
                                  std::vector<std::vector<double>> columns,
                                  const std::vector<double>& factors, const ReadSettings& settings,
                                  const FailRole& fail);
-
-/// Debian's HDF5 takes one thread at a time: held while a file is open.
-std::unique_lock<std::mutex> lock_hdf5();
 
 }  // namespace palpate::importers

@@ -54,16 +54,10 @@ void strip_root(ColumnNames& names) {
 
 }  // namespace
 
-std::unique_lock<std::mutex> lock_hdf5() {
-  static std::mutex library;
-  return std::unique_lock<std::mutex>(library);
-}
-
 bool begins_hdf5(std::string_view head) { return head.starts_with("\x89HDF\r\n\x1a\n"); }
 
 std::vector<RawRecording> read_columns_hdf5(const std::filesystem::path& path, std::string_view,
                                             const ReadSettings& given) {
-  const auto lock = lock_hdf5();
   const h5::Reader file(
       path,
       "Name its data sets under `columns` of the manifest, and correct or remove unusable rows "

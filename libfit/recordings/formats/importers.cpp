@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <mutex>
 
 #include "libfit/core/text.hpp"
 
@@ -58,6 +60,19 @@ const Importer& recognise(const std::filesystem::path& path, std::string_view by
       "its header with their units: t_s, x_mm, F_N.");
 }
 
+bool is_read_by_hdf5(std::string_view bytes) {
+  return begins_hdf5(bytes) || bytes.starts_with("MATLAB 7.3");
+}
+
+// The library keeps global state: one file at a time, and none is open where the process forks.
+std::vector<RawRecording> read_rehearsed(const std::filesystem::path& path,
+                                         const std::function<std::vector<RawRecording>()>& read) {
+  static std::mutex library;
+  const std::lock_guard lock(library);
+  rehearse(path, [&] { read(); });
+  return read();
+}
+
 }  // namespace
 
 std::span<const Importer> importers() { return kImporters; }
@@ -75,7 +90,8 @@ std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std
   if (!row)
     throw Error(path.string(), "format \"" + settings.format + "\" is not known",
                 "Leave it out, or name one that is.");
-  auto recordings = row->read(path, bytes, settings);
+  const auto recordings_of = [&] { return row->read(path, bytes, settings); };
+  auto recordings = is_read_by_hdf5(bytes) ? read_rehearsed(path, recordings_of) : recordings_of();
   for (RawRecording& r : recordings) {
     r.format = row->name;
     if (!r.unread && ((r.travel_m.empty() && r.position_m.rows() == 0) ||

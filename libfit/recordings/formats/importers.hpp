@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string_view>
 
@@ -40,10 +41,14 @@ std::string unpacked(const std::filesystem::path& path, std::string bytes,
 std::string inflated(const std::filesystem::path& path, std::string_view packed,
                      std::uintmax_t max_bytes, const std::string& is_damaged);
 
+/// Reads once in a process of its own, whose result is dropped. Throws Error where that process
+/// crashes or takes a minute of CPU time; what `read` throws is left to the second reading.
+void rehearse(const std::filesystem::path& path, const std::function<void()>& read);
+
 /// The recordings in the content of a file by its format, or by the format it begins like.
 /// Every recording has at least one row, or of several says why it is unread; all numbers are
 /// finite and within 1e15 of zero. Each names the format and what was taken from the file. Safe on
-/// untrusted bytes.
+/// untrusted bytes: what the HDF5 library reads is rehearsed, one file at a time.
 std::vector<RawRecording> read_recordings(const std::filesystem::path& path, std::string_view bytes,
                                           const ReadSettings& settings);
 

@@ -254,7 +254,6 @@ bool begins_matlab(std::string_view head) {
 std::vector<RawRecording> read_matlab(const std::filesystem::path& path, std::string_view bytes,
                                       const ReadSettings& settings) {
   if (bytes.starts_with(kVersion73)) {
-    const auto lock = lock_hdf5();
     const h5::Reader file(path, "Save it again.");
     return {recording_of(path, variables_73(file), settings)};
   }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <csignal>
 #include <random>
 
 #include "libfit/io/hdf5/hdf5.hpp"
@@ -180,6 +181,41 @@ TEST_F(ImportersTest, hdf5_columns_read_as_text_columns_do) {
   s.columns.time = "run/none";
   EXPECT_EQ(error_of([&] { read_recordings(at("a.h5"), read_bytes(at("a.h5"), 1 << 20), s); }),
             "a.h5:run/none: data set is missing");
+}
+
+TEST_F(ImportersTest, a_reader_that_crashes_or_hangs_is_an_error_and_one_that_throws_is_left) {
+  EXPECT_EQ(error_of([&] { rehearse(at("a.h5"), [] { std::raise(SIGSEGV); }); }),
+            "a.h5: is damaged: the HDF5 library crashes on it");
+  EXPECT_EQ(error_of([&] { rehearse(at("a.h5"), [] { std::raise(SIGXCPU); }); }),
+            "a.h5: is damaged: the HDF5 library does not come to an end on it");
+  EXPECT_NO_THROW(rehearse(at("a.h5"), [] { throw std::runtime_error("said by the parent"); }));
+}
+
+TEST_F(ImportersTest, a_damaged_hdf5_file_is_read_or_refused_and_the_program_lives) {
+  h5::Writer writer(at("whole.h5"), "rig", {});
+  const std::vector<double> t{0, 1, 2}, x{0, 1, 2}, f{1, 2, 3};
+  writer.numbers("run/t_s", "s", t.data(), {3, 0});
+  writer.numbers("run/depth_mm", "mm", x.data(), {3, 0});
+  writer.numbers("run/F_N", "N", f.data(), {3, 0});
+  writer.commit();
+  const std::string whole = read_bytes(at("whole.h5"), 1 << 20);
+  ReadSettings s;
+  s.columns.time = "run/t_s", s.columns.depth = "run/depth_mm", s.columns.force = {"run/F_N"};
+  SCOPED_TRACE(kSeed);
+  std::mt19937 random(kSeed);
+  int refused = 0;
+  for (int k = 0; k < 60; ++k) {
+    std::string bytes = whole;
+    for (int n = 0; n < 4; ++n) bytes[8 + random() % (bytes.size() - 8)] = char(random());
+    testing_io::write_quickly(at("a.h5"), bytes);
+    try {
+      EXPECT_EQ(read_recordings(at("a.h5"), bytes, s).size(), 1u) << k;
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_FALSE(error.remedy().empty()) << k;
+    }
+  }
+  EXPECT_GT(refused, 5);
 }
 
 TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
