@@ -14,6 +14,7 @@
 #include "libfit/core/statistics.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/validation/record.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/simulate.hpp"
 

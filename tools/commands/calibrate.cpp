@@ -20,6 +20,7 @@
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/simulate.hpp"
 

@@ -11,6 +11,7 @@
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/setup/trial.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/prepare.hpp"
 

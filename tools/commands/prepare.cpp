@@ -1,4 +1,5 @@
 #include "tools/stages/prepare.hpp"
+#include "tools/stages/open_scene.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -10,6 +10,7 @@
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/shards.hpp"

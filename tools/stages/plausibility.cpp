@@ -10,7 +10,6 @@
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -132,6 +131,19 @@ std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& bod
                             1e3 * high[2]));
   }
   return places;
+}
+
+std::string size_in_words(const Vec3& extent_m, double volume_m3) {
+  const double largest = extent_m.maxCoeff();
+  const auto [scale, unit, cubic, cubic_unit] =
+      largest >= 10 ? std::tuple{1.0, "m", 1.0, "m3"}
+      : largest >= 1e-3
+          ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
+          : std::tuple{1e6, "um", 1e18, "um3"};
+  const Vec3 e = scale * extent_m;
+  std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
+  if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
+  return words;
 }
 
 void say_plausibility(const Scene& scene, const Body& body) {

@@ -24,7 +24,10 @@ struct InclusionPlace {
 /// none of an inclusion is inside the body.
 std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& body);
 
-/// Says both on stderr.
+/// "194 x 154 x 156 mm, 1.48 l": so that a wrong unit is seen. Volume left out when 0.
+std::string size_in_words(const Vec3& extent_m, double volume_m3);
+
+/// Says what is implausible and where inclusions lie on stderr.
 void say_plausibility(const Scene& scene, const Body& body);
 
 }  // namespace palpate::tools

@@ -13,6 +13,7 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/shape.hpp"

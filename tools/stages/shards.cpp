@@ -17,7 +17,6 @@
 #include "tools/scene/settings.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/placement.hpp"
-#include "tools/stages/prepare.hpp"
 #include "tools/stages/simulate.hpp"
 
 namespace palpate::tools {

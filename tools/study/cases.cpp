@@ -16,7 +16,7 @@
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/toml_table.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/prepare.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/study/axes.hpp"
 #include "tools/study/scaling.hpp"
 

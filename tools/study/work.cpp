@@ -19,6 +19,7 @@
 #include "tools/scene/settings.hpp"
 #include "tools/setup/trial.hpp"
 #include "tools/stages/fingerprint.hpp"
+#include "tools/stages/open_scene.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/run.hpp"
 #include "tools/stages/simulate.hpp"
