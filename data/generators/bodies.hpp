@@ -29,10 +29,15 @@ Surface block_mm();
 /// A clot on a plate: a cap on z = 0, 60 x 51 mm and 16 mm high, 3 mm triangles.
 Surface clot_mm();
 
+/// A breast on the chest wall z = -20, fuller towards -y: an implicit surface, meshed.
+Surface breast_mm();
+
+/// In this order: the mesher's random numbers go on from one body to the next.
 inline constexpr NamedBody kBodies[] = {{"block.obj", block_mm},
                                         {"clot.obj", clot_mm},
                                         {"cylinder.obj", cylinder_mm},
-                                        {"liver.obj", liver_mm}};
+                                        {"liver.obj", liver_mm},
+                                        {"breast.obj", breast_mm}};
 
 /// What is true of a body's mesh as its file has it; lengths in mm.
 struct BodyFacts {
