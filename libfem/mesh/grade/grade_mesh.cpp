@@ -17,6 +17,9 @@
 namespace palpate::fem {
 namespace {
 
+// Largest distance of a corner in contact from the surface, over the finest size, that passes.
+constexpr double kFaithful = 0.05;
+
 void check(const TetMesh& base, const std::vector<char>& is_held, const GradeOptions& options) {
   const auto refuse = [](const std::string& what, const std::string& remedy) {
     throw Error("grade_mesh", what, remedy);
@@ -138,19 +141,29 @@ double wanted_size_m(const Segment& piece, double growth, const Vec3& x) {
   return std::max(piece.h_m, growth * (distance_m(piece, x) - piece.reach_m));
 }
 
-bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x) {
-  return std::any_of(options.path.begin(), options.path.end(), [&](const Segment& piece) {
-    return wanted_size_m(piece, options.growth, x) <= piece.h_m;
+// Whether a place, or one so far away, is where some piece wants its h_m.
+bool is_finest_of_a_piece(const GradeOptions& options, const Vec3& x, double away_m) {
+  return std::ranges::any_of(options.path, [&](const Segment& piece) {
+    return options.growth * (distance_m(piece, x) - away_m - piece.reach_m) <= piece.h_m;
   });
 }
 
+double contact_deviation_m(const NodePlacement& placed, const GradeOptions& options) {
+  double largest_m = 0;
+  for (std::size_t n = 0; n < placed.nodes.size(); ++n)
+    if (placed.off_m[n] > largest_m &&
+        is_finest_of_a_piece(options, placed.nodes[n], placed.off_m[n]))
+      largest_m = placed.off_m[n];
+  return largest_m;
+}
+
+double finest_m(const GradeOptions& options) {
+  return std::ranges::min_element(options.path, {}, &Segment::h_m)->h_m;
+}
+
 void note_deviation(const NodePlacement& placed, const GradeOptions& options, QuadraticMesh& out) {
-  for (std::size_t n = 0; n < placed.nodes.size(); ++n) {
-    if (placed.off_m[n] == 0) continue;
-    out.deviation_m = std::max(out.deviation_m, placed.off_m[n]);
-    if (is_finest_of_a_piece(options, placed.nodes[n]))
-      out.contact_deviation_m = std::max(out.contact_deviation_m, placed.off_m[n]);
-  }
+  for (const double off_m : placed.off_m) out.deviation_m = std::max(out.deviation_m, off_m);
+  out.contact_deviation_m = std::max(out.contact_deviation_m, contact_deviation_m(placed, options));
 }
 
 }  // namespace
@@ -175,7 +188,12 @@ QuadraticMesh grade_mesh(const TetMesh& base, const std::vector<char>& is_held,
   check(base, is_held, options);
   BisectedMesh mesh = bisect(base, options);
   Boundary boundary = classify_boundary(base, mesh, surface.crease_angle_rad());
-  NodePlacement corners = place_corners(mesh, boundary, surface);
+  NodePlacement corners = place_corners(mesh, boundary, surface, Placing::by_birth);
+  if (contact_deviation_m(corners, options) > kFaithful * finest_m(options)) {
+    NodePlacement spread = place_corners(mesh, boundary, surface, Placing::spread);
+    if (contact_deviation_m(spread, options) < contact_deviation_m(corners, options))
+      corners = std::move(spread);
+  }
   if (options.region_at) {
     conform_to_regions(mesh, corners, boundary, surface, options.region_at);
     boundary = classify_boundary(base, mesh, surface.crease_angle_rad());

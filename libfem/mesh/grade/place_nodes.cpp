@@ -1,6 +1,8 @@
 #include "libfem/mesh/grade/place_nodes.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -79,6 +81,39 @@ std::vector<Vec3> move_unless_spoilt(const std::vector<Vec3>& start, const std::
   }
 }
 
+// Positions of inside nodes by which what boundary nodes move spreads evenly: springs along the
+// edges, as stiff as the edges are short. The middle of moved parents knows no more of the boundary
+// than its parents did, so a fine mesh under a base face that is far off is crushed.
+void spread(const BisectedMesh& mesh, const Boundary& boundary, std::vector<Vec3>& at) {
+  std::vector<Eigen::Index> row(at.size(), -1);
+  Eigen::Index rows = 0;
+  for (std::size_t n = 0; n < at.size(); ++n)
+    if (boundary.kind[n] == NodeKind::inside) row[n] = rows++;
+  if (rows == 0) return;
+  std::vector<Eigen::Triplet<double>> springs;
+  Points load = Points::Zero(rows, 3);
+  for (const BisectedTet& tet : mesh.tets)
+    for (const auto& edge : kTetEdge)
+      for (int way = 0; way < 2; ++way) {
+        const auto a = static_cast<std::size_t>(tet.node[edge[way]]),
+                   b = static_cast<std::size_t>(tet.node[edge[1 - way]]);
+        if (row[a] < 0) continue;
+        const double stiffness = 1 / (mesh.nodes[a] - mesh.nodes[b]).norm();
+        springs.emplace_back(row[a], row[a], stiffness);
+        if (row[b] >= 0)
+          springs.emplace_back(row[a], row[b], -stiffness);
+        else
+          load.row(row[a]) += stiffness * (at[b] - mesh.nodes[b]).transpose();
+      }
+  Eigen::SparseMatrix<double> laplacian(rows, rows);
+  laplacian.setFromTriplets(springs.begin(), springs.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(laplacian);
+  if (factor.info() != Eigen::Success) return;
+  const Points moved = factor.solve(load);
+  for (std::size_t n = 0; n < at.size(); ++n)
+    if (row[n] >= 0) at[n] = mesh.nodes[n] + Vec3(moved.row(row[n]));
+}
+
 }  // namespace
 
 std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
@@ -93,6 +128,20 @@ std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, No
   if (!hit || (hit->position - guess).norm() > limit) return std::nullopt;
   return hit->position;
 }
+
+namespace {
+
+// On the surface that faces `direction`, else on what is nearest: creases are not sought.
+std::optional<Vec3> place_anywhere(const SmoothSurface& surface, const Vec3& guess,
+                                   const Vec3& direction, double spacing_m) {
+  if (const auto place = place_on(surface, guess, NodeKind::smooth, direction, spacing_m))
+    return place;
+  const SurfaceHit nearest = surface.closest(guess);
+  if (nearest.distance_m > kMoveLimit * spacing_m) return std::nullopt;
+  return nearest.position;
+}
+
+}  // namespace
 
 Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double crease_angle_rad) {
   Boundary out;
@@ -144,7 +193,7 @@ Boundary classify_boundary(const TetMesh& base, const BisectedMesh& mesh, double
 }
 
 NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
-                            const SmoothSurface& surface) {
+                            const SmoothSurface& surface, Placing placing) {
   std::vector<Vec3> goal = mesh.nodes;
   std::vector<char> is_lost(goal.size(), 0);
   for (std::size_t n = 0; n < goal.size(); ++n) {
@@ -158,10 +207,13 @@ NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
     }
     if (boundary.kind[n] == NodeKind::inside) continue;
     const auto place =
-        place_on(surface, goal[n], boundary.kind[n], boundary.direction[n], spacing_m);
+        placing == Placing::by_birth
+            ? place_on(surface, goal[n], boundary.kind[n], boundary.direction[n], spacing_m)
+            : place_anywhere(surface, goal[n], boundary.direction[n], spacing_m);
     is_lost[n] = !place;
     if (place) goal[n] = *place;
   }
+  if (placing == Placing::spread) spread(mesh, boundary, goal);
 
   NodePlacement out;
   out.nodes = move_unless_spoilt(

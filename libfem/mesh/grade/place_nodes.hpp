@@ -44,11 +44,15 @@ struct NodePlacement {
 std::optional<Vec3> place_on(const SmoothSurface& surface, const Vec3& guess, NodeKind kind,
                              const Vec3& direction, double spacing_m);
 
-/// Corner nodes, each from the middle of its placed parents onto the surface (inside ones stay in
-/// the middle); drawn back towards the straight mesh where a tet would fall below a fifth of its
-/// volume.
+/// How corner nodes are placed. by_birth: creases on creases, inside nodes in the middle of their
+/// placed parents. spread: creases are not sought, and inside nodes go where the boundary's motion
+/// spreads evenly (one sparse factorization); for where the first leaves nodes off the surface.
+enum class Placing { by_birth, spread };
+
+/// Corner nodes, each from the middle of its placed parents onto the surface; drawn back towards
+/// the straight mesh where a tet would fall below a fifth of its volume.
 NodePlacement place_corners(const BisectedMesh& mesh, const Boundary& boundary,
-                            const SmoothSurface& surface);
+                            const SmoothSurface& surface, Placing placing);
 
 /// Mid-edge nodes of boundary.edges, from the middle of the placed corners onto the surface; drawn
 /// back where `smallest_jacobian` would fall below a fifth of the straight tet's.

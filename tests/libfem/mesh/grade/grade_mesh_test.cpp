@@ -255,6 +255,28 @@ TEST(GradeMesh, a_move_that_would_spoil_an_element_is_cut_and_told) {
     EXPECT_GT(smallest_jacobian(nodes_of(mesh, t)), 0) << "tet " << t;
 }
 
+TEST(GradeMesh, a_fine_mesh_under_a_base_face_that_is_far_off_lies_on_the_surface) {
+  // A bowl, 5 mm deep, in a block whose base has its corners and a node 4 mm under its top.
+  constexpr double kSide_m = 0.1, kHeight_m = 0.04, kDip_m = 0.005;
+  TetMesh bowl = structured_block({kSide_m, kSide_m, kHeight_m}, {40, 40, 4});
+  for (auto node : bowl.nodes.rowwise()) {
+    const double x = 2 * node[0] / kSide_m - 1, y = 2 * node[1] / kSide_m - 1;
+    node[2] *= 1 - kDip_m / kHeight_m * (1 - x * x) * (1 - y * y);
+  }
+  const TetMesh base =
+      star(boundary_surface(structured_block({kSide_m, kSide_m, kHeight_m}, {1, 1, 1})),
+           {kSide_m / 2, kSide_m / 2, kHeight_m - 0.004});
+  const Vec3 lowest{kSide_m / 2, kSide_m / 2, kHeight_m - kDip_m};
+  const GradeOptions press{.path = {{lowest, lowest, 1e-3, 8e-3}}};
+  const QuadraticMesh mesh =
+      grade_mesh(base, held_below(base, 0), SmoothSurface(boundary_surface(bowl)), press);
+  EXPECT_LT(mesh.contact_deviation_m, 0.05e-3);
+  double nearest_m = 1;
+  for (const std::int32_t n : mesh.faces.reshaped())
+    nearest_m = std::min(nearest_m, (mesh.nodes.row(n).transpose() - lowest).norm());
+  EXPECT_LT(nearest_m, 1e-3);
+}
+
 TEST(GradeMesh, path_of_a_drag_is_fine_along_its_whole_length) {
   const Block block;
   GradeOptions options = kPress;
