@@ -153,8 +153,8 @@ enum {
       128,                   /* deeper than range_m: the curves go on along their last slope */
   PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
   PALPATE_FLAG_RAMP = 512,   /* the tool's ramp is not over */
-  PALPATE_FLAG_INSIDE = 1024 /* in the air: a ball stands in the surface and nothing answers, until
-                                it has come out or, where it had lifted off, sinks again */
+  PALPATE_FLAG_INSIDE = 1024 /* in the air: a ball, its centre outside, stands in the surface, and
+                                nothing answers until it is out or, having lifted off, sinks */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */

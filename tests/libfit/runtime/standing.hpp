@@ -9,7 +9,8 @@ namespace palpate::test {
 
 /// How deep p [m], relative to the asset's origin, lies below the surface on which a tip (radius 0)
 /// or a ball's centre rests, c - R u(c), with its facets between those of its vertices; of
-/// triangles that are measured. Below 0 outside; -within_m where it is farther away than that.
+/// triangles that are measured. Below 0 outside and beside a border; -within_m where it is farther
+/// away than that.
 inline double depth_in_surface_m(const runtime::AssetView& asset, const runtime::Vec3d& p,
                                  double radius_m, double within_m = 0.02) {
   double nearest_m = within_m;
