@@ -276,7 +276,7 @@ bool is_good(const Figures& f) {
   const bool fits = f.blocked < f.in_contact / 100;  // into the body's hollows
   return f.least_work >= -1e-12 && is_smooth(f.by_tick) && is_smooth(f.by_small) &&
          (f.lost + f.unflagged_inside == 0 || !fits) &&
-         f.above_friction + f.above_range + f.above_cap + f.beside == 0;
+         f.above_friction + f.above_range + f.above_cap + f.beside == 0 && f.capped > 0;
 }
 
 void print(const std::vector<Row>& rows) {
