@@ -59,6 +59,29 @@ CachedSpot cached_spot(const AssetView& asset, Contact& contact) noexcept {
   return {cache.point, cache.normal, &cache, &asset};
 }
 
+/// Lets a ball hover that has let go over a place [area coordinates n of a triangle], its centre at
+/// x: its contact goes on from there with nothing deflected. The normal there may pass the centre
+/// by: the anchors are then under it, and draw the contact point there at the next ticks.
+template <class F, bool kIsBall>
+void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangle,
+           const double n[3], double reach_m) noexcept {
+  const CurveViews& views = asset.curves;
+  contact.has_lifted = true;
+  contact.hover = triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = n[k];
+  contact.arm.reach_m = reach_m;
+  auto memory = F::template load<double>(contact.memory, views.relaxation);
+  const auto standing = [&]() noexcept {
+    return MeshSurface<double, kIsBall>(contact.cache.corners, asset, triangle, n, contact.arm)
+        .standing();
+  };
+  contact.arm.reach_m -= F::kinematics(views, standing(), x, memory).d.normal_m;
+  auto kinematics = F::kinematics(views, standing(), x, memory);
+  F::let_go(views, kinematics, memory);
+  F::slip(views, F::under(views, kinematics), kinematics, memory);
+  F::save(memory, contact.memory, views.relaxation);
+}
+
 /// How far the contact point may go in a tick in which the tool moves by `step`.
 template <class T>
 T slip_budget_m(const Contact& contact, const Vec3<T>& step) noexcept {
@@ -128,8 +151,12 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
     if (is_lifted || is_powerless(asset, contact)) {
       const Vec3d pole = make_vec3<double>(contact.arm.pole_m);
       const bool is_tip = dot(pole, pole) > 0;
+      const int triangle = contact.triangle;
+      const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]},
+                   reach_m = contact.arm.reach_m;
       release(contact, before_J);
-      contact.has_lifted = kIsBall && is_lifted && !is_tip;
+      if (kIsBall && is_lifted && !is_tip)
+        hover<F, kIsBall>(asset, contact, x, triangle, n, reach_m);
       out.state = ContactState::air;
       return Status::ok;
     }

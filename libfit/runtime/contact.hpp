@@ -22,11 +22,14 @@ constexpr double kMaxTimeStep_s = 1e6;
 struct Contact {
   bool has_tip = false;
   bool has_lifted = false;           ///< a ball that let go and has not come out of the surface
+  bool is_inside = false;            ///< a ball in the air began this tick in the surface
   std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
   double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
   int triangle = -1;                 ///< -1 in the air
-  double weight[3] = {0, 0, 0};      ///< area coordinates of the contact point
-  Arm arm;                           ///< of a ball in contact, or a tip that stands for one
+  int hover = -1;  ///< triangle over which a ball stands that has_lifted; weight, arm and memory
+                   ///< are then those with which it goes on
+  double weight[3] = {0, 0, 0};  ///< area coordinates of the contact point
+  Arm arm;                       ///< of a ball in contact, or a tip that stands for one
   Ledger ledger;
   Sway sway;
   double slip_left_m = 0;             ///< of the slip budget, where a tick had too many segments
@@ -44,7 +47,8 @@ struct Contact {
 
 enum class ContactState { air, stick, slip };
 
-/// What a tick brings. In the air, and with any status but ok, the force is exactly zero.
+/// What a tick brings. In the air, and with any status but ok, the force is exactly zero; of the
+/// rest the air has kFlagInside alone.
 struct Output {
   double force_on_tool_N[3] = {0, 0, 0};  ///< what a device displays; the body feels the negative
   double contact_m[3] = {0, 0, 0};        ///< contact point c in body coordinates
@@ -122,13 +126,20 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
 }
 
 /// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
-/// its arm (M15). A ball that has lifted off may begin anew where it stands in the surface: there
-/// nothing is deflected, so nothing is stored.
+/// its arm (M15). A ball that lifted off and has not come out of the facets since goes on from the
+/// place over which it stands: there nothing is deflected, so nothing is stored.
 inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
                          double radius_m) noexcept {
-  const BallEntry entry =
-      first_ball_entry(asset, p, x, radius_m, contact.has_lifted ? kReentryShare : kRestShare);
-  contact.has_lifted = contact.has_lifted && !entry.is_clear;
+  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+  contact.is_inside = !entry.is_clear;
+  const bool had_lifted = contact.has_lifted;
+  contact.has_lifted = false;
+  if (had_lifted && contact.is_inside) {
+    contact.triangle = contact.hover;
+    if (contact.arm.reach_m > radius_m) contact.arm.reach_m = radius_m;
+    return;
+  }
+  if (had_lifted) release(contact);
   if (entry.triangle < 0 || entry.is_inside) return;
   contact.triangle = entry.triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];

@@ -29,6 +29,7 @@ constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in t
 constexpr unsigned kFlagCapped = 256;  ///< the force was brought down to the tool's max_force_N
 constexpr unsigned kFlagRamp = 512;    ///< the tool's ramp is not over
 constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
+constexpr unsigned kFlagInside = 1024;  ///< a ball stands in the surface and no contact answers
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>

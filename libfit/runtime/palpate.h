@@ -152,7 +152,9 @@ enum {
   PALPATE_FLAG_EXTRAPOLATED =
       128,                   /* deeper than range_m: the curves go on along their last slope */
   PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
-  PALPATE_FLAG_RAMP = 512    /* the tool's ramp is not over */
+  PALPATE_FLAG_RAMP = 512,   /* the tool's ramp is not over */
+  PALPATE_FLAG_INSIDE = 1024 /* in the air: a ball, its centre outside, stands in the surface, and
+                                nothing answers until it is out or, having lifted off, sinks */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */

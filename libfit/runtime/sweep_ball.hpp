@@ -13,9 +13,6 @@ namespace runtime {
 /// lift-off the facets may stand above the blended normals' surface by R angle^2 / 2 (0.8 % of R at
 /// 14 degrees between facets).
 constexpr double kRestShare = 0.05;
-/// The same share of a ball that lifted off and has not come out since: at an edge of a box, facets
-/// stand by 0.3 R and more above the surface of the blended normals.
-constexpr double kReentryShare = 0.6;
 constexpr double kMinFacingBall = 0.01;  ///< least cosine of the arm to the normal at the contact
 
 /// The first touch; triangle is -1 when there is none.
@@ -148,8 +145,7 @@ inline void try_ball_touch(const AssetView& asset, int triangle, const BallSweep
 
 /// length: of the way [m].
 inline void try_ball_entry(const AssetView& asset, int t, const Vec3d& p, const Vec3d& way,
-                           double length, double radius_m, double rest_share,
-                           BallEntry& best) noexcept {
+                           double length, double radius_m, BallEntry& best) noexcept {
   BallSweep s{{}, way, radius_m};
   for (int k = 0; k < 3; ++k) s.corner[k] = asset.vertex_at(asset.corner(t, k)) - p;
   double n[3];
@@ -158,7 +154,7 @@ inline void try_ball_entry(const AssetView& asset, int t, const Vec3d& p, const 
   const double squared = dot(closest, closest), reach = (radius_m + length) * (1 + 1e-12);
   if (squared > reach * reach) return;  // too far away for this way
   if (squared < radius_m * radius_m) {  // it lies in this triangle already
-    const double least = radius_m * (1 - rest_share);
+    const double least = radius_m * (1 - kRestShare);
     const double facing = dot(closest, blended_normal(asset, t, n));
     if (!(facing > kMinFacingBall * std::sqrt(squared))) return;  // from behind
     best.is_clear = false;
@@ -193,9 +189,9 @@ inline bool is_near(const TreeNode& box, const Vec3d& p, double reach) noexcept 
 /// First touch of a ball whose centre goes from p to q [m], relative to the origin, with solid
 /// triangles that face it. Exact: the roots' rounding is its only error. Work: the tree nodes
 /// within the radius of the way, each triangle there at most one facet, three edges and three
-/// vertices. rest_share: of its radius that the ball may lie in the surface at p.
+/// vertices.
 inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const Vec3d& q,
-                                  double radius_m, double rest_share = kRestShare) noexcept {
+                                  double radius_m) noexcept {
   BallEntry best;
   const Vec3d way = q - p;
   const double pad = radius_m + asset.skin_m, length = std::sqrt(dot(way, way));
@@ -214,8 +210,7 @@ inline BallEntry first_ball_entry(const AssetView& asset, const Vec3d& p, const 
       stack[size++] = at + 1;
     }
     for (int i = 0; i < node.items; ++i)
-      try_ball_entry(asset, asset.tree_item[node.at + i], p, way, length, radius_m, rest_share,
-                     best);
+      try_ball_entry(asset, asset.tree_item[node.at + i], p, way, length, radius_m, best);
   }
   return best;
 }

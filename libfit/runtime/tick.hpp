@@ -52,6 +52,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
                  Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
   out.state = ContactState::air;
   out.flags = 0;
+  contact.is_inside = false;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
                 tip_m[2] - asset.origin_m[2]};
   if (!is_finite(x)) {
@@ -114,9 +115,16 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
 template <bool kIsBall>
 Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
             Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
+  const Ledger before = contact.ledger;
   const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
   const bool is_air = out.state == ContactState::air;
-  if (is_air) out = Output();
+  if (is_air) {
+    out = Output();
+    if (contact.is_inside) {
+      out.flags = kFlagInside;
+      contact.ledger = before;  // nothing answered
+    }
+  }
   tell_sums(contact, out);
   if (tangent_N_m == nullptr) return status;
   if (is_air)
@@ -151,8 +159,8 @@ inline Status touch(const AssetView& asset, Contact& contact, const double tip_m
 /// The force on a ball of radius_m [m] whose centre is at centre_m [m], in body coordinates: as
 /// touch(), but contact begins where the ball touches first (docs/method.md, section 12), and the
 /// reference point is x = p + R u(c). A ball that begins a tick deeper in the surface than
-/// kRestShare of its radius feels nothing until it has come out (kReentryShare of one that lifted
-/// off there); one that is less deep begins contact there. radius 0 is a tip. Refuses a radius that
+/// kRestShare of its radius feels nothing until it has come out, or, where it had lifted off, sinks
+/// again; one that is less deep begins contact there. radius 0 is a tip. Refuses a radius that
 /// is negative or not finite. Work in the air: the tree nodes within the radius of the way.
 inline Status touch_ball(const AssetView& asset, Contact& contact, const double centre_m[3],
                          double radius_m, Output& out, TangentOut tangent_N_m = nullptr,

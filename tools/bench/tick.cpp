@@ -46,6 +46,17 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
         runtime::touch(asset, contact, tip.data(), out, nullptr, runtime::kCheckTick_s);
         kept = out.force_on_tool_N[0];
       });
+      if (kind.name == "touch") {
+        constexpr double kBall_m = 0.004;
+        runtime::Contact ball;
+        measure("a ball in the air", [&](const Vec3& tip) {
+          Vec3 centre = tip;
+          centre.head<2>() += kBall_m * tip.head<2>().normalized();
+          runtime::touch_ball(asset, ball, centre.data(), kBall_m, out, nullptr,
+                              runtime::kCheckTick_s);
+          kept = out.force_on_tool_N[0];
+        });
+      }
       FingerProxy proxy(asset, 400, 0.3);
       proxy.tick(outside.data());
       measure("finger proxy", [&](const Vec3& tip) { kept = proxy.tick(tip.data()).x; });

@@ -300,7 +300,8 @@ PYBIND11_MODULE(_engine, module) {
                                     {"FLAG_OUTSIDE", PALPATE_FLAG_OUTSIDE},
                                     {"FLAG_EXTRAPOLATED", PALPATE_FLAG_EXTRAPOLATED},
                                     {"FLAG_CAPPED", PALPATE_FLAG_CAPPED},
-                                    {"FLAG_RAMP", PALPATE_FLAG_RAMP}})
+                                    {"FLAG_RAMP", PALPATE_FLAG_RAMP},
+                                    {"FLAG_INSIDE", PALPATE_FLAG_INSIDE}})
     module.attr(name) = static_cast<int>(value);
 }
 

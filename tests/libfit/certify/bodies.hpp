@@ -50,19 +50,18 @@ inline Model random_body(unsigned seed, const Kind& kind) {
 }
 
 /// The paper's cylinder, R 30 mm, even: f^z = 300 N/m d, so that ring 1 is the whole bed.
-inline Model even_cylinder(int around, double friction) {
-  constexpr int kAlong = 10;
+inline Model even_cylinder(int around, double friction, int along = 10) {
   constexpr double kRange_m = 0.0025;
   Model model;
-  model.surface.vertices.resize(around * (kAlong + 1), 3);
-  model.surface.triangles.resize(around * kAlong * 2, 3);
-  for (int j = 0; j <= kAlong; ++j)
+  model.surface.vertices.resize(around * (along + 1), 3);
+  model.surface.triangles.resize(around * along * 2, 3);
+  for (int j = 0; j <= along; ++j)
     for (int i = 0; i < around; ++i) {
       const double angle = 2 * std::numbers::pi * i / around;
       model.surface.vertices.row(j * around + i) << 0.03 * std::cos(angle), 0.03 * std::sin(angle),
-          0.01 * j;
+          0.1 * j / along;
     }
-  for (int j = 0; j < kAlong; ++j)
+  for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i) {
       const int a = j * around + i, b = j * around + (i + 1) % around;
       model.surface.triangles.row(2 * (j * around + i)) << a, b, b + around;

@@ -276,9 +276,13 @@ TEST(ball, one_that_begins_deep_inside_feels_nothing_until_it_came_out) {
     for (int i = 0; i < 50; ++i) {
       ball.tick(out * (start + 0.0002 * std::sin(0.3 * i)));
       ASSERT_EQ(ball.out.state, ContactState::air) << start << ' ' << i;
+      if (start > 0.0305) {  // its centre is outside
+        ASSERT_EQ(ball.out.flags, runtime::kFlagInside) << start << ' ' << i;
+      }
     }
     ball.go(out * start, out * 0.036, 1e-4);
     EXPECT_EQ(ball.out.state, ContactState::air) << start;
+    EXPECT_EQ(ball.out.flags, 0U) << start;
     ball.go(out * 0.036, out * 0.033, 1e-4);
     EXPECT_NE(ball.out.state, ContactState::air) << start;
   }

@@ -51,11 +51,8 @@ static std::uint64_t hash_of_shape(const Asset& asset, const Contact& tip, const
 int main(int argc, char** argv) {
   std::FILE* file = argc > 1 ? std::fopen(argv[1], "rb") : nullptr;
   if (!file) return 2;
-  std::fseek(file, 0, SEEK_END);
-  const auto size = static_cast<std::size_t>(std::ftell(file));
-  std::rewind(file);
-  void* bytes = std::aligned_alloc(64, size);
-  if (std::fread(bytes, 1, size, file) != size) return 2;
+  alignas(64) static char bytes[1 << 24];
+  const std::size_t size = std::fread(bytes, 1, sizeof bytes, file);
   std::fclose(file);
   Status status;
   const Asset asset = Asset::open(bytes, size, &status);
@@ -95,6 +92,5 @@ int main(int argc, char** argv) {
   }
   std::printf("%016llx after %ld ticks in contact, %ld slipping\n",
               static_cast<unsigned long long>(hash), touching, slipping);
-  std::free(bytes);
   return touching > 1000 && slipping > 1000 ? 0 : 1;
 }

@@ -13,8 +13,8 @@ import builtins as _builtins
 import os as _os
 
 from ._engine import (AIR, FLAG_BLOCKED, FLAG_BORDER, FLAG_CAPPED, FLAG_EXTRAPOLATED, FLAG_FRICTIONLESS,
-                      FLAG_HELD_BACK, FLAG_OUTSIDE, FLAG_RAMP, FLAG_TOO_DEEP, FLAG_UNFINISHED, OUTPUT, SLIP,
-                      STICK, Asset, Contact, sentence)
+                      FLAG_HELD_BACK, FLAG_INSIDE, FLAG_OUTSIDE, FLAG_RAMP, FLAG_TOO_DEEP, FLAG_UNFINISHED,
+                      OUTPUT, SLIP, STICK, Asset, Contact, sentence)
 from .files import Error, by_point, curves, frame, read, statement, write_samples
 from .plots import plot_curve, plot_path
 from .program import command, fit, predict, run
