@@ -4,7 +4,7 @@
 // One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
 // lock, no exception, no clock.
 
-#include "answer.hpp"
+#include "puncture.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -85,7 +85,16 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     contact.has_lifted = false;
     return Status::tip_teleported;
   }
+  if (contact.hole.number != 0) {
+    tick_in_channel(asset, contact, radius_m, kIsBall && radius_m > 0, before, x, out, tangent_N_m);
+    return Status::ok;
+  }
   contact.is_rested = contact.triangle < 0;
+  if (asset.channels != nullptr && contact.triangle < 0 && !is_first)
+    if (const std::int64_t number = channel_at(asset, false, radius_m, before, x)) {
+      fall_in(asset, contact, number, radius_m, x, out, tangent_N_m);
+      return Status::ok;
+    }
   if (contact.triangle < 0) {
     if (radius_m > 0)
       seek_contact(asset, contact, before, x, radius_m);
@@ -94,7 +103,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   }
   if (contact.triangle < 0) return Status::ok;
   const Vec3d place = x - make_vec3<double>(contact.arm.pole_m);
-  return with_family(asset.curves, [&](auto f) noexcept {
+  const Status status = with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
     if constexpr (F::kSwayPart >= 0) {
       const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
@@ -108,6 +117,9 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard,
                               asset.body != nullptr ? &asset : nullptr, out);
   });
+  if (asset.channels != nullptr && out.state != ContactState::air)
+    break_in(asset, contact, radius_m, before, x, out, tangent_N_m);
+  return status;
 }
 
 /// What touch() and touch_ball() share.
@@ -121,7 +133,7 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
   if (tangent_N_m == nullptr) return status;
   if (is_air)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
-  else
+  else if (contact.hole.number == 0)
     bear(contact, out, tangent_N_m);
   return status;
 }
