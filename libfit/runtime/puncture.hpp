@@ -6,6 +6,14 @@
 
 #include "answer.hpp"
 
+#if defined(__GNUC__)
+#define PALPATE_OUT_OF_LINE __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define PALPATE_OUT_OF_LINE __declspec(noinline)
+#else
+#define PALPATE_OUT_OF_LINE
+#endif
+
 namespace palpate {
 namespace runtime {
 
@@ -19,6 +27,7 @@ inline Vec3d place_in_mouth(const Channel& channel, double radius_m) noexcept {
 /// of the newest such; 0: none.
 inline std::int64_t channel_at(const AssetView& asset, bool is_touching, double radius_m,
                                const Vec3d& before, const Vec3d& x) noexcept {
+  if (asset.channels == nullptr) return 0;
   ChannelList& list = *asset.channels;
   for (std::int64_t n = list.made; n > 0 && n > list.made - kMaxChannels; --n) {
     const Channel& channel = *channel_of(list, n);

@@ -85,16 +85,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     contact.has_lifted = false;
     return Status::tip_teleported;
   }
-  if (contact.hole.number != 0) {
-    tick_in_channel(asset, contact, radius_m, kIsBall && radius_m > 0, before, x, out, tangent_N_m);
-    return Status::ok;
-  }
   contact.is_rested = contact.triangle < 0;
-  if (asset.channels != nullptr && contact.triangle < 0 && !is_first)
-    if (const std::int64_t number = channel_at(asset, false, radius_m, before, x)) {
-      fall_in(asset, contact, number, radius_m, x, out, tangent_N_m);
-      return Status::ok;
-    }
   if (contact.triangle < 0) {
     if (radius_m > 0)
       seek_contact(asset, contact, before, x, radius_m);
@@ -103,7 +94,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   }
   if (contact.triangle < 0) return Status::ok;
   const Vec3d place = x - make_vec3<double>(contact.arm.pole_m);
-  const Status status = with_family(asset.curves, [&](auto f) noexcept {
+  return with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);
     if constexpr (F::kSwayPart >= 0) {
       const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
@@ -117,6 +108,33 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     return answer<F, kIsBall>(asset, contact, place, step, asset.has_guard,
                               asset.body != nullptr ? &asset : nullptr, out);
   });
+}
+
+/// The same of a body that tools puncture. Out of line: a tick of others stays as quick.
+template <bool kIsBall>
+PALPATE_OUT_OF_LINE Status pierce_from(const AssetView& asset, Contact& contact,
+                                       const double tip_m[3], double radius_m, Output& out,
+                                       TangentOut tangent_N_m, double dt_s) noexcept {
+  const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
+                tip_m[2] - asset.origin_m[2]};
+  const Vec3d before = make_vec3<double>(contact.tip_m), step = x - before;
+  const bool is_known = contact.has_tip && contact.asset_checksum == asset.checksum &&
+                        dot(step, step) <= asset.max_step_m * asset.max_step_m;
+  if (is_known && contact.hole.number != 0) {
+    out.state = ContactState::air;
+    out.flags = 0;
+    put(x, contact.tip_m);
+    tick_in_channel(asset, contact, radius_m, kIsBall && radius_m > 0, before, x, out, tangent_N_m);
+    return Status::ok;
+  }
+  if (is_known && contact.triangle < 0)
+    if (const std::int64_t number = channel_at(asset, false, radius_m, before, x)) {
+      put(x, contact.tip_m);
+      fall_in(asset, contact, number, radius_m, x, out, tangent_N_m);
+      return Status::ok;
+    }
+  if (!is_known && contact.hole.number != 0) release(contact);
+  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
   if (asset.channels != nullptr && out.state != ContactState::air)
     break_in(asset, contact, radius_m, before, x, out, tangent_N_m);
   return status;
@@ -126,7 +144,10 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
 template <bool kIsBall>
 Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
             Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
-  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
+  const bool can_pierce = asset.channels != nullptr || contact.hole.number != 0;
+  const Status status =
+      can_pierce ? pierce_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s)
+                 : tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
   const bool is_air = out.state == ContactState::air;
   if (is_air) out = Output();
   tell_sums(contact, out);
