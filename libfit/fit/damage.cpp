@@ -237,9 +237,11 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
     });
     double least = whole > kLeast * kLeast * rows ? kWorth * kWorth * whole : 0;
     std::vector<Eigen::Vector3d> starts;
-    for (const double r : {0.7, 1.2, 2.0, 5.0})
-      for (const double beta : {0.1, 0.5})
-        if (r >= least_r) starts.emplace_back(std::log(r), std::log(0.02), std::log(beta));
+    for (const double r : {0.3, 0.5, 0.7, 0.9, 1.2, 2.0, 5.0})
+      for (const double scale : {0.02, 0.2})
+        for (const double beta : {0.1, 0.5})
+          if (r >= least_r && (r < 1 || scale < 0.1))
+            starts.emplace_back(std::log(r), std::log(scale), std::log(beta));
     for (const Eigen::Vector3d& start : starts) {
       Eigen::Vector3d p = start;
       ceres::TinySolver<DamageResiduals> solver;

@@ -57,11 +57,12 @@ TEST(damage_recordings, a_press_in_cycles_has_the_rows_of_first_loading_and_all_
         << r.deflection_m(i, 0);
   ASSERT_GT(r.cycle_depth_m.size(), 60);
   int turns = 0;
-  double softest = 1;
-  for (Eigen::Index i = 2; i < r.cycle_depth_m.size(); ++i) {
-    turns += (r.cycle_depth_m[i] - r.cycle_depth_m[i - 1]) *
-                 (r.cycle_depth_m[i - 1] - r.cycle_depth_m[i - 2]) <
-             0;
+  double softest = 1, way_m = 0;
+  for (Eigen::Index i = 1; i < r.cycle_depth_m.size(); ++i) {
+    const double next_m = r.cycle_depth_m[i] - r.cycle_depth_m[i - 1];
+    if (std::abs(next_m) < 1e-5) continue;  // either side of a turn
+    turns += next_m * way_m < 0;
+    way_m = next_m;
     if (r.cycle_depth_m[i] > 2.5e-3)
       softest = std::min(softest, r.cycle_push_N[i] / curve_N(r.cycle_depth_m[i]));
   }
