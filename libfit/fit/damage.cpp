@@ -195,8 +195,10 @@ std::array<double, 3> deviations(const DamageResiduals& residuals, const Eigen::
   std::array<double, 3> out{};
   for (int k = 0; k < 3; ++k) {
     double sum = 0;
-    for (int i = 0; i < 3; ++i)
-      sum += std::pow(parts.eigenvectors()(k, i), 2) / std::max(0.0, parts.eigenvalues()[i]);
+    for (int i = 0; i < 3; ++i) {
+      const double part = std::pow(parts.eigenvectors()(k, i), 2);
+      if (part > 1e-12) sum += part / std::max(1e-300, parts.eigenvalues()[i]);
+    }
     out[static_cast<std::size_t>(k)] = std::sqrt(variance * sum);
   }
   return out;

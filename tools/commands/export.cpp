@@ -1,4 +1,5 @@
 #include "tools/stages/export.hpp"
+#include <charconv>
 
 #include <nlohmann/json.hpp>
 
@@ -32,7 +33,7 @@ class Export final : public Command {
                      "Normal force at which the tool breaks into the body, such as \"2 N\"");
     arguments.option("--cutting-force", cutting_,
                      "Of a tool that breaks in: what going on takes beside friction");
-    arguments.option("--shaft-friction", friction_N_m_,
+    arguments.option("--shaft-friction", friction_,
                      "Of a tool that breaks in: friction over its length in the body, in N/m");
     arguments.option("--jobs", jobs_, "Threads of a repair; 0: all cores");
     arguments.flag("--no-guard", no_guard_,
@@ -68,20 +69,28 @@ class Export final : public Command {
                   "Give a force such as \"2 N\".");
     return *force;
   }
+  double friction_N_m() const {
+    double value = 0;
+    const char* const end = friction_.data() + friction_.size();
+    const auto [read, error] = std::from_chars(friction_.data(), end, value);
+    if (error != std::errc() || read != end || !(value >= 0) ||
+        value > runtime::kMaxShaftFriction_N_m)
+      throw Error("--shaft-friction", "\"" + friction_ + "\" is no friction over length",
+                  "Give a number in N/m such as 20.");
+    return value;
+  }
   void settle_puncture() {
     if (!puncture_.empty()) settings_.puncture_N = force_N("--puncture-force", puncture_);
     if (!cutting_.empty()) settings_.cutting_N = force_N("--cutting-force", cutting_);
-    if (friction_N_m_ != 0) settings_.friction_N_m = friction_N_m_;
+    if (!friction_.empty()) settings_.friction_N_m = friction_N_m();
     const double most_N = settings_.puncture_N.value_or(0);
     if (settings_.puncture_N && !(most_N > 0))
       throw Error("--puncture-force", "is 0", "Give the force at which the tool breaks in.");
     if (settings_.cutting_N.value_or(0) > most_N)
       throw Error("--cutting-force", "is above the puncture force",
                   "Cutting on takes no more than breaking in; give --puncture-force, too.");
-    if (!(friction_N_m_ >= 0 && friction_N_m_ <= runtime::kMaxShaftFriction_N_m) ||
-        (friction_N_m_ > 0 && !settings_.puncture_N))
-      throw Error("--shaft-friction", "is of a tool that breaks in, and 0 N/m or more",
-                  "Give --puncture-force, too.");
+    if (settings_.friction_N_m && !settings_.puncture_N)
+      throw Error("--shaft-friction", "is of a tool that breaks in", "Give --puncture-force, too.");
   }
 
   double depth_m() const {
@@ -92,8 +101,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_ = "palp", engine_, depth_, puncture_, cutting_;
-  double friction_N_m_ = 0;
+  std::string model_, output_, format_ = "palp", engine_, depth_, puncture_, cutting_, friction_;
   ExportSection settings_;
   int jobs_ = 0;
   bool no_guard_ = false, has_repair_ = false;
