@@ -1,6 +1,6 @@
 #include "tools/stages/export.hpp"
-#include <charconv>
 
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "libfit/core/error.hpp"

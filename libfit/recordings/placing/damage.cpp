@@ -8,11 +8,11 @@
 namespace palpate::recordings {
 namespace {
 
-struct Spread {
+struct MeanAndDeviation {
   double mean = 0, deviation = std::numeric_limits<double>::quiet_NaN();
 };
-Spread spread_of(const std::vector<double>& values) {
-  Spread out;
+MeanAndDeviation spread_of(const std::vector<double>& values) {
+  MeanAndDeviation out;
   const auto n = static_cast<double>(values.size());
   for (const double value : values) out.mean += value / n;
   if (values.size() < 2) return out;
@@ -36,12 +36,12 @@ std::optional<BodyPuncture> puncture_of(const std::vector<Candidate>& candidates
   BodyPuncture out;
   std::vector<double> means;
   for (const auto& [point, values] : force_N) {
-    const Spread spread = spread_of(values);
+    const MeanAndDeviation spread = spread_of(values);
     out.points.push_back({point, values.size(), spread.mean, spread.deviation});
     means.push_back(spread.mean);
     out.recordings += values.size();
   }
-  const Spread over = spread_of(means);
+  const MeanAndDeviation over = spread_of(means);
   out.force_N = over.mean;
   out.deviation_N = over.deviation;
   out.depth_m = spread_of(depth_m).mean;
