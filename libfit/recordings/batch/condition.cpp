@@ -263,7 +263,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
                 "Say use = \"approach\".");
   if (!loadings.empty()) {
     cycles.assign(loadings.begin(), loadings.end() - 1);
-    take_cycles(signal, phases, contact.travel_m, correlation, out);
+    if (!broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
   }
   if (broken) {
     out.puncture_N = signal.push_N()[*broken];
