@@ -61,12 +61,12 @@ FoundContact contact_of(const Conditioned& recording, const std::optional<Contac
 
 /// Forces at which tools broke in, bias taken off. A deviation is NaN where there is one alone.
 struct BodyPuncture {
-  struct Point {
+  struct PuncturedPoint {
     std::string name;
     std::size_t recordings = 0;
     double force_N = 0, deviation_N = 0;  ///< mean of its recordings, and their deviation
   };
-  std::vector<Point> points;
+  std::vector<PuncturedPoint> points;
   std::size_t recordings = 0;
   double force_N = 0, deviation_N = 0;  ///< over the means of the points
   double depth_m = 0;                   ///< mean of the recordings

@@ -58,7 +58,7 @@ std::string puncture_note(const BodyPuncture& found) {
   if (std::isfinite(found.deviation_N))
     note += "points deviate by " + number(found.deviation_N) + " N; ";
   double largest = std::numeric_limits<double>::quiet_NaN();
-  for (const BodyPuncture::Point& point : found.points)
+  for (const BodyPuncture::PuncturedPoint& point : found.points)
     if (!(point.deviation_N <= largest) && std::isfinite(point.deviation_N))
       largest = point.deviation_N;
   if (std::isfinite(largest)) note += "repeats of a point by up to " + number(largest) + " N; ";

@@ -128,7 +128,7 @@ Json as_json(const BodyPuncture& found) {
             {"depth_m", found.depth_m},
             {"recordings", found.recordings}};
   json["points"] = Json::array();
-  for (const BodyPuncture::Point& point : found.points)
+  for (const BodyPuncture::PuncturedPoint& point : found.points)
     json["points"].push_back({{"name", point.name},
                               {"recordings", point.recordings},
                               {"force_N", point.force_N},
