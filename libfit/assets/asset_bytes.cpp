@@ -183,6 +183,10 @@ void put_damage(AssetBytes& bytes, const Header& header, const runtime::DamageVi
   block.scale = damage.scale;
   block.beta = damage.beta;
   block.reach_m = damage.reach_m;
+  block.puncture_N = damage.puncture_N;
+  block.cutting_N = damage.cutting_N;
+  block.friction_N_m = damage.friction_N_m;
+  block.mouth_m = damage.mouth_m;
   std::uint64_t sections[runtime::kSections];
   const std::uint64_t end = runtime::lay_out(header, sections);
   std::memcpy(bytes.data() + end - sizeof block, &block, sizeof block);

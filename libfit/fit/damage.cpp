@@ -14,16 +14,17 @@ namespace palpate::fit {
 namespace {
 
 constexpr double kSamePlace_m = 1e-9;
-constexpr double kOffNormal = 1e-6;  // of the depth
-constexpr double kFloor = 0.05;      // of a cycle's largest force, as of a point's in a fit
-constexpr double kWorth = 0.9;       // of the error without damage
-constexpr double kLeast = 1e-3;      // rms, of a cycle's largest force
+constexpr double kOffNormal = 1e-6;    // of the depth
+constexpr double kFloor = 0.05;        // of a cycle's largest force, as of a point's in a fit
+constexpr double kLeastDented = 0.05;  // r of the largest dent
+constexpr double kWorth = 0.9;         // of the error without damage
+constexpr double kLeast = 1e-3;        // rms, of a cycle's largest force
 // Contact radii; see docs/validation.md, Damage.
 constexpr double kDamageReach = 1.5;
 
 // A cycle over what the undamaged curve stores and bears at its depths.
 struct Cycle {
-  std::vector<double> law_J, law_N, force_N;
+  std::vector<double> depth_m, law_J, law_N, force_N;
   double unit_J = 0, largest_N = 0;
 };
 
@@ -102,6 +103,7 @@ std::vector<Cycle> cycles_of(const FittedCurves& curves, const Samples& samples)
       const double depth_m = samples.deflection.row(i).dot(inward);
       goes_out = goes_out || depth_m < before_m;
       before_m = depth_m;
+      cycle.depth_m.push_back(depth_m);
       cycle.law_J.push_back(depth_m > 0 ? press.work_J(depth_m) : 0);
       cycle.law_N.push_back(depth_m > 0 ? press.force_N(depth_m) : 0);
       cycle.force_N.push_back(samples.force.row(i).dot(inward));
@@ -138,12 +140,12 @@ std::vector<double> errors(const std::vector<Cycle>& cycles, const runtime::Dama
 }
 
 // The unknowns are logarithms, kept where a body can be.
-runtime::DamageView damage_at(const Eigen::Vector3d& p) {
+runtime::DamageView damage_at(const Eigen::Vector3d& p, double least_r) {
   const auto within = [](double x, double low, double high) {
     return std::clamp(std::exp(std::clamp(x, -50.0, 50.0)), low, high);
   };
   runtime::DamageView out;
-  out.r = within(p[0], 1, 100);  // a dent is not sought
+  out.r = within(p[0], least_r, 100);
   out.scale = within(p[1], 1e-6, 100);
   out.beta = within(p[2], 1e-6, 100);
   return out;
@@ -155,14 +157,16 @@ struct DamageResiduals {
 
   const std::vector<Cycle>& cycles;
   int rows;
+  double least_r;
 
   int NumResiduals() const { return rows; }
   Eigen::VectorXd at(const Eigen::Vector3d& p) const {
     Eigen::VectorXd out(rows);
     Eigen::Index i = 0;
-    answer(cycles, damage_at(p), [&](const Cycle& cycle, double answered_N, double force_N) {
-      out[i++] = (answered_N - force_N) / cycle.largest_N;
-    });
+    answer(cycles, damage_at(p, least_r),
+           [&](const Cycle& cycle, double answered_N, double force_N) {
+             out[i++] = (answered_N - force_N) / cycle.largest_N;
+           });
     return out;
   }
   bool operator()(const double* parameters, double* residuals, double* jacobian) const {
@@ -170,19 +174,55 @@ struct DamageResiduals {
     Eigen::Map<Eigen::VectorXd>(residuals, rows) = at(p);
     if (jacobian == nullptr) return true;
     constexpr double kStep = 1e-5;
-    Eigen::Map<Eigen::MatrixXd> slopes(jacobian, rows, 3);
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
-      slopes.col(k) = (at(p + step) - at(p - step)) / (2 * kStep);
-    }
+    Eigen::Map<Eigen::MatrixXd>(jacobian, rows, 3) = slopes(p, kStep);
     return true;
   }
+  Eigen::MatrixXd slopes(const Eigen::Vector3d& p, double by) const {
+    Eigen::MatrixXd out(rows, 3);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d step = by * Eigen::Vector3d::Unit(k);
+      out.col(k) = (at(p + step) - at(p - step)) / (2 * by);
+    }
+    return out;
+  }
 };
+
+// Of the logarithms, so relative: from the curvature of the squares and what is left of them.
+std::array<double, 3> deviations(const DamageResiduals& residuals, const Eigen::Vector3d& p) {
+  const Eigen::MatrixXd slopes = residuals.slopes(p, 1e-3);
+  const double variance = residuals.at(p).squaredNorm() / std::max(1, residuals.rows - 3);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> parts(slopes.transpose() * slopes);
+  std::array<double, 3> out{};
+  for (int k = 0; k < 3; ++k) {
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double part = std::pow(parts.eigenvectors()(k, i), 2);
+      if (part > 1e-12) sum += part / std::max(1e-300, parts.eigenvalues()[i]);
+    }
+    out[static_cast<std::size_t>(k)] = std::sqrt(variance * sum);
+  }
+  return out;
+}
+
+// Share of the deepest press's depth below which its place answers with nothing.
+double dent_of(const std::vector<Cycle>& cycles, const runtime::DamageView& damage) {
+  std::vector<double> shares;
+  for (const Cycle& cycle : cycles) {
+    const auto deepest = std::ranges::max_element(cycle.depth_m) - cycle.depth_m.begin();
+    const auto at = static_cast<std::size_t>(deepest);
+    double dent_m = 0;
+    for (std::size_t i = 0; i < cycle.depth_m.size(); ++i)
+      if (runtime::softened(damage, cycle.unit_J, cycle.law_J[at], cycle.law_J[i]).share <= 0)
+        dent_m = std::max(dent_m, cycle.depth_m[i]);
+    shares.push_back(dent_m / cycle.depth_m[at]);
+  }
+  return quantile(shares, 0.5);
+}
 
 }  // namespace
 
 runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& samples,
-                                    DamageReport* report) {
+                                    DamageReport* report, bool may_dent) {
   const std::vector<Cycle> cycles = cycles_of(curves, samples);
   const std::vector<double> undamaged = errors(cycles, {});
   DamageReport found;
@@ -190,7 +230,8 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
   found.rows = undamaged.size();
   runtime::DamageView best;
   if (!cycles.empty()) {
-    const DamageResiduals residuals{cycles, static_cast<int>(undamaged.size())};
+    const double least_r = may_dent ? kLeastDented : 1;
+    const DamageResiduals residuals{cycles, static_cast<int>(undamaged.size()), least_r};
     const auto rows = static_cast<double>(undamaged.size());
     double whole = 0;
     answer(cycles, {}, [&](const Cycle& cycle, double answered_N, double force_N) {
@@ -198,9 +239,11 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
     });
     double least = whole > kLeast * kLeast * rows ? kWorth * kWorth * whole : 0;
     std::vector<Eigen::Vector3d> starts;
-    for (const double r : {1.2, 2.0, 5.0})
-      for (const double beta : {0.1, 0.5})
-        starts.emplace_back(std::log(r), std::log(0.02), std::log(beta));
+    for (const double r : {0.3, 0.5, 0.7, 0.9, 1.2, 2.0, 5.0})
+      for (const double scale : {0.02, 0.2})
+        for (const double beta : {0.1, 0.5})
+          if (r >= least_r && (r < 1 || scale < 0.1))
+            starts.emplace_back(std::log(r), std::log(scale), std::log(beta));
     for (const Eigen::Vector3d& start : starts) {
       Eigen::Vector3d p = start;
       ceres::TinySolver<DamageResiduals> solver;
@@ -212,8 +255,10 @@ runtime::DamageView identify_damage(const FittedCurves& curves, const Samples& s
       const double left = residuals.at(p).squaredNorm();
       if (!(left < least)) continue;
       least = left;
-      best = damage_at(p);
+      best = damage_at(p, least_r);
+      found.deviation = deviations(residuals, p);
     }
+    found.dent = best.softens() ? dent_of(cycles, best) : 0;
     found.median_undamaged = quantile(undamaged, 0.5);
     found.p95_undamaged = quantile(undamaged, 0.95);
     const std::vector<double> left = errors(cycles, best);

@@ -103,6 +103,7 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
   contact.triangle = surface.triangle();
   for (int k = 0; k < 3; ++k) contact.weight[k] = surface.weight(k);
   if (end != SlideEnd::stick) {
+    contact.untold_J = 0;
     F::carry(asset.curves, memory, mesh_kinematics.spot.point - kinematics.spot.point,
              mesh_kinematics.spot.normal);
     if constexpr (kIsBall) {  // its rest position is the same but for rounding
@@ -121,7 +122,8 @@ SlideEnd follow(const AssetView& asset, Contact& contact, const Vec3d& x, const 
 /// What the contact stores and bears once its place has borne law_J.
 inline Softened bear_in(const AssetView* body, Contact& contact, double depth_m,
                         double law_J) noexcept {
-  const Softened held = borne(body, contact.triangle, contact.weight, depth_m, law_J);
+  const Softened held =
+      borne(body, contact.triangle, contact.weight, depth_m, law_J, contact.untold_J);
   contact.damage_share = held.share;
   contact.damage_slope = held.slope;
   return held;

@@ -1,12 +1,12 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// A body that contacts damage: what it has borne, in memory of the caller's beside the asset, and
-// how it softens (docs/method.md, section 26). Any number of bodies may share an asset; contacts
-// that press one body belong to one thread. The bytes are plain: copy them to save, put them back
-// and open them again to restore.
+// A body that contacts damage: what it has borne and where it is pierced, in memory of the caller's
+// beside the asset, and how it softens (docs/method.md, section 26). Any number of bodies may share
+// an asset; contacts that press one body belong to one thread. The bytes are plain: copy them to
+// save, put them back and open them again to restore, start them again to heal.
 
-#include "view.hpp"
+#include "channel.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -29,8 +29,13 @@ struct DamagedVertex {
   float unit_J;
 };
 
+/// Where a body's vertices end and its channels begin.
+inline std::uint64_t borne_bytes(const AssetView& asset) noexcept {
+  const auto softening = static_cast<std::uint64_t>(asset.damage.softens() ? asset.vertices : 0);
+  return sizeof(BodyHeader) + sizeof(DamagedVertex) * softening;
+}
 inline std::uint64_t body_bytes(const AssetView& asset) noexcept {
-  return sizeof(BodyHeader) + sizeof(DamagedVertex) * static_cast<std::uint64_t>(asset.vertices);
+  return borne_bytes(asset) + (asset.damage.punctures() ? sizeof(ChannelList) : 0);
 }
 
 /// Energy under a vertex's normal curve [J].
@@ -40,17 +45,31 @@ inline double unit_energy(const AssetView& asset, int vertex) noexcept {
                       spline.knots[spline.pieces]);
 }
 
-/// A new body in `memory` [body_bytes(asset)], 8-byte aligned.
+/// The asset with a body in `memory`, which is_body(): touch() it in place of the asset. The memory
+/// must outlive it.
+inline AssetView with_body(const AssetView& asset, void* memory) noexcept {
+  AssetView out = asset;
+  auto* bytes = static_cast<unsigned char*>(memory);
+  if (asset.damage.softens())
+    out.body = reinterpret_cast<DamagedVertex*>(bytes + sizeof(BodyHeader));
+  if (asset.damage.punctures())
+    out.channels = reinterpret_cast<ChannelList*>(bytes + borne_bytes(asset));
+  return out;
+}
+
+/// A new body in `memory` [body_bytes(asset)], 8-byte aligned. One that was there is healed; its
+/// contacts must be forgotten.
 inline void start_body(const AssetView& asset, void* memory) noexcept {
   BodyHeader header = {};
   header.mark = kBodyMark;
   header.asset_checksum = asset.checksum;
   header.vertices = asset.vertices;
   std::memcpy(memory, &header, sizeof header);
-  auto* vertex =
-      reinterpret_cast<DamagedVertex*>(static_cast<unsigned char*>(memory) + sizeof(BodyHeader));
-  for (int v = 0; v < asset.vertices; ++v)
-    vertex[v] = {0, static_cast<float>(unit_energy(asset, v))};
+  const AssetView body = with_body(asset, memory);
+  if (body.body != nullptr)
+    for (int v = 0; v < asset.vertices; ++v)
+      body.body[v] = {0, static_cast<float>(unit_energy(asset, v))};
+  if (body.channels != nullptr) std::memset(body.channels, 0, sizeof(ChannelList));
 }
 
 /// Whether bytes [size], 8-byte aligned, are a body of the asset. Safe on hostile bytes.
@@ -65,22 +84,12 @@ inline bool is_body(const AssetView& asset, const void* memory, std::uint64_t si
     return false;
   for (const std::uint64_t reserved : header.reserved)
     if (reserved != 0) return false;
-  const auto* vertex = reinterpret_cast<const DamagedVertex*>(
-      static_cast<const unsigned char*>(memory) + sizeof(BodyHeader));
-  for (int v = 0; v < asset.vertices; ++v)
-    if (!(vertex[v].most >= 0 && vertex[v].most <= 1e30F) ||
-        vertex[v].unit_J != static_cast<float>(unit_energy(asset, v)))
+  const AssetView body = with_body(asset, const_cast<void*>(memory));
+  for (int v = 0; body.body != nullptr && v < asset.vertices; ++v)
+    if (!(body.body[v].most >= 0 && body.body[v].most <= 1e30F) ||
+        body.body[v].unit_J != static_cast<float>(unit_energy(asset, v)))
       return false;
-  return true;
-}
-
-/// The asset with a body in `memory`, which is_body(): touch() it in place of the asset. The memory
-/// must outlive it.
-inline AssetView with_body(const AssetView& asset, void* memory) noexcept {
-  AssetView out = asset;
-  out.body =
-      reinterpret_cast<DamagedVertex*>(static_cast<unsigned char*>(memory) + sizeof(BodyHeader));
-  return out;
+  return body.channels == nullptr || are_channels(asset, *body.channels);
 }
 
 /// What a place of a body has borne (M55).
@@ -101,6 +110,30 @@ constexpr int kMaxDamagedTriangles = 96;
 /// Least reach, over the longest edge at the contact point: a place between vertices is told by all
 /// that are near.
 constexpr double kLeastReach = 1.5;
+
+/// A vertex must not forget in rounding what was borne: a contact would store more for it.
+constexpr double kRoundedUp = 1 + 3e-7;
+
+/// Triangles that a walk has come to, in a table that stays less than half full.
+class VisitedTriangles {
+ public:
+  VisitedTriangles() noexcept {
+    for (int& t : slot_) t = -1;
+  }
+  /// Whether it is new.
+  bool add(int triangle) noexcept {
+    unsigned i = static_cast<unsigned>(triangle) * 2654435761u >> 24;
+    for (; slot_[i] >= 0; i = (i + 1) % kSlots)
+      if (slot_[i] == triangle) return false;
+    slot_[i] = triangle;
+    return true;
+  }
+
+ private:
+  static constexpr unsigned kSlots = 256;
+  static_assert(kSlots > 2 * kMaxDamagedTriangles, "there is a free slot");
+  int slot_[kSlots];
+};
 
 /// How much of what a contact bears counts at a squared distance from it, over that of its reach
 /// (M57).
@@ -144,7 +177,9 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
           is_raised[k] && double(asset.body[asset.corner(triangle, k)].most) < most * share[k];
   }
   int found[kMaxDamagedTriangles], count = 1;
+  VisitedTriangles visited;
   found[0] = triangle;
+  visited.add(triangle);
   for (int i = 0; i < count; ++i) {
     bool is_in[3];
     for (int k = 0; k < 3; ++k) {
@@ -152,15 +187,13 @@ inline void damage(const AssetView& asset, int triangle, const double weight[3],
       const Vec3d away = asset.vertex_at(v) - c;
       const double part = damage_kernel(dot(away, away) * per);
       is_in[k] = part > 0;
-      const float now = static_cast<float>(most * part);
+      const float now = static_cast<float>(most * part * kRoundedUp);
       if (now > asset.body[v].most) asset.body[v].most = now;
     }
     for (int k = 0; k < 3; ++k) {
       const int next = asset.neighbour[3 * found[i] + k];
       if (next < 0 || !(is_in[k] || is_in[(k + 1) % 3]) || count == kMaxDamagedTriangles) continue;
-      bool is_new = true;
-      for (int j = 0; j < count && is_new; ++j) is_new = found[j] != next;
-      if (is_new) found[count++] = next;
+      if (visited.add(next)) found[count++] = next;
     }
   }
 }
@@ -173,14 +206,28 @@ inline double stored_in(const AssetView* body, int triangle, const double weight
   return softened(body->damage, here.unit_J, here.most_J, law_J).stored_J;
 }
 
-/// The same once the place has borne it.
+/// What is borne is told to the vertices when it is so much above M, over w of (M56), or about to
+/// fall: it rises a little at every tick of a first loading, and telling it takes several ticks'
+/// time. While M stays, a contact is elastic.
+constexpr double kTold = 0.05;
+
+/// The same once the place has borne it. peak_J: the most that the contact has stored there and
+/// not told.
 inline Softened borne(const AssetView* body, int triangle, const double weight[3], double depth_m,
-                      double law_J) noexcept {
+                      double law_J, double& peak_J) noexcept {
   if (body == nullptr) return {law_J, 1, 0};
   Borne here = borne_at(*body, triangle, weight);
-  if (law_J > here.most_J && here.unit_J > 0 && depth_m > 0) {
-    damage(*body, triangle, weight, depth_m, law_J, here.unit_J);
-    here.most_J = law_J;  // as the vertices now say, but for their rounding to float
+  const double told_J =
+      here.most_J + kTold * (body->damage.scale * here.unit_J + body->damage.beta * here.most_J);
+  const double most_J = law_J > peak_J ? law_J : peak_J;
+  if (most_J > here.most_J && here.unit_J > 0 && depth_m > 0) {
+    if (most_J > told_J || law_J < most_J) {
+      damage(*body, triangle, weight, depth_m, most_J, here.unit_J);
+      here.most_J = most_J;  // as the vertices now say, but for their rounding
+      peak_J = 0;
+    } else {
+      peak_J = most_J;
+    }
   }
   return softened(body->damage, here.unit_J, here.most_J, law_J);
 }

@@ -337,12 +337,21 @@ inline Status check_damage(const Header& h, const void* bytes) noexcept {
   DamageBlock block;
   std::memcpy(&block, static_cast<const unsigned char*>(bytes) + lay_out(h, offset) - sizeof block,
               sizeof block);
-  const bool is_good = block.r >= kMinDamage && block.r <= kMaxDamage && block.scale >= 0 &&
-                       block.scale <= kMaxDamage && block.beta >= 0 && block.beta <= kMaxDamage &&
-                       block.scale + block.beta > 0 && block.reach_m >= 0 &&
-                       block.reach_m <= kMaxDamageReach_m;
-  for (const double reserved : block.reserved)
-    if (reserved != 0) return Status::numbers_wrong;
+  const auto is_within = [](double x, double least, double most) noexcept {
+    return x >= least && x <= most;
+  };
+  const bool softens = is_within(block.r, kMinDamage, kMaxDamage) &&
+                       is_within(block.scale, 0, kMaxDamage) &&
+                       is_within(block.beta, 0, kMaxDamage) && block.scale + block.beta > 0 &&
+                       is_within(block.reach_m, 0, kMaxDamageReach_m);
+  const bool punctures = block.puncture_N > 0 && block.puncture_N <= kMaxPuncture_N &&
+                         is_within(block.cutting_N, 0, block.puncture_N) &&
+                         is_within(block.friction_N_m, 0, kMaxShaftFriction_N_m) &&
+                         block.mouth_m > 0 && block.mouth_m <= kMaxDamageReach_m;
+  const bool is_hard = block.r == 0 && block.scale == 0 && block.beta == 0 && block.reach_m == 0;
+  const bool is_whole = block.puncture_N == 0 && block.cutting_N == 0 && block.friction_N_m == 0 &&
+                        block.mouth_m == 0;
+  const bool is_good = (softens || is_hard) && (punctures || is_whole) && !(is_hard && is_whole);
   return is_good ? Status::ok : Status::numbers_wrong;
 }
 

@@ -42,6 +42,8 @@ struct Contact {
   double law_J = 0;
   // Of a body that is damaged, at this tick: the share of the law's force, and its slope [1/J].
   double damage_share = 1, damage_slope = 0;
+  double untold_J = 0;  ///< borne here since its vertices were told
+  ChannelContact hole;
   SpotCache cache;  ///< saves time, changes no bit
 };
 
@@ -92,6 +94,8 @@ inline void release(Contact& contact, double law_J = 0) noexcept {
   contact.sway = Sway();
   contact.slip_left_m = 0;
   contact.law_J = 0;
+  contact.untold_J = 0;
+  contact.hole = ChannelContact();
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
   for (double& number : contact.memory) number = 0;

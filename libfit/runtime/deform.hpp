@@ -101,7 +101,7 @@ inline Vec3d carried_m(const AssetView& asset, const Contact& contact, const Vec
 /// measured with.
 inline bool shape_state(const AssetView& asset, const Contact& contact, double tool_radius_m,
                         DentState& out) noexcept {
-  if (contact.triangle < 0) return false;
+  if (contact.triangle < 0 || contact.hole.number != 0) return false;
   const int t = contact.triangle;
   out.point = {0, 0, 0};
   for (int k = 0; k < 3; ++k)

@@ -75,10 +75,10 @@ struct RelaxationBlock {
   double share[kMaxBranches], time_s[kMaxBranches];  ///< 0 of branches that are not
   double reserved;                                   ///< 0
 };
-/// How the body softens (families/softening.hpp): 64 bytes behind the relaxation.
+/// How the body softens and is punctured (families/softening.hpp): 64 bytes behind the relaxation.
 struct DamageBlock {
-  double r, scale, beta, reach_m;
-  double reserved[4];  ///< 0
+  double r, scale, beta, reach_m;                       ///< all 0 where it does not soften
+  double puncture_N, cutting_N, friction_N_m, mouth_m;  ///< all 0 where nothing punctures it
 };
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 

@@ -103,8 +103,9 @@ void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
   copy3(from.deflection_m, out.deflection_m);
   copy3(from.acts_at_m, out.acts_at_m);
   out.approach_m_s = from.approach_m_s;
-  out.events =
-      (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
+  out.events = (from.has_touched ? PALPATE_TOUCHED : 0) |
+               (from.has_released ? PALPATE_RELEASED : 0) |
+               ((body.flags & rt::kFlagPunctured) != 0 ? PALPATE_PUNCTURED : 0);
   copy3(body.weight, out.weight);
   out.normal_m = body.normal_m;
   out.lateral_m = body.lateral_m;
@@ -154,7 +155,7 @@ const char* palpate_sentence(palpate_status status) noexcept {
     case PALPATE_TOOL_WRONG:
       return rt::sentence(rt::Status::tool_wrong);
     case PALPATE_BODY_WRONG:
-      return "The bytes are no body of this asset, or the asset does not soften.";
+      return "The bytes are no body of this asset, or nothing damages its bodies.";
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
@@ -198,7 +199,8 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->has_guard = a.has_guard;
   info->has_shape = a.shape.points > 0;
   info->relaxes = a.curves.relaxation.branches > 0;
-  info->softens = a.damage.is_any();
+  info->softens = a.damage.softens();
+  info->punctures = a.damage.punctures();
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;

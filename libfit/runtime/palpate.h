@@ -79,7 +79,7 @@ enum {
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
-  PALPATE_BODY_WRONG = 14,      /* palpate_body_open: no body of this asset, which must soften */
+  PALPATE_BODY_WRONG = 14, /* palpate_body_open: no body of this asset, which must be damaged */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -150,15 +150,17 @@ enum {
   PALPATE_FLAG_OUTSIDE = 64,      /* not measured here: the body's mean curves, or none, and the
                                      rim where the measured ones pass into these */
   PALPATE_FLAG_EXTRAPOLATED =
-      128,                   /* deeper than range_m: the curves go on along their last slope */
-  PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
-  PALPATE_FLAG_RAMP = 512,   /* the tool's ramp is not over */
-  PALPATE_FLAG_INSIDE = 1024 /* in the air: a ball, its centre outside, stands in the surface, and
-                                nothing answers until it is out or, having lifted off, sinks */
+      128,                     /* deeper than range_m: the curves go on along their last slope */
+  PALPATE_FLAG_CAPPED = 256,   /* the force was brought down to max_force_N */
+  PALPATE_FLAG_RAMP = 512,     /* the tool's ramp is not over */
+  PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, and
+                                  nothing answers until it is out or, having lifted off, sinks */
+  PALPATE_FLAG_CHANNEL = 2048, /* the tool is in a hole: normal is its axis, normal_m the depth */
+  PALPATE_FLAG_PUNCTURED = 4096 /* at this tick it made one */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */
-enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2 };
+enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2, PALPATE_PUNCTURED = 4 };
 
 /* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
    torque and stiffness are exactly zero and triangle is -1. Energies are sums since
@@ -188,7 +190,7 @@ typedef struct palpate_output {
   double deflection_m[3];  /* from contact_m to acts_at_m */
   double acts_at_m[3];     /* where the force acts */
   double approach_m_s;     /* of the tick of a touch: into the body, along the normal */
-  uint32_t events;         /* PALPATE_TOUCHED, PALPATE_RELEASED */
+  uint32_t events;         /* PALPATE_TOUCHED, _RELEASED, _PUNCTURED */
   uint32_t reserved[7];    /* 0 */
 } palpate_output;
 
@@ -204,8 +206,9 @@ typedef struct palpate_info {
   int32_t has_guard;                 /* slips may not create energy */
   int32_t has_shape;                 /* palpate_deform answers */
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
-  int32_t softens;                   /* a body of it is damaged: palpate_body_start */
-  int32_t reserved[10];              /* 0 */
+  int32_t softens;                   /* a body of it softens: palpate_body_start */
+  int32_t punctures;                 /* a body of it breaks under a tool: palpate_body_start */
+  int32_t reserved[9];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -246,18 +249,28 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
 
-/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in
-   memory of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on
-   the asset itself is that of a body that nothing damages.
+/* A body that contacts damage (palpate_info.softens, punctures): what each of its vertices has
+   borne and the holes that tools made in it, in memory of the caller's beside the asset. Any number
+   of bodies may share an asset. palpate_tick on the asset itself is that of a body that nothing
+   damages.
 
-   palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or does not
-   soften. palpate_body_start: a new body in it. palpate_body_open: *opened is the asset with this
-   body, to be used in place of the asset; ticks on it write to the memory, so contacts of one body
-   belong to one thread.
+   palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or nothing
+   damages its bodies. palpate_body_start: a new body in it; a body that is there already is healed.
+   palpate_body_open: *opened is the asset with this body, to be used in place of the asset; ticks
+   on it write to the memory, so contacts of one body belong to one thread.
+
+   Any number of contacts may touch one body; each feels what the others did to it.
 
    The bytes are plain and may be copied at any time between ticks to save them, and put back: what
-   is opened on them goes on from there. After a restart open them again; that checks them, and is
-   safe on hostile bytes.
+   is opened on them goes on from there, with the contacts that were saved with them; release others
+   (palpate_release), and all contacts of a body that is healed. After a restart open them again;
+   that checks them, and is safe on hostile bytes.
+
+   A body that breaks (palpate_info.punctures): where a contact's force along the normal comes to
+   what the body bears, the tick says PALPATE_PUNCTURED, and the tool is in a hole along its way.
+   There friction grows with the depth, its wall holds the tool sideways, and going on past the
+   hole's end takes the force of cutting. A tool that has left finds the hole again. A body keeps
+   its 64 newest holes.
 
    PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_BODY_WRONG. */
 PALPATE_API uint64_t palpate_body_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;

@@ -4,7 +4,7 @@
 // One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
 // lock, no exception, no clock.
 
-#include "answer.hpp"
+#include "puncture.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -52,7 +52,6 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
                  Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
   out.state = ContactState::air;
   out.flags = 0;
-  contact.is_inside = false;
   const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
                 tip_m[2] - asset.origin_m[2]};
   if (!is_finite(x)) {
@@ -111,12 +110,46 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   });
 }
 
+/// The same of a body that tools puncture. Out of line: a tick of others stays as quick.
+template <bool kIsBall>
+PALPATE_OUT_OF_LINE Status pierce_from(const AssetView& asset, Contact& contact,
+                                       const double tip_m[3], double radius_m, Output& out,
+                                       TangentOut tangent_N_m, double dt_s) noexcept {
+  const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
+                tip_m[2] - asset.origin_m[2]};
+  const Vec3d before = make_vec3<double>(contact.tip_m), step = x - before;
+  const bool is_known = contact.has_tip && contact.asset_checksum == asset.checksum &&
+                        dot(step, step) <= asset.max_step_m * asset.max_step_m;
+  if (is_known && contact.hole.number != 0) {
+    out.state = ContactState::air;
+    out.flags = 0;
+    put(x, contact.tip_m);
+    tick_in_channel(asset, contact, radius_m, kIsBall && radius_m > 0, before, x, out, tangent_N_m);
+    return Status::ok;
+  }
+  if (is_known && contact.triangle < 0)
+    if (const std::int64_t number = channel_at(asset, false, radius_m, before, x)) {
+      put(x, contact.tip_m);
+      fall_in(asset, contact, number, radius_m, x, out, tangent_N_m);
+      return Status::ok;
+    }
+  if (!is_known && contact.hole.number != 0) release(contact);
+  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
+  if (asset.channels != nullptr && out.state != ContactState::air)
+    break_in(asset, contact, radius_m, before, x, out, tangent_N_m);
+  return status;
+}
+
 /// What touch() and touch_ball() share.
 template <bool kIsBall>
 Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
             Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
   const Ledger before = contact.ledger;
-  const Status status = tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
+  contact.is_inside = false;
+  const bool can_pierce = asset.channels != nullptr || contact.hole.number != 0;
+  const Status status =
+      can_pierce ? pierce_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s)
+                 : tick_from<kIsBall>(asset, contact, tip_m, radius_m, out, tangent_N_m, dt_s);
   const bool is_air = out.state == ContactState::air;
   if (is_air) {
     out = Output();
@@ -129,7 +162,7 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
   if (tangent_N_m == nullptr) return status;
   if (is_air)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
-  else
+  else if (contact.hole.number == 0)
     bear(contact, out, tangent_N_m);
   return status;
 }

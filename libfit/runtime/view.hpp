@@ -23,6 +23,7 @@ struct ShapeView {
 };
 
 struct DamagedVertex;
+struct ChannelList;
 
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
@@ -57,8 +58,9 @@ struct AssetView {
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
-  DamageView damage;              ///< how a body of this asset softens (body.hpp)
-  DamagedVertex* body = nullptr;  ///< of with_body(): what ticks have done to it; null: none is
+  DamageView damage;                ///< what contacts do to a body of this asset (body.hpp)
+  DamagedVertex* body = nullptr;    ///< of with_body(): what it has borne; null: it does not soften
+  ChannelList* channels = nullptr;  ///< of with_body(): its holes; null: nothing punctures it
 
   Vec3d vertex_at(int v) const noexcept {
     return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
@@ -100,6 +102,10 @@ inline DamageView damage_of(const DamageBlock& block) noexcept {
   out.scale = block.scale;
   out.beta = block.beta;
   out.reach_m = block.reach_m;
+  out.puncture_N = block.puncture_N;
+  out.cutting_N = block.cutting_N;
+  out.friction_N_m = block.friction_N_m;
+  out.mouth_m = block.mouth_m;
   return out;
 }
 

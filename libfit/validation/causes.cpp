@@ -90,7 +90,7 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
     add("nearest_point", SubstitutedAsset::with_nearest_point(asset, curves->curves, *model));
   add("one_response", SubstitutedAsset::with_mean_response(asset));
   add("linear", SubstitutedAsset::linear(asset, first_m));
-  if (asset.damage.is_any()) {
+  if (asset.damage.softens()) {
     runtime::AssetView whole = asset;
     whole.damage = {};
     baselines.push_back(named_error(

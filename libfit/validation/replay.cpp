@@ -46,8 +46,9 @@ auto follow(const HeldOut& held_out, std::size_t path, double depth_m, const Tic
 class TipWalk {
  public:
   explicit TipWalk(const runtime::AssetView& asset)
-      : asset_(asset), body_(asset.damage.is_any() ? runtime::body_bytes(asset) / 8 : 0) {
+      : asset_(asset), body_(asset.damage.softens() ? runtime::body_bytes(asset) / 8 : 0) {
     if (!body_.empty()) asset_ = runtime::with_body(asset, body_.data());
+    asset_.channels = nullptr;  // the reference is not punctured
   }
 
   std::vector<runtime::Output> answers(const HeldOut& held_out, std::size_t path, double depth_m) {

@@ -41,9 +41,11 @@ class Fit final : public Command {
     arguments.option(
         "--body", body_,
         "body.h5 whose surface tells which points are neighbours; without it, their positions do");
-    arguments.option("--cycles", cycles_,
-                     "Samples of presses in, out and in again at the same points, cycles.h5: how "
-                     "the body softens is identified in them");
+    arguments.option(
+        "--cycles", cycles_,
+        "Samples of presses in, out and in again at the same points, cycles.h5 or what "
+        "`import` wrote: how "
+        "the body softens is identified in them");
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }
@@ -65,11 +67,12 @@ class Fit final : public Command {
     section_.smoothing = smoothing_choice(smoothing_);
     const std::optional<Body> body = body_.empty() ? std::nullopt : std::optional(read_body(body_));
     FitCache cache;
+    const Samples samples = read_samples(samples_);
     FittedCurves curves =
-        fit_samples(read_samples(samples_), section_, jobs_, body ? &*body : nullptr,
+        fit_samples(samples, section_, jobs_, body ? &*body : nullptr,
                     {earlier ? &*earlier : nullptr, earlier_cache ? &*earlier_cache : nullptr},
                     nuisance_choice(frees_, contact_deviation_), &cache);
-    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_));
+    if (!cycles_.empty()) add_damage(curves, read_samples(cycles_), samples.recordings.size() > 0);
     Attributes attributes;
     if (!earlier && frees_.empty() && contact_deviation_.empty())
       attributes[kInputsAttribute] = curves_fingerprint(section_, samples_, cycles_);

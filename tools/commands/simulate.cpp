@@ -9,6 +9,7 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/stages/cycles.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/open_scene.hpp"
 #include "tools/stages/placement.hpp"
@@ -41,6 +42,9 @@ class Simulate final : public Command {
     arguments.option(
         "--paths", paths_,
         "Table of paths in metres to follow, PATHS.csv: path,x_m,y_m,z_m,dx_m,dy_m,dz_m");
+    arguments.flag("--cycles", cycles_,
+                   "Press [experiments] cycles of the test points in, out and in again instead, of "
+                   "a body that softens: what `fit --cycles` wants");
     arguments.option("--shard", shard_,
                      "Share of the test points to simulate, such as 3/8, for several processes; "
                      "-o then names a folder that they share, and merge puts them together");
@@ -53,6 +57,7 @@ class Simulate final : public Command {
     load();
     check_choices(scene_);
     check_experiments(scene_, body_);
+    if (cycles_) return simulate_in_cycles(reply);
     return shard_.empty() ? simulate(reply) : simulate_share(reply);
   }
 
@@ -86,6 +91,18 @@ class Simulate final : public Command {
     return say_samples(output_, samples, scene_.experiments.force_tolerance, reply);
   }
 
+  int simulate_in_cycles(Reply& reply) {
+    if (!softens(scene_))
+      throw Error(input_, "no material of it softens, so cycles tell nothing",
+                  "Add softening to [material], or leave --cycles out.");
+    if (!shard_.empty() || !paths_.empty())
+      throw Error("--cycles", "goes with neither --shard nor --paths",
+                  "Simulate the cycles in a call of their own; --points says where.");
+    const OutputLock lock(output_);
+    return say_samples(output_, simulate_cycles(scene_, body_, jobs_, output_, ""),
+                       scene_.experiments.force_tolerance, reply);
+  }
+
   int simulate_share(Reply& reply) {
     const Shard shard = parse_shard(shard_);
     if (!paths_.empty())
@@ -112,7 +129,7 @@ class Simulate final : public Command {
 
   std::string input_, output_, points_, paths_, shard_, made_from_;
   int jobs_ = 0;
-  bool resume_ = false;
+  bool resume_ = false, cycles_ = false;
   Scene scene_;
   Body body_;
 };

@@ -10,8 +10,10 @@
 
 namespace {
 
-palpate_asset asset;
+palpate_asset asset;  // with its body, where contacts damage one
 palpate_contact contact;
+void* body = nullptr;
+std::uint64_t body_size = 0;
 double answer[16];  // of the latest tick; tools/page/src/engine.ts names them
 
 // The tip without interpolation, where that is asked for.
@@ -51,6 +53,24 @@ PAGE_EXPORT(reserve) std::uint32_t page_reserve(std::uint32_t bytes) {
 
 PAGE_EXPORT(open) std::int32_t page_open(const void* bytes, std::uint32_t size) {
   return palpate_open(&asset, bytes, size);
+}
+
+// Bytes of a body that contacts damage; 0 where they damage none.
+PAGE_EXPORT(body_bytes) std::uint32_t page_body_bytes() {
+  return static_cast<std::uint32_t>(palpate_body_bytes(&asset));
+}
+
+// From here on ticks are on a new body in room of that size.
+PAGE_EXPORT(embody) std::int32_t page_embody(void* room) {
+  body = room, body_size = palpate_body_bytes(&asset);
+  const palpate_status status = palpate_body_start(&asset, body, body_size);
+  return status != PALPATE_OK ? status : palpate_body_open(&asset, &asset, body, body_size);
+}
+
+// The body is as it was at first; the tool is in the air.
+PAGE_EXPORT(heal) std::int32_t page_heal() {
+  palpate_release(&contact);
+  return palpate_body_start(&asset, body, body_size);
 }
 
 PAGE_EXPORT(sentence) const char* page_sentence(std::int32_t status) {

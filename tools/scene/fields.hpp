@@ -26,12 +26,14 @@ inline constexpr double kMostTilt_rad = 1.3962634015954636;    // 80 degrees
 inline constexpr double kLeastTilt_rad = 0.08726646259971648;  // 5 degrees: of curves at a lean
 
 /// What a value may be.
-struct Length {};        ///< m
-struct Speed {};         ///< m/s
-struct Duration {};      ///< s
-struct Tilt {};          ///< rad, from upright
-struct Density {};       ///< kg/m^3
-struct Acceleration {};  ///< m/s^2
+struct Length {};          ///< m
+struct Speed {};           ///< m/s
+struct Duration {};        ///< s
+struct Tilt {};            ///< rad, from upright
+struct Density {};         ///< kg/m^3
+struct Acceleration {};    ///< m/s^2
+struct Force {};           ///< N
+struct ForcePerLength {};  ///< N/m, a plain number
 struct Number {
   double low = 0, high = 1;
 };
@@ -167,11 +169,16 @@ void visit(SectionOf<FitSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
-  auto& [precision, guard, elsewhere, repair] = section;
+  auto& [precision, guard, elsewhere, repair, puncture_N, cutting_N, friction_N_m, mouth_m] =
+      section;
   f(Stage::export_, "precision", precision, Choice{{"float32"}});
   f(Stage::export_, "guard", guard, Any{});
   f(Stage::export_, "elsewhere", elsewhere, Choice{{"mean", "none"}});
   f(Stage::export_, "repair", repair, Choice{{"none", "slides"}});
+  f(Stage::export_, "puncture_force", puncture_N, Force{});
+  f(Stage::export_, "cutting_force", cutting_N, Force{});
+  f(Stage::export_, "shaft_friction", friction_N_m, ForcePerLength{});
+  f(Stage::export_, "channel_mouth", mouth_m, Length{});
 }
 
 template <class Visitor>

@@ -90,6 +90,8 @@ struct ExportSection {
   bool guard = true;
   std::string elsewhere = "mean";  ///< what surface without test points answers with
   std::string repair = "none";     ///< slides: what creates energy in slides is repaired
+  /// Of a tool that breaks into the body; it does so where there is a puncture force.
+  std::optional<double> puncture_N, cutting_N, friction_N_m, mouth_m;
 };
 
 struct ValidateSection {

@@ -31,11 +31,13 @@ class SettingsWriter {
   template <class Kind>
   void operator()(Stage stage, std::string_view key, double value, const Kind&) {
     put(stage, std::string(key),
-        std::is_same_v<Kind, Number>     ? kPlain
-        : std::is_same_v<Kind, Duration> ? "s"
-        : std::is_same_v<Kind, Tilt>     ? "rad"
-        : std::is_same_v<Kind, Density>  ? "kg/m^3"
-                                         : "m",
+        std::is_same_v<Kind, Number>           ? kPlain
+        : std::is_same_v<Kind, Duration>       ? "s"
+        : std::is_same_v<Kind, Tilt>           ? "rad"
+        : std::is_same_v<Kind, Density>        ? "kg/m^3"
+        : std::is_same_v<Kind, Force>          ? "N"
+        : std::is_same_v<Kind, ForcePerLength> ? "N/m"
+                                               : "m",
         {value});
   }
   void operator()(Stage stage, std::string_view key, const std::vector<double>& value, Speed) {

@@ -50,9 +50,9 @@ Samples simulate_cycles(const Scene& scene, const Body& body, int jobs,
   return samples;
 }
 
-void add_damage(FittedCurves& curves, const Samples& cycles) {
+void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent) {
   fit::DamageReport report;
-  curves.curves.damage = fit::identify_damage(curves, cycles, &report);
+  curves.curves.damage = fit::identify_damage(curves, cycles, &report, may_dent);
   const runtime::DamageView& damage = curves.curves.damage;
   if (!damage.is_any()) {
     say("  damage   none: {} cycles of {} rows, {:.1f} % off without it (median)", report.cycles,
@@ -64,6 +64,12 @@ void add_damage(FittedCurves& curves, const Samples& cycles) {
       "(median), {:.1f} % (p95); without it {:.1f} % and {:.1f} %",
       damage.r, damage.scale, damage.beta, report.cycles, report.rows, 100 * report.median,
       100 * report.p95, 100 * report.median_undamaged, 100 * report.p95_undamaged);
+  say("           standard deviations: r {:.2g} %, m {:.2g} %, beta {:.2g} %",
+      100 * report.deviation[0], 100 * report.deviation[1], 100 * report.deviation[2]);
+  if (report.dent > 0)
+    say("           a dent stays: nothing answers in the first {:.0f} % of the depth pressed "
+        "before",
+        100 * report.dent);
 }
 
 }  // namespace palpate::tools

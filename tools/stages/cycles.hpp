@@ -18,7 +18,8 @@ bool softens(const Scene& scene);
 Samples simulate_cycles(const Scene& scene, const Body& body, int jobs,
                         const std::filesystem::path& output, const std::string& fingerprint);
 
-/// Identifies how the body softens, into curves.curves.damage; said on stderr.
-void add_damage(FittedCurves& curves, const Samples& cycles);
+/// Identifies how the body softens, into curves.curves.damage; said on stderr. may_dent: the cycles
+/// were recorded, so a dent may stay.
+void add_damage(FittedCurves& curves, const Samples& cycles, bool may_dent = false);
 
 }  // namespace palpate::tools

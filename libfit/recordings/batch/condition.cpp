@@ -209,8 +209,19 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
 
   const auto phases = find_phases(signal);
   seen.phase = phases;
-  RowRange range = main_approach(signal, phases);
-  if (range.rows() >= 2 && settings.kind == ExperimentKind::press)
+  const bool presses_once = settings.kind == ExperimentKind::press && settings.use == Use::approach;
+  std::vector<RowRange> loadings;
+  if (presses_once) loadings = first_loadings(signal, phases);
+  RowRange range = loadings.empty() ? main_approach(signal, phases) : loadings.front();
+  std::optional<Eigen::Index> broken;
+  for (const RowRange& way : loadings.empty() ? std::vector{range} : loadings)
+    if (presses_once && !broken) broken = break_in_row(signal, way);
+  if (broken) {  // beyond it there is no curve of the body
+    std::erase_if(loadings, [&](const RowRange& way) { return way.begin > *broken; });
+    for (RowRange& way : loadings) way.end = std::min(way.end, *broken + 1);
+    range.end = std::min(range.end, *broken + 1);
+  }
+  if (range.rows() >= 2 && settings.kind == ExperimentKind::press && !broken)
     range = loading_part(signal, range);
   if (range.rows() < 2)
     throw Error(place(file, signal, 0), "the tip never goes in",
@@ -250,8 +261,17 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   if (settings.use == Use::retract && back.rows() < 5)
     throw Error(place(file, signal, signal.rows() - 1), "has no way back",
                 "Say use = \"approach\".");
+  if (!loadings.empty()) {
+    cycles.assign(loadings.begin(), loadings.end() - 1);
+    if (!broken) take_cycles(signal, phases, contact.travel_m, correlation, out);
+  }
+  if (broken) {
+    out.puncture_N = signal.push_N()[*broken];
+    out.puncture_depth_m = signal.travel_m()[*broken] - contact.travel_m;
+  }
+  const RowRange deepest = loadings.empty() ? range : loadings.back();
   const RowRange used = settings.kind == ExperimentKind::press
-                            ? (settings.use == Use::retract ? back : range)
+                            ? (settings.use == Use::retract ? back : deepest)
                             : RowRange{range.begin, settings.kind == ExperimentKind::drag
                                                         ? end_of_drag(signal, phases, range)
                                                         : signal.rows()};

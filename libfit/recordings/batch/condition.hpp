@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,7 +39,12 @@ struct Conditioned {
   double speed_m_s = 0;   ///< NaN without a clock
   double noise_N = 0;     ///< standard deviation of one reading without contact
   double hysteresis = 0;  ///< share of the work not given back; NaN without a way back
-  double young_Pa = 0;    ///< apparent, of the contact fit; NaN without radius or fit
+  // Of a press in cycles that go deeper and deeper: all of it in order; else no rows.
+  Eigen::VectorXd cycle_depth_m, cycle_push_N, cycle_error_N;
+  // Where the tool broke in: the push before it fell, and the depth; NaN where it did not.
+  double puncture_N = std::numeric_limits<double>::quiet_NaN(),
+         puncture_depth_m = std::numeric_limits<double>::quiet_NaN();
+  double young_Pa = 0;  ///< apparent, of the contact fit; NaN without radius or fit
   double apparent_Pa =
       0;  ///< from the deepest row, for comparing recordings; see apparent_modulus_Pa
   Grade grade = Grade::good;
@@ -72,6 +78,10 @@ double apparent_modulus_Pa(double force_N, double depth_m, const SignalSettings&
 void take_rows(const Signal& signal, const RowRange& used, const std::vector<RowRange>& more,
                double contact_travel_m, const SignalSettings& settings, double correlation,
                Conditioned& out);
+
+/// Means of a press in cycles over levels of depth, way in by way out, into `out`.
+void take_cycles(const Signal& signal, const std::vector<Phase>& phases, double contact_travel_m,
+                 double correlation, Conditioned& out);
 
 /// First row of the way back after the sliding of a drag.
 Eigen::Index end_of_drag(const Signal& signal, const std::vector<Phase>& phases,

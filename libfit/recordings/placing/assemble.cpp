@@ -219,6 +219,9 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
     const auto notes = compare_rates(first.point, experiments[p], candidates, items);
     out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   }
+  out.cycles = cycles_of(candidates, samples);
+  out.puncture = puncture_of(candidates);
+  if (out.puncture) out.notes.insert(out.notes.begin(), puncture_note(*out.puncture));
   const auto notes = cantilever_notes(items, candidates);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   if (out.relaxation) {

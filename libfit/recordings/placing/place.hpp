@@ -63,6 +63,14 @@ std::vector<std::string> compare_rates(const std::string& point,
                                        const std::vector<Candidate>& candidates,
                                        const std::vector<BatchItem>& items);
 
+/// Where tools broke in; nothing where none did.
+std::optional<BodyPuncture> puncture_of(const std::vector<Candidate>& candidates);
+/// A sentence on it.
+std::string puncture_note(const BodyPuncture& found);
+
+/// Presses in cycles as paths, at the points of `samples`; no rows where there are none.
+Samples cycles_of(const std::vector<Candidate>& candidates, const Samples& samples);
+
 /// "file.csv" or "file.csv#name".
 std::string shown(const std::vector<BatchItem>& items, const Candidate& candidate);
 

@@ -94,12 +94,19 @@ std::vector<Phase> find_phases(const Signal& signal) {
   return phases;
 }
 
+std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>& phases) {
+  const Eigen::VectorXd travel = signal.travel_m();
+  std::vector<RowRange> out;
+  for (const RowRange& run : runs_of(phases, Phase::approach))
+    out.push_back(rising_part(travel, run));
+  return out;
+}
+
 RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases) {
   const Eigen::VectorXd travel = signal.travel_m();
   RowRange best;
   double max_m = 0;
-  for (const RowRange& run : runs_of(phases, Phase::approach)) {
-    const RowRange rising = rising_part(travel, run);
+  for (const RowRange& rising : approaches(signal, phases)) {
     if (const double gain_m = travel[rising.end - 1] - travel[rising.begin]; gain_m > max_m) {
       max_m = gain_m;
       best = rising;

@@ -91,6 +91,17 @@ RowRange main_approach(const Signal& signal, const std::vector<Phase>& phases);
 std::vector<RowRange> cycles_like(const Signal& signal, const std::vector<Phase>& phases,
                                   const RowRange& approach);
 
+/// The ways in, each from its lowest to its highest travel.
+std::vector<RowRange> approaches(const Signal& signal, const std::vector<Phase>& phases);
+
+/// Of ways in that go deeper and deeper, what each presses for the first time: together the first
+/// loading of a body that presses soften. Empty where there are no two such ways in.
+std::vector<RowRange> first_loadings(const Signal& signal, const std::vector<Phase>& phases);
+
+/// The row of a way in behind which the push falls at once, by a fifth and out of its noise, while
+/// the tool goes on: there it breaks in. Nothing where it does not.
+std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& range);
+
 /// The way back after it, to where the next approach begins; empty when there is none.
 RowRange retract_after(const Signal& signal, const std::vector<Phase>& phases,
                        const RowRange& approach);

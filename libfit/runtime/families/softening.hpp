@@ -13,17 +13,25 @@
 namespace palpate {
 namespace runtime {
 
-/// Of a body; r 0: it is not damaged.
+/// What contacts do to a body: it softens (r), a tool punctures it (puncture_N), both or neither.
 struct DamageView {
-  double r = 0;        ///< kMinDamage to kMaxDamage; below 1 a dent stays
+  double r = 0;        ///< kMinDamage to kMaxDamage, below 1 a dent stays; 0: it does not soften
   double scale = 0;    ///< m over e
   double beta = 0;     ///< m or beta is not 0
   double reach_m = 0;  ///< how far around a contact as deep as the curves a place is damaged
+  // Of a channel (channel.hpp).
+  double puncture_N = 0;    ///< normal force at which it breaks; 0: never
+  double cutting_N = 0;     ///< that makes a channel longer, at most puncture_N
+  double friction_N_m = 0;  ///< along the shaft, over its length in the body
+  double mouth_m = 0;       ///< how far from a channel's axis a tool still falls into it
 
-  bool is_any() const noexcept { return r != 0; }
+  bool softens() const noexcept { return r != 0; }
+  bool punctures() const noexcept { return puncture_N > 0; }
+  bool is_any() const noexcept { return softens() || punctures(); }
 };
 constexpr double kMinDamage = 0.01, kMaxDamage = 1e3;
 constexpr double kMaxDamageReach_m = 1e3;
+constexpr double kMaxPuncture_N = 1e6, kMaxShaftFriction_N_m = 1e9;
 
 /// What a damaged place makes of the law's energy.
 struct Softened {

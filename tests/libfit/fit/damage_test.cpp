@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/libfit/fit/synthetic.hpp"
 
 namespace palpate::test {
@@ -35,14 +37,27 @@ FittedCurves parabolas(const Samples& samples) {
   return out;
 }
 
-Recorder cycled(const runtime::DamageView& damage, double aside = 0) {
+const std::vector<double> kFew(kShares.begin(), kShares.end());
+
+// As a rig records them: by hundredths of the depth.
+std::vector<double> many() {
+  std::vector<double> out;
+  double at = 0;
+  for (const double turn : {0.5, 0.05, 1.0, 0.05, 1.0})
+    for (const double step = turn > at ? 0.01 : -0.01; std::abs(turn - at) > 0.005;)
+      out.push_back(at += step);
+  return out;
+}
+
+Recorder cycled(const runtime::DamageView& damage, double aside = 0,
+                const std::vector<double>& shares = kFew) {
   Recorder rig;
   for (int p = 0; p < 2; ++p) {
     rig.add_point({0, 0, -1});
     const double k = 1e4 * (1 + p), unit_J = k * std::pow(kDeepest_m, 3) / 3;
     std::vector<Vec3> way, force;
     double most_J = 0;
-    for (const double share : kShares) {
+    for (const double share : shares) {
       const double d = share * kDeepest_m, law_J = k * d * d * d / 3;
       most_J = std::max(most_J, law_J);
       way.emplace_back(aside * d, 0, -d);
@@ -72,6 +87,47 @@ TEST(damage, its_numbers_are_found_again_in_presses_in_cycles) {
     EXPECT_LT(report.p95, 2e-3);
     EXPECT_GT(report.p95_undamaged, 0.1);
   }
+}
+
+// Forces with noise of 0.5 % of the largest, many times over: numbers stay within what the fit says
+// of them, and r below 1 is told as a dent.
+TEST(damage, with_noise_its_numbers_are_within_the_deviations_that_are_stated) {
+  for (const runtime::DamageView& truth :
+       {runtime::DamageView{1.4, 0.05, 0.2, 0}, runtime::DamageView{0.9, 0.05, 0.3, 0}}) {
+    SCOPED_TRACE(truth.r);
+    const Samples clean = cycled(truth, 0, many()).samples;
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise(0, 5e-3);
+    double squares = 0;
+    int count = 0;
+    for (int draw = 0; draw < 20; ++draw) {
+      Samples samples = clean;
+      for (Eigen::Index i = 0; i < samples.rows(); ++i)
+        samples.force(i, 2) += noise(random) * (samples.point[static_cast<std::size_t>(i)] + 1);
+      fit::DamageReport report;
+      const auto found = fit::identify_damage(parabolas(samples), samples, &report, true);
+      const std::array off{std::log(found.r / truth.r), std::log(found.scale / truth.scale),
+                           std::log(found.beta / truth.beta)};
+      for (std::size_t k = 0; k < 3; ++k) {
+        ASSERT_LT(std::abs(off[k]), 5 * report.deviation[k])
+            << "seed 11, draw " << draw << " number " << k;
+        squares += std::pow(off[k] / report.deviation[k], 2);
+        ++count;
+      }
+      EXPECT_EQ(report.dent > 0, truth.r < 1);
+    }
+    EXPECT_GT(squares / count, 0.5) << "deviations are not too large";
+    EXPECT_LT(squares / count, 2) << "or too small";
+  }
+}
+
+TEST(damage, a_dent_is_sought_only_where_one_may_be) {
+  const Samples dented = cycled({0.9, 0.05, 0.3, 0}).samples;
+  EXPECT_GE(fit::identify_damage(parabolas(dented), dented).r, 1);
+  fit::DamageReport report;
+  EXPECT_NEAR(fit::identify_damage(parabolas(dented), dented, &report, true).r, 0.9, 0.01);
+  EXPECT_GT(report.dent, 0.1);
+  EXPECT_LT(report.dent, 0.9);
 }
 
 TEST(damage, a_body_that_does_not_soften_and_rows_off_the_normal_tell_none) {

@@ -4,6 +4,9 @@ interface Exports {
   memory: WebAssembly.Memory;
   reserve(bytes: number): number;
   open(address: number, size: number): number;
+  body_bytes(): number;
+  embody(address: number): number;
+  heal(): number;
   sentence(status: number): number;
   start(interpolates: number): number;
   tick(x: number, y: number, z: number, dt_s: number): number;
@@ -27,10 +30,17 @@ export const Answer = {
   size: 16,
 } as const;
 
+/** PALPATE_FLAG_CHANNEL: the tool is in a hole. */
+export const kInChannel = 2048;
+/** PALPATE_FLAG_PUNCTURED: at this tick it made one. */
+export const kPunctured = 4096;
+
 export class Engine {
   /** Of its displacements in the engine's memory; 0 where the asset does not say how its surface moves. */
   private displacement = 0;
   private numbers = 0;
+  /** Contacts damage the body: it remembers them until it is healed. */
+  remembers = false;
 
   private constructor(private readonly wasm: Exports) {}
 
@@ -46,6 +56,13 @@ export class Engine {
     if (status !== 0) throw new Error(engine.sentence(status));
     engine.numbers = 3 * wasm.vertices();
     if (engine.numbers > 0) engine.displacement = wasm.reserve(4 * engine.numbers);
+    const bytes = wasm.body_bytes();
+    if (bytes > 0) {
+      const room = wasm.reserve(bytes);
+      if (room === 0) throw new Error("There is not enough memory for the body.");
+      wasm.embody(room);
+      engine.remembers = true;
+    }
     engine.start();
     return engine;
   }
@@ -59,6 +76,11 @@ export class Engine {
   /** Ends contact and sets all sums to zero. Without interpolation each facet has one curve and its own normal. */
   start(interpolates = true): void {
     this.wasm.start(interpolates ? 1 : 0);
+  }
+
+  /** The body is as it was before any touch. */
+  heal(): void {
+    this.wasm.heal();
   }
 
   /** One tick with the tip at a place [m] a millisecond after the one before; returns the status, 0 for good. */

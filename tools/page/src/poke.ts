@@ -6,7 +6,7 @@ import type { BodyView } from "./body";
 import { seriesColour } from "./colours";
 import { bytes, type Contents, floats, largest } from "./contents";
 import { html, swatch } from "./dom";
-import { Answer } from "./engine";
+import { Answer, kInChannel } from "./engine";
 import { ForceGraph } from "./force-graph";
 import { listenForGamepad } from "./gamepad";
 import { ForceSound } from "./sound";
@@ -20,6 +20,7 @@ const kHelp =
   "Poke: hold the button, pen or finger on the covered body to press, and move to drag. Wheel, pen pressure or a second finger set the depth. " +
   "With keys, on the body: Space presses and lifts, arrows move the tool, Page Up and Page Down set the depth. A gamepad works, too. ";
 const kDeforms = "The surface moves as the engine shows it; its error is stated above.";
+const kRemembers = " The body remembers what was done to it, from touch to touch, until it is healed.";
 const kAtRest = "This asset does not say how its surface moves: the body is drawn at rest.";
 
 export class Poke implements Tool {
@@ -43,6 +44,8 @@ export class Poke implements Tool {
   private readonly sound: ForceSound;
   private readonly message = html("p", { class: "small", id: "tool-message", "aria-live": "polite" });
   private readonly pressButton: HTMLButtonElement;
+  private readonly healButton: HTMLButtonElement;
+  private punctures = 0;
   private readonly pokeBox: HTMLInputElement;
   private readonly blendBox: HTMLInputElement;
 
@@ -72,6 +75,11 @@ export class Poke implements Tool {
       "button",
       { type: "button", id: "poke-press", click: () => (this.isPressed ? this.lift() : this.pressHere()) },
       "Press",
+    );
+    this.healButton = html(
+      "button",
+      { type: "button", id: "poke-heal", hidden: true, click: () => this.heal() },
+      "Heal the body",
     );
     const row = (key: string, label: string) => {
       const value = html("dd", { id: `poke-${key}` }, "0");
@@ -103,6 +111,7 @@ export class Poke implements Tool {
         "p",
         { class: "buttons" },
         this.pressButton,
+        this.healButton,
         html(
           "button",
           { type: "button", id: "poke-save", click: () => this.order({ order: "record" }) },
@@ -150,13 +159,21 @@ export class Poke implements Tool {
     if (news.news === "refused") this.disable(`The engine refuses the asset: ${news.sentence}`);
     else if (news.news === "ready") {
       this.panel.dataset.ready = "yes";
-      this.help.textContent = kHelp + (news.deforms ? kDeforms : kAtRest);
+      this.help.textContent = kHelp + (news.deforms ? kDeforms : kAtRest) + (news.remembers ? kRemembers : "");
+      this.healButton.hidden = !news.remembers;
     } else if (news.news === "batch") this.take(news.batch);
     else if (news.news === "measured")
       this.message.textContent = news.ticks_per_s
         ? `${(news.ticks_per_s / 1e6).toFixed(2)} million ticks per second along the last touch, ${quantity(1 / news.ticks_per_s, "s")} each.`
         : "Touch the body first: the last touch is what is measured.";
     else this.save(news.tip_m, news.force_N);
+  }
+
+  private heal(): void {
+    if (this.isPressed) this.lift();
+    this.order({ order: "heal" });
+    this.punctures = 0;
+    this.message.textContent = "The body is as it was before the first touch.";
   }
 
   private measure(): void {
@@ -273,6 +290,7 @@ export class Poke implements Tool {
     const before = this.latest;
     batch.displacement ??= before?.displacement;
     batch.slid ||= before?.slid ?? false;
+    batch.punctured ||= before?.punctured ?? false;
     this.latest = batch;
     this.view.inFrame(() => {
       this.latest = undefined;
@@ -286,8 +304,13 @@ export class Poke implements Tool {
     const force = new Vector3().fromArray(a, Answer.force_N);
     const last = batch.pressing_N.length - 1;
     const state = a[Answer.state];
+    const isIn = (a[Answer.flags] & kInChannel) !== 0;
+    if (batch.punctured) {
+      ++this.punctures;
+      this.message.textContent = `The tool broke into the body (${this.punctures} so far): it is in a channel now, which it finds again.`;
+    }
     const text: Record<string, string> = {
-      state: kStates[state === 1 && batch.slid ? 2 : state] ?? "",
+      state: (kStates[state === 1 && batch.slid ? 2 : state] ?? "") + (isIn ? " in its channel" : ""),
       force: quantity(force.length(), "N"),
       normal: `${quantity(batch.pressing_N[last], "N")}, ${quantity(batch.sliding_N[last], "N")}`,
       "depth-now": Number.isFinite(a[Answer.normal_m])

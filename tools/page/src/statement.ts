@@ -31,6 +31,12 @@ function sentences(s: Statement, contents: Contents): string[] {
     out.push(
       `This compares noise in part: at ${percent(s.within_reference, 0)} of the rows the error is within the reference's own.`,
     );
+  const undamaged = s.baselines.undamaged;
+  if (undamaged)
+    out.push(
+      `Touches damage this body. Answered as if none ever did, the force is off by ${percent(undamaged.median_rel)} in the median and ` +
+        `${percent(undamaged.p95_rel)} at the 95th percentile.`,
+    );
   const shape = s.shape_error;
   if (shape?.near && shape.all)
     out.push(

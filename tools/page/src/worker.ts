@@ -2,7 +2,7 @@
 // wakes a worker every few milliseconds at best, so ticks that are due come in small batches.
 
 import { vector } from "./contents";
-import { Answer, Engine } from "./engine";
+import { Answer, Engine, kPunctured } from "./engine";
 
 export type Vector = [number, number, number];
 
@@ -11,6 +11,7 @@ export type Order =
   | { order: "touch"; from: Vector; to: Vector; interpolates: boolean }
   | { order: "move"; to: Vector }
   | { order: "rest" }
+  | { order: "heal" }
   | { order: "record" }
   | { order: "measure" };
 
@@ -22,13 +23,15 @@ export interface Batch {
   displacement: Float32Array<ArrayBuffer> | undefined;
   /** A tick of the batch slid. */
   slid: boolean;
+  /** The tool broke into the body. */
+  punctured: boolean;
   pressing_N: Float32Array;
   sliding_N: Float32Array;
   ticks_per_s: number;
 }
 
 export type News =
-  | { news: "ready"; deforms: boolean }
+  | { news: "ready"; deforms: boolean; remembers: boolean }
   | { news: "refused"; sentence: string }
   | { news: "batch"; batch: Batch }
   | { news: "record"; tip_m: Float64Array; force_N: Float64Array }
@@ -51,6 +54,7 @@ let started_ms = 0;
 let done = 0;
 let recorded = 0;
 let slid = false;
+let punctured = false;
 let tips = new Float64Array(0);
 let forces = new Float64Array(0);
 let pressing: number[] = [];
@@ -80,6 +84,7 @@ function tick(): void {
     ++recorded;
   }
   slid ||= a[Answer.state] === kSlip;
+  punctured ||= (a[Answer.flags] & kPunctured) !== 0;
   const normal = -force.reduce((sum, f, k) => sum + f * inward[k], 0);
   pressing.push(normal);
   sliding.push(Math.hypot(...force.map((f, k) => f + normal * inward[k])));
@@ -110,6 +115,7 @@ function tell(now: number): void {
     answer: engine.answer().slice(),
     displacement,
     slid,
+    punctured,
     pressing_N: Float32Array.from(pressing),
     sliding_N: Float32Array.from(sliding),
     ticks_per_s: last.at_ms > first.at_ms ? (1e3 * (last.ticks - first.ticks)) / (last.at_ms - first.at_ms) : 0,
@@ -118,6 +124,7 @@ function tell(now: number): void {
   pressing = [];
   sliding = [];
   slid = false;
+  punctured = false;
 }
 
 function run(): void {
@@ -167,12 +174,13 @@ addEventListener("message", async ({ data }: MessageEvent<Order>) => {
     try {
       engine = await Engine.open(data.module, new Uint8Array(data.asset));
       step_m = data.speed_m_s / kRate_Hz;
-      say({ news: "ready", deforms: engine.deforms });
+      say({ news: "ready", deforms: engine.deforms, remembers: engine.remembers });
     } catch (failure) {
       say({ news: "refused", sentence: failure instanceof Error ? failure.message : String(failure) });
     }
   } else if (data.order === "touch") begin(data.from, data.to, data.interpolates);
   else if (data.order === "move") target = data.to;
+  else if (data.order === "heal") engine.heal();
   else if (data.order === "record")
     say({ news: "record", tip_m: tips.slice(0, 3 * recorded), force_N: forces.slice(0, 3 * recorded) });
   else {
