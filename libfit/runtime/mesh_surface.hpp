@@ -23,15 +23,15 @@ constexpr unsigned kFlagBorder = 2;      ///< the contact point was at a border 
 constexpr unsigned kFlagHeldBack = 4;    ///< the guard bears only a share of the force
 constexpr unsigned kFlagTooDeep = 8;     ///< dz is beyond the triangle's max_depth_m
 constexpr unsigned kFlagFrictionless =
-    16;                                    ///< no lateral stiffness here: slides as if frictionless
-constexpr unsigned kFlagBlocked = 32;      ///< the anchor slips beside a contact point that cannot
-constexpr unsigned kFlagOutside = 64;      ///< where no test point answers, or in the rim before it
+    16;                                ///< no lateral stiffness here: slides as if frictionless
+constexpr unsigned kFlagBlocked = 32;  ///< the anchor slips beside a contact point that cannot
+constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in the rim before it
+constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
 constexpr unsigned kFlagCapped = 256;      ///< the force was brought down to the tool's max_force_N
 constexpr unsigned kFlagRamp = 512;        ///< the tool's ramp is not over
+constexpr unsigned kFlagInside = 1024;     ///< a ball stands in the surface and no contact answers
 constexpr unsigned kFlagChannel = 2048;    ///< the tool is in a hole that it or another one made
 constexpr unsigned kFlagPunctured = 4096;  ///< at this tick it made one
-constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
-constexpr unsigned kFlagInside = 1024;  ///< a ball stands in the surface and no contact answers
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>

@@ -263,7 +263,7 @@ TEST(puncture, numbers_that_nothing_breaks_by_are_refused) {
   EXPECT_EQ(status_of(mouthless), Status::numbers_wrong);
 }
 
-// All features on one body: rings, a sway or dashpots, softening, puncture; two tools. A tool that
+// Rings, softening of two bodies in three, puncture; two tools. A tool that
 // rests gains nothing, and closed motions take more than they give.
 TEST(puncture, no_energy_is_made_whatever_two_tools_do) {
   int punctures = 0, entered = 0;
