@@ -52,6 +52,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.meta_json = meta.dump();
   options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
+  options.leans = request.leans;
   const ExportReport report = find_exporter(format).write(model, output, options);
   for (const std::string& remark : report.remarks) say("  {}", remark);
   if (request.settings.repair == "slides" && format == "palp")
