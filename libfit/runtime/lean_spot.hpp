@@ -69,7 +69,7 @@ struct LeanSpot {
       return;
     if (of != asset.leans.control || triangle != t) take(asset, t);
     for (int k = 0; k < 3; ++k) weight[k] = n[k];
-    blend_corners(asset, 0, kLeanPieceAt);
+    blend_corners<0, kLeanPieceAt>(asset);
     piece = -1;
   }
   /// The normal curves' interval.
@@ -87,28 +87,29 @@ struct LeanSpot {
       }
     }
     piece = interval;
-    blend_corners(asset, kLeanPieceAt, kLeanRow);
+    blend_corners<kLeanPieceAt, kLeanRow>(asset);
   }
-  /// Numbers from `from` to below `to` at the lean.
-  void blend(const AssetView& asset, int from, int to, double* __restrict out) const noexcept {
-    for (int j = from; j < to; ++j) out[j] = 0;
+  /// Numbers from kFrom to below kTo at the lean; with these known the compiler takes several.
+  template <int kFrom, int kTo>
+  void blend(const AssetView& asset, double* __restrict out) const noexcept {
+    for (int j = kFrom; j < kTo; ++j) out[j] = 0;
     for (int i = 0; i < asset.leans.nodes.size(); ++i) {
       const double w = at.w[i];
       if (w == 0) continue;
       const double* __restrict own = row[i];
-      for (int j = from; j < to; ++j) out[j] += w * own[j];
+      for (int j = kFrom; j < kTo; ++j) out[j] += w * own[j];
     }
   }
   void put_bed(const AssetView& asset, const RingLimit<double>& limit,
                RingBed<double, kRings>& bed) const noexcept {
     double at_lean[kLeanPieceAt];
-    blend(asset, 0, kLeanPieceAt, at_lean);
+    blend<0, kLeanPieceAt>(asset, at_lean);
     make_ring_bed(at_lean, limit, at_lean + kLeanSideAt, normal, bed);
   }
   void put_piece(const AssetView& asset, int interval, CurvePiece<double>& out) noexcept {
     reach(asset, interval);
     double at_lean[kLeanRow];
-    blend(asset, kLeanPieceAt, kLeanRow, at_lean);
+    blend<kLeanPieceAt, kLeanRow>(asset, at_lean);
     const SplineView& view = asset.curves.view[kNormal];
     out.piece = interval;
     out.order = view.degree + 1;
@@ -126,13 +127,14 @@ struct LeanSpot {
   }
 
  private:
-  void blend_corners(const AssetView& asset, int from, int to) noexcept {
+  template <int kFrom, int kTo>
+  void blend_corners(const AssetView& asset) noexcept {
     const double a = weight[0], b = weight[1], c = weight[2];
     for (int i = 0; i < asset.leans.nodes.size(); ++i) {
       const double *p = corner[slot[0]].row[i], *q = corner[slot[1]].row[i],
                    *r = corner[slot[2]].row[i];
       double* __restrict out = row[i];
-      for (int j = from; j < to; ++j) out[j] = a * p[j] + b * q[j] + c * r[j];
+      for (int j = kFrom; j < kTo; ++j) out[j] = a * p[j] + b * q[j] + c * r[j];
     }
   }
   // Corners that the triangle before had stay.

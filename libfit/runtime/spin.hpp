@@ -14,6 +14,7 @@ namespace runtime {
 /// Angles that the rings of one contact are twisted by [rad], and how stiff they were [N m].
 struct Spin {
   double angle[kRings] = {}, stiffness_Nm[kRings] = {};
+  bool is_twisted = false;
 };
 struct SpinAnswer {
   double torque_Nm = 0;  ///< on the body about the inward normal
@@ -36,6 +37,8 @@ inline SpinAnswer spin_by(const RingTable<kRings>& table, const RingBed<double, 
                           double turn, Spin& spin) noexcept {
   constexpr double kHalfPi = 1.57079632679489662;
   SpinAnswer out;
+  if (turn == 0 && !spin.is_twisted) return out;
+  spin.is_twisted = true;
   const double lambda = bed.limit.lambda < 1 ? bed.limit.lambda : 1, d = at.depth_m;
   const double per = 4 / (2 - lambda), mu = bed.limit.friction_at(d);
   for (int i = 0; i < kRings; ++i) {
@@ -47,7 +50,8 @@ inline SpinAnswer spin_by(const RingTable<kRings>& table, const RingBed<double, 
     out.lost_J += 0.5 * before * angle * angle;
     double k = 0;
     if (to > from && lambda > 0) {
-      k = per * bed.stiffness_N_m[i] * squared * ((to - from) / (table.edge_m[i] - from));
+      k = per * bed.stiffness_N_m[i] * squared;
+      if (to < table.edge_m[i]) k *= (to - from) / (table.edge_m[i] - from);
       if (k > before) angle *= before / k;
       out.lost_J -= 0.5 * k * angle * angle;
       angle += turn;

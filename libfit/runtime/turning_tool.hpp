@@ -73,45 +73,49 @@ inline Vec3d turn_since(const double before[3][3], const Frame& now) noexcept {
 }
 
 /// How a contact stands at the place where its tool was last.
-struct StandingRings {
-  Rings::Memory<double> memory;
-  RingKinematics<double, CachedSpot> kinematics;
-};
-inline StandingRings standing_rings(const AssetView& asset, Contact& contact) noexcept {
-  const CurveViews& views = asset.curves;
+inline RingDeflection<double> standing_rings(const AssetView& asset, Contact& contact) noexcept {
   Vec3d y = make_vec3<double>(contact.tip_m);
   const Compliance give = compliance_at(asset, contact.triangle, contact.weight);
   if (give.is_any())
-    y = y - give.times(slow_force(views.relaxation, contact.sway, contact.sway.force()));
-  const auto memory = Rings::load<double>(contact.memory, views.relaxation);
-  return {memory, Rings::kinematics(views, cached_spot<Rings, true>(asset, contact), y, memory)};
+    y = y - give.times(slow_force(asset.curves.relaxation, contact.sway, contact.sway.force()));
+  const CachedSpot spot = cached_spot<Rings, true>(asset, contact);
+  return ring_deflection(spot, contact.cache.numbers.curvature, y);
 }
-inline double law_energy(const AssetView& asset, const StandingRings& at) noexcept {
-  return Rings::stored_J(asset.curves, Rings::under(asset.curves, at.kinematics), at.kinematics,
-                         at.memory);
+/// What the law stores there.
+inline double law_energy(const AssetView& asset, Contact& contact,
+                         const RingDeflection<double>& at) noexcept {
+  const CurveViews& views = asset.curves;
+  const auto memory = Rings::load<double>(contact.memory, views.relaxation);
+  const CachedSpot spot = cached_spot<Rings, true>(asset, contact);
+  const RingKinematics<double, CachedSpot> kinematics{
+      spot, {at.depth_m, 0}, at, contact.cache.numbers.limit, at.q - memory.at(0), 0};
+  return Rings::stored_J(views, Rings::under(views, kinematics), kinematics, memory);
 }
 
-/// dE/dc_i of the rings' energy [m^2], for c_i before any is cut (ring_share()).
+/// dE/dc_i of the rings' energy [m^2], for c_i before any is cut (ring_share()). anchors: x, y, z.
 inline void ring_energy_slopes(const RingTable<kRings>& table, const RingBed<double, kRings>& bed,
-                               const StandingRings& at, double* out) noexcept {
+                               const RingDeflection<double>& at, const double* anchors,
+                               double* out) noexcept {
   const double lambda = bed.limit.lambda;
   double half[kRings], stored = 0, kept = 0, cut = 0;
   for (int i = 0; i < kRings; ++i) {
-    const Vec3d q = at.kinematics.at.q - at.memory.at(i);
-    half[i] = 0.5 * dot(q, q);
+    const double x = at.q.x - anchors[i], y = at.q.y - anchors[kRings + i],
+                 z = at.q.z - anchors[2 * kRings + i];
+    half[i] = 0.5 * (x * x + y * y + z * z);
     out[i] = lambda * half[i];
-    if (!bed.is_cut) continue;
-    const double reach = at.kinematics.at.depth_m - table.threshold_m[i];
+  }
+  if (!bed.is_cut) return;
+  for (int i = 0; i < kRings; ++i) {
+    const double reach = at.depth_m - table.threshold_m[i];
     stored += bed.stiffness_N_m[i] * half[i];
     if (!(reach > 0)) continue;
     kept += bed.stiffness_N_m[i] * reach;
     cut += bed.excess_N_m[i] * reach;
   }
-  if (!bed.is_cut) return;
   const bool is_shared = kept > cut;
   const double share = is_shared ? 1 - cut / kept : kept > 0 ? 0 : 1;
   for (int i = 0; i < kRings; ++i) {
-    const double reach = at.kinematics.at.depth_m - table.threshold_m[i];
+    const double reach = at.depth_m - table.threshold_m[i];
     const bool is_cut = bed.excess_N_m[i] > 0;
     double slope = is_cut ? 0 : share * half[i];
     if (is_shared && reach > 0) slope += stored * (is_cut ? 1 : cut / kept) * (reach / kept);
@@ -122,9 +126,9 @@ inline void ring_energy_slopes(const RingTable<kRings>& table, const RingBed<dou
 /// dE/ds of the law's energy at a contact that stays (M67). Exact; of a body that relaxes by
 /// central differences, whose dashpots do not see the lean in one row.
 inline TiltLean lean_slope(const AssetView& asset, Contact& contact,
-                           const StandingRings& at) noexcept {
+                           const RingDeflection<double>& at) noexcept {
   LeanSpot& lean = *contact.cache.lean;
-  const double d = at.kinematics.at.depth_m;
+  const double d = at.depth_m;
   TiltLean out{0, 0};
   if (asset.curves.relaxation.branches > 0) {
     constexpr double kStep = 1e-5;
@@ -133,31 +137,39 @@ inline TiltLean lean_slope(const AssetView& asset, Contact& contact,
     for (int axis = 0; axis < 2; ++axis) {
       const Vec3d& along = axis == 0 ? frame.first : frame.second;
       turn(contact.cache, asset, shaft + along * kStep);
-      const double up_J = law_energy(asset, at);
+      const double up_J = law_energy(asset, contact, at);
       turn(contact.cache, asset, shaft - along * kStep);
-      (axis == 0 ? out.first : out.second) = (up_J - law_energy(asset, at)) / (2 * kStep);
+      (axis == 0 ? out.first : out.second) = (up_J - law_energy(asset, contact, at)) / (2 * kStep);
     }
     turn(contact.cache, asset, shaft);
     return out;
   }
   double by[kLeanRow] = {};
-  const int interval = d > 0 ? find_piece(asset.curves.view[kNormal], d) : -1;
   lean.stand(asset, contact.triangle, contact.weight);
-  ring_energy_slopes(asset.curves.rings, contact.cache.bed, at, by);
-  if (interval >= 0) {
+  ring_energy_slopes(asset.curves.rings, contact.cache.bed, at, contact.memory, by);
+  if (d > 0) {
+    const SplineView& view = asset.curves.view[kNormal];
+    const int interval = find_piece(
+        view, d,
+        contact.cache.curve[kNormal].piece >= 0 ? contact.cache.curve[kNormal].piece : view.pieces);
     lean.reach(asset, interval);
-    const double t = d - asset.curves.view[kNormal].knots[interval];
+    constexpr double kShare[kMaxDegree + 1] = {1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5};
+    const double t = d - view.knots[interval];
+    const Vec3d q1 =
+        at.q - Vec3d{contact.memory[0], contact.memory[kRings], contact.memory[2 * kRings]};
     double power = t;
-    for (int m = 0; m <= kMaxDegree; ++m, power *= t) by[kLeanPieceAt + m] = power / (m + 1);
+    for (int m = 0; m <= kMaxDegree; ++m, power *= t) by[kLeanPieceAt + m] = power * kShare[m];
     by[kLeanAreaAt] = 1;
-    put(at.kinematics.q1 * (d * d), by + kLeanSideAt);
-    put(at.kinematics.q1 * (d * d * d), by + kLeanSideAt + 3);
+    put(q1 * (d * d), by + kLeanSideAt);
+    put(q1 * (d * d * d), by + kLeanSideAt + 3);
   }
-  const int end = interval >= 0 ? kLeanRow : kRings;
+  static_assert(kLeanRow % 4 == 0, "four sums at a time: one chain would wait for each");
   for (int i = 0; i < asset.leans.nodes.size(); ++i) {
     if (lean.at.w[i] == 0) continue;  // flat where it is 0: w >= 0 is C1
-    double stored_J = 0;
-    for (int j = 0; j < end; ++j) stored_J += by[j] * lean.row[i][j];
+    double sum[4] = {0, 0, 0, 0};
+    for (int j = 0; j < kLeanRow; j += 4)
+      for (int k = 0; k < 4; ++k) sum[k] += by[j + k] * lean.row[i][j + k];
+    const double stored_J = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     out.first += lean.at.d_first[i] * stored_J;
     out.second += lean.at.d_second[i] * stored_J;
   }
@@ -188,7 +200,7 @@ inline Status turning_tick(const AssetView& asset, TurningContact& state, const 
   if (leans) {  // what the turn changes is work of the tool
     turn(contact.cache, asset, shaft);
     if (was_touching && contact.triangle < asset.triangles && asset.curves.relaxation.branches > 0)
-      contact.law_J = law_energy(asset, standing_rings(asset, contact));
+      contact.law_J = law_energy(asset, contact, standing_rings(asset, contact));
   }
   for (int i = 0; i < 3; ++i) put(tool.row[i], state.row[i]);
   put(roll, state.roll_m);
@@ -209,7 +221,7 @@ inline Status turning_tick(const AssetView& asset, TurningContact& state, const 
   }
   const Vec3d u = make_vec3<double>(out.tick.normal);
   put(u, state.normal);
-  const StandingRings at = standing_rings(asset, contact);
+  const RingDeflection<double> at = standing_rings(asset, contact);
   Vec3d tilting{0, 0, 0};
   if (leans) {
     const TiltLean slope = lean_slope(asset, contact, at);
@@ -219,7 +231,7 @@ inline Status turning_tick(const AssetView& asset, TurningContact& state, const 
         tilt_torque(state.lean.frame, shaft, {slope.first * share, slope.second * share}) * -1.0;
   }
   const SpinAnswer spin =
-      spin_by(asset.curves.rings, contact.cache.bed, at.kinematics.at, contact.memory,
+      spin_by(asset.curves.rings, contact.cache.bed, at, contact.memory,
               spin_gap_m(radius, contact.cache.numbers.curvature), dot(turned, u), state.spin);
   state.spin_lost_J += spin.lost_J;
   const Vec3d force = make_vec3<double>(out.tick.force_on_tool_N);
