@@ -303,7 +303,7 @@ PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_cont
    the end's centre and radius_m must be palpate_info.probe_radius_m, tool and asset otherwise as
    for palpate_start and palpate_tick. The asset is of the law "rings". Where palpate_info.tilts is
    0 forces do not differ by the lean; rolling and spinning are felt all the same. It has no damper
-   (PALPATE_TOOL_WRONG) and no stiffness_N_m. A tick takes about 1.5 times as long as one of
+   (PALPATE_TOOL_WRONG) and no stiffness_N_m. A tick takes 2 to 4 times as long as one of
    palpate_tick.
    palpate_turning_release: as palpate_release. */
 PALPATE_API palpate_status palpate_turning_start(palpate_turning* turning,

@@ -166,10 +166,15 @@ inline TiltLean lean_slope(const AssetView& asset, Contact& contact,
   static_assert(kLeanRow % 4 == 0, "four sums at a time: one chain would wait for each");
   for (int i = 0; i < asset.leans.nodes.size(); ++i) {
     if (lean.at.w[i] == 0) continue;  // flat where it is 0: w >= 0 is C1
-    double sum[4] = {0, 0, 0, 0};
-    for (int j = 0; j < kLeanRow; j += 4)
-      for (int k = 0; k < 4; ++k) sum[k] += by[j + k] * lean.row[i][j + k];
-    const double stored_J = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    const double* own = lean.row[i];
+    double a = 0, b = 0, c = 0, e = 0;
+    for (int j = 0; j < kLeanRow; j += 4) {
+      a += by[j] * own[j];
+      b += by[j + 1] * own[j + 1];
+      c += by[j + 2] * own[j + 2];
+      e += by[j + 3] * own[j + 3];
+    }
+    const double stored_J = (a + b) + (c + e);
     out.first += lean.at.d_first[i] * stored_J;
     out.second += lean.at.d_second[i] * stored_J;
   }
@@ -207,18 +212,21 @@ inline Status turning_tick(const AssetView& asset, TurningContact& state, const 
   state.has_pose = true;
   const double fed_m[3] = {centre_m[0] + roll.x, centre_m[1] + roll.y, centre_m[2] + roll.z};
   const Status status = touch_ball(asset, contact, fed_m, radius, out.tick, nullptr, dt_s);
-  out.state = out.tick.state;
-  out.dissipated_J = out.tick.dissipated_J + state.spin_lost_J;
-  if (status != Status::ok) return status;
-  if (out.state == ContactState::air) {
+  if (status != Status::ok || out.tick.state == ContactState::air) {
     // What dragged the contact aside is over; it begins anew from where the tool is.
     if (dot(roll, roll) > 0) forget(contact);
     for (int i = 0; i < kRings; ++i)
       state.spin_lost_J +=
           0.5 * state.spin.stiffness_Nm[i] * state.spin.angle[i] * state.spin.angle[i];
     unwind(state);
+    const Output tick = out.tick;
+    out = TurningOutput();
+    out.tick = tick;
+    out.dissipated_J = tick.dissipated_J + state.spin_lost_J;
     return status;
   }
+  out.state = out.tick.state;
+  out.lean = {0, 0};
   const Vec3d u = make_vec3<double>(out.tick.normal);
   put(u, state.normal);
   const RingDeflection<double> at = standing_rings(asset, contact);
@@ -255,8 +263,8 @@ inline Status turning_tick(const AssetView& asset, TurningContact& state, const 
 /// is_turnable().
 inline Status touch_turning(const AssetView& asset, TurningContact& state, const double centre_m[3],
                             const Frame& tool, TurningOutput& out, double dt_s = 0) noexcept {
-  out = TurningOutput();
   if (!is_turnable(asset)) {
+    out = TurningOutput();
     forget(state);
     return Status::tool_wrong;
   }
