@@ -105,6 +105,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
   header.law_revision = runtime::kLawRevision;
   header.vertices = static_cast<std::int32_t>(parts.surface.covered.size());
   header.records = static_cast<std::int32_t>(parts.surface.recorded.size());
+  header.tilts = static_cast<std::int32_t>(options.leans.sine.size());
   header.triangles = static_cast<std::int32_t>(parts.surface.max_depth_m.size());
   header.tree_nodes = static_cast<std::int32_t>(parts.tree.nodes.size());
   header.tree_items = static_cast<std::int32_t>(parts.tree.items.size());
@@ -189,11 +190,21 @@ void put_damage(AssetBytes& bytes, const Header& header, const runtime::DamageVi
   block.mouth_m = damage.mouth_m;
   std::uint64_t sections[runtime::kSections];
   const std::uint64_t end = runtime::lay_out(header, sections);
-  std::memcpy(bytes.data() + end - sizeof block, &block, sizeof block);
+  std::memcpy(bytes.data() + runtime::damage_at(header, end), &block, sizeof block);
+}
+
+void put_leans(AssetBytes& bytes, const Header& header, const std::vector<double>& sine,
+               const std::vector<float>& numbers) {
+  runtime::LeanBlock block{};
+  std::copy(sine.begin(), sine.end(), block.sine);
+  std::uint64_t sections[runtime::kSections];
+  unsigned char* at = bytes.data() + runtime::leans_at(header, runtime::lay_out(header, sections));
+  std::memcpy(at, &block, sizeof block);
+  std::memcpy(at + sizeof block, numbers.data(), numbers.size() * sizeof(float));
 }
 
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
-             const std::string& meta) {
+             const ExportOptions& options) {
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
   put(bytes, header, runtime::kNormals, parts.surface.normal);
   put(bytes, header, runtime::kCovered, parts.surface.covered);
@@ -207,10 +218,12 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   for (int part = 0; part < runtime::kMaxParts; ++part)
     put(bytes, header, runtime::kPartTable + part, parts.table[static_cast<std::size_t>(part)]);
   put(bytes, header, runtime::kCheckTicks, parts.check);
-  put(bytes, header, runtime::kMeta, std::vector<char>(meta.begin(), meta.end()));
+  put(bytes, header, runtime::kMeta,
+      std::vector<char>(options.meta_json.begin(), options.meta_json.end()));
   if (model.curves.relaxation.branches() > 0)
     put_relaxation(bytes, header, model.curves.relaxation);
   if (model.curves.damage.is_any()) put_damage(bytes, header, model.curves.damage);
+  if (header.tilts > 0) put_leans(bytes, header, options.leans.sine, parts.surface.leans);
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }
 
@@ -276,7 +289,7 @@ AssetBytes make_asset_bytes(const Model& model, const ExportOptions& options,
   const AssetParts parts = make_parts(model, options);
   const Header header = make_header(model, options, parts);
   AssetBytes bytes(header.file_bytes);
-  put_all(bytes, header, parts, model, options.meta_json);
+  put_all(bytes, header, parts, model, options);
   std::memcpy(bytes.data(), &header, sizeof header);
   const int touching = record_check_forces(bytes);
   if (report != nullptr) fill_report(parts, header, touching, *report);

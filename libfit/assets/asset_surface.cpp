@@ -155,6 +155,64 @@ void round_controls(const Model& model, AssetSurface& out) {
       }
 }
 
+void check_leans(const Model& model, const LeanCurves& leans) {
+  const auto parts = parts_of(model.curves.family);
+  const auto is_good = [&](int part, const Controls& control) {
+    if (control.rows() != model.surface.vertices.rows() ||
+        control.cols() != model.curves.control[static_cast<std::size_t>(part)].cols())
+      return false;
+    for (Eigen::Index v = 0; v < control.rows(); ++v)
+      if (model.is_covered[static_cast<std::size_t>(v)] &&
+          !runtime::is_good_part(parts[static_cast<std::size_t>(part)], control.row(v).data(),
+                                 size_of(parts[static_cast<std::size_t>(part)],
+                                         model.curves.basis[static_cast<std::size_t>(part)]),
+                                 false))
+        return false;
+    return true;
+  };
+  bool are_good = model.curves.family == CurveFamily::rings &&
+                  leans.sine.size() <= runtime::kMaxTilts &&
+                  leans.node.size() == 1 + runtime::kTiltDirections * leans.sine.size();
+  for (std::size_t i = 0; are_good && i < leans.node.size(); ++i)
+    are_good = is_good(0, leans.node[i].normal) &&
+               is_good(runtime::kSide2, leans.node[i].side_square) &&
+               is_good(runtime::kSide3, leans.node[i].side_cube);
+  if (!are_good)
+    throw Error("model leans", "curves over the lean are not rings' or not of this body",
+                "Make them again with `palpate run`.");
+}
+
+// As round_controls.
+void round_leans(const Model& model, const LeanCurves& leans, AssetSurface& out) {
+  if (leans.sine.empty()) return;
+  check_leans(model, leans);
+  std::vector<Eigen::RowVectorXd> mean;
+  for (const LeanCurves::Node& node : leans.node) {
+    mean.push_back(Eigen::RowVectorXd::Zero(node.normal.cols()));
+    double covered = 0;
+    for (Eigen::Index v = 0; v < node.normal.rows(); ++v) {
+      if (!model.is_covered[static_cast<std::size_t>(v)]) continue;
+      ++covered;
+      mean.back() += node.normal.row(v);
+    }
+    mean.back() *= 1 / covered;
+  }
+  for (const std::int32_t v : out.recorded)
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      const std::uint8_t covered = out.covered[static_cast<std::size_t>(v)];
+      const auto put = [&](const Controls& control, const Eigen::RowVectorXd& elsewhere) {
+        for (Eigen::Index j = 0; j < control.cols(); ++j)
+          out.leans.push_back(static_cast<float>(covered == runtime::kMeasured ? control(v, j)
+                                                 : covered == runtime::kMean   ? elsewhere[j]
+                                                                               : 0));
+      };
+      const LeanCurves::Node& node = leans.node[i];
+      put(node.normal, mean[i]);
+      put(node.side_square, Eigen::RowVectorXd::Zero(3));
+      put(node.side_cube, Eigen::RowVectorXd::Zero(3));
+    }
+}
+
 Vec3 row(const std::vector<float>& array, std::int32_t i) {
   return Eigen::Map<const Eigen::Vector3f>(&array[3 * static_cast<std::size_t>(i)]).cast<double>();
 }
@@ -243,6 +301,7 @@ AssetSurface make_asset_surface(const Model& model, const ExportOptions& options
   if (options.fades_borders) fade_borders(surface);
   make_records(surface);
   round_controls(model, surface);
+  round_leans(model, options.leans, surface);
   bound_depths(surface);
   if (surface.measured_triangles.empty())
     throw Error("model",

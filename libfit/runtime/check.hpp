@@ -335,7 +335,7 @@ inline Status check_damage(const Header& h, const void* bytes) noexcept {
   if ((h.flags & kFlagDamage) == 0) return Status::ok;
   std::uint64_t offset[kSections];
   DamageBlock block;
-  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + lay_out(h, offset) - sizeof block,
+  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + damage_at(h, lay_out(h, offset)),
               sizeof block);
   const auto is_within = [](double x, double least, double most) noexcept {
     return x >= least && x <= most;
@@ -355,6 +355,41 @@ inline Status check_damage(const Header& h, const void* bytes) noexcept {
   return is_good ? Status::ok : Status::numbers_wrong;
 }
 
+/// Rising sines, and at every node of a vertex's lean curves that the family admits.
+inline Status check_leans(const AssetView& view, const Header& h, const void* bytes) noexcept {
+  if (h.tilts == 0) return Status::ok;
+  std::uint64_t offset[kSections];
+  const auto* base = static_cast<const unsigned char*>(bytes);
+  const std::uint64_t end = lay_out(h, offset);
+  LeanBlock block;
+  std::memcpy(&block, base + leans_at(h, end), sizeof block);
+  double before = 0;
+  for (int j = 0; j < kMaxTilts; ++j) {
+    const bool is_good =
+        j < h.tilts ? block.sine[j] > before && block.sine[j] < 1 : block.sine[j] == 0;
+    if (!is_good) return Status::numbers_wrong;
+    before = block.sine[j];
+  }
+  for (const double reserved : block.reserved)
+    if (reserved != 0) return Status::numbers_wrong;
+  const Part* part = family_of(h).part;
+  const int size = part_size(h, kNormal), nodes = view.leans.nodes.size();
+  for (int v = 0; v < view.vertices; ++v) {
+    const std::ptrdiff_t row = std::ptrdiff_t{view.record[v]} * nodes;
+    for (int i = 0; i < nodes; ++i) {
+      const float* curve = view.leans.control + (row + i) * (size + kLeanSideNumbers);
+      if (!is_good_part(part[kNormal], curve, size, !view.covered[v]) ||
+          !is_good_part(part[kSide2], curve + size, 1, !view.covered[v]) ||
+          !is_good_part(part[kSide3], curve + size + 3, 1, !view.covered[v]))
+        return Status::controls_wrong;
+    }
+  }
+  const auto* numbers = reinterpret_cast<const unsigned char*>(view.leans.control);
+  for (std::uint64_t i = 4 * lean_numbers(h); i < aligned(4 * lean_numbers(h)); ++i)
+    if (numbers[i] != 0) return Status::numbers_wrong;
+  return Status::ok;
+}
+
 /// Everything about the sections of an asset whose envelope is good.
 inline Status check_sections(const AssetView& view, const Header& header,
                              const void* bytes) noexcept {
@@ -364,6 +399,7 @@ inline Status check_sections(const AssetView& view, const Header& header,
   for (const SplineView& spline : view.curves.view)
     if (status == Status::ok && spline.pieces > 0) status = check_spline(spline);
   if (status == Status::ok) status = check_controls(view, header);
+  if (status == Status::ok) status = check_leans(view, header, bytes);
   if (status == Status::ok) status = check_vertices(view);
   if (status == Status::ok) status = check_triangles(view);
   if (status == Status::ok) status = check_normals(view);

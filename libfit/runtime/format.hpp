@@ -4,14 +4,15 @@
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between, with kFlagRelaxation a RelaxationBlock, with kFlagDamage
-// a DamageBlock, and with kFlagShape a shape response (shape.hpp); the whole size is a multiple
-// of 64. Nothing else is allowed.
+// a DamageBlock, with tilts a LeanBlock and its numbers, and with kFlagShape a shape response
+// (shape.hpp); the whole size is a multiple of 64. Nothing else is allowed.
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
 #include "families/families.hpp"
+#include "tilt.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -80,6 +81,14 @@ struct DamageBlock {
   double r, scale, beta, reach_m;                       ///< all 0 where it does not soften
   double puncture_N, cutting_N, friction_N_m, mouth_m;  ///< all 0 where nothing punctures it
 };
+/// Curves over the lean of a tool (tilt.hpp): sines of the tilts beside upright, 0 of those that
+/// are not. Behind it float R x nodes x (the normal curve's control values, g_2, g_3), filled up to
+/// a multiple of 64 bytes with zeros.
+struct LeanBlock {
+  double sine[kMaxTilts];
+  double reserved[8 - kMaxTilts];  ///< 0
+};
+constexpr int kLeanSideNumbers = 6;
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 
 struct CheckTick {
@@ -98,7 +107,7 @@ struct Header {
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
   std::int32_t family, law_revision;           ///< row of families/families.hpp; kLawRevision
-  std::int32_t records, reserved;              ///< R: rows of kControls; 0
+  std::int32_t records, tilts;                 ///< R: rows of kControls; of a LeanBlock, 0: none
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
@@ -110,6 +119,7 @@ static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
+static_assert(sizeof(LeanBlock) == 64, "the block of leans is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
@@ -173,10 +183,22 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
   return (bytes + (kAlignment - 1)) / kAlignment * kAlignment;
 }
 
+/// Numbers of the curves over the lean.
+inline std::uint64_t lean_numbers(const Header& h) noexcept {
+  if (h.tilts == 0) return 0;
+  return static_cast<std::uint64_t>(h.records) *
+         static_cast<std::uint64_t>(1 + kTiltDirections * h.tilts) *
+         static_cast<std::uint64_t>(part_size(h, kNormal) + kLeanSideNumbers);
+}
+inline std::uint64_t lean_bytes(const Header& h) noexcept {
+  return h.tilts == 0 ? 0 : sizeof(LeanBlock) + aligned(4 * lean_numbers(h));
+}
+
 /// Whether all counts are possible, so that sizes can be computed from them.
 inline bool has_possible_counts(const Header& h) noexcept {
   if (h.vertices < 3 || h.vertices > kMaxVertices) return false;
-  if (h.records < 1 || h.records > h.vertices || h.reserved != 0) return false;
+  if (h.records < 1 || h.records > h.vertices) return false;
+  if (h.tilts < 0 || h.tilts > (h.family == int(Family::rings) ? kMaxTilts : 0)) return false;
   if (h.triangles < 1 || h.triangles > kMaxTriangles) return false;
   if (h.tree_nodes < 1 || h.tree_items < 1 || h.tree_items > h.triangles) return false;
   if (h.tree_nodes >= 2 * h.tree_items) return false;
@@ -194,8 +216,8 @@ inline bool has_possible_counts(const Header& h) noexcept {
 }
 
 /// Fills `offset` from the counts and returns the whole size without a shape response: the one
-/// layout there is. The blocks of relaxation and damage, where there are any, are the last that it
-/// counts.
+/// layout there is. The blocks of relaxation, damage and leans, where there are any, are the last
+/// that it counts.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {
@@ -203,11 +225,18 @@ inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) n
     at += aligned(section_bytes(h, section));
   }
   return at + ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0) +
-         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
+         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) + lean_bytes(h);
 }
-/// Where the relaxation block begins; end: of lay_out().
+/// Where these blocks begin; end: of lay_out().
+inline std::uint64_t leans_at(const Header& h, std::uint64_t end) noexcept {
+  return end - lean_bytes(h);
+}
+inline std::uint64_t damage_at(const Header& h, std::uint64_t end) noexcept {
+  return leans_at(h, end) - sizeof(DamageBlock);
+}
 inline std::uint64_t relaxation_at(const Header& h, std::uint64_t end) noexcept {
-  return end - sizeof(RelaxationBlock) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
+  return leans_at(h, end) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) -
+         sizeof(RelaxationBlock);
 }
 
 /// FNV-1a on 64-bit words of the machine's byte order, each followed by h ^= h >> 32 so that high

@@ -5,12 +5,14 @@
 #include "palpate.h"
 
 #include "engine.hpp"
+#include "turning_tool.hpp"
 
 namespace rt = palpate::runtime;
 
 namespace {
 
-constexpr std::uint64_t kAssetMark = 0x50616c7061737365u, kContactMark = 0x50616c70636f6e74u;
+constexpr std::uint64_t kAssetMark = 0x50616c7061737365u, kContactMark = 0x50616c70636f6e74u,
+                        kTurningMark = 0x50616c707475726eu;
 
 struct OpenAsset {
   std::uint64_t mark;
@@ -20,6 +22,13 @@ struct StartedContact {
   std::uint64_t mark;
   rt::ToolContact tool;
 };
+struct StartedTurning {
+  std::uint64_t mark;
+  rt::TurningTool tool;
+};
+static_assert(sizeof(StartedTurning) <= sizeof(palpate_turning),
+              "raise palpate_turning and PALPATE_ABI");
+static_assert(std::is_trivially_copyable<StartedTurning>::value, "a plain copy is a copy");
 static_assert(sizeof(OpenAsset) <= sizeof(palpate_asset), "raise palpate_asset and PALPATE_ABI");
 static_assert(sizeof(StartedContact) <= sizeof(palpate_contact),
               "raise palpate_contact and PALPATE_ABI");
@@ -94,8 +103,21 @@ void copy3(const double from[3], double to[3]) noexcept {
   for (int k = 0; k < 3; ++k) to[k] = from[k];
 }
 
+void fill(const rt::Output& body, palpate_output& out) noexcept {
+  copy3(body.weight, out.weight);
+  out.normal_m = body.normal_m;
+  out.lateral_m = body.lateral_m;
+  out.stored_J = body.stored_J;
+  out.dissipated_J = body.dissipated_J;
+  out.refused_J = body.refused_J;
+  out.refused_ticks = body.refused_ticks;
+  out.triangle = body.triangle;
+  out.state = static_cast<std::int32_t>(body.state);
+  out.flags = body.flags;
+}
+
 void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
-  const rt::Output& body = from.body;
+  fill(from.body, out);
   copy3(from.force_on_tool_N, out.force_on_tool_N);
   copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
   copy3(from.contact_m, out.contact_m);
@@ -105,19 +127,37 @@ void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
   out.approach_m_s = from.approach_m_s;
   out.events = (from.has_touched ? PALPATE_TOUCHED : 0) |
                (from.has_released ? PALPATE_RELEASED : 0) |
-               ((body.flags & rt::kFlagPunctured) != 0 ? PALPATE_PUNCTURED : 0);
-  copy3(body.weight, out.weight);
-  out.normal_m = body.normal_m;
-  out.lateral_m = body.lateral_m;
-  out.stored_J = body.stored_J;
-  out.dissipated_J = body.dissipated_J;
-  out.refused_J = body.refused_J;
+               ((from.body.flags & rt::kFlagPunctured) != 0 ? PALPATE_PUNCTURED : 0);
   out.damped_J = from.damped_J;
   out.damper_N = from.damper_N;
-  out.refused_ticks = body.refused_ticks;
-  out.triangle = body.triangle;
-  out.state = static_cast<std::int32_t>(body.state);
-  out.flags = body.flags;
+}
+
+void fill(const rt::TurningToolOutput& from, palpate_output& out) noexcept {
+  fill(from.body.tick, out);
+  copy3(from.force_on_tool_N, out.force_on_tool_N);
+  copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
+  copy3(from.contact_m, out.contact_m);
+  copy3(from.normal, out.normal);
+  copy3(from.acts_at_m, out.acts_at_m);
+  for (int k = 0; k < 3; ++k) out.deflection_m[k] = from.acts_at_m[k] - from.contact_m[k];
+  out.events =
+      (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
+  out.stored_J = from.body.stored_J;
+  out.dissipated_J = from.body.dissipated_J;
+  out.flags = from.body.flags;
+}
+
+rt::Status to_shape(const palpate_tool& tool, rt::ToolShape& shape) noexcept {
+  copy3(tool.offset_m, shape.offset_m);
+  shape.radius_m = tool.radius_m;
+  shape.damping_Ns_m = tool.damping_Ns_m;
+  shape.damper_depth_m = tool.damper_depth_m;
+  shape.lateral_damping_Ns_m = tool.lateral_damping_Ns_m;
+  shape.max_force_N = tool.max_force_N;
+  shape.ramp_s = tool.ramp_s;
+  for (double reserved : tool.reserved)
+    if (reserved != 0) return rt::Status::tool_wrong;
+  return rt::check_tool(shape);
 }
 
 palpate_status refuse(palpate_output* out, palpate_status status) noexcept {
@@ -201,6 +241,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->relaxes = a.curves.relaxation.branches > 0;
   info->softens = a.damage.softens();
   info->punctures = a.damage.punctures();
+  info->tilts = a.leans.nodes.tilts;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;
@@ -272,17 +313,7 @@ palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool)
   *contact = palpate_contact();
   if (tool == nullptr) return PALPATE_NULL_ARGUMENT;
   StartedContact started{kContactMark, rt::ToolContact()};
-  rt::ToolShape& shape = started.tool.shape;
-  copy3(tool->offset_m, shape.offset_m);
-  shape.radius_m = tool->radius_m;
-  shape.damping_Ns_m = tool->damping_Ns_m;
-  shape.damper_depth_m = tool->damper_depth_m;
-  shape.lateral_damping_Ns_m = tool->lateral_damping_Ns_m;
-  shape.max_force_N = tool->max_force_N;
-  shape.ramp_s = tool->ramp_s;
-  rt::Status status = rt::check_tool(shape);
-  for (double reserved : tool->reserved)
-    if (reserved != 0) status = rt::Status::tool_wrong;
+  const rt::Status status = to_shape(*tool, started.tool.shape);
   if (status == rt::Status::ok) std::memcpy(contact->storage, &started, sizeof started);
   return to_c(status);
 }
@@ -311,6 +342,45 @@ palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact
   const rt::Status status =
       rt::touch_tool(opened->asset, started->tool, to_pose(in->tool), to_pose(in->body), in->dt_s,
                      answer, in->wants_tangent != 0 ? out->stiffness_N_m : nullptr);
+  fill(answer, *out);
+  return refuse(out, to_c(status));
+}
+
+palpate_status palpate_turning_start(palpate_turning* turning, const palpate_tool* tool) noexcept {
+  if (turning == nullptr) return PALPATE_NULL_ARGUMENT;
+  *turning = palpate_turning();
+  if (tool == nullptr) return PALPATE_NULL_ARGUMENT;
+  StartedTurning started{kTurningMark, rt::TurningTool()};
+  rt::Status status = to_shape(*tool, started.tool.shape);
+  if (started.tool.shape.has_damper() || !(started.tool.shape.radius_m > 0))
+    status = rt::Status::tool_wrong;
+  if (status == rt::Status::ok) std::memcpy(turning->storage, &started, sizeof started);
+  return to_c(status);
+}
+
+palpate_status palpate_turning_release(palpate_turning* turning) noexcept {
+  if (turning == nullptr) return PALPATE_NULL_ARGUMENT;
+  auto* started = held<StartedTurning>(turning, kTurningMark);
+  if (started == nullptr) return PALPATE_NOT_STARTED;
+  rt::forget(started->tool.turning);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_turning_tick(const palpate_asset* asset, palpate_turning* turning,
+                                    const palpate_input* in, palpate_output* out) noexcept {
+  if (out != nullptr) {
+    *out = palpate_output();
+    out->triangle = -1;
+  }
+  if (asset == nullptr || turning == nullptr || in == nullptr || out == nullptr)
+    return refuse(out, PALPATE_NULL_ARGUMENT);
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
+  auto* started = held<StartedTurning>(turning, kTurningMark);
+  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
+  rt::TurningToolOutput answer;
+  const rt::Status status = rt::touch_turning_tool(opened->asset, started->tool, to_pose(in->tool),
+                                                   to_pose(in->body), in->dt_s, answer);
   fill(answer, *out);
   return refuse(out, to_c(status));
 }

@@ -101,6 +101,9 @@ typedef struct palpate_asset {
 typedef struct palpate_contact {
   uint64_t storage[512];
 } palpate_contact;
+typedef struct palpate_turning {
+  uint64_t storage[1536];
+} palpate_turning;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
 typedef struct palpate_pose {
@@ -208,7 +211,8 @@ typedef struct palpate_info {
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
   int32_t softens;                   /* a body of it softens: palpate_body_start */
   int32_t punctures;                 /* a body of it breaks under a tool: palpate_body_start */
-  int32_t reserved[9];               /* 0 */
+  int32_t tilts;                     /* leans beside upright that forces differ at; 0: none */
+  int32_t reserved[8];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -308,6 +312,21 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
                                         const palpate_input* in,
                                         palpate_output* out) PALPATE_NOEXCEPT;
+
+/* A tool that turns, with a round end: its orientation counts, and torque_on_tool_Nm is that of a
+   tool that leans, rolls and spins. Its z axis is the shaft, away from the end; tool.offset_m is
+   the end's centre and radius_m must be palpate_info.probe_radius_m, tool and asset otherwise as
+   for palpate_start and palpate_tick. The asset is of the law "rings". Where palpate_info.tilts is
+   0 forces do not differ by the lean; rolling and spinning are felt all the same. It has no damper
+   (PALPATE_TOOL_WRONG) and no stiffness_N_m. A tick takes 2 to 4 times as long as one of
+   palpate_tick.
+   palpate_turning_release: as palpate_release. */
+PALPATE_API palpate_status palpate_turning_start(palpate_turning* turning,
+                                                 const palpate_tool* tool) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_turning_release(palpate_turning* turning) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_turning_tick(const palpate_asset* asset,
+                                                palpate_turning* turning, const palpate_input* in,
+                                                palpate_output* out) PALPATE_NOEXCEPT;
 
 /* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
    body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.

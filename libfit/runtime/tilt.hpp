@@ -84,8 +84,11 @@ inline Dual tilt_ramp(const TiltNodes& nodes, int j, double r) noexcept {
   const double a = tilt_knot(nodes, j - 1), b = tilt_knot(nodes, j), c = tilt_knot(nodes, j + 1);
   if (r <= a) return Dual(0);
   if (r >= c) return Dual(1);
-  const double up = 1 / ((c - a) * (b - a)), down = 1 / ((c - a) * (c - b));
-  if (r < b) return Dual((r - a) * (r - a) * up, 2 * (r - a) * up);
+  if (r < b) {
+    const double up = 1 / ((c - a) * (b - a));
+    return Dual((r - a) * (r - a) * up, 2 * (r - a) * up);
+  }
+  const double down = 1 / ((c - a) * (c - b));
   return Dual(1 - (c - r) * (c - r) * down, 2 * (c - r) * down);
 }
 
@@ -95,7 +98,7 @@ inline TiltWeights tilt_weights(const TiltNodes& nodes, const TiltLean& lean) no
   TiltWeights out;
   const double squared = lean.first * lean.first + lean.second * lean.second;
   const double r = std::sqrt(squared);
-  const double away[2] = {r > 0 ? lean.first / r : 0, r > 0 ? lean.second / r : 0};
+  const double per = r > 0 ? 1 / r : 0, away[2] = {lean.first * per, lean.second * per};
   Dual left(1);
   for (int j = 1; j <= nodes.tilts; ++j) {
     Dual up = tilt_ramp(nodes, j, r), mirrored = tilt_ramp(nodes, j, -r);
@@ -109,8 +112,8 @@ inline TiltWeights tilt_weights(const TiltNodes& nodes, const TiltLean& lean) no
     // Odd part over r: constant within the first knot.
     const double odd = up.a - mirrored.a, dodd = up.v - mirrored.v;
     const bool is_middle = r <= tilt_knot(nodes, 1);
-    const double share = is_middle ? (j == 1 ? dodd : 0) : odd / r;
-    const double dshare = is_middle ? 0 : (dodd - share) / r;
+    const double share = is_middle ? (j == 1 ? dodd : 0) : odd * per;
+    const double dshare = is_middle ? 0 : (dodd - share) * per;
     for (int k = 0; k < kTiltDirections; ++k) {
       const int node = 1 + kTiltDirections * (j - 1) + k;
       const double along = lean.first * kTiltCos[k] + lean.second * kTiltSin[k];

@@ -22,6 +22,12 @@ struct ShapeView {
   const float* mode = nullptr;
 };
 
+/// Curves over the lean of the tool (lean_spot.hpp); no tilts where the asset has none.
+struct LeanView {
+  TiltNodes nodes;
+  const float* control = nullptr;  ///< of each record, node by node: normal curve, g_2, g_3
+};
+
 struct DamagedVertex;
 struct ChannelList;
 
@@ -58,6 +64,7 @@ struct AssetView {
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
+  LeanView leans;
   DamageView damage;                ///< what contacts do to a body of this asset (body.hpp)
   DamagedVertex* body = nullptr;    ///< of with_body(): what it has borne; null: it does not soften
   ChannelList* channels = nullptr;  ///< of with_body(): its holes; null: nothing punctures it
@@ -153,8 +160,17 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   if ((h.flags & kFlagDamage) != 0) {
     std::uint64_t offset[kSections];
     DamageBlock block;
-    std::memcpy(&block, base + lay_out(h, offset) - sizeof block, sizeof block);
+    std::memcpy(&block, base + damage_at(h, lay_out(h, offset)), sizeof block);
     view.damage = damage_of(block);
+  }
+  if (h.tilts > 0) {
+    std::uint64_t offset[kSections];
+    const unsigned char* at_leans = base + leans_at(h, lay_out(h, offset));
+    LeanBlock block;
+    std::memcpy(&block, at_leans, sizeof block);
+    view.leans.nodes.tilts = h.tilts;
+    for (int j = 0; j < h.tilts; ++j) view.leans.nodes.sine[j + 1] = block.sine[j];
+    view.leans.control = reinterpret_cast<const float*>(at_leans + sizeof block);
   }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;

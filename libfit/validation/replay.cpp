@@ -72,7 +72,7 @@ class TipWalk {
 
 class TurningWalk {
  public:
-  explicit TurningWalk(const runtime::TiltedBody& body) : body_(body) {}
+  explicit TurningWalk(const runtime::AssetView& asset) : asset_(asset) {}
 
   // The tool leans from the beginning on; its end's lowest point is where a tip would be.
   std::vector<runtime::TurningOutput> answers(const HeldOut& held_out, std::size_t path,
@@ -87,8 +87,8 @@ class TurningWalk {
     runtime::TurningContact contact;
     return follow(held_out, path, depth_m, [&](const Vec3& tip, double dt_s) {
       runtime::TurningOutput out;
-      const Vec3 centre = tip - body_.end_radius_m * normal;
-      touch_turning(body_, contact, centre.data(), frame, out, std::max(dt_s, kLeastTick_s));
+      const Vec3 centre = tip - asset_.probe_radius_m * normal;
+      touch_turning(asset_, contact, centre.data(), frame, out, std::max(dt_s, kLeastTick_s));
       ++ticks_;
       return out;
     });
@@ -97,7 +97,7 @@ class TurningWalk {
   std::size_t ticks() const { return ticks_; }
 
  private:
-  const runtime::TiltedBody& body_;
+  const runtime::AssetView& asset_;
   std::size_t ticks_ = 0;
 };
 
@@ -159,11 +159,11 @@ Replayed replay_paths(const runtime::AssetView& asset, const Reference& referenc
   return replayed;
 }
 
-Replayed replay_turning(const runtime::TiltedBody& body, const Reference& reference,
+Replayed replay_turning(const runtime::AssetView& asset, const Reference& reference,
                         double depth_m) {
   Replayed replayed(reference.paths);
   std::vector<std::vector<runtime::TurningOutput>> answers;
-  TurningWalk walk(body);
+  TurningWalk walk(asset);
   for (std::size_t path = 0; path < reference.held_out.paths.size(); ++path)
     answers.push_back(walk.answers(reference.held_out, path, depth_m));
   for (Eigen::Index row = 0; row < reference.paths.rows(); ++row) {
@@ -175,7 +175,7 @@ Replayed replay_turning(const runtime::TiltedBody& body, const Reference& refere
     const Vec3 force = -Eigen::Map<const Vec3>(out.force_on_tool_N);
     const Vec3 torque = -Eigen::Map<const Vec3>(out.torque_on_tool_Nm);  // about the end's centre
     replayed.force_N.row(row) = force.transpose();
-    replayed.torque_Nm.row(row) = (torque - body.end_radius_m * normal.cross(force)).transpose();
+    replayed.torque_Nm.row(row) = (torque - asset.probe_radius_m * normal.cross(force)).transpose();
     replayed.is_sliding[r] = out.state == runtime::ContactState::slip;
     replayed.is_answered[r] = 1;
   }
@@ -224,9 +224,9 @@ double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, d
   return mean_tick_ns(TipWalk(asset), held_out, depth_m);
 }
 
-double time_turning_ticks_ns(const runtime::TiltedBody& body, const HeldOut& held_out,
+double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,
                              double depth_m) {
-  return mean_tick_ns(TurningWalk(body), held_out, depth_m);
+  return mean_tick_ns(TurningWalk(asset), held_out, depth_m);
 }
 
 }  // namespace palpate::validation

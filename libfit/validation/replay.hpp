@@ -38,7 +38,7 @@ void replay_path(const runtime::AssetView& asset, const Reference& reference, st
 Replayed replay_paths(const runtime::AssetView& asset, const Reference& reference, double depth_m);
 
 /// The same with a tool that leans as each path says, on a body that has curves at leans.
-Replayed replay_turning(const runtime::TiltedBody& body, const Reference& reference,
+Replayed replay_turning(const runtime::AssetView& asset, const Reference& reference,
                         double depth_m);
 
 /// The experiments of one point with given curves: the law of section 4 on the local quadric
@@ -58,7 +58,7 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
 /// Mean wall time of a tick over repeated replays of all paths [ns].
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
 /// The same of a tool that turns.
-double time_turning_ticks_ns(const runtime::TiltedBody& body, const HeldOut& held_out,
+double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,
                              double depth_m);
 
 }  // namespace palpate::validation

@@ -107,8 +107,8 @@ Model with_family(Model model, CurveFamily family) {
   return model;
 }
 
-BenchAsset make_bench_asset(const Model& model) {
-  BenchAsset out{make_asset_bytes(model, {.fades_borders = false}), {}};
+BenchAsset make_bench_asset(const Model& model, const LeanCurves& leans) {
+  BenchAsset out{make_asset_bytes(model, {.fades_borders = false, .leans = leans}), {}};
   runtime::Status status;
   out.asset = runtime::Asset::open(out.bytes.data(), out.bytes.size(), &status);
   if (status != runtime::Status::ok)

@@ -28,6 +28,6 @@ struct BenchAsset {
 };
 /// Throws Error when the engine refuses the bytes. Borders are not faded: nothing is lost at the
 /// ends.
-BenchAsset make_bench_asset(const Model& model);
+BenchAsset make_bench_asset(const Model& model, const LeanCurves& leans = {});
 
 }  // namespace palpate::tools

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include "libfit/io/csv/csv.hpp"
+#include "libfit/runtime/turning_tool.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/finger_proxy.hpp"
 #include "tools/bench/machine.hpp"
@@ -75,6 +76,52 @@ void measure_body(const Model& model, std::string_view law, bool is_quick,
       1e-6 * double(asset.file_bytes));
 }
 
+// A ball that turns on a body with curves at seven leans, beside the same ball on the same body
+// that does not.
+void measure_turning(bool is_quick, std::vector<TickTime>& lines) {
+  Model model = with_family(bench_cylinder(25, 9), CurveFamily::rings);
+  model.probe = sphere_spec(0.005, 0.3);
+  LeanCurves leans;
+  for (const double tilt_rad : {0.44, 0.87}) leans.sine.push_back(std::sin(tilt_rad));
+  for (int node = 0; node < 7; ++node)
+    leans.node.push_back({(0.7 + 0.1 * node) * model.curves.control[0],
+                          model.curves.control[runtime::kSide2],
+                          model.curves.control[runtime::kSide3]});
+  const BenchAsset body = make_bench_asset(model, leans);
+  const double overhead_ns = clock_ns(), radius_m = body.asset.probe_radius_m;
+  const std::size_t ticks = kWarmTicks / (is_quick ? 10U : 1U);
+  const auto centre = [&](const Vec3& tip) {
+    return Vec3(tip + radius_m * Vec3(tip.x(), tip.y(), 0).normalized());
+  };
+  for (const TickKind& kind : kTicksOfKind) {
+    const auto measure = [&](std::string_view what, auto tick) {
+      tick(kind.tip(0) * 1.2);
+      lines.push_back({body.asset.vertices, "rings", kind.name, what, "warm",
+                       spread_of(time_ticks(kind, ticks, nullptr, overhead_ns, tick))});
+    };
+    runtime::Contact contact;
+    measure("ball", [&](const Vec3& tip) {
+      runtime::Output out;
+      runtime::touch_ball(body.asset, contact, centre(tip).data(), radius_m, out);
+      kept = out.force_on_tool_N[0];
+    });
+    for (const bool turns : {false, true}) {
+      runtime::TurningContact turning;
+      long k = 0;
+      measure(turns ? "ball that turns" : "ball held leaning", [&](const Vec3& tip) {
+        k += turns;
+        const double angle = 0.6 + 0.2 * std::sin(1e-3 * double(k));
+        const double pose[2] = {std::cos(0.5 * angle), std::sin(0.5 * angle)};
+        runtime::Frame frame;
+        make_frame({{0, 0, 0}, {pose[0], 0, pose[1], 0}}, frame);
+        runtime::TurningOutput out;
+        touch_turning(body.asset, turning, centre(tip).data(), frame, out);
+        kept = out.torque_on_tool_Nm[0];
+      });
+    }
+  }
+}
+
 void write_table(const std::filesystem::path& path, const std::vector<TickTime>& lines) {
   static constexpr std::string_view kHeader[] = {"nodes",    "law",       "kind",   "what",
                                                  "cache",    "median_ns", "p99_ns", "p999_ns",
@@ -116,6 +163,7 @@ void bench_tick(const BenchRequest& request) {
                                row.family),
                    row.name, request.is_quick, lines);
     }
+  measure_turning(request.is_quick, lines);
   say("{:>8} {:9} {:6} {:20} {:5} {:>9} {:>9} {:>9} {:>9}", "nodes", "law", "kind", "what", "cache",
       "median", "p99", "p99.9", "worst ns");
   for (const TickTime& line : lines)

@@ -67,6 +67,7 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
   options.meta_json = meta.dump();
   options.map_depth_m = request.map_depth_m;
   options.engine_dir = request.engine;
+  options.leans = request.leans;
   const ExportReport report = find_exporter(format).write(
       request.settings.puncture_N ? with_puncture(model, request.settings) : model, output,
       options);

@@ -162,10 +162,10 @@ class StageRun {
     if (!tilts()) return;
     const fs::path folder(request_.folder);
     const std::string wanted = tilt_fingerprint(scene_, folder);
-    if (!is_stale("tilt", file("asset.tilt-0.palp"), stored_in_tilts(scene_, folder), wanted))
-      return;
-    make_tilt_assets(scene_, read_body(placed_body()),
-                     {.jobs = request_.jobs, .folder = folder, .resume = !request_.force});
+    const fs::path output = file(kTurningAsset);
+    if (!is_stale("tilt", output, stored_in_asset(output), wanted)) return;
+    make_turning_asset(scene_, read_body(placed_body()),
+                       {.jobs = request_.jobs, .folder = folder, .resume = !request_.force});
   }
 
   void validate() {
@@ -186,7 +186,7 @@ class StageRun {
                                           .resume = !request_.force,
                                           .curves = &curves,
                                           .model = &model,
-                                          .tilts = tilts() ? request_.folder : ""});
+                                          .tilts = tilts() ? file(kTurningAsset) : fs::path()});
     state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));

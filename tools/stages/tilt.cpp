@@ -26,9 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path samples_path(const fs::path& folder) { return folder / "samples.tilts.h5"; }
-fs::path asset_path(const fs::path& folder, int node) {
-  return folder / fmt::format("asset.tilt-{}.palp", node);
-}
 
 Lean lean_at(const runtime::TiltNodes& nodes, int node) {
   const runtime::TiltLean lean = nodes.lean(node);
@@ -194,14 +191,7 @@ std::string tilt_fingerprint(const Scene& scene, const fs::path& folder) {
   return hash.add_file(folder / "samples.h5").add_file(folder / "curves.h5").hex();
 }
 
-std::optional<std::string> stored_in_tilts(const Scene& scene, const fs::path& folder) {
-  std::optional<std::string> stored = stored_in_hdf5(samples_path(folder));
-  for (int node = 0; node < tilt_nodes(scene).size() && stored; ++node)
-    if (stored_in_asset(asset_path(folder, node)) != stored) stored = std::nullopt;
-  return stored;
-}
-
-void make_tilt_assets(const Scene& scene, const Body& body, const TiltRequest& request) {
+void make_turning_asset(const Scene& scene, const Body& body, const TiltRequest& request) {
   const fs::path& folder = request.folder;
   const FittedCurves known = read_curves(folder / "curves.h5");
   if (known.curves.family != CurveFamily::rings)
@@ -214,35 +204,32 @@ void make_tilt_assets(const Scene& scene, const Body& body, const TiltRequest& r
   const Samples upright = read_samples(folder / "samples.h5");
   const Samples tilted = simulate_tilts(scene, body, request, fingerprint);
   FittedCurves all = fit_nodes(upright, tilted, known, scene, request.jobs);
+  RefineOptions options;
+  RefineReport report;
+  Model model = refine(node_of(all, known, 0, nodes.size()), body, options, &report);
+  options.slope_share = report.interpolation.slope_share;  // alike at all nodes
+  options.follows_shape = report.interpolation.follows_shape;
+  model.probe = all.probe;
   double cut = 0;
   solve_controls(nodes, upright.points(), all.curves, cut);
   if (cut > 0)
     say("  control values of curves over the lean were kept rising by up to {:.2g} %", 100 * cut);
-  RefineOptions options;
+  LeanCurves leans;
+  leans.sine.assign(nodes.sine + 1, nodes.sine + 1 + nodes.tilts);
   for (int node = 0; node < nodes.size(); ++node) {
-    RefineReport report;
-    Model model = refine(node_of(all, known, node, nodes.size()), body, options, &report);
-    options.slope_share = report.interpolation.slope_share;  // alike at all nodes
-    options.follows_shape = report.interpolation.follows_shape;
-    model.probe = all.probe;
-    export_model(model, asset_path(folder, node), "palp",
-                 {.settings = scene.export_,
-                  .fingerprint = fingerprint,
-                  .jobs = request.jobs,
-                  .engine = {}});
+    Model at = refine(node_of(all, known, node, nodes.size()), body, options);
+    leans.node.push_back({std::move(at.curves.control[0]),
+                          std::move(at.curves.control[runtime::kSide2]),
+                          std::move(at.curves.control[runtime::kSide3])});
   }
-}
-
-TiltAssets::TiltAssets(const Scene& scene, const fs::path& folder) {
-  body_.nodes = tilt_nodes(scene);
-  for (int node = 0; node < body_.nodes.size(); ++node) {
-    files_.push_back(std::make_unique<AssetFile>(read_asset_file(asset_path(folder, node))));
-    body_.node[node] = &files_.back()->asset();
-  }
-  body_.end_radius_m = body_.node[0]->probe_radius_m;
-  if (!runtime::is_tilted_body(body_))
-    throw Error(asset_path(folder, 0).string(), "the assets of the tilts are not of one body",
-                "Run the scene again.");
+  ExportSection settings = scene.export_;
+  settings.repair = ExportSection().repair;  // it knows the upright tool alone
+  export_model(model, folder / kTurningAsset, "palp",
+               {.settings = settings,
+                .fingerprint = fingerprint,
+                .jobs = request.jobs,
+                .engine = {},
+                .leans = std::move(leans)});
 }
 
 }  // namespace palpate::tools

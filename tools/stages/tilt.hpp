@@ -1,16 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "libfit/assets/asset_file.hpp"
 #include "libfit/core/body.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/runtime/turning_tool.hpp"
+#include "libfit/runtime/tilt.hpp"
 #include "tools/scene/scene.hpp"
 
 namespace palpate::tools {
@@ -31,26 +27,13 @@ struct TiltRequest {
 };
 
 /// Simulates the tool leaning at every test point (samples.tilts.h5), fits curves at each lean on
-/// the knots of curves.h5, and writes an asset for each node of the tilt, asset.tilt-0.palp and on,
-/// whose curves are the control curves of (M59). body: with the test points that were simulated.
-/// Throws Error where the curves are of another family than rings.
-void make_tilt_assets(const Scene& scene, const Body& body, const TiltRequest& request);
+/// the knots of curves.h5, and writes the asset of a tool that turns, kTurningAsset: the upright
+/// tool's curves, as of the ball that it ends with, and the control curves of (M59). body: with the
+/// test points that were simulated. Throws Error where the curves are of another family than rings.
+void make_turning_asset(const Scene& scene, const Body& body, const TiltRequest& request);
+constexpr const char* kTurningAsset = "asset.turning.palp";
 
-/// Of what make_tilt_assets reads: the files of the folder and the scene.
+/// Of what make_turning_asset reads: the files of the folder and the scene.
 std::string tilt_fingerprint(const Scene& scene, const std::filesystem::path& folder);
-/// Stored in the folder's tilt assets; nothing where one is missing or they are not alike.
-std::optional<std::string> stored_in_tilts(const Scene& scene, const std::filesystem::path& folder);
-
-/// The tilt assets of a folder, opened.
-class TiltAssets {
- public:
-  /// Throws Error where one cannot be read, or they do not belong together.
-  TiltAssets(const Scene& scene, const std::filesystem::path& folder);
-  const runtime::TiltedBody& body() const { return body_; }
-
- private:
-  std::vector<std::unique_ptr<AssetFile>> files_;
-  runtime::TiltedBody body_;
-};
 
 }  // namespace palpate::tools

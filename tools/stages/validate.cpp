@@ -104,11 +104,11 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   statement.by_path = errors_by_path(reference, engine);
   statement.torque = torque_errors(reference, engine, end_radius_m(scene));
   if (!request.tilts.empty()) {
-    const TiltAssets tilts(scene, request.tilts);
-    const Replayed turning = replay_turning(tilts.body(), reference, depth_m);
+    const AssetFile tilts = read_asset_file(request.tilts);
+    const Replayed turning = replay_turning(tilts.asset(), reference, depth_m);
     statement.turning = errors_by_path(reference, turning);
-    statement.turning_torque = torque_errors(reference, turning, tilts.body().end_radius_m);
-    statement.turning_tick_ns = time_turning_ticks_ns(tilts.body(), reference.held_out, depth_m);
+    statement.turning_torque = torque_errors(reference, turning, tilts.asset().probe_radius_m);
+    statement.turning_tick_ns = time_turning_ticks_ns(tilts.asset(), reference.held_out, depth_m);
   }
   if (request.settings.causes)
     statement.causes = error_causes(asset, reference, engine, depth_m, request.jobs);

@@ -164,7 +164,7 @@ TEST(hostile_bytes, each_fault_has_its_status) {
               Status::controls_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.records = 0; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D, Header& h) { h.records = h.vertices + 1; }), Status::layout_wrong);
-  EXPECT_EQ(open_changed([](D, Header& h) { h.reserved = 1; }), Status::layout_wrong);
+  EXPECT_EQ(open_changed([](D, Header& h) { h.tilts = 1; }), Status::layout_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke<std::uint8_t>(d, h, runtime::kCovered, 2, 0); }),
             Status::controls_wrong);
   EXPECT_EQ(open_changed([](D d, Header& h) { poke(d, h, runtime::kPartTable, 2, 0.0); }),
@@ -342,6 +342,54 @@ TEST(hostile_bytes, a_relaxation_is_refused_for_every_fault_of_its_own) {
   fix_checksum(other, other.size());
   EXPECT_EQ(open(other, other.size()), Status::layout_wrong);
   EXPECT_EQ(open(whole, whole.size() - sizeof(Block)), Status::size_wrong);
+}
+
+AssetBytes small_leaning_asset() {
+  Model model = sphere_model(0.03, 6, uniform(400, 300, 0.3));
+  make_rings(model, 1, 0.03, [](const Vec3&) { return 1.0; });
+  model.probe = sphere_spec(0.004, 0.3);
+  LeanCurves leans;
+  leans.sine = {0.4, 0.7};
+  for (int node = 0; node < 7; ++node)
+    leans.node.push_back({(1 + 0.1 * node) * model.curves.control[0],
+                          model.curves.control[runtime::kSide2],
+                          model.curves.control[runtime::kSide3]});
+  return make_asset_bytes(model, {.meta_json = "{\"a\": 1}", .leans = leans});
+}
+
+TEST(hostile_bytes, curves_over_the_lean_are_refused_for_every_fault_of_their_own) {
+  const AssetBytes whole = small_leaning_asset();
+  ASSERT_EQ(open(whole, whole.size()), Status::ok);
+  const Header header = header_of(whole);
+  std::uint64_t sections[runtime::kSections];
+  const std::uint64_t from = runtime::leans_at(header, runtime::lay_out(header, sections)),
+                      numbers = from + sizeof(runtime::LeanBlock);
+  const auto changed = [&](std::uint64_t byte, auto value) {
+    AssetBytes bytes = whole;
+    std::memcpy(bytes.data() + byte, &value, sizeof value);
+    fix_checksum(bytes, bytes.size());
+    return open(bytes, bytes.size());
+  };
+  using Block = runtime::LeanBlock;
+  const auto nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double wrong : {0.0, -1.0, 0.4, 1.0, nan})
+    EXPECT_EQ(changed(from + offsetof(Block, sine) + 8, wrong), Status::numbers_wrong) << wrong;
+  EXPECT_EQ(changed(from + offsetof(Block, sine) + 16, 0.9), Status::numbers_wrong);
+  EXPECT_EQ(changed(from + offsetof(Block, reserved), 1e-300), Status::numbers_wrong);
+  EXPECT_EQ(changed(numbers, 0.1F), Status::controls_wrong);       // no curve begins so
+  EXPECT_EQ(changed(numbers + 8, -1.0F), Status::controls_wrong);  // or falls
+  EXPECT_EQ(changed(numbers + 12, float(nan)), Status::controls_wrong);
+  EXPECT_EQ(changed(numbers + 8, 0.7F), Status::ok);
+  const std::uint64_t end = numbers + 4 * runtime::lean_numbers(header);
+  if (end < whole.size()) EXPECT_EQ(changed(end, 1e-30F), Status::numbers_wrong);
+  for (const std::int32_t tilts : {-1, 0, 1, 3, 4, 1 << 30}) {
+    AssetBytes bytes = whole;
+    Header other = header;
+    other.tilts = tilts;
+    std::memcpy(bytes.data(), &other, sizeof other);
+    fix_checksum(bytes, bytes.size());
+    EXPECT_EQ(open(bytes, bytes.size()), Status::layout_wrong) << tilts;
+  }
 }
 
 TEST(hostile_bytes, changed_bytes_of_a_shape_response_never_harm) {

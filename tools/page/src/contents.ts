@@ -21,6 +21,15 @@ export interface ShapeFigures {
   max_rel: number;
 }
 
+/** Of a torque [N m] on the body. */
+export interface TorqueFigures {
+  typical_Nm: number;
+  median_Nm: number;
+  p95_Nm: number;
+  median_rel: number;
+  p95_rel: number;
+}
+
 export interface Statement {
   force_error: ErrorFigures & { max_N: number; max_rel: number; within_jnd: number };
   probes: number;
@@ -34,6 +43,10 @@ export interface Statement {
   by_path: Record<string, ErrorFigures>;
   causes: Record<string, ErrorFigures>;
   baselines: Record<string, ErrorFigures>;
+  /** Of all rows, then by kind of path. */
+  torque_error?: Record<string, TorqueFigures>;
+  /** Of the asset of a tool that turns on the same paths; empty without one. */
+  turning?: { by_path?: Record<string, ErrorFigures>; torque_error?: Record<string, TorqueFigures>; tick_ns?: number };
   /** Empty where the asset does not say how its surface moves. */
   shape_error?: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
 }

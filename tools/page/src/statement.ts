@@ -1,7 +1,7 @@
 // The error statement, first in words, then as pictures.
 
 import { seriesColour } from "./colours";
-import { type Contents, type ErrorFigures, floats, type Statement, vector } from "./contents";
+import { type Contents, type ErrorFigures, floats, type Statement, type TorqueFigures, vector } from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
 import { type Bar, bars, errorPlot, plot, type Series } from "./plot";
 import { counted, percent, plain, quantity } from "./words";
@@ -124,6 +124,27 @@ function costPlot(contents: Contents): HTMLElement | undefined {
   );
 }
 
+/** Errors of the torque about the tool: upright by kind of path, then of the tool that turns. */
+function torqueTable(s: Statement): HTMLElement[] {
+  const rows: [string, Record<string, TorqueFigures>][] = [
+    ["", s.torque_error ?? {}],
+    ["tool that turns, ", s.turning?.torque_error ?? {}],
+  ];
+  const lines = rows.flatMap(([of, errors]) =>
+    Object.entries(errors).map(([name, e]) => [
+      of + plain(name),
+      quantity(e.typical_Nm, "N m"),
+      percent(e.median_rel),
+      percent(e.p95_rel),
+      quantity(e.median_Nm, "N m"),
+      quantity(e.p95_Nm, "N m"),
+    ]),
+  );
+  if (!lines.length) return [];
+  const head = ["torque", "typical", "median error", "95th percentile", "median error", "95th percentile"];
+  return [table(head, lines)];
+}
+
 export function statementSection(contents: Contents): HTMLElement {
   const out = section("error", "How wrong it is");
   const s = contents.statement;
@@ -136,6 +157,7 @@ export function statementSection(contents: Contents): HTMLElement {
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
   for (const [caption, errors] of [
     ["By path of the tool", s.by_path],
+    ["With the asset of a tool that turns", s.turning?.by_path ?? {}],
     ["By cause", s.causes],
     ["What is simpler would have", s.baselines],
   ] as [string, Record<string, ErrorFigures>][])
@@ -156,9 +178,14 @@ export function statementSection(contents: Contents): HTMLElement {
       html("summary", {}, "The same in numbers"),
       table(
         ["", "median", "95th percentile", "median", "95th percentile"],
-        [s.by_path, s.causes, s.baselines].flatMap((errors) =>
-          Object.entries(errors).map(([name, e]) => [
-            plain(name),
+        [
+          ["", s.by_path],
+          ["tool that turns, ", s.turning?.by_path ?? {}],
+          ["", s.causes],
+          ["", s.baselines],
+        ].flatMap(([of, errors]) =>
+          Object.entries(errors as Record<string, ErrorFigures>).map(([name, e]) => [
+            (of as string) + plain(name),
             percent(e.median_rel),
             percent(e.p95_rel),
             quantity(e.median_N, "N"),
@@ -166,6 +193,7 @@ export function statementSection(contents: Contents): HTMLElement {
           ]),
         ),
       ),
+      ...torqueTable(s),
     ),
   );
   return out;
