@@ -12,6 +12,7 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
+#include "libfit/runtime/families/coupling.hpp"
 #include "libfit/runtime/families/families.hpp"
 #include "libfit/runtime/families/softening.hpp"
 
@@ -72,6 +73,7 @@ struct CurveSet {
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
   Relaxation relaxation;       ///< of the body: the curves are those of slow motion
   runtime::DamageView damage;  ///< of the body: the curves are those of first loading
+  runtime::CouplingView coupling;  ///< of the body: how tools feel each other
 
   CurveSet() = default;
   explicit CurveSet(CurveFamily of)

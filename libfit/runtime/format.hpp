@@ -4,13 +4,14 @@
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between, with kFlagRelaxation a RelaxationBlock, with kFlagDamage
-// a DamageBlock, and with kFlagShape a shape response (shape.hpp); the whole size is a multiple
-// of 64. Nothing else is allowed.
+// a DamageBlock, with kFlagCoupling a CouplingBlock, and with kFlagShape a shape response
+// (shape.hpp); the whole size is a multiple of 64. Nothing else is allowed.
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
+#include "families/coupling.hpp"
 #include "families/families.hpp"
 
 namespace palpate {
@@ -26,6 +27,7 @@ constexpr std::uint32_t kFlagGuard = 1;       ///< refuse the energy-creating pa
 constexpr std::uint32_t kFlagShape = 2;       ///< a shape response follows the sections
 constexpr std::uint32_t kFlagRelaxation = 4;  ///< a RelaxationBlock does, before it
 constexpr std::uint32_t kFlagDamage = 8;      ///< a DamageBlock does, right before it
+constexpr std::uint32_t kFlagCoupling = 16;   ///< a CouplingBlock does, right before it
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
@@ -80,6 +82,11 @@ struct DamageBlock {
   double r, scale, beta, reach_m;
   double reserved[4];  ///< 0
 };
+/// How tools feel each other (families/coupling.hpp): 128 bytes behind damage.
+struct CouplingBlock {
+  CouplingView coupling;
+  double reserved[3];  ///< 0
+};
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 
 struct CheckTick {
@@ -110,6 +117,7 @@ static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
+static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
@@ -194,8 +202,8 @@ inline bool has_possible_counts(const Header& h) noexcept {
 }
 
 /// Fills `offset` from the counts and returns the whole size without a shape response: the one
-/// layout there is. The blocks of relaxation and damage, where there are any, are the last that it
-/// counts.
+/// layout there is. The blocks of relaxation, damage and coupling, where there are any, are the
+/// last that it counts.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {
@@ -203,11 +211,18 @@ inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) n
     at += aligned(section_bytes(h, section));
   }
   return at + ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0) +
-         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
+         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) +
+         ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0);
 }
-/// Where the relaxation block begins; end: of lay_out().
+/// Where the blocks begin that there are; end: of lay_out().
+inline std::uint64_t coupling_block_at(const Header& h, std::uint64_t end) noexcept {
+  return end - ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0);
+}
+inline std::uint64_t damage_at(const Header& h, std::uint64_t end) noexcept {
+  return coupling_block_at(h, end) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
+}
 inline std::uint64_t relaxation_at(const Header& h, std::uint64_t end) noexcept {
-  return end - sizeof(RelaxationBlock) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
+  return damage_at(h, end) - ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0);
 }
 
 /// FNV-1a on 64-bit words of the machine's byte order, each followed by h ^= h >> 32 so that high

@@ -80,6 +80,7 @@ enum {
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
   PALPATE_BODY_WRONG = 14,      /* palpate_body_open: no body of this asset, which must soften */
+  PALPATE_GROUP_WRONG = 15,     /* palpate_group_tick: no such number of contacts, or one twice */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -101,6 +102,10 @@ typedef struct palpate_asset {
 typedef struct palpate_contact {
   uint64_t storage[512];
 } palpate_contact;
+typedef struct palpate_group {
+  uint64_t storage[128];
+} palpate_group;
+enum { PALPATE_MAX_TOOLS = 8 }; /* of a group */
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
 typedef struct palpate_pose {
@@ -150,9 +155,11 @@ enum {
   PALPATE_FLAG_OUTSIDE = 64,      /* not measured here: the body's mean curves, or none, and the
                                      rim where the measured ones pass into these */
   PALPATE_FLAG_EXTRAPOLATED =
-      128,                   /* deeper than range_m: the curves go on along their last slope */
-  PALPATE_FLAG_CAPPED = 256, /* the force was brought down to max_force_N */
-  PALPATE_FLAG_RAMP = 512    /* the tool's ramp is not over */
+      128,                    /* deeper than range_m: the curves go on along their last slope */
+  PALPATE_FLAG_CAPPED = 256,  /* the force was brought down to max_force_N */
+  PALPATE_FLAG_RAMP = 512,    /* the tool's ramp is not over */
+  PALPATE_FLAG_CROWDED = 1024 /* of a group: the tool stands in another one. What they feel of each
+                                 other is then bounded and passive, but not measured */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */
@@ -203,7 +210,8 @@ typedef struct palpate_info {
   int32_t has_shape;                 /* palpate_deform answers */
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
   int32_t softens;                   /* a body of it is damaged: palpate_body_start */
-  int32_t reserved[10];              /* 0 */
+  int32_t couples;                   /* tools feel each other: palpate_group_tick */
+  int32_t reserved[9];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -293,6 +301,29 @@ PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOE
 PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
                                         const palpate_input* in,
                                         palpate_output* out) PALPATE_NOEXCEPT;
+
+/* Tools that feel each other on one body (palpate_info.couples): what one bears moves the surface
+   under the others. A group is started once; then one call of palpate_group_tick takes the place of
+   palpate_tick for all of its contacts, 1 to PALPATE_MAX_TOOLS started ones, always the same in the
+   same order (with another number all begin anew):
+
+     palpate_group group;
+     palpate_group_start(&group);
+     palpate_contact* contacts[2] = {&thumb, &finger};
+     palpate_group_tick(&asset, &group, contacts, in, out, 2);      in [2], out [2]
+
+   All inputs have the body's pose of the first. out[i] is what palpate_tick would write of tool i,
+   but: the stored_J add up to what all store together, dissipated_J, refused_J and refused_ticks
+   are of all tools, and there is no stiffness_N_m. A tool whose status is not PALPATE_OK is out of
+   contact, and the others go on. A group is passive as a whole: one tool may give back what another
+   has put in. On an asset that does not couple each tool is ticked by itself, bit for bit.
+   Returns the first status that is not PALPATE_OK. A group belongs to the thread of its contacts.
+   Work: where all stick about 5 ticks of each tool, where one slides 15, never more than 54. */
+PALPATE_API palpate_status palpate_group_start(palpate_group* group) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* group,
+                                              palpate_contact* const* contacts,
+                                              const palpate_input* in, palpate_output* out,
+                                              int32_t count) PALPATE_NOEXCEPT;
 
 /* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
    body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.

@@ -57,7 +57,8 @@ struct AssetView {
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
-  DamageView damage;              ///< how a body of this asset softens (body.hpp)
+  const CouplingView* coupling = nullptr;  ///< how tools feel each other (several_tools.hpp)
+  DamageView damage;                       ///< how a body of this asset softens (body.hpp)
   DamagedVertex* body = nullptr;  ///< of with_body(): what ticks have done to it; null: none is
 
   Vec3d vertex_at(int v) const noexcept {
@@ -147,8 +148,14 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
   if ((h.flags & kFlagDamage) != 0) {
     std::uint64_t offset[kSections];
     DamageBlock block;
-    std::memcpy(&block, base + lay_out(h, offset) - sizeof block, sizeof block);
+    std::memcpy(&block, base + damage_at(h, lay_out(h, offset)), sizeof block);
     view.damage = damage_of(block);
+  }
+  if ((h.flags & kFlagCoupling) != 0) {
+    std::uint64_t offset[kSections];
+    const auto* block =
+        reinterpret_cast<const CouplingBlock*>(base + coupling_block_at(h, lay_out(h, offset)));
+    view.coupling = &block->coupling;
   }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;

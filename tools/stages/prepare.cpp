@@ -24,6 +24,7 @@
 #include "libfit/io/csv/tables.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/stages/pairs.hpp"
 #include "tools/stages/plausibility.hpp"
 #include "tools/stages/reach.hpp"
 #include "tools/stages/simulate.hpp"
@@ -362,6 +363,7 @@ void check_choices(const Scene& scene) {
                 "Add [material] with law and its parameters, such as young and poisson.");
   fem::make_probe(scene.probe.spec, file + ": [probe]");
   check_tilts(scene);
+  check_pairs(scene);
 }
 
 void check_experiments(const Scene& scene, const Body& body) {
