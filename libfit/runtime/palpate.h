@@ -312,7 +312,7 @@ PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_cont
      palpate_contact* contacts[2] = {&thumb, &finger};
      palpate_group_tick(&asset, &group, contacts, in, out, 2);      in [2], out [2]
 
-   All inputs have the body's pose of the first. out[i] is what palpate_tick would write of tool i,
+   The first input says the body's pose and dt_s for all. out[i] is what palpate_tick would write of tool i,
    but: the stored_J add up to what all store together, dissipated_J, refused_J and refused_ticks
    are of all tools, and there is no stiffness_N_m. A tool whose status is not PALPATE_OK is out of
    contact, and the others go on. A group is passive as a whole: one tool may give back what another

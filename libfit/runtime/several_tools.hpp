@@ -10,8 +10,8 @@
 //
 //     E = sum_i E_i + 1/2 sum_ij f_i . C_ij f_j                                         (M64)
 //
-// whose gradient by the places of the tools are the forces. One ledger (section 18) books what
-// slips of any of them do to E.
+// whose gradient by the places of the tools are the forces; coupling is weak enough for E to be
+// convex (M64a). One ledger (section 18) books what slips of any of them do to E.
 
 #include <limits>
 
@@ -22,7 +22,7 @@ namespace runtime {
 
 constexpr int kMaxTools = 8;
 constexpr int kMaxJointSteps = 16;        ///< answers of each law for one root; 3 to 5 as a rule
-constexpr double kJointTolerance = 1e-7;  ///< of the forces; stored energy is then right to 1e-18
+constexpr double kJointTolerance = 1e-7;  ///< of the forces; stored energy is then right to 1e-14
 constexpr double kNowhere_m = std::numeric_limits<double>::infinity();
 constexpr unsigned kFlagCrowded = 1024;  ///< the tool stands in another: see palpate.h
 
