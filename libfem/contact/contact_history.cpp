@@ -70,17 +70,19 @@ ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
       const int point = kFacePoints * face + q;
       const Vec3 x = place(u, face, q);
       const bool is_free =
-          history.gap.empty() ||
-          pressing_gap(distance(x, pose, history, point).distance_m, point, history) >= 0;
-      if (pose.second && is_free) next.is_second[point] = is_nearer_to_second(x, pose);
+          pose.second &&
+          (history.gap.empty() ||
+           pressing_gap(distance(x, pose, history, point).distance_m, point, history) >= 0);
+      if (is_free) next.is_second[point] = is_nearer_to_second(x, pose);
       const SignedDistance gap = distance(x, pose, next, point);
       next.relative[point] = x - tip(pose, next, point);
       next.gap[point] = gap.distance_m;
       next.normal[point] = gap.gradient;
       const Vec3 outward = area_normal(u, face, q).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (is_free) continue;
+      if (history.gap.empty() || is_free) continue;
       const double pressing = pressing_gap(gap.distance_m, point, history);
+      if (pressing >= 0) continue;
       next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;
       const double limit = probe_.friction * next.pressure_Pa[point];
       if (limit <= 0) continue;
