@@ -49,8 +49,24 @@ Vec3 ContactInterface::area_normal(const Points& u, int face, int q) const {
   return by_r.cross(by_s);
 }
 
-SignedDistance ContactInterface::distance(const Vec3& place, const ProbePose& pose) const {
-  return probe_.distance(pose.axis, place - pose.tip);
+bool ContactInterface::is_second(const ProbePose& pose, const ContactHistory& history, int point) {
+  return pose.second && !history.is_second.empty() && history.is_second[point];
+}
+
+const Vec3& ContactInterface::tip(const ProbePose& pose, const ContactHistory& history, int point) {
+  return is_second(pose, history, point) ? pose.second->tip : pose.tip;
+}
+
+SignedDistance ContactInterface::distance(const Vec3& place, const ProbePose& pose,
+                                          const ContactHistory& history, int point) const {
+  return is_second(pose, history, point)
+             ? probe_.distance(pose.second->axis, place - pose.second->tip)
+             : probe_.distance(pose.axis, place - pose.tip);
+}
+
+bool ContactInterface::is_nearer_to_second(const Vec3& place, const ProbePose& pose) const {
+  return pose.second && probe_.distance(pose.second->axis, place - pose.second->tip).distance_m <
+                            probe_.distance(pose.axis, place - pose.tip).distance_m;
 }
 
 bool ContactInterface::may_touch(const Points& u, const ProbePose& pose, int face) const {
@@ -65,7 +81,10 @@ bool ContactInterface::may_touch(const Points& u, const ProbePose& pose, int fac
   double squared_spread = 0;
   for (const Vec3& corner : x)
     squared_spread = std::max(squared_spread, (corner - mean).squaredNorm());
-  return probe_.min_distance_m(pose.axis, mean - pose.tip) < 2 * std::sqrt(squared_spread);
+  const double reach_m = 2 * std::sqrt(squared_spread);
+  return probe_.min_distance_m(pose.axis, mean - pose.tip) < reach_m ||
+         (pose.second &&
+          probe_.min_distance_m(pose.second->axis, mean - pose.second->tip) < reach_m);
 }
 
 ContactInterface::Law ContactInterface::pressure_law(double gap, double stiffness) const {
@@ -152,7 +171,8 @@ void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tan
   const int point = kFacePoints * face + q;
   if (!history.faces_probe[point]) return;
   const Vec3 x = place(u, face, q);
-  const SignedDistance gap = distance(x, pose);
+  const SignedDistance gap = distance(x, pose, history, point);
+  const Vec3& tip = this->tip(pose, history, point);
   // A lagged limit acts also where the surface has just come off: else the energy would jump.
   const double pressing = pressing_gap(gap.distance_m, point, history);
   const bool is_pressed = pressing < 0;
@@ -175,8 +195,8 @@ void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tan
 
   const double spring = tangential_ * stiffness_[face];
   const Traction traction = tangent == Tangent::coupled
-                                ? coupled_traction(x - pose.tip, gap, law, spring, point, history)
-                                : lagged_traction(x - pose.tip, spring, point, history);
+                                ? coupled_traction(x - tip, gap, law, spring, point, history)
+                                : lagged_traction(x - tip, spring, point, history);
   pull += traction.pull_Pa;
   stiffness += traction.by_place;
 
@@ -191,8 +211,12 @@ void ContactInterface::add_point(const ContactTrial& trial, int face, int q, Tan
     }
   }
   const Vec3 force = -weight * pull;
-  totals.force_N += force;
-  totals.torque_Nm += (x - pose.tip).cross(force);
+  if (is_second(pose, history, point)) {
+    totals.second_force_N += force;
+  } else {
+    totals.force_N += force;
+    totals.torque_Nm += (x - tip).cross(force);
+  }
   if (!is_pressed) return;
   totals.area_m2 += weight;
   totals.greatest_penetration_m = std::max(totals.greatest_penetration_m, -gap.distance_m);
@@ -234,14 +258,14 @@ double ContactInterface::energy(const ContactTrial& trial) const {
       const int point = kFacePoints * face + q;
       if (!history.faces_probe[point]) continue;
       const Vec3 x = place(u, face, q);
-      const SignedDistance gap = distance(x, pose);
+      const SignedDistance gap = distance(x, pose, history, point);
       const double pressing = pressing_gap(gap.distance_m, point, history);
       energy += area_weight_[point] * pressure_law(pressing, stiffness_[face]).energy_J_m2;
       const double limit = limit_Pa_[point], share = share_[point];
       if (limit <= 0) continue;
       const double spring = tangential_ * stiffness_[face];
-      const Friction friction =
-          friction_law(x - pose.tip, normal_[point], limit, share, spring, point, history);
+      const Friction friction = friction_law(x - tip(pose, history, point), normal_[point], limit,
+                                             share, spring, point, history);
       const double slip = friction.slip.norm();
       energy += area_weight_[point] / share *
                 (friction.slides ? limit * slip - limit * limit / (2 * spring)
@@ -264,7 +288,10 @@ std::vector<int> ContactInterface::faces_near(const Points& u, const ProbePose& 
     bool is_near = false;
     for (int a = 0; a < kFaceNodes && !is_near; ++a) {
       const int node = faces_(face, a);
-      is_near = distance((nodes_.row(node) + u.row(node)).transpose(), pose).distance_m < within_m;
+      const Vec3 x = (nodes_.row(node) + u.row(node)).transpose();
+      is_near = probe_.distance(pose.axis, x - pose.tip).distance_m < within_m ||
+                (pose.second &&
+                 probe_.distance(pose.second->axis, x - pose.second->tip).distance_m < within_m);
     }
     if (is_near) near.push_back(face);
   }

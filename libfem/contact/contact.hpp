@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libfem/contact/face_rule.hpp"
@@ -11,17 +12,26 @@ namespace palpate::fem {
 
 using Faces = Eigen::Matrix<std::int32_t, Eigen::Dynamic, kFaceNodes, Eigen::RowMajor>;
 
-/// Where the probe is: its reference point x [m] and the unit axis u into the body.
+/// Where another probe of the same shape is.
+struct SecondProbe {
+  Vec3 tip = Vec3::Zero();
+  Vec3 axis = Vec3::UnitZ();
+};
+
+/// Where the probe is: its reference point x [m] and the unit axis u into the body. And a second
+/// one, if there is one.
 struct ProbePose {
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();
+  std::optional<SecondProbe> second = std::nullopt;
 };
 
 /// What the interface remembers of the last accepted state, per quadrature point.
 /// stick_Pa: traction of the tangential spring, whatever its stiffness. relative: place of the
 /// surface point relative to the tip [m]. gap [m], < 0 in contact. pressure [Pa]. normal: of the
 /// probe. faces_probe: 0 on the far wall of a thin body. multiplier_m: the augmented Lagrangian's
-/// multiplier over the penalty [m], overlap that exerts pressure without being there.
+/// multiplier over the penalty [m], overlap that exerts pressure without being there. is_second: of
+/// two probes a point belongs to the second: to the nearer one, until it lets go; empty with one.
 struct ContactHistory {
   std::vector<Vec3> stick_Pa;
   std::vector<Vec3> relative;
@@ -30,6 +40,7 @@ struct ContactHistory {
   std::vector<Vec3> normal;
   std::vector<char> faces_probe;
   std::vector<double> multiplier_m;
+  std::vector<char> is_second = {};
 };
 
 /// A displacement u (#N x 3 [m]) with the probe at `pose`, and what the interface remembers of the
@@ -49,10 +60,12 @@ struct FaceTerms {
   double stiffness[9 * kFaceBlocks];
 };
 
-/// Sums over the interface. force and torque of the probe ON the body, torque about the tip.
+/// Sums over the interface. force and torque of the probe ON the body, torque about the tip, and
+/// the force of a second one; all else is of both.
 struct ContactTotals {
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
+  Vec3 second_force_N = Vec3::Zero();
   double energy_J = 0;
   double area_m2 = 0;  ///< rest area under pressure
   double greatest_penetration_m = 0;
@@ -151,7 +164,11 @@ class ContactInterface {
   Traction coupled_traction(const Vec3& relative, const SignedDistance& gap, const Law& law,
                             double spring, int point, const ContactHistory& history) const;
   bool may_touch(const Points& u, const ProbePose& pose, int face) const;
-  SignedDistance distance(const Vec3& place, const ProbePose& pose) const;
+  static bool is_second(const ProbePose& pose, const ContactHistory& history, int point);
+  static const Vec3& tip(const ProbePose& pose, const ContactHistory& history, int point);
+  SignedDistance distance(const Vec3& place, const ProbePose& pose, const ContactHistory& history,
+                          int point) const;
+  bool is_nearer_to_second(const Vec3& place, const ProbePose& pose) const;
   Vec3 place(const Points& u, int face, int point) const;
   Vec3 area_normal(const Points& u, int face, int q) const;  // outward, of the area per dr ds
   double share_in_contact(double gap, int point, const ContactHistory& history) const;

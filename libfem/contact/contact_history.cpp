@@ -36,7 +36,7 @@ double ContactInterface::lag_friction_limit(const ContactTrial& trial) {
       const int point = kFacePoints * face + q;
       double limit = 0;
       if (is_near && history.faces_probe[point]) {
-        const SignedDistance gap = distance(place(u, face, q), pose);
+        const SignedDistance gap = distance(place(u, face, q), pose, history, point);
         const double pressing = pressing_gap(gap.distance_m, point, history);
         limit = probe_.friction * pressure_law(pressing, stiffness_[face]).pressure_Pa;
         if (limit > 0) {
@@ -63,17 +63,24 @@ ContactHistory ContactInterface::accepted(const ContactTrial& trial) const {
   next.pressure_Pa.assign(points, 0.0);
   next.faces_probe.assign(points, 0);
   next.multiplier_m.assign(points, 0.0);
+  next.is_second = history.is_second;
+  if (pose.second) next.is_second.resize(points, 0);
   for (int face = 0; face < faces_.rows(); ++face) {
     for (int q = 0; q < kFacePoints; ++q) {
       const int point = kFacePoints * face + q;
       const Vec3 x = place(u, face, q);
-      const SignedDistance gap = distance(x, pose);
-      next.relative[point] = x - pose.tip;
+      const bool is_free =
+          pose.second &&
+          (history.gap.empty() ||
+           pressing_gap(distance(x, pose, history, point).distance_m, point, history) >= 0);
+      if (is_free) next.is_second[point] = is_nearer_to_second(x, pose);
+      const SignedDistance gap = distance(x, pose, next, point);
+      next.relative[point] = x - tip(pose, next, point);
       next.gap[point] = gap.distance_m;
       next.normal[point] = gap.gradient;
       const Vec3 outward = area_normal(u, face, q).normalized();
       next.faces_probe[point] = outward.dot(gap.gradient) < kFarWallCosine;
-      if (history.gap.empty()) continue;
+      if (history.gap.empty() || is_free) continue;
       const double pressing = pressing_gap(gap.distance_m, point, history);
       if (pressing >= 0) continue;
       next.pressure_Pa[point] = pressure_law(pressing, stiffness_[face]).pressure_Pa;

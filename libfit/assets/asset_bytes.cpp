@@ -127,6 +127,7 @@ Header make_header(const Model& model, const ExportOptions& options, const Asset
                 "Export a coarser surface.");
   if (model.curves.relaxation.branches() > 0) header.flags |= runtime::kFlagRelaxation;
   if (model.curves.damage.is_any()) header.flags |= runtime::kFlagDamage;
+  if (model.curves.coupling.is_any()) header.flags |= runtime::kFlagCoupling;
   header.file_bytes = runtime::lay_out(header, header.offset);
   if (parts.shape.header.points == 0) return header;
   if (!runtime::has_possible_shape(parts.shape.header))
@@ -203,6 +204,14 @@ void put_leans(AssetBytes& bytes, const Header& header, const std::vector<double
   std::memcpy(at + sizeof block, numbers.data(), numbers.size() * sizeof(float));
 }
 
+void put_coupling(AssetBytes& bytes, const Header& header, const runtime::CouplingView& coupling) {
+  runtime::CouplingBlock block{};
+  block.coupling = coupling;
+  std::uint64_t sections[runtime::kSections];
+  const std::uint64_t end = runtime::lay_out(header, sections);
+  std::memcpy(bytes.data() + runtime::coupling_block_at(header, end), &block, sizeof block);
+}
+
 void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, const Model& model,
              const ExportOptions& options) {
   put(bytes, header, runtime::kVertices, parts.surface.vertex);
@@ -223,6 +232,7 @@ void put_all(AssetBytes& bytes, const Header& header, const AssetParts& parts, c
   if (model.curves.relaxation.branches() > 0)
     put_relaxation(bytes, header, model.curves.relaxation);
   if (model.curves.damage.is_any()) put_damage(bytes, header, model.curves.damage);
+  if (model.curves.coupling.is_any()) put_coupling(bytes, header, model.curves.coupling);
   if (header.tilts > 0) put_leans(bytes, header, options.leans.sine, parts.surface.leans);
   if (parts.shape.header.points > 0) put_shape(bytes, header, parts.shape);
 }

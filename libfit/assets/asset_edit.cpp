@@ -33,8 +33,8 @@ AssetBytes with_meta(const AssetBytes& bytes, const std::string& meta_json) {
   const Header before = header_of(bytes);
   Header header = before;
   header.meta_bytes = meta_json.size();
-  // The meta data are the last section; relaxation, damage, leans and shape response lie behind
-  // them.
+  // The meta data are the last section; relaxation, damage, coupling, leans and shape response lie
+  // behind them.
   const std::uint64_t end = before.offset[runtime::kMeta] + runtime::aligned(header.meta_bytes),
                       tail = before.offset[runtime::kMeta] + runtime::aligned(before.meta_bytes);
   runtime::lay_out(header, header.offset);

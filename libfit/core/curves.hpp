@@ -12,6 +12,7 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
+#include "libfit/runtime/families/coupling.hpp"
 #include "libfit/runtime/families/families.hpp"
 #include "libfit/runtime/families/softening.hpp"
 
@@ -70,8 +71,9 @@ struct CurveSet {
       std::vector<CurveBasis>(kCurveKinds);  ///< of each part; no knots where it is numbers
   /// Of each part: # x width size_of() numbers, control value by control value.
   std::vector<Controls> control = std::vector<Controls>(kCurveKinds);
-  Relaxation relaxation;       ///< of the body: the curves are those of slow motion
-  runtime::DamageView damage;  ///< of the body: the curves are those of first loading
+  Relaxation relaxation;           ///< of the body: the curves are those of slow motion
+  runtime::DamageView damage;      ///< of the body: the curves are those of first loading
+  runtime::CouplingView coupling;  ///< of the body: how tools feel each other
 
   CurveSet() = default;
   explicit CurveSet(CurveFamily of)

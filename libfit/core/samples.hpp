@@ -136,9 +136,19 @@ struct Samples {
   MeasuredRecordings recordings;  ///< where measured rows came from; empty when simulated
   /// N x 2, how the tool leans (docs/method.md, section 27); nothing where it is upright in all.
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> lean;
+  /// N x 3, of paths of two tools: the second one's deflection [m] from its own first touch, and
+  /// its force on the body [N]. No rows where there is one tool.
+  Points second_deflection, second_force;
 
   Eigen::Index rows() const { return deflection.rows(); }
   Eigen::Index points() const { return point_position.rows(); }
+};
+
+/// A second tool of the same shape on the same body: where it touches first, and how it moves from
+/// there while the first one follows its path.
+struct SecondTool {
+  Vec3 position, normal;  ///< on the surface [m], inward unit
+  Points deflections;     ///< N x 3 [m]
 };
 
 /// Where a tool goes: successive deflections (N x 3 [m]) from first touch at a test point. time_s:
@@ -148,6 +158,7 @@ struct ToolPath {
   Points deflections;
   Eigen::VectorXd time_s = {};  ///< N [s] since first touch; empty: slow motion
   Lean lean = Lean::Zero();
+  std::optional<SecondTool> second = std::nullopt;
 };
 
 /// What is simulated at a test point.

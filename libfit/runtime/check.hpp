@@ -30,7 +30,8 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
     return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation | kFlagDamage)) != 0)
+  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation | kFlagDamage | kFlagCoupling)) !=
+      0)
     return Status::layout_wrong;
   std::uint64_t offset[kSections];
   const std::uint64_t end = lay_out(header, offset);
@@ -390,6 +391,40 @@ inline Status check_leans(const AssetView& view, const Header& h, const void* by
   return Status::ok;
 }
 
+/// By how much coupling is too strong for the stiffest vertex; 1 or less: it is not (M62).
+inline double coupling_excess(const AssetView& view, const CouplingView& coupling) noexcept {
+  double most = 0;
+  for (int v = 0; v < view.vertices; ++v) {
+    if (view.covered[v] == 0) continue;
+    const float* node = view.node(v);
+    const SplineView& spline = view.curves.view[kNormal];
+    const double along =
+        curve_slope(spline, node + view.control_offset[kNormal], spline.knots[spline.pieces]);
+    const double excess =
+        coupling_excess(coupling, along, along * double(node[view.control_offset[kLambda]]));
+    most = excess > most ? excess : most;
+  }
+  return most;
+}
+constexpr double kCouplingSlack = 1.001;  ///< what was made small enough before it was rounded is
+
+/// Numbers that coupling can follow, on rings that neither relax nor soften.
+inline Status check_coupling(const AssetView& view, const Header& h, const void* bytes) noexcept {
+  if ((h.flags & kFlagCoupling) == 0) return Status::ok;
+  std::uint64_t offset[kSections];
+  CouplingBlock block;
+  std::memcpy(&block,
+              static_cast<const unsigned char*>(bytes) + coupling_block_at(h, lay_out(h, offset)),
+              sizeof block);
+  for (const double reserved : block.reserved)
+    if (reserved != 0) return Status::numbers_wrong;
+  const bool is_good = (h.flags & (kFlagRelaxation | kFlagDamage)) == 0 &&
+                       view.curves.family == static_cast<int>(Family::rings) &&
+                       is_possible(*view.coupling) &&
+                       coupling_excess(view, *view.coupling) <= kCouplingSlack;
+  return is_good ? Status::ok : Status::numbers_wrong;
+}
+
 /// Everything about the sections of an asset whose envelope is good.
 inline Status check_sections(const AssetView& view, const Header& header,
                              const void* bytes) noexcept {
@@ -404,6 +439,7 @@ inline Status check_sections(const AssetView& view, const Header& header,
   if (status == Status::ok) status = check_triangles(view);
   if (status == Status::ok) status = check_normals(view);
   if (status == Status::ok) status = check_tree(view, header.tree_nodes, header.tree_items);
+  if (status == Status::ok) status = check_coupling(view, header, bytes);
   if (status == Status::ok && view.shape.points > 0) status = check_shape(view);
   return status;
 }

@@ -4,13 +4,15 @@
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
 // next multiple of 64 with zeros between, with kFlagRelaxation a RelaxationBlock, with kFlagDamage
-// a DamageBlock, with tilts a LeanBlock and its numbers, and with kFlagShape a shape response
+// a DamageBlock, with kFlagCoupling a CouplingBlock, with tilts a LeanBlock and its numbers, and
+// with kFlagShape a shape response
 // (shape.hpp); the whole size is a multiple of 64. Nothing else is allowed.
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
+#include "families/coupling.hpp"
 #include "families/families.hpp"
 #include "tilt.hpp"
 
@@ -27,6 +29,7 @@ constexpr std::uint32_t kFlagGuard = 1;       ///< refuse the energy-creating pa
 constexpr std::uint32_t kFlagShape = 2;       ///< a shape response follows the sections
 constexpr std::uint32_t kFlagRelaxation = 4;  ///< a RelaxationBlock does, before it
 constexpr std::uint32_t kFlagDamage = 8;      ///< a DamageBlock does, right before it
+constexpr std::uint32_t kFlagCoupling = 16;   ///< a CouplingBlock does, right before it
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
@@ -81,6 +84,11 @@ struct DamageBlock {
   double r, scale, beta, reach_m;                       ///< all 0 where it does not soften
   double puncture_N, cutting_N, friction_N_m, mouth_m;  ///< all 0 where nothing punctures it
 };
+/// How tools feel each other (families/coupling.hpp): 128 bytes behind damage.
+struct CouplingBlock {
+  CouplingView coupling;
+  double reserved[3];  ///< 0
+};
 /// Curves over the lean of a tool (tilt.hpp): sines of the tilts beside upright, 0 of those that
 /// are not. Behind it float R x nodes x (the normal curve's control values, g_2, g_3), filled up to
 /// a multiple of 64 bytes with zeros.
@@ -119,6 +127,7 @@ static_assert(sizeof(TreeNode) == 32, "tree nodes are packed");
 static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
+static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
 static_assert(sizeof(LeanBlock) == 64, "the block of leans is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
@@ -216,8 +225,8 @@ inline bool has_possible_counts(const Header& h) noexcept {
 }
 
 /// Fills `offset` from the counts and returns the whole size without a shape response: the one
-/// layout there is. The blocks of relaxation, damage and leans, where there are any, are the last
-/// that it counts.
+/// layout there is. The blocks of relaxation, damage, coupling and leans, where there are any, are
+/// the last that it counts.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {
@@ -225,18 +234,21 @@ inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) n
     at += aligned(section_bytes(h, section));
   }
   return at + ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0) +
-         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) + lean_bytes(h);
+         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) +
+         ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0) + lean_bytes(h);
 }
-/// Where these blocks begin; end: of lay_out().
+/// Where the blocks begin that there are; end: of lay_out().
 inline std::uint64_t leans_at(const Header& h, std::uint64_t end) noexcept {
   return end - lean_bytes(h);
 }
+inline std::uint64_t coupling_block_at(const Header& h, std::uint64_t end) noexcept {
+  return leans_at(h, end) - ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0);
+}
 inline std::uint64_t damage_at(const Header& h, std::uint64_t end) noexcept {
-  return leans_at(h, end) - sizeof(DamageBlock);
+  return coupling_block_at(h, end) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
 }
 inline std::uint64_t relaxation_at(const Header& h, std::uint64_t end) noexcept {
-  return leans_at(h, end) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) -
-         sizeof(RelaxationBlock);
+  return damage_at(h, end) - ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0);
 }
 
 /// FNV-1a on 64-bit words of the machine's byte order, each followed by h ^= h >> 32 so that high

@@ -5,6 +5,7 @@
 #include "palpate.h"
 
 #include "engine.hpp"
+#include "several_tools.hpp"
 #include "turning_tool.hpp"
 
 namespace rt = palpate::runtime;
@@ -12,7 +13,7 @@ namespace rt = palpate::runtime;
 namespace {
 
 constexpr std::uint64_t kAssetMark = 0x50616c7061737365u, kContactMark = 0x50616c70636f6e74u,
-                        kTurningMark = 0x50616c707475726eu;
+                        kTurningMark = 0x50616c707475726eu, kGroupMark = 0x50616c7067726f75u;
 
 struct OpenAsset {
   std::uint64_t mark;
@@ -32,6 +33,13 @@ static_assert(std::is_trivially_copyable<StartedTurning>::value, "a plain copy i
 static_assert(sizeof(OpenAsset) <= sizeof(palpate_asset), "raise palpate_asset and PALPATE_ABI");
 static_assert(sizeof(StartedContact) <= sizeof(palpate_contact),
               "raise palpate_contact and PALPATE_ABI");
+struct StartedGroup {
+  std::uint64_t mark;
+  rt::Joint joint;
+};
+static_assert(sizeof(StartedGroup) <= sizeof(palpate_group), "raise palpate_group and PALPATE_ABI");
+static_assert(PALPATE_MAX_TOOLS == rt::kMaxTools, "one bound");
+static_assert(PALPATE_FLAG_CROWDED == rt::kFlagCrowded, "one flag");
 static_assert(alignof(OpenAsset) <= alignof(palpate_asset), "storage must suit");
 static_assert(std::is_trivially_copyable<OpenAsset>::value, "a plain copy is a copy");
 static_assert(std::is_trivially_copyable<StartedContact>::value, "a plain copy is a copy");
@@ -196,6 +204,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return rt::sentence(rt::Status::tool_wrong);
     case PALPATE_BODY_WRONG:
       return "The bytes are no body of this asset, or nothing damages its bodies.";
+    case PALPATE_GROUP_WRONG:
+      return "A group has 1 to 8 contacts, each once; forces are zero.";
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
@@ -242,6 +252,7 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->softens = a.damage.softens();
   info->punctures = a.damage.punctures();
   info->tilts = a.leans.nodes.tilts;
+  info->couples = a.coupling != nullptr;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
   return PALPATE_OK;
@@ -383,6 +394,60 @@ palpate_status palpate_turning_tick(const palpate_asset* asset, palpate_turning*
                                                    to_pose(in->body), in->dt_s, answer);
   fill(answer, *out);
   return refuse(out, to_c(status));
+}
+
+palpate_status palpate_group_start(palpate_group* group) noexcept {
+  if (group == nullptr) return PALPATE_NULL_ARGUMENT;
+  *group = palpate_group();
+  const StartedGroup started{kGroupMark, rt::Joint()};
+  std::memcpy(group->storage, &started, sizeof started);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* group,
+                                  palpate_contact* const* contacts, const palpate_input* in,
+                                  palpate_output* out, std::int32_t count) noexcept {
+  if (out == nullptr) return PALPATE_NULL_ARGUMENT;
+  const bool is_count = count >= 1 && count <= PALPATE_MAX_TOOLS;
+  const auto refuse_all = [&](palpate_status status) noexcept {
+    for (std::int32_t i = 0; is_count && i < count; ++i) {
+      out[i] = palpate_output();
+      out[i].triangle = -1;
+      out[i].status = status;
+    }
+    return status;
+  };
+  if (!is_count) return PALPATE_GROUP_WRONG;
+  if (asset == nullptr || group == nullptr || contacts == nullptr || in == nullptr)
+    return refuse_all(PALPATE_NULL_ARGUMENT);
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return refuse_all(PALPATE_ASSET_NOT_OPEN);
+  auto* started = held<StartedGroup>(group, kGroupMark);
+  if (started == nullptr) return refuse_all(PALPATE_NOT_STARTED);
+  rt::ToolContact* tool[rt::kMaxTools];
+  for (std::int32_t i = 0; i < count; ++i) {
+    if (contacts[i] == nullptr) return refuse_all(PALPATE_NULL_ARGUMENT);
+    for (std::int32_t j = 0; j < i; ++j)
+      if (contacts[i] == contacts[j]) return refuse_all(PALPATE_GROUP_WRONG);
+    auto* contact = held<StartedContact>(contacts[i], kContactMark);
+    if (contact == nullptr) return refuse_all(PALPATE_NOT_STARTED);
+    tool[i] = &contact->tool;
+  }
+  rt::ToolOutput answer[rt::kMaxTools];
+  rt::Status status[rt::kMaxTools];
+  rt::Pose pose[rt::kMaxTools];
+  for (std::int32_t i = 0; i < count; ++i) pose[i] = to_pose(in[i].tool);
+  rt::touch_tools_together(opened->asset, started->joint, tool, pose, to_pose(in[0].body),
+                           in[0].dt_s, answer, status, count);
+  palpate_status first = PALPATE_OK;
+  for (std::int32_t i = 0; i < count; ++i) {
+    out[i] = palpate_output();
+    out[i].triangle = -1;
+    fill(answer[i], out[i]);
+    out[i].status = to_c(status[i]);
+    if (first == PALPATE_OK) first = out[i].status;
+  }
+  return first;
 }
 
 palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact* contact,

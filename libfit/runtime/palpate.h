@@ -79,7 +79,8 @@ enum {
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
-  PALPATE_BODY_WRONG = 14, /* palpate_body_open: no body of this asset, which must be damaged */
+  PALPATE_BODY_WRONG = 14,  /* palpate_body_open: no body of this asset, which must be damaged */
+  PALPATE_GROUP_WRONG = 15, /* palpate_group_tick: no such number of contacts, or one twice */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
@@ -104,6 +105,10 @@ typedef struct palpate_contact {
 typedef struct palpate_turning {
   uint64_t storage[1536];
 } palpate_turning;
+typedef struct palpate_group {
+  uint64_t storage[128];
+} palpate_group;
+enum { PALPATE_MAX_TOOLS = 8 }; /* of a group */
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
 typedef struct palpate_pose {
@@ -159,7 +164,9 @@ enum {
   PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, and
                                   nothing answers until it is out or, having lifted off, sinks */
   PALPATE_FLAG_CHANNEL = 2048, /* the tool is in a hole: normal is its axis, normal_m the depth */
-  PALPATE_FLAG_PUNCTURED = 4096 /* at this tick it made one */
+  PALPATE_FLAG_PUNCTURED = 4096, /* at this tick it made one */
+  PALPATE_FLAG_CROWDED = 8192 /* of a group: the tool stands in another one. What they feel of each
+                                 other is then bounded and passive, but not measured */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */
@@ -212,7 +219,8 @@ typedef struct palpate_info {
   int32_t softens;                   /* a body of it softens: palpate_body_start */
   int32_t punctures;                 /* a body of it breaks under a tool: palpate_body_start */
   int32_t tilts;                     /* leans beside upright that forces differ at; 0: none */
-  int32_t reserved[8];               /* 0 */
+  int32_t couples;                   /* tools feel each other: palpate_group_tick */
+  int32_t reserved[7];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -327,6 +335,30 @@ PALPATE_API palpate_status palpate_turning_release(palpate_turning* turning) PAL
 PALPATE_API palpate_status palpate_turning_tick(const palpate_asset* asset,
                                                 palpate_turning* turning, const palpate_input* in,
                                                 palpate_output* out) PALPATE_NOEXCEPT;
+
+/* Tools that feel each other on one body (palpate_info.couples): what one bears moves the surface
+   under the others. A group is started once; then one call of palpate_group_tick takes the place of
+   palpate_tick for all of its contacts, 1 to PALPATE_MAX_TOOLS started ones, always the same in the
+   same order (with another number all begin anew):
+
+     palpate_group group;
+     palpate_group_start(&group);
+     palpate_contact* contacts[2] = {&thumb, &finger};
+     palpate_group_tick(&asset, &group, contacts, in, out, 2);      in [2], out [2]
+
+   The first input says the body's pose and dt_s for all. out[i] is what palpate_tick would write of
+   tool i, but: the stored_J add up to what all store together, dissipated_J, refused_J and
+   refused_ticks are of all tools, and there is no stiffness_N_m. A tool whose status is not
+   PALPATE_OK is out of contact, and the others go on. A group is passive as a whole: one tool may
+   give back what another has put in. On an asset that does not couple each tool is ticked by
+   itself, bit for bit. Returns the first status that is not PALPATE_OK. A group belongs to the
+   thread of its contacts. Work: where all stick about 5 ticks of each tool, where one slides 15,
+   never more than 54. */
+PALPATE_API palpate_status palpate_group_start(palpate_group* group) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* group,
+                                              palpate_contact* const* contacts,
+                                              const palpate_input* in, palpate_output* out,
+                                              int32_t count) PALPATE_NOEXCEPT;
 
 /* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
    body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.

@@ -45,15 +45,10 @@ inline void tell_sums(const Contact& contact, Output& out) noexcept {
   out.refused_ticks = contact.ledger.refused_ticks;
 }
 
-/// The guard of inputs, first touch, answer. Fills the output in contact; in the air its state
-/// alone.
-template <bool kIsBall>
-Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
-                 Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
-  out.state = ContactState::air;
-  out.flags = 0;
-  const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
-                tip_m[2] - asset.origin_m[2]};
+/// The guard of inputs, and first touch, of a tool at x from the asset's origin. step: since the
+/// tick before.
+inline Status approach(const AssetView& asset, Contact& contact, const Vec3d& x, double radius_m,
+                       double dt_s, Vec3d& step) noexcept {
   if (!is_finite(x)) {
     forget(contact);
     return Status::tip_not_finite;
@@ -79,7 +74,7 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
   const Vec3d before = is_first ? x : make_vec3<double>(contact.tip_m);
   contact.has_tip = true;
   put(x, contact.tip_m);
-  const Vec3d step = x - before;
+  step = x - before;
   if (!(dot(step, step) <= asset.max_step_m * asset.max_step_m)) {
     release(contact);
     contact.has_lifted = false;
@@ -92,7 +87,20 @@ Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3]
     else
       seek_contact(asset, contact, before, x);
   }
-  if (contact.triangle < 0) return Status::ok;
+  return Status::ok;
+}
+
+/// approach() and answer. Fills the output in contact; in the air its state alone.
+template <bool kIsBall>
+Status tick_from(const AssetView& asset, Contact& contact, const double tip_m[3], double radius_m,
+                 Output& out, TangentOut tangent_N_m, double dt_s) noexcept {
+  out.state = ContactState::air;
+  out.flags = 0;
+  const Vec3d x{tip_m[0] - asset.origin_m[0], tip_m[1] - asset.origin_m[1],
+                tip_m[2] - asset.origin_m[2]};
+  Vec3d step{0, 0, 0};
+  const Status status = approach(asset, contact, x, radius_m, dt_s, step);
+  if (status != Status::ok || contact.triangle < 0) return status;
   const Vec3d place = x - make_vec3<double>(contact.arm.pole_m);
   return with_family(asset.curves, [&](auto f) noexcept {
     using F = decltype(f);

@@ -135,6 +135,62 @@ inline Vec3d limited(const ToolShape& shape, double since_start_s, const Vec3d& 
   return force * share;
 }
 
+/// A tick of a tool before its contact answers: the frames, and where the tip is in the body's.
+struct ToolPlace {
+  Frame tool, body;
+  double tip_m[3];
+  Vec3d before;  ///< the tip at the tick before
+  bool was_touching;
+};
+
+/// Refuses a bad pose or time step, and forgets the contact then.
+inline Status place_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
+                         const Pose& body, double dt_s, ToolPlace& out) noexcept {
+  Contact& contact = state.contact;
+  const bool needs_time =
+      state.shape.has_damper() || state.shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
+  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
+  const bool is_timed = !needs_time || has_time;
+  if (!is_timed || !make_frame(tool, out.tool) || !make_frame(body, out.body)) {
+    forget(contact);
+    return is_timed ? Status::pose_wrong : Status::time_step_wrong;
+  }
+  put(out.body.place_back(out.tool.place(make_vec3<double>(state.shape.offset_m))), out.tip_m);
+  if (has_time) state.since_start_s += dt_s;
+  out.before = make_vec3<double>(contact.tip_m);
+  out.was_touching = contact.triangle >= 0;
+  return Status::ok;
+}
+
+/// What out.body says, in world coordinates, with the damper, the ramp and the cap.
+inline void tell_tool(ToolContact& state, const ToolPlace& place, double dt_s,
+                      ToolOutput& out) noexcept {
+  const Contact& contact = state.contact;
+  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
+  out.damped_J = state.damped_J;
+  out.has_released = place.was_touching && out.body.state == ContactState::air;
+  if (out.body.state == ContactState::air) return;
+  const Vec3d step = make_vec3<double>(contact.tip_m) - place.before;
+  const Vec3d u = make_vec3<double>(out.body.normal);
+  out.has_touched = !place.was_touching;
+  if (out.has_touched && has_time) out.approach_m_s = dot(step, u) / dt_s;
+  const DamperForce damper = damper_force(state.shape, out.body, step, dt_s);
+  out.damper_N = damper.along_N;
+  state.damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
+  out.damped_J = state.damped_J;
+  const Vec3d elastic = make_vec3<double>(out.body.force_on_tool_N);
+  const Vec3d whole = elastic - u * damper.along_N - damper.lateral_N;
+  const Vec3d force =
+      place.body.turn(limited(state.shape, state.since_start_s, whole, out.body.flags));
+  const Vec3d at = place.body.place(make_vec3<double>(out.body.acts_at_m));
+  put(force, out.force_on_tool_N);
+  put(cross(at - place.tool.origin, force), out.torque_on_tool_Nm);
+  put(place.body.place(make_vec3<double>(out.body.contact_m)), out.contact_m);
+  put(place.body.turn(u), out.normal);
+  put(at, out.acts_at_m);
+  put(at - make_vec3<double>(out.contact_m), out.deflection_m);
+}
+
 /// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
 /// read by damper, ramp, approach_m_s and a body that relaxes. Between ticks the tip moves straight
 /// as the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of the
@@ -148,52 +204,22 @@ inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose&
   out.damped_J = state.damped_J;
   if (tangent_N_m != nullptr)
     for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
-  Contact& contact = state.contact;
-  const bool needs_time =
-      state.shape.has_damper() || state.shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
-  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
-  const bool is_timed = !needs_time || has_time;
-  Frame tool_frame, body_frame;
-  if (!is_timed || !make_frame(tool, tool_frame) || !make_frame(body, body_frame)) {
-    forget(contact);
-    tell_sums(contact, out.body);
-    return is_timed ? Status::pose_wrong : Status::time_step_wrong;
+  ToolPlace place;
+  const Status placed = place_tool(asset, state, tool, body, dt_s, place);
+  if (placed != Status::ok) {
+    tell_sums(state.contact, out.body);
+    return placed;
   }
-  const Vec3d tip =
-      body_frame.place_back(tool_frame.place(make_vec3<double>(state.shape.offset_m)));
-  const double tip_m[3] = {tip.x, tip.y, tip.z};
-  if (has_time) state.since_start_s += dt_s;
-  const Vec3d before = make_vec3<double>(contact.tip_m);
-  const bool was_touching = contact.triangle >= 0;
   double local[9];
-  const Status status = touch_ball(asset, contact, tip_m, state.shape.radius_m, out.body,
-                                   tangent_N_m != nullptr ? local : nullptr, dt_s);
-  out.has_released = was_touching && out.body.state == ContactState::air;
+  const Status status = touch_ball(asset, state.contact, place.tip_m, state.shape.radius_m,
+                                   out.body, tangent_N_m != nullptr ? local : nullptr, dt_s);
+  tell_tool(state, place, dt_s, out);
   if (out.body.state == ContactState::air) return status;
-  const Vec3d step = make_vec3<double>(contact.tip_m) - before;
-  const Vec3d u = make_vec3<double>(out.body.normal);
-  out.has_touched = !was_touching;
-  if (out.has_touched && has_time) out.approach_m_s = dot(step, u) / dt_s;
-  const DamperForce damper = damper_force(state.shape, out.body, step, dt_s);
-  out.damper_N = damper.along_N;
-  state.damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
-  out.damped_J = state.damped_J;
-  const Vec3d elastic = make_vec3<double>(out.body.force_on_tool_N);
-  const Vec3d whole = elastic - u * damper.along_N - damper.lateral_N;
-  const Vec3d force =
-      body_frame.turn(limited(state.shape, state.since_start_s, whole, out.body.flags));
-  const Vec3d at = body_frame.place(make_vec3<double>(out.body.acts_at_m));
-  put(force, out.force_on_tool_N);
-  put(cross(at - tool_frame.origin, force), out.torque_on_tool_Nm);
-  put(body_frame.place(make_vec3<double>(out.body.contact_m)), out.contact_m);
-  put(body_frame.turn(u), out.normal);
-  put(at, out.acts_at_m);
-  put(at - make_vec3<double>(out.contact_m), out.deflection_m);
   if (tangent_N_m == nullptr) return status;
   Vec3d turned[3];  // columns of R K
-  for (int k = 0; k < 3; ++k) turned[k] = body_frame.turn({local[k], local[3 + k], local[6 + k]});
+  for (int k = 0; k < 3; ++k) turned[k] = place.body.turn({local[k], local[3 + k], local[6 + k]});
   for (int i = 0; i < 3; ++i) {
-    const Vec3d& r = body_frame.row[i];
+    const Vec3d& r = place.body.row[i];
     const Vec3d column = turned[0] * r.x + turned[1] * r.y + turned[2] * r.z;  // of R K R^T
     tangent_N_m[i] = column.x;
     tangent_N_m[3 + i] = column.y;

@@ -65,7 +65,8 @@ struct AssetView {
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
   LeanView leans;
-  DamageView damage;                ///< what contacts do to a body of this asset (body.hpp)
+  const CouplingView* coupling = nullptr;  ///< how tools feel each other (several_tools.hpp)
+  DamageView damage;                       ///< what contacts do to a body of this asset (body.hpp)
   DamagedVertex* body = nullptr;    ///< of with_body(): what it has borne; null: it does not soften
   ChannelList* channels = nullptr;  ///< of with_body(): its holes; null: nothing punctures it
 
@@ -171,6 +172,12 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     view.leans.nodes.tilts = h.tilts;
     for (int j = 0; j < h.tilts; ++j) view.leans.nodes.sine[j + 1] = block.sine[j];
     view.leans.control = reinterpret_cast<const float*>(at_leans + sizeof block);
+  }
+  if ((h.flags & kFlagCoupling) != 0) {
+    std::uint64_t offset[kSections];
+    const auto* block =
+        reinterpret_cast<const CouplingBlock*>(base + coupling_block_at(h, lay_out(h, offset)));
+    view.coupling = &block->coupling;
   }
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;

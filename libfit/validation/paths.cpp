@@ -24,6 +24,7 @@ constexpr int kWaypoints = 6, kRowsToWaypoint = 2;    // after a press of as man
 constexpr double kShallowest = 0.2, kDeepest = 0.95;  // of the range
 constexpr double kBeyond = 0.5;                       // of the drag, past where it began
 constexpr int kMaxDraws = 1000;  // of one point, until the tool can touch there
+constexpr int kPlaces = 400;     // tried for a second tool
 constexpr int kMaxTurns = 32;    // directions tried for a slide that stays where one can reach
 
 // std::uniform_real_distribution may differ between libraries; this does not.
@@ -227,6 +228,71 @@ HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, s
     out.points.name.push_back(fmt::format("v{:04}", i + 1));
     out.kind.push_back(kind);
     out.paths.push_back({i, draw_path(motion, position, normal, range, reach, uniform), {}, lean});
+  }
+  return out;
+}
+
+HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,
+                       double most_m, bool is_drawn, std::uint64_t seed) {
+  // Rows: depths of both over their deepest, travel of the one that is dragged over its distance.
+  constexpr double kRows[][3] = {{-0.1, 0.5, 0}, {-0.1, 1, 0}, {0.4, 1, 0}, {0.7, 1, 0},
+                                 {1, 1, 0},      {1, 1, 0.2},  {1, 1, 0.5}, {1, 1, 1}};
+  constexpr auto kCount = static_cast<Eigen::Index>(std::size(kRows));
+  constexpr double kFacing = 0.5;  // of the normals
+  const ReachableArea area = reachable_area(body);
+  const Reach reach(body);
+  const Points outward = vertex_normals(body.surface);
+  Uniform uniform(seed);
+  HeldOut out;
+  out.points.triangles.resize(0, 3);
+  out.points.position.resize(paths, 3);
+  out.points.normal.resize(paths, 3);
+  for (int i = 0; i < paths; ++i) {
+    const double share = is_drawn ? uniform(0, 1) : (i + 0.5) / paths;
+    const double wanted_m = least_m * std::pow(most_m / least_m, share);
+    Vec3 position, normal, other, other_normal;
+    double best_m = std::numeric_limits<double>::infinity();
+    for (int place = 0; place < kPlaces; ++place) {
+      const auto [p, u] = draw_point(body, area, outward, uniform);
+      const auto [q, v] = draw_point(body, area, outward, uniform);
+      const double away_m = (p - q).norm();
+      if (away_m < least_m || u.dot(v) < kFacing || !(std::abs(away_m - wanted_m) < best_m) ||
+          (range.can_touch && !(range.can_touch(p, u) && range.can_touch(q, v))))
+        continue;
+      best_m = std::abs(away_m - wanted_m);
+      std::tie(position, normal, other, other_normal) = std::tie(p, u, q, v);
+    }
+    if (!std::isfinite(best_m))
+      throw Error("pairs",
+                  fmt::format("no two places of the region are {:.3g} mm apart where the "
+                              "tools can touch",
+                              1e3 * least_m),
+                  "Widen the region of [experiments], or take a smaller tool.");
+    const double depth = range.depth_m * uniform(0.4, kDeepest),
+                 other_depth = range.depth_m * uniform(0.4, kDeepest);
+    const double drag = range.drag_distance_m * uniform(0.5, 1);
+    const bool is_first = i % 2 == 0;  // that is dragged
+    const Vec3 &from = is_first ? position : other, &along = is_first ? normal : other_normal;
+    // Away from the other tool or beside it.
+    const Vec3 apart = is_first ? Vec3(position - other) : Vec3(other - position);
+    Vec3 tangent = Vec3::Zero();
+    for (int turn = 0; turn < kMaxTurns && tangent.isZero(); ++turn) {
+      const Vec3 tried = tangent_of(along, uniform(0, 2 * std::numbers::pi));
+      if (tried.dot(apart) >= 0 && reach.holds(from + drag * tried)) tangent = tried;
+    }
+    ToolPath path{i, Points(kCount, 3)};
+    path.second = SecondTool{other, other_normal, Points(kCount, 3)};
+    for (Eigen::Index k = 0; k < kCount; ++k) {
+      const Vec3 travel = drag * kRows[k][2] * tangent;
+      path.deflections.row(k) = kRows[k][0] * depth * normal;
+      path.second->deflections.row(k) = kRows[k][1] * other_depth * other_normal;
+      (is_first ? path.deflections : path.second->deflections).row(k) += travel.transpose();
+    }
+    out.points.position.row(i) = position;
+    out.points.normal.row(i) = normal;
+    out.points.name.push_back(fmt::format("t{:04}", i + 1));
+    out.kind.push_back(PathKind::straight);
+    out.paths.push_back(std::move(path));
   }
   return out;
 }

@@ -54,4 +54,10 @@ struct HeldOutRange {
 /// other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 
+/// Paths of two tools side by side: the second presses and stays, the first presses beside it, and
+/// then one of them, by turns, is dragged. Their distances rise in even shares from least_m to
+/// most_m, or are drawn from there where is_drawn (seeded), as far as the region has such places.
+HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,
+                       double most_m, bool is_drawn, std::uint64_t seed);
+
 }  // namespace palpate::validation

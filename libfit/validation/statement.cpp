@@ -161,6 +161,14 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   json["turning"]["by_path"] = json_of(statement.turning);
   json["turning"]["torque_error"] = json_of(statement.turning_torque);
   json["turning"]["tick_ns"] = statement.turning_tick_ns;
+  if (!statement.two_tools.empty()) {
+    json["two_tools"] = json_of(statement.two_tools);
+    for (const NamedError& error : statement.two_tools) {
+      json["two_tools"][error.name]["max_N"] = error.max_N;
+      json["two_tools"][error.name]["max_rel"] = error.max_rel;
+    }
+    json["two_tools_tick_ns"] = statement.two_tools_tick_ns;
+  }
   json["shape_error"] = json_of(statement.shape);
   return json;
 }
@@ -201,7 +209,7 @@ std::string lines(std::string_view title, const std::vector<NamedTorque>& errors
 
 NamedError named_error(std::string name, const std::vector<ComparedRow>& rows) {
   const Statement s = summarize(rows);
-  return {std::move(name), s.median_N, s.p95_N, s.median_rel, s.p95_rel};
+  return {std::move(name), s.median_N, s.p95_N, s.median_rel, s.p95_rel, s.max_N, s.max_rel};
 }
 
 std::string to_asset_json(const Statement& statement) {
@@ -210,6 +218,8 @@ std::string to_asset_json(const Statement& statement) {
   json.erase("asset_bytes");
   json.erase("torque_error");
   json.erase("turning");
+  json.erase("two_tools");
+  json.erase("two_tools_tick_ns");
   return json.dump();
 }
 
@@ -270,6 +280,14 @@ Statement parse_statement(const std::string& text, const std::string& where) {
       s.turning_torque = torques(turning.at("torque_error"));
       s.turning_tick_ns = turning.at("tick_ns");
     }
+    if (json.contains("two_tools")) {
+      s.two_tools = named_errors(json["two_tools"]);
+      for (NamedError& error : s.two_tools) {
+        error.max_N = json["two_tools"].at(error.name).at("max_N");
+        error.max_rel = json["two_tools"].at(error.name).at("max_rel");
+      }
+      s.two_tools_tick_ns = json.at("two_tools_tick_ns");
+    }
     if (json.contains("shape_error")) s.shape = shape_of(json["shape_error"]);
   } catch (const nlohmann::json::exception& e) {
     throw Error(where, e.what(), "Make it again with palpate run.");
@@ -287,6 +305,13 @@ std::string in_words(const Statement& s) {
   words += lines("torque error", s.torque) + lines("by a tool that turns", s.turning) +
            lines("torque error of it", s.turning_torque);
   if (s.turning_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.turning_tick_ns);
+  if (!s.two_tools.empty())
+    words +=
+        fmt::format("{:<23}{:>18}{:>18}{:>18}\n", "two tools on the body", "median", "p95", "max");
+  for (const NamedError& e : s.two_tools)
+    words += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}, {e.max_rel, e.max_N}});
+  if (s.two_tools_tick_ns > 0)
+    words += fmt::format("a tick of both: {:.0f} ns\n", s.two_tools_tick_ns);
   words += fmt::format(
       "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
       "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",

@@ -22,6 +22,7 @@ struct NamedError {
   std::string name;
   double median_N = 0, p95_N = 0;
   double median_rel = 0, p95_rel = 0;  ///< over rows above kForceFloor_N
+  double max_N = 0, max_rel = 0;       ///< stated of two tools alone
 };
 
 /// Torque errors of some rows (docs/method.md, M58a): relative ones with a floor of
@@ -53,6 +54,10 @@ struct Statement {
   std::vector<NamedError> turning = {};
   std::vector<NamedTorque> turning_torque = {};
   double turning_tick_ns = 0;
+  /// Held-out paths of two tools, both tools' rows: felt, and each tool by itself; nothing where
+  /// there are none. two_tools_tick_ns: of both together.
+  std::vector<NamedError> two_tools = {};
+  double two_tools_tick_ns = 0;
   ShapeError shape = {};  ///< of the surface that is shown; no rows where none is
 };
 

@@ -145,7 +145,7 @@ void visit(SectionOf<Experiments> auto& section, Visitor& f) {
 template <class Visitor>
 void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   auto& [test_points, placement, points_file, region, each, force_tolerance, surface, cycles,
-         tilts_rad] = section;
+         tilts_rad, pairs] = section;
   f(Stage::prepare, "test_points", test_points, PointCount{});
   f(Stage::place, "", placement, PointCount{});
   f(Stage::prepare, "points_file", points_file, PointCount{});
@@ -155,6 +155,7 @@ void visit(SectionOf<ExperimentsSection> auto& section, Visitor& f) {
   f(Stage::surface, "surface", surface, Any{});
   f(Stage::fit, "cycles", cycles, Whole{1, 1000});
   f(Stage::tilt, "tilts", tilts_rad, Tilt{});
+  f(Stage::fit, "pairs", pairs, Whole{0, 1000});
 }
 
 template <class Visitor>
@@ -183,7 +184,7 @@ void visit(SectionOf<ExportSection> auto& section, Visitor& f) {
 
 template <class Visitor>
 void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
-  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad] = section;
+  auto& [points, seed, causes, force_tolerance, speeds_m_s, hold_s, tilt_rad, pairs] = section;
   f(Stage::validate, "points", points, Whole{1, 100000});
   f(Stage::validate, "seed", seed, Whole{0, 1 << 30});
   f(Stage::validate, "causes", causes, Any{});
@@ -191,6 +192,7 @@ void visit(SectionOf<ValidateSection> auto& section, Visitor& f) {
   f(Stage::validate, "speeds", speeds_m_s, Speed{});
   f(Stage::validate, "hold", hold_s, Duration{});
   f(Stage::validate, "tilt", tilt_rad, Tilt{});
+  f(Stage::validate, "pairs", pairs, Whole{0, 1000});
 }
 
 }  // namespace palpate::tools

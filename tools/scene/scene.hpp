@@ -75,6 +75,7 @@ struct ExperimentsSection {
   int cycles = 4;              ///< of a body that softens: test points pressed in and out
   /// Presses of a tool that leans by these in three directions, so that there are curves at leans.
   std::vector<double> tilts_rad = {};
+  int pairs = 0;  ///< of two tools pressed side by side, which tell how they feel each other
 };
 
 struct FitSection {
@@ -103,6 +104,7 @@ struct ValidateSection {
   std::vector<double> speeds_m_s{0.001, 0.010, 0.100};
   double hold_s = 2;
   double tilt_rad = 0;  ///< up to which the tool leans on paths of that kind; 0: on none
+  int pairs = 0;        ///< held-out paths of two tools
 };
 
 struct Scene {

@@ -80,6 +80,13 @@ std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& 
   return hash.add(std::to_string(scene.experiments.cycles)).add_file(samples).hex();
 }
 
+std::string pairs_fingerprint(const Scene& scene, const Body& body) {
+  ContentHash hash = stage_hash("pairs");
+  return hash.add(std::to_string(scene.experiments.pairs))
+      .add(point_fingerprint(scene, body))
+      .hex();
+}
+
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
                                const std::filesystem::path& cycles) {
   ContentHash hash = stage_hash("curves").add(canonical(fit)).add_file(samples);
@@ -89,9 +96,11 @@ std::string curves_fingerprint(const FitSection& fit, const std::filesystem::pat
 
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
-                              const std::filesystem::path& surface) {
+                              const std::filesystem::path& surface,
+                              const std::filesystem::path& pairs) {
   ContentHash hash = stage_hash("model").add_file(curves).add_file(body);
   if (!surface.empty()) hash.add_file(surface);
+  if (!pairs.empty()) hash.add_file(pairs);
   return hash.hex();
 }
 

@@ -23,13 +23,15 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 /// simulated for one file may be used for another.
 std::string point_fingerprint(const Scene& scene, const Body& body);
 std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples);
+std::string pairs_fingerprint(const Scene& scene, const Body& body);
 /// cycles: of a body that softens; empty where there are none.
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
                                const std::filesystem::path& cycles = {});
-/// surface: motion of the surface, empty where it is not known.
+/// surface: motion of the surface, empty where it is not known. pairs: of two tools, likewise.
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
-                              const std::filesystem::path& surface);
+                              const std::filesystem::path& surface,
+                              const std::filesystem::path& pairs = {});
 std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model);
 /// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,

@@ -10,6 +10,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/pairs.hpp"
 #include "tools/stages/tilt.hpp"
 
 namespace palpate::tools {
@@ -74,6 +75,7 @@ void check_choices(const Scene& scene) {
                 "Add [material] with law and its parameters, such as young and poisson.");
   fem::make_probe(scene.probe.spec, file + ": [probe]");
   check_tilts(scene);
+  check_pairs(scene);
 }
 
 }  // namespace palpate::tools

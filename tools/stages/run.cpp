@@ -14,6 +14,7 @@
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
 #include "tools/stages/open_scene.hpp"
+#include "tools/stages/pairs.hpp"
 #include "tools/stages/placement.hpp"
 #include "tools/stages/prepare.hpp"
 #include "tools/stages/shape.hpp"
@@ -39,6 +40,7 @@ class StageRun {
     prepare();
     simulate();
     cycle();
+    pair();
     fit();
     refine();
     export_asset();
@@ -128,15 +130,28 @@ class StageRun {
     write_curves(output, curves, {{kInputsAttribute, wanted}});
   }
 
+  bool has_pairs() const { return scene_.experiments.pairs > 0; }
+
+  // Two tools pressed side by side.
+  void pair() {
+    if (!has_pairs()) return;
+    const fs::path output = file("pairs.h5");
+    const std::string wanted = pairs_fingerprint(scene_, body_);
+    if (is_stale("pairs", output, stored_in_hdf5(output), wanted))
+      simulate_pairs(scene_, body_, request_.jobs, output, wanted);
+  }
+
   void refine() {
     const fs::path output = file("model.h5");
     const fs::path samples = file("samples.h5");
     const bool has_surface = keeps_surface(scene_, body_);
     const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(),
-                                                 has_surface ? surface_path(samples) : fs::path());
+                                                 has_surface ? surface_path(samples) : fs::path(),
+                                                 has_pairs() ? file("pairs.h5") : fs::path());
     if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
     Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
     if (has_surface) add_shape(model, read_with_surface(samples));
+    if (has_pairs()) add_coupling(model, scene_, body_, read_samples(file("pairs.h5")));
     write_model(output, model, {{kInputsAttribute, wanted}});
   }
 
@@ -187,6 +202,8 @@ class StageRun {
                                           .curves = &curves,
                                           .model = &model,
                                           .tilts = tilts() ? file(kTurningAsset) : fs::path()});
+    state_two_tools(asset, scene_, body_, request_.jobs, request_.folder, !request_.force,
+                    statement);
     state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));

@@ -234,7 +234,9 @@ SolveStatus Equilibrium::solve(const BodyState& from, const ProbePose& pose, con
   const Local& at = step.at;
   start(step, guess);
   to.pose = pose;
-  if (const double moved_m = (pose.tip - from.pose.tip).norm(); moved_m > 0) step_m_ = moved_m;
+  double moved_m = (pose.tip - from.pose.tip).norm();
+  if (pose.second) moved_m = std::max(moved_m, (pose.second->tip - from.pose.second->tip).norm());
+  if (moved_m > 0) step_m_ = moved_m;
   AndersonMixing mixing(options_.mixing);
   int since_factor = 0;
   bool is_in_vain = is_stale_;

@@ -7,12 +7,41 @@
 namespace palpate::fem {
 namespace {
 
+/// From one pose of the probe, or of both, to another.
+struct PoseStep {
+  Vec3 first = Vec3::Zero(), second = Vec3::Zero();
+
+  double length_m() const { return std::hypot(first.norm(), second.norm()); }
+  double dot(const PoseStep& other) const {
+    return first.dot(other.first) + second.dot(other.second);
+  }
+};
+
+PoseStep step_between(const ProbePose& from, const ProbePose& to) {
+  PoseStep out{to.tip - from.tip};
+  if (to.second) out.second = to.second->tip - from.second->tip;
+  return out;
+}
+
+ProbePose after(ProbePose pose, const PoseStep& step, double share) {
+  pose.tip += step.first * share;
+  if (pose.second) pose.second->tip += step.second * share;
+  return pose;
+}
+
+/// Force along the axis, of both probes where there are two.
+double pushed_N(const BodyState& state) {
+  const double first = state.contact.force_N.dot(state.pose.axis);
+  return state.pose.second ? first + state.contact.second_force_N.dot(state.pose.second->axis)
+                           : first;
+}
+
 /// An accepted state with how it is moving: displacement per metre of the probe's path. falls: it
 /// is on a branch past a limit point, where deeper presses have less force.
 struct PathState {
   BodyState state;
-  Points velocity;  // empty before the first step
-  Vec3 direction = Vec3::Zero();
+  Points velocity;     // empty before the first step
+  PoseStep direction;  // of length 1
   bool falls = false;
   double time_s = 0;  // since first touch; NaN in slow motion
 };
@@ -52,22 +81,21 @@ RowStatus failure(SolveStatus status) {
 
 bool falls_on_a_stable_branch(Equilibrium& equilibrium, const BodyState& before,
                               const BodyState& after) {
-  const double pushed_before = before.contact.force_N.dot(before.pose.axis);
-  const double pushed = after.contact.force_N.dot(after.pose.axis);
+  const double pushed_before = pushed_N(before), pushed = pushed_N(after);
   return pushed_before - pushed <= kLargestFall * pushed_before && equilibrium.is_stable(after);
 }
 
-/// One equilibrium from `moving` to `tip` at `time_s`, which `moving` becomes when it is accepted.
+/// One equilibrium from `moving` to `pose` at `time_s`, which `moving` becomes when it is accepted.
 /// motion: what the body is expected to do; no rows where nothing is known.
-StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, double time_s,
+StepOutcome try_step(Following& following, PathState& moving, const ProbePose& pose, double time_s,
                      bool must_rise, bool may_fall, bool may_shorten, const Points& motion) {
   const double dt_s = time_s - moving.time_s;
   const bool remembers = !std::isnan(dt_s) || following.equilibrium.body().softens();
   if (remembers)
     following.equilibrium.begin_step(
         moving.state, std::isnan(dt_s) ? std::numeric_limits<double>::infinity() : dt_s);
-  const Vec3 step = tip - moving.state.pose.tip;
-  const double length = step.norm();
+  const PoseStep step = step_between(moving.state.pose, pose);
+  const double length = step.length_m();
   Points guess = moving.state.u;
   // Going on in the same direction, the body goes on as it did.
   if (motion.size())
@@ -75,8 +103,8 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
   else if (moving.velocity.size() && moving.direction.dot(step) > 0.9 * length)
     guess += length * moving.velocity;
   BodyState next;
-  const SolveStatus solved = following.equilibrium.solve(
-      moving.state, {tip, moving.state.pose.axis}, guess, next, may_shorten);
+  const SolveStatus solved =
+      following.equilibrium.solve(moving.state, pose, guess, next, may_shorten);
   if (solved != SolveStatus::solved) return {failure(solved)};
   StepCheck step_check =
       check_step(moving.state, next, must_rise, following.rules.deepest_penetration_m);
@@ -89,7 +117,7 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
   moving.falls = must_rise ? step_check == StepCheck::falls : moving.falls;
   if (length > 0) {
     moving.velocity = (next.u - moving.state.u) / length;
-    moving.direction = step / length;
+    moving.direction = {step.first / length, step.second / length};
   }
   if (remembers) following.equilibrium.end_step(next);
   moving.state = std::move(next);
@@ -97,14 +125,15 @@ StepOutcome try_step(Following& following, PathState& moving, const Vec3& tip, d
   return {};
 }
 
-/// Reaches `tip` in as many steps as it takes. A step that overlaps too far is tried again with
+/// Reaches `pose` in as many steps as it takes. A step that overlaps too far is tried again with
 /// twice the penalty, which then stays. Of a hold, distance is in shares of its time. motion: as
 /// above, of the whole way; it is followed where one step makes it, and not where that fails.
-StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, double time_s,
+StepOutcome reach(Following& following, PathState& moving, const ProbePose& pose, double time_s,
                   bool must_rise, const Points& motion) {
   const StepRules& rules = following.rules;
-  const Vec3 start = moving.state.pose.tip;
-  const double start_s = moving.time_s, moved_m = (tip - start).norm();
+  const ProbePose start = moving.state.pose;
+  const PoseStep way = step_between(start, pose);
+  const double start_s = moving.time_s, moved_m = way.length_m();
   const double distance = moved_m > 0 ? moved_m : time_s > start_s ? 1 : 0;
   if (distance == 0) return {};
   const double pieces =
@@ -116,8 +145,8 @@ StepOutcome reach(Following& following, PathState& moving, const Vec3& tip, doub
   bool is_guided = motion.size() > 0 && pieces == 1;
   while (done < distance) {
     const double here = distance - done < 1.25 * step ? distance - done : step;
-    const Vec3 goal =
-        done + here >= distance ? tip : Vec3(start + (tip - start) * ((done + here) / distance));
+    const ProbePose goal =
+        done + here >= distance ? pose : after(start, way, (done + here) / distance);
     const double goal_s = done + here >= distance
                               ? time_s
                               : start_s + (time_s - start_s) * ((done + here) / distance);
@@ -157,6 +186,7 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
                                                                      : RowStatus::good;
   row.force_N = state.contact.force_N;
   row.torque_Nm = state.contact.torque_Nm;
+  row.second_force_N = state.contact.second_force_N;
   row.greatest_penetration_m = state.contact.greatest_penetration_m;
   row.min_J = state.min_J;
   BodyState rigid;
@@ -164,11 +194,12 @@ PathRow record(Following& following, PathState& moving, const PathTarget& target
   if (state.contact.points > 0) {
     is_rigid = rules.uzawa_update &&
                following.equilibrium.uzawa_update(state, rigid) == SolveStatus::solved &&
-               rigid.contact.force_N.dot(state.pose.axis) > 0;
+               pushed_N(rigid) > 0;
     if (is_rigid) {
       following.equilibrium.end_step(rigid.u, state);
       row.force_N = rigid.contact.force_N;
       row.torque_Nm = rigid.contact.torque_Nm;
+      row.second_force_N = rigid.contact.second_force_N;
       row.penalty_shift_N = rigid.contact.force_N - state.contact.force_N;
       // Overlaps shrink by the same factor with each update; twice, as points at the rim come and
       // go.
@@ -214,8 +245,7 @@ void note_failure(const ProbePath& path, std::size_t target, const StepOutcome& 
 
 StepCheck check_step(const BodyState& before, const BodyState& after, bool must_rise,
                      double deepest_penetration_m) {
-  const double pushed_before = before.contact.force_N.dot(before.pose.axis);
-  const double pushed = after.contact.force_N.dot(after.pose.axis);
+  const double pushed_before = pushed_N(before), pushed = pushed_N(after);
   const bool has_area = after.contact.area_m2 > 0;
   if (!(after.min_J > 0)) return StepCheck::inverted;
   if (!(after.contact.greatest_penetration_m <= deepest_penetration_m)) return StepCheck::overlaps;
@@ -261,8 +291,8 @@ std::vector<PathRow> follow_paths(Equilibrium& equilibrium, const Probe& probe,
       if (progress.stopped()) return out;
       const PathTarget& target = path.targets[i];
       const StepOutcome outcome =
-          reach(following, moving, touch.tip + target.deflection, target.time_s, target.must_rise,
-                motion_to(paths, ahead, t, i));
+          reach(following, moving, after(touch, {target.deflection, target.second_deflection}, 1),
+                target.time_s, target.must_rise, motion_to(paths, ahead, t, i));
       if (outcome.status != RowStatus::good) {
         note_failure(path, i, outcome, out);
         break;

@@ -18,11 +18,13 @@ namespace palpate::fem {
 /// for nothing. must_rise: the force along the axis has to be larger than before, as on a press.
 /// time_s: since first touch, of a body that relaxes; the probe comes at constant speed. All of a
 /// path's targets have one or none has: NaN is slow motion.
+/// second_deflection: of a second probe, from its own first touch.
 struct PathTarget {
   Vec3 deflection = Vec3::Zero();
   int row = -1;
   bool must_rise = false;
   double time_s = std::numeric_limits<double>::quiet_NaN();
+  Vec3 second_deflection = Vec3::Zero();
 };
 
 /// A path of the probe. It starts at the state that an earlier path left at one of its targets, or
@@ -48,6 +50,7 @@ struct PathRow {
   StepCheck step_check = StepCheck::none;
   Vec3 force_N = Vec3::Zero();
   Vec3 torque_Nm = Vec3::Zero();
+  Vec3 second_force_N = Vec3::Zero();
   Vec3 penalty_shift_N = Vec3::Zero();
   double penalty_error_N = 0;
   double solver_error_N = 0;

@@ -68,7 +68,7 @@ ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& n
   return plan;
 }
 
-ExperimentPlan path_plan(const ToolPath& path, const Vec3& normal) {
+ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal) {
   const Points& deflections = path.deflections;
   const Eigen::VectorXd& time_s = path.time_s;
   ExperimentPlan plan;
@@ -87,6 +87,23 @@ ExperimentPlan path_plan(const ToolPath& path, const Vec3& normal) {
     if (plan.is_in_time) plan.rows.back().time_s = plan.paths[0].targets.back().time_s = time_s[i];
     const Vec3 lateral = here - depth * normal;
     plan.segments.push_back({before, lateral, std::min(depth, depth_before)});
+    before = lateral;
+    depth_before = depth;
+  }
+  if (!path.second) return plan;
+  const SecondTool& other = *path.second;
+  plan.second = {other.position - position, other.normal};
+  before = plan.second->from_first_m;
+  depth_before = 0;
+  for (Eigen::Index i = 0; i < deflections.rows(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const Vec3 here = other.deflections.row(i);
+    const double depth = here.dot(other.normal);
+    plan.depth_m = std::max(plan.depth_m, depth);
+    plan.paths[0].targets[row].second_deflection = here;
+    plan.rows[row].second_deflection = here;
+    const Vec3 lateral = plan.second->from_first_m + here - depth * other.normal;
+    plan.segments.push_back({before, lateral, std::max(0.0, std::min(depth, depth_before))});
     before = lateral;
     depth_before = depth;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libfem/solve/experiments/simulator.hpp"
@@ -13,6 +14,11 @@ struct ContactSegment {
   double depth_m = 0;
 };
 
+/// Where a second probe stands: its test point, from the first one's, and its inward normal.
+struct SecondPlace {
+  Vec3 from_first_m, normal;
+};
+
 /// Rows of one test point, the paths of the probe that fill them, and the segments of the surface
 /// that contact visits.
 struct ExperimentPlan {
@@ -22,6 +28,7 @@ struct ExperimentPlan {
   double depth_m = 0;  // deepest
   bool is_in_time = false;
   Lean lean = Lean::Zero();  // of the tool, all along
+  std::optional<SecondPlace> second = std::nullopt;
 
   /// Appends a row and returns its number.
   int add_row(ExperimentKind kind, int experiment, int step, const Vec3& deflection);
@@ -30,8 +37,9 @@ struct ExperimentPlan {
 /// The press passes every row and every depth where a drag starts; drags branch off there.
 ExperimentPlan press_and_drag_plan(const Experiments& experiments, const Vec3& normal);
 
-/// One experiment `path` along successive deflections from first touch.
-ExperimentPlan path_plan(const ToolPath& path, const Vec3& normal);
+/// One experiment `path` along successive deflections from first touch, of both tools where there
+/// are two.
+ExperimentPlan path_plan(const ToolPath& path, const Vec3& position, const Vec3& normal);
 
 /// Of a press: the body answers as it does at first, before anything has relaxed.
 ExperimentPlan at_once(ExperimentPlan plan);

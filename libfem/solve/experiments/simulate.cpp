@@ -36,6 +36,10 @@ SampleRow row_of(const Samples& samples, Eigen::Index i) {
   if (samples.point_scale.size() > 0) row.scale = samples.point_scale[samples.point[at]];
   if (samples.time_s.size() > 0) row.time_s = samples.time_s[i];
   if (samples.lean.rows() > 0) row.lean = samples.lean.row(i);
+  if (samples.second_force.rows() > 0) {
+    row.second_deflection = samples.second_deflection.row(i);
+    row.second_force = samples.second_force.row(i);
+  }
   if (samples.surface.rows() > 0) row.surface = samples.surface.row(i);
   return {samples.point[i], samples.experiment[i], row};
 }
@@ -69,11 +73,24 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
   const bool leans = std::ranges::any_of(
       items, [](const auto& item) { return !item.empty() && !item[0].row.lean.isZero(); });
   if (leans) out.lean.resize(rows, 2);
+  const auto is_of_two = [](const SampleRow& sample) {
+    return !sample.row.second_deflection.isZero();
+  };
+  const bool has_second = std::ranges::any_of(
+      items, [&](const auto& item) { return std::ranges::any_of(item, is_of_two); });
+  if (has_second) {
+    out.second_deflection.resize(rows, 3);
+    out.second_force.resize(rows, 3);
+  }
   Eigen::Index i = 0;
   for (const auto& item : items)
     for (const SampleRow& sample : item) {
       if (is_in_time) out.time_s[i] = sample.row.time_s;
       if (leans) out.lean.row(i) = sample.row.lean.transpose();
+      if (has_second) {
+        out.second_deflection.row(i) = sample.row.second_deflection.transpose();
+        out.second_force.row(i) = sample.row.second_force.transpose();
+      }
       out.point.push_back(sample.point);
       out.experiment.push_back(sample.experiment);
       out.kind.push_back(sample.row.kind);

@@ -217,6 +217,17 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
     return out;
   }
   out.touch_m = *touch;
+  ProbePose pose{out.touch_m * normal, normal};
+  if (plan.second) {
+    const auto& [place, axis] = *plan.second;
+    const std::optional<double> touch_m =
+        first_touch_m(mesh, here, {place, axis}, 2 * here.half_width_m, here.half_width_m);
+    if (!touch_m) {
+      for (PathRow& row : out.rows) row.status = RowStatus::no_contact;
+      return out;
+    }
+    pose.second = {place + *touch_m * axis, axis};
+  }
   ContactSettings contact = setup.options.contact;
   // The penalty is in moduli of slow motion; a body that is stiffer at first overlaps no further.
   if (plan.is_in_time) contact.stiffness *= at_first_over_slow(materials);
@@ -236,8 +247,8 @@ MeshRun Simulator::State::run(QuadraticMesh mesh, const ExperimentPlan& plan, co
     };
   }
   out.rows = follow_paths(
-      equilibrium, here, {out.touch_m * normal, normal}, plan.paths,
-      static_cast<int>(plan.rows.size()), setup.options.path, progress, on_row,
+      equilibrium, here, pose, plan.paths, static_cast<int>(plan.rows.size()), setup.options.path,
+      progress, on_row,
       coarser != nullptr ? transferred(coarser->reached, coarser->mesh, mesh) : Waypoints{},
       &out.reached);
   out.mesh = std::move(mesh);
@@ -415,7 +426,7 @@ PointRows Simulator::press_at_once(const Vec3& position, const Vec3& normal,
 
 PointRows Simulator::follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                             const Progress& progress) const {
-  return state_->experiment(path_plan(path, normal), position, normal, progress);
+  return state_->experiment(path_plan(path, position, normal), position, normal, progress);
 }
 
 }  // namespace palpate::fem

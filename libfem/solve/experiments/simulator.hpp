@@ -71,6 +71,7 @@ struct PointRow {
   Vec3 deflection = Vec3::Zero();
   Vec3 force = Vec3::Zero();
   Vec3 torque = Vec3::Zero();
+  Vec3 second_deflection = Vec3::Zero(), second_force = Vec3::Zero();  ///< of a second tool
   double force_error = 0;
   RowStatus status = RowStatus::not_reached;
   StepCheck step_check = StepCheck::none;
@@ -127,6 +128,7 @@ class Simulator {
   /// The probe follows successive deflections from first touch: one experiment `path`; path.time_s,
   /// where it has some, are felt by a body that relaxes, and recorded. A tool that leans touches
   /// with another point of it: from where that touches deflections count, about it torques are.
+  /// Of two tools (path.second) forces and errors are of both, the shape is a sphere.
   PointRows follow(const Vec3& position, const Vec3& normal, const ToolPath& path,
                    const Progress& progress = {}) const;
 

@@ -1,5 +1,6 @@
 #include "libfit/io/files/columns.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libfit/core/geometry.hpp"
@@ -72,6 +73,16 @@ CurveSet read_curve_set(const Reader& reader, std::size_t points) {
     curves.damage = {softening[0], softening[1], softening[2], reach_m[0]};
   else if (softening.size() > 0)
     throw reader.error("damage", "has not r, m, beta and a reach");
+  Eigen::VectorXd length_m, give_m_N, across_m_N;
+  coupling_columns(length_m, give_m_N, across_m_N, in);
+  if (length_m.size() == 1 && give_m_N.size() == runtime::kCouplingScales &&
+      across_m_N.size() == runtime::kCouplingScales) {
+    curves.coupling.length_m = length_m[0];
+    std::ranges::copy(give_m_N, curves.coupling.give_m_N);
+    std::ranges::copy(across_m_N, curves.coupling.across_m_N);
+  } else if (length_m.size() > 0) {
+    throw reader.error("coupling", "has not a length and the compliances of its scales");
+  }
   return curves;
 }
 
@@ -89,11 +100,18 @@ void write_curve_set(Writer& writer, const CurveSet& curves) {
   }
   ColumnWriter out(writer);
   relaxation_columns(curves.relaxation, out);
-  if (!curves.damage.is_any()) return;
-  const Eigen::VectorXd softening =
-      Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);
-  const Eigen::VectorXd reach_m = Eigen::VectorXd::Constant(1, curves.damage.reach_m);
-  damage_columns(softening, reach_m, out);
+  if (curves.damage.is_any()) {
+    const Eigen::VectorXd softening =
+        Eigen::Vector3d(curves.damage.r, curves.damage.scale, curves.damage.beta);
+    const Eigen::VectorXd reach_m = Eigen::VectorXd::Constant(1, curves.damage.reach_m);
+    damage_columns(softening, reach_m, out);
+  }
+  if (!curves.coupling.is_any()) return;
+  using Scales = Eigen::Map<const Eigen::Vector<double, runtime::kCouplingScales>>;
+  const Eigen::VectorXd length_m = Eigen::VectorXd::Constant(1, curves.coupling.length_m),
+                        give_m_N = Scales(curves.coupling.give_m_N),
+                        across_m_N = Scales(curves.coupling.across_m_N);
+  coupling_columns(length_m, give_m_N, across_m_N, out);
 }
 
 void check_relaxation(const Complain& complain, const Relaxation& relaxation) {
@@ -139,6 +157,8 @@ void check_controls(const Complain& complain, const std::string& name, const run
 void check_curve_set(const Complain& complain, const CurveSet& curves, Eigen::Index points) {
   check_relaxation(complain, curves.relaxation);
   check_damage(complain, curves.damage);
+  if (curves.coupling.is_any() && !runtime::is_possible(curves.coupling))
+    throw complain("coupling/give", "is out of range");
   const auto parts = parts_of(curves.family);
   if (curves.basis.size() != parts.size() || curves.control.size() != parts.size())
     throw complain("curves", "has not the parts of its family");

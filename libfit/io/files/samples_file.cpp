@@ -40,6 +40,8 @@ void columns(S& s, F& f) {
   f("rows/step_check", s.step_check, {.names = kStepCheckNames, .is_optional = true});
   f("rows/time", s.time_s, {.unit = "s", .is_optional = true});
   f("rows/lean", s.lean, {.is_optional = true});
+  f("rows/second_deflection", s.second_deflection, {.unit = "m", .is_optional = true});
+  f("rows/second_force", s.second_force, {.unit = "N", .is_optional = true});
 
   relaxation_columns(s.relaxation, f);
 
@@ -79,6 +81,10 @@ void check_numbers(const Samples& s, const h5::Complain& complain) {
       throw complain("rows/torque", row_name(i) + " is good but not a finite number");
     if (s.lean.rows() > 0 && !(s.lean.row(i).norm() < 1))
       throw complain("rows/lean", row_name(i) + " is not shorter than 1");
+    if (s.second_force.rows() > 0 &&
+        !(s.second_force.row(i).allFinite() && s.second_deflection.rows() == s.rows() &&
+          s.second_deflection.row(i).allFinite()))
+      throw complain("rows/second_force", row_name(i) + " is not finite");
     if (s.force_error[i] < 0) throw complain("rows/force_error", row_name(i) + " is negative");
     if (s.time_s.size() == 0) continue;
     const bool is_first = i == 0 || s.experiment[static_cast<std::size_t>(i)] !=

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
+#include "libfit/core/samples.hpp"
+#include "libfit/validation/statement.hpp"
+#include "tools/scene/scene.hpp"
+
+namespace palpate::tools {
+
+/// Refuses pairs of two tools that the simulator or the engine does not know: of a probe that is no
+/// ball, of a body that relaxes or softens. Throws Error.
+void check_pairs(const Scene& scene);
+
+/// Simulates the pairs of [experiments] into pairs.h5, with its fingerprint. An interruption
+/// (exception Interrupted) leaves no file.
+Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
+                       const std::filesystem::path& output, const std::string& fingerprint);
+
+/// Identifies how tools feel each other (M62) and says how well.
+void add_coupling(Model& model, const Scene& scene, const Body& body, const Samples& pairs);
+
+/// The held-out pairs of [validate] against the asset, and against each tool by itself. folder:
+/// keeps what is simulated; empty: nowhere.
+void state_two_tools(const std::filesystem::path& asset, const Scene& scene, const Body& body,
+                     int jobs, const std::filesystem::path& folder, bool resume,
+                     validation::Statement& statement);
+
+}  // namespace palpate::tools
