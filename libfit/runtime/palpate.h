@@ -97,7 +97,7 @@ enum {
 /* Storage that the engine fills; treat it as opaque. Static, on a stack or in an array: nothing is
    owned, nothing needs to be freed, and a plain copy is a copy. */
 typedef struct palpate_asset {
-  uint64_t storage[160];
+  uint64_t storage[192];
 } palpate_asset;
 typedef struct palpate_contact {
   uint64_t storage[512];

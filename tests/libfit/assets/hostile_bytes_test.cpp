@@ -381,7 +381,9 @@ TEST(hostile_bytes, curves_over_the_lean_are_refused_for_every_fault_of_their_ow
   EXPECT_EQ(changed(numbers + 12, float(nan)), Status::controls_wrong);
   EXPECT_EQ(changed(numbers + 8, 0.7F), Status::ok);
   const std::uint64_t end = numbers + 4 * runtime::lean_numbers(header);
-  if (end < whole.size()) EXPECT_EQ(changed(end, 1e-30F), Status::numbers_wrong);
+  if (end < whole.size()) {
+    EXPECT_EQ(changed(end, 1e-30F), Status::numbers_wrong);
+  }
   for (const std::int32_t tilts : {-1, 0, 1, 3, 4, 1 << 30}) {
     AssetBytes bytes = whole;
     Header other = header;

@@ -3,7 +3,7 @@
 // blittable: no marshalling and no garbage in the force thread. Sizes, in this order, are checked
 // against the header by the project's tests (check_csharp.c). C# 7.0 is enough.
 //
-//   size palpate_asset 1280, palpate_contact 4096, palpate_pose 56, palpate_tool 112,
+//   size palpate_asset 1536, palpate_contact 4096, palpate_pose 56, palpate_tool 112,
 //   size palpate_input 160, palpate_output 360, palpate_info 168, palpate_mesh 96
 using System;
 using System.Runtime.InteropServices;
@@ -14,7 +14,7 @@ public static unsafe class Palpate
     public const int Abi = 1, Ok = 0;
     public const int Air = 0, Stick = 1, Slip = 2; // Output.State
 
-    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[160]; }
+    [StructLayout(LayoutKind.Sequential)] public struct Asset { public fixed ulong Storage[192]; }
     [StructLayout(LayoutKind.Sequential)] public struct Contact { public fixed ulong Storage[512]; }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -59,7 +59,7 @@ public static unsafe class Palpate
         public fixed double DeflectionM[3];
         public fixed double ActsAtM[3];
         public double ApproachMS;
-        public uint Events; // 1 touched, 2 released
+        public uint Events; // 1 touched, 2 released, 4 punctured
         public fixed uint Reserved[7];
     }
 
@@ -73,8 +73,8 @@ public static unsafe class Palpate
         public double RangeM;
         public ulong Checksum;
         public byte* Law;
-        public int HasGuard, HasShape, Relaxes;
-        public fixed int Reserved[11];
+        public int HasGuard, HasShape, Relaxes, Softens, Punctures, Tilts, Couples;
+        public fixed int Reserved[7];
         public byte* MetaJson; // not terminated
         public ulong MetaBytes;
     }
