@@ -326,20 +326,14 @@ TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_wi
             torque_errors(reference, numb, kRadius_m)[0].typical_Nm);
 }
 
-TEST_F(Substituted, a_tool_that_turns_on_curves_alike_at_every_lean_answers_as_its_ball) {
+TEST_F(Substituted, a_tool_that_turns_without_curves_over_the_lean_answers_as_its_ball) {
   constexpr double kRadius_m = 0.004;
   model.probe = sphere_spec(kRadius_m);
   const BenchAsset ball = make_bench_asset(model);
-  runtime::TiltedBody turning;
-  turning.nodes.tilts = 1;
-  turning.nodes.sine[1] = 0.5;
-  turning.end_radius_m = kRadius_m;
-  for (int node = 0; node < turning.nodes.size(); ++node) turning.node[node] = &ball.asset;
-  ASSERT_TRUE(is_tilted_body(turning));
   for (ToolPath& path : held_out.paths) path.lean = Lean(0.1, 0.2);
   const Reference reference{held_out, samples_of(ball.asset, held_out), {}};
   const Replayed by_ball = replay_paths(ball.asset, reference, kRange.depth_m),
-                 by_turning = replay_turning(turning, reference, kRange.depth_m);
+                 by_turning = replay_turning(ball.asset, reference, kRange.depth_m);
   const double largest = by_ball.force_N.rowwise().norm().maxCoeff();
   // A tip stands for the ball along the normal at first touch; facets make the difference.
   EXPECT_LT((by_ball.force_N - by_turning.force_N).rowwise().norm().maxCoeff(), 0.05 * largest);
