@@ -1,7 +1,7 @@
 // large_certificate MODEL.h5 TRIANGLES THREADS: the certificate of a body of a run whose measured
 // triangles are split in four until there are so many, as a ball of the probe's radius finds it (a
-// tip where it is unknown). Places, normals and curves of a middle are the mean of its ends. Says the
-// seconds, of the clock and of the processors, and the memory.
+// tip where it is unknown). Places, normals and curves of a middle are the mean of its ends. Says
+// the seconds, of the clock and of the processors, and the memory.
 
 #include <sys/resource.h>
 
