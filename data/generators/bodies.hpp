@@ -32,12 +32,11 @@ Surface clot_mm();
 /// A breast on the chest wall z = -20, fuller towards -y: an implicit surface, meshed.
 Surface breast_mm();
 
-/// In this order: the mesher's random numbers go on from one body to the next.
 inline constexpr NamedBody kBodies[] = {{"block.obj", block_mm},
+                                        {"breast.obj", breast_mm},
                                         {"clot.obj", clot_mm},
                                         {"cylinder.obj", cylinder_mm},
-                                        {"liver.obj", liver_mm},
-                                        {"breast.obj", breast_mm}};
+                                        {"liver.obj", liver_mm}};
 
 /// What is true of a body's mesh as its file has it; lengths in mm.
 struct BodyFacts {

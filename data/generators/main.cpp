@@ -2,6 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -42,17 +45,37 @@ void print(const char* file, const Surface& body, const BodyFacts& facts) {
       facts.smallest_angle_deg, facts.sharpest_fold_deg);
 }
 
-void make_all(const std::filesystem::path& folder, bool is_check) {
+void make(const NamedBody& named, const std::filesystem::path& folder, bool is_check) {
+  const Surface body = rounded(named.make_mm());
+  print(named.file, body, inspect(named.file, body));
+  const std::string text =
+      obj_text(fmt::format("{}, in mm, made by palpate_make_bodies", named.file), body);
+  if (is_check)
+    compare(folder / named.file, text);
+  else
+    write(folder / named.file, text);
+}
+
+// Each body in a process of its own: the mesher's choices depend on what memory it is given.
+bool make_all(const std::filesystem::path& folder, bool is_check) {
+  bool is_good = true;
   for (const NamedBody& named : kBodies) {
-    const Surface body = rounded(named.make_mm());
-    print(named.file, body, inspect(named.file, body));
-    const std::string text =
-        obj_text(fmt::format("{}, in mm, made by palpate_make_bodies", named.file), body);
-    if (is_check)
-      compare(folder / named.file, text);
-    else
-      write(folder / named.file, text);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      int code = 0;
+      try {
+        make(named, folder, is_check);
+      } catch (const std::exception& error) {
+        fmt::print(stderr, "palpate: error: {}\n", error.what());
+        code = 1;
+      }
+      std::fflush(nullptr);
+      ::_exit(code);
+    }
+    int status = 0;
+    is_good &= child > 0 && ::waitpid(child, &status, 0) == child && status == 0;
   }
+  return is_good;
 }
 
 }  // namespace
@@ -64,11 +87,5 @@ int main(int count, char** arguments) {
     fmt::print(stderr, "usage: palpate_make_bodies [--check] DIR\n");
     return 2;
   }
-  try {
-    palpate::bodies::make_all(arguments[count - 1], is_check);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palpate: error: {}\n", error.what());
-    return 1;
-  }
+  return palpate::bodies::make_all(arguments[count - 1], is_check) ? 0 : 1;
 }
