@@ -326,10 +326,16 @@ TEST_F(Substituted, torques_of_an_exact_reference_have_no_error_and_all_of_it_wi
             torque_errors(reference, numb, kRadius_m)[0].typical_Nm);
 }
 
-TEST_F(Substituted, a_tool_that_turns_without_curves_over_the_lean_answers_as_its_ball) {
+TEST_F(Substituted, a_tool_that_turns_on_curves_alike_at_every_lean_answers_as_its_ball) {
   constexpr double kRadius_m = 0.004;
+  model = tools::with_family(model, CurveFamily::rings);
   model.probe = sphere_spec(kRadius_m);
-  const BenchAsset ball = make_bench_asset(model);
+  LeanCurves leans;
+  leans.sine = {0.5};
+  const auto& control = model.curves.control;
+  leans.node.assign(1 + runtime::kTiltDirections,
+                    {control[0], control[runtime::kSide2], control[runtime::kSide3]});
+  const BenchAsset ball = make_bench_asset(model, leans);
   for (ToolPath& path : held_out.paths) path.lean = Lean(0.1, 0.2);
   const Reference reference{held_out, samples_of(ball.asset, held_out), {}};
   const Replayed by_ball = replay_paths(ball.asset, reference, kRange.depth_m),
