@@ -11,6 +11,7 @@ constexpr double kDeeper = 0.05;       // of the travel's range: a cycle that go
 constexpr double kPressed = 0.1;       // of the largest push: below it a way in touches nothing
 constexpr double kDropShare = 0.2;     // of the push so far
 constexpr double kDropInNoise = 8;     // deviations
+constexpr double kPeakInNoise = 10;    // deviations: below it nothing breaks
 constexpr double kDropTravel = 0.05;   // of the way in since push began to rise, within which
 constexpr Eigen::Index kDropRows = 6;  // or within so many rows, where they are far apart
 constexpr double kBreakShare = 0.2;    // of the largest push
@@ -44,10 +45,11 @@ std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& r
                         push = signal.push_N().segment(range.begin, range.rows());
   const Eigen::Index rows = range.rows();
   if (rows < 2 * kFewestBefore) return std::nullopt;
-  const double noise_N = neighbour_scatter(push.head(kFewestBefore)),
+  const double noise_N =
+                   std::max(neighbour_scatter(push.head(kFewestBefore)), neighbour_scatter(push)),
                free_N = push.head(kFewestBefore).mean(), way_m = travel[rows - 1] - travel[0],
                stride_m = way_m / static_cast<double>(rows - 1),
-               least_N = kBreakShare * (push.maxCoeff() - free_N);
+               least_N = std::max(kBreakShare * (push.maxCoeff() - free_N), kPeakInNoise * noise_N);
   Eigen::Index top = 0;
   for (Eigen::Index i = kFewestBefore; i + 1 < rows; ++i) {
     if (push[i] > push[top] || top == 0) top = i;
