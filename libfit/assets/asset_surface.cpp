@@ -187,7 +187,7 @@ void round_leans(const Model& model, const LeanCurves& leans, AssetSurface& out)
   if (leans.sine.empty()) return;
   check_leans(model, leans);
   std::vector<Eigen::RowVectorXd> mean;
-  for (const LeanCurves::LeanNode& node : leans.node) {
+  for (const LeanCurves::NodeCurves& node : leans.node) {
     mean.push_back(Eigen::RowVectorXd::Zero(node.normal.cols()));
     double covered = 0;
     for (Eigen::Index v = 0; v < node.normal.rows(); ++v) {
@@ -206,7 +206,7 @@ void round_leans(const Model& model, const LeanCurves& leans, AssetSurface& out)
                                                  : covered == runtime::kMean   ? elsewhere[j]
                                                                                : 0));
       };
-      const LeanCurves::LeanNode& node = leans.node[i];
+      const LeanCurves::NodeCurves& node = leans.node[i];
       put(node.normal, mean[i]);
       put(node.side_square, Eigen::RowVectorXd::Zero(3));
       put(node.side_cube, Eigen::RowVectorXd::Zero(3));

@@ -10,10 +10,10 @@ namespace palpate {
 /// directions. V vertices.
 struct LeanCurves {
   std::vector<double> sine;  ///< of the tilts beside upright, rising; none: no curves
-  struct LeanNode {
+  struct NodeCurves {
     Controls normal, side_square, side_cube;  ///< V rows, as the parts of rings
   };
-  std::vector<LeanNode> node;  ///< 1 + 3 tilts
+  std::vector<NodeCurves> node;  ///< 1 + 3 tilts
 };
 
 }  // namespace palpate

@@ -45,10 +45,11 @@ std::optional<Eigen::Index> break_in_row(const Signal& signal, const RowRange& r
                         push = signal.push_N().segment(range.begin, range.rows());
   const Eigen::Index rows = range.rows();
   if (rows < 2 * kFewestBefore) return std::nullopt;
-  const double noise_N =
-                   std::max(neighbour_scatter(push.head(kFewestBefore)), neighbour_scatter(push)),
-               free_N = push.head(kFewestBefore).mean(), way_m = travel[rows - 1] - travel[0],
+  const double free_N = push.head(kFewestBefore).mean(), way_m = travel[rows - 1] - travel[0],
                stride_m = way_m / static_cast<double>(rows - 1),
+               noise_N =
+                   std::max(neighbour_scatter(push),
+                            std::sqrt((push.head(kFewestBefore).array() - free_N).square().mean())),
                least_N = std::max(kBreakShare * (push.maxCoeff() - free_N), kPeakInNoise * noise_N);
   Eigen::Index top = 0;
   for (Eigen::Index i = kFewestBefore; i + 1 < rows; ++i) {
