@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/format.hpp"
+#include "libfit/runtime/asset/format.hpp"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// A model's surface and curves rounded to what an asset stores. V vertices, F triangles.
-/// Arrays as in libfit/runtime/format.hpp. counts say what could not be walked on.
+/// Arrays as in libfit/runtime/asset/format.hpp. counts say what could not be walked on.
 struct AssetSurface {
   Vec3 origin;                        ///< [m], centre of the bounding box
   std::vector<float> vertex;          ///< V x 3 [m] about the origin

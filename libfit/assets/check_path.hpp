@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/assets/asset_surface.hpp"
-#include "libfit/runtime/format.hpp"
+#include "libfit/runtime/asset/format.hpp"
 
 namespace palpate {
 

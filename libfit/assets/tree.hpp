@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "libfit/runtime/format.hpp"
+#include "libfit/runtime/asset/format.hpp"
 
 namespace palpate {
 
-/// A bounding tree in the preorder of libfit/runtime/format.hpp.
+/// A bounding tree in the preorder of libfit/runtime/asset/format.hpp.
 struct Tree {
   std::vector<runtime::TreeNode> nodes;
   std::vector<std::int32_t> items;

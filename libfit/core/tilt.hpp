@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libfit/core/geometry.hpp"
-#include "libfit/runtime/tilt.hpp"
+#include "libfit/runtime/tool/tilt.hpp"
 
 namespace palpate {
 

@@ -4,12 +4,12 @@
 // What a tool's contact remembers from tick to tick, what a tick says, and how contact begins and
 // ends.
 
-#include "body.hpp"
+#include "body/body.hpp"
 #include "ledger.hpp"
-#include "spot_cache.hpp"
+#include "surface/spot_cache.hpp"
+#include "surface/sweep.hpp"
+#include "surface/sweep_ball.hpp"
 #include "sway.hpp"
-#include "sweep.hpp"
-#include "sweep_ball.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -12,8 +12,8 @@
 // for bit across compilers and optimization levels, which opening an asset verifies.
 // One Contact must not be used by two threads at once; assets may be shared freely.
 
-#include "asset.hpp"
-#include "body.hpp"
+#include "asset/asset.hpp"
+#include "body/body.hpp"
 #include "deform.hpp"
 #include "tick.hpp"
-#include "tool.hpp"
+#include "tool/tool.hpp"

@@ -325,10 +325,10 @@ PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_cont
    tool that leans, rolls and spins. Its z axis is the shaft, away from the end; tool.offset_m is
    the end's centre and radius_m must be palpate_info.probe_radius_m, tool and asset otherwise as
    for palpate_start and palpate_tick. The asset is of the law "rings". Where palpate_info.tilts is
-   0 forces do not differ by the lean; rolling and spinning are felt all the same. It has no damper
-   (PALPATE_TOOL_WRONG) and no stiffness_N_m. A tick takes 2 to 4 times as long as one of
-   palpate_tick.
-   palpate_turning_release: as palpate_release. */
+   0 forces do not differ by the lean; rolling and spinning are felt all the same. It has no damper,
+   takes no body that tools puncture (both PALPATE_TOOL_WRONG) and fills no stiffness_N_m. A tick
+   takes 2 to 4 times as long as one of palpate_tick. palpate_turning_release: as palpate_release.
+ */
 PALPATE_API palpate_status palpate_turning_start(palpate_turning* turning,
                                                  const palpate_tool* tool) PALPATE_NOEXCEPT;
 PALPATE_API palpate_status palpate_turning_release(palpate_turning* turning) PALPATE_NOEXCEPT;

@@ -4,7 +4,7 @@
 // One tick of the engine: the position of a tip or of a ball's centre in, a force out. No heap, no
 // lock, no exception, no clock.
 
-#include "puncture.hpp"
+#include "body/puncture.hpp"
 
 namespace palpate {
 namespace runtime {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/runtime/view.hpp"
+#include "libfit/runtime/asset/view.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/statement.hpp"
 

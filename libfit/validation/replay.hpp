@@ -6,7 +6,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/runtime/turning_tool.hpp"
+#include "libfit/runtime/tool/turning_tool.hpp"
 #include "libfit/validation/paths.hpp"
 #include "libfit/validation/statement.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/point/replay.hpp"
-#include "libfit/runtime/view.hpp"
+#include "libfit/runtime/asset/view.hpp"
 
 namespace palpate::validation {
 

@@ -128,6 +128,8 @@ std::vector<BadInput> bad_inputs() {
       in_scene("pairs of a tool that is no ball",
                "radius = \"8 mm\"\nfriction = 0.3\n[experiments]\n",
                "shape = \"flat\"\nradius = \"8 mm\"\n[experiments]\npairs = 4\n"),
+      in_scene("pairs of tools on a body that they puncture", "causes = false",
+               "causes = false\npairs = 4\n[export]\npuncture_force = \"1 N\""),
       in_scene("a probe that is none", "radius = \"8 mm\"", "shape = \"spheer\""),
       in_scene("a key of another probe", "radius = \"8 mm\"",
                "radius = \"8 mm\"\nlength = \"9 mm\""),

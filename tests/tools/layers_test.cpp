@@ -25,7 +25,7 @@ struct Row {
 
 const std::vector<Row> kLayers{
     {"libfit/runtime", {}},
-    {"libfit/core", {"libfit/runtime/families", "libfit/runtime/tilt"}},
+    {"libfit/core", {"libfit/runtime/families", "libfit/runtime/tool/tilt"}},
     {"libfit/io", {"libfit/core", "libfit/runtime"}},
     {"libfit/fit", {"libfit/core", "libfit/runtime"}},
     {"libfit/refine", {"libfit/core", "libfit/runtime"}},

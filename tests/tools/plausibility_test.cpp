@@ -1,6 +1,6 @@
 // What is refused or doubted of a scene that reads well and makes no sense.
 
-#include "tools/stages/plausibility.hpp"
+#include "tools/stages/body/plausibility.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Test points simulated by several processes: how they are dealt, what merging refuses, and what is
 // left when one of them is killed, runs out of disk or meets another.
 
-#include "tools/stages/shards.hpp"
+#include "tools/stages/samples/shards.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "libfit/runtime/format.hpp"
+#include "libfit/runtime/asset/format.hpp"
 #include "tests/tools/block_scene.hpp"
 #include "tests/tools/command_line.hpp"
 

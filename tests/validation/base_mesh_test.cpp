@@ -14,9 +14,9 @@
 #include "libfit/core/statistics.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/validation/record.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/prepare.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -5,8 +5,8 @@
 #include "libfem/mesh/boundary.hpp"
 #include "libfem/mesh/structured_block.hpp"
 #include "tools/bench/fem.hpp"
-#include "tools/stages/prepare.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/body/prepare.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

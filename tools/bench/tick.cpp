@@ -1,7 +1,7 @@
 #include <fmt/core.h>
 
 #include "libfit/io/csv/csv.hpp"
-#include "libfit/runtime/turning_tool.hpp"
+#include "libfit/runtime/tool/turning_tool.hpp"
 #include "tools/bench/bench.hpp"
 #include "tools/bench/finger_proxy.hpp"
 #include "tools/bench/machine.hpp"

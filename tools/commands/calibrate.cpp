@@ -19,10 +19,10 @@
 #include "tools/scene/nearest_name.hpp"
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/settings.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/prepare.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

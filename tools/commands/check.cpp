@@ -11,9 +11,9 @@
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/setup/trial.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/plausibility.hpp"
-#include "tools/stages/prepare.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/plausibility.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {

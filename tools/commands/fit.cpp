@@ -5,9 +5,9 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/cycles.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/samples/cycles.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/curves.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/runtime/format.hpp"
+#include "libfit/runtime/asset/format.hpp"
 #include "tools/command.hpp"
 
 namespace palpate::tools {

@@ -1,5 +1,5 @@
-#include "tools/stages/prepare.hpp"
-#include "tools/stages/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
+#include "tools/stages/body/open_scene.hpp"
 
 #include <nlohmann/json.hpp>
 

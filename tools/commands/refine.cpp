@@ -6,7 +6,7 @@
 #include "tools/console.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
-#include "tools/stages/sample_cache.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/shape.hpp"
 
 namespace palpate::tools {

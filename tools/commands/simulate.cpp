@@ -9,13 +9,13 @@
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
-#include "tools/stages/cycles.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/placement.hpp"
-#include "tools/stages/prepare.hpp"
-#include "tools/stages/shards.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/placement.hpp"
+#include "tools/stages/samples/shards.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -4,8 +4,8 @@
 #include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/prepare.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/validate.hpp"
 
 namespace palpate::tools {

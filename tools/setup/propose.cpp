@@ -17,7 +17,7 @@
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "tools/scene/tissues.hpp"
-#include "tools/stages/plausibility.hpp"
+#include "tools/stages/body/plausibility.hpp"
 
 namespace palpate::tools {
 namespace {

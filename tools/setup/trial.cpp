@@ -11,8 +11,8 @@
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulator.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/placement.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/samples/placement.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

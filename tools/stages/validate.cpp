@@ -17,12 +17,12 @@
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/torque.hpp"
 #include "tools/console.hpp"
-#include "tools/stages/cycles.hpp"
+#include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/reach.hpp"
-#include "tools/stages/sample_cache.hpp"
-#include "tools/stages/simulate.hpp"
-#include "tools/stages/tilt.hpp"
+#include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
+#include "tools/stages/samples/simulate.hpp"
+#include "tools/stages/samples/tilt.hpp"
 
 namespace palpate::tools {
 namespace {

@@ -15,8 +15,8 @@
 #include "libfit/io/csv/csv.hpp"
 #include "tools/scene/rewrite.hpp"
 #include "tools/scene/toml_table.hpp"
+#include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/open_scene.hpp"
 #include "tools/study/axes.hpp"
 #include "tools/study/scaling.hpp"
 

@@ -18,11 +18,11 @@
 #include "tools/outputs.hpp"
 #include "tools/scene/settings.hpp"
 #include "tools/setup/trial.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 #include "tools/stages/fingerprint.hpp"
-#include "tools/stages/open_scene.hpp"
-#include "tools/stages/prepare.hpp"
 #include "tools/stages/run.hpp"
-#include "tools/stages/simulate.hpp"
+#include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
 namespace {

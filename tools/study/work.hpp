@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/stages/shards.hpp"
+#include "tools/stages/samples/shards.hpp"
 #include "tools/study/cases.hpp"
 
 namespace palpate::tools {

@@ -6,7 +6,7 @@
 
 #include <type_traits>
 
-#include "../slide.hpp"
+#include "../surface/slide.hpp"
 #include "part.hpp"
 #include "ring_creep.hpp"
 

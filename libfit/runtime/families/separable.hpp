@@ -4,7 +4,7 @@
 // The separable family: W = Z(dz) + R(dr) (M3). The depth does not change the lateral stiffness,
 // nor the lateral deflection the normal one.
 
-#include "../slide.hpp"
+#include "../surface/slide.hpp"
 #include "part.hpp"
 
 namespace palpate {

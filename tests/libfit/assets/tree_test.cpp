@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "libfit/runtime/sweep.hpp"
+#include "libfit/runtime/surface/sweep.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {

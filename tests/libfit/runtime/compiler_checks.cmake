@@ -18,7 +18,7 @@ endif()
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 if(CHECK STREQUAL each_header_alone)
-  file(GLOB headers RELATIVE ${ENGINE} ${ENGINE}/*.hpp ${ENGINE}/*.h ${ENGINE}/families/*.hpp)
+  file(GLOB_RECURSE headers RELATIVE ${ENGINE} ${ENGINE}/*.hpp ${ENGINE}/*.h)
   if(NOT headers)
     message(FATAL_ERROR "no headers in ${ENGINE}")
   endif()

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
-#include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/runtime/damaged_body.hpp"
 
 namespace palpate::test {
 namespace {
@@ -26,16 +26,6 @@ Model softening(Model model, const runtime::DamageView& damage = kSoft, double f
   model.curves.damage = damage;
   return model;
 }
-
-/// A body in memory of its own.
-struct DamagedBody {
-  explicit DamagedBody(const Asset& asset) : memory(runtime::body_bytes(asset) / 8) {
-    runtime::start_body(asset, memory.data());
-    view = runtime::with_body(asset, memory.data());
-  }
-  std::vector<std::uint64_t> memory;
-  runtime::AssetView view;
-};
 
 struct Hand {
   explicit Hand(const runtime::AssetView& of) : asset(of) {}

@@ -9,19 +9,13 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/runtime/several_tools.hpp"
+#include "libfit/runtime/tool/several_tools.hpp"
+#include "tests/libfit/runtime/random_share.hpp"
 
 namespace {
 
 using namespace palpate::runtime;
-
-struct Random {
-  std::uint64_t state;
-  double share() {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return double(state >> 11) / 9007199254740992.0;
-  }
-};
+using palpate::test::Random;
 
 struct Sums {
   long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, in_debt = 0, unfinished = 0,

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
-#include "tests/libfit/runtime/models.hpp"
+#include "libfit/runtime/tool/turning_tool.hpp"
+#include "tests/libfit/runtime/damaged_body.hpp"
 
 namespace palpate::test {
 namespace {
@@ -31,15 +32,6 @@ Model plate(const runtime::DamageView& damage, double radius_m = 0) {
   model.curves.damage = damage;
   return model;
 }
-
-struct PiercedBody {
-  explicit PiercedBody(const Asset& asset) : memory(runtime::body_bytes(asset) / 8) {
-    runtime::start_body(asset, memory.data());
-    view = runtime::with_body(asset, memory.data());
-  }
-  std::vector<std::uint64_t> memory;
-  runtime::AssetView view;
-};
 
 // A tool that is led in steps; force ON the body, and what was done on it.
 struct Hand {
@@ -83,7 +75,7 @@ double break_in(Hand& hand) {
 
 TEST(puncture, a_tool_breaks_in_where_its_force_reaches_what_the_body_bears_and_not_before) {
   const Loaded loaded = load(plate(sharp()));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view), whole(loaded.asset);
   hand.go({kX, kY, 1e-3}), whole.go({kX, kY, 1e-3});
   Output last;
@@ -109,7 +101,7 @@ TEST(puncture, a_tool_breaks_in_where_its_force_reaches_what_the_body_bears_and_
 
 TEST(puncture, in_the_channel_it_cuts_on_slides_out_and_finds_its_hole_again) {
   const Loaded loaded = load(plate(sharp()));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view);
   break_in(hand);
   for (const double depth_m : {0.015, 0.02, 0.025})
@@ -133,7 +125,7 @@ TEST(puncture, in_the_channel_it_cuts_on_slides_out_and_finds_its_hole_again) {
 
 TEST(puncture, without_friction_and_cutting_the_channel_is_free) {
   const Loaded loaded = load(plate(sharp(0, 0)));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view);
   break_in(hand);
   EXPECT_EQ(hand.force_N, Vec3(0, 0, 0));
@@ -143,7 +135,7 @@ TEST(puncture, without_friction_and_cutting_the_channel_is_free) {
 
 TEST(puncture, the_wall_holds_a_tool_sideways_and_gives_back_what_bent_it) {
   const Loaded loaded = load(plate(sharp()));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view);
   break_in(hand);
   hand.lead({kX, kY, -0.025});
@@ -161,7 +153,7 @@ TEST(puncture, the_wall_holds_a_tool_sideways_and_gives_back_what_bent_it) {
 
 TEST(puncture, the_tangent_is_the_slope_of_the_force_in_a_channel) {
   const Loaded loaded = load(plate(sharp()));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view);
   break_in(hand);
   std::mt19937 random(3);
@@ -199,7 +191,7 @@ TEST(puncture, the_tangent_is_the_slope_of_the_force_in_a_channel) {
 
 TEST(puncture, a_ball_breaks_in_leaves_and_enters_likewise) {
   const Loaded loaded = load(plate(sharp(), 0.003));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view, 0.003);
   const double z = break_in(hand);
   ASSERT_EQ(hand.punctures, 1) << z;
@@ -216,7 +208,7 @@ TEST(puncture, holes_are_saved_and_restored_and_bytes_that_are_none_are_refused)
   runtime::DamageView damage = sharp();
   damage.r = 1.3, damage.scale = 0.02, damage.beta = 0.15, damage.reach_m = 0.012;
   const Loaded loaded = load(plate(damage));
-  PiercedBody body(loaded.asset);
+  DamagedBody body(loaded.asset);
   Hand hand(body.view);
   break_in(hand);
   const std::vector<std::uint64_t> saved = body.memory;
@@ -279,7 +271,7 @@ TEST(puncture, no_energy_is_made_whatever_two_tools_do) {
     damage.mouth_m = 1e-3;
     model.curves.damage = damage;
     const Loaded loaded = load(model);
-    PiercedBody body(loaded.asset);
+    DamagedBody body(loaded.asset);
     Hand hands[2]{Hand(body.view), Hand(body.view, seed % 2 == 0 ? 0.002 : 0)};
     const Vec3 top(0, 0, drawn.top_m());
     double most_J = 0;
@@ -316,6 +308,19 @@ TEST(puncture, no_energy_is_made_whatever_two_tools_do) {
   }
   EXPECT_GT(punctures, 50);
   EXPECT_GT(entered, 10);
+}
+
+TEST(puncture, a_tool_that_turns_takes_no_body_that_it_would_puncture) {
+  Model model = plate(sharp(), 0.03);
+  model.probe = sphere_spec(0.004, 0.3);
+  const Loaded loaded = load(model);
+  const DamagedBody body(loaded.asset);
+  runtime::TurningContact contact;
+  runtime::TurningOutput out;
+  const runtime::Frame upright{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+  const double above_m[3] = {0, 0, 0.1};
+  EXPECT_EQ(touch_turning(loaded.asset, contact, above_m, upright, out), Status::ok);
+  EXPECT_EQ(touch_turning(body.view, contact, above_m, upright, out), Status::tool_wrong);
 }
 
 TEST(puncture, the_c_interface_tells_of_it) {

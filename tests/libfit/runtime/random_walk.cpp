@@ -9,18 +9,12 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
+#include "tests/libfit/runtime/random_share.hpp"
 
 namespace {
 
 using namespace palpate::runtime;
-
-struct Random {
-  std::uint64_t state;
-  double share() {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return double(state >> 11) / 9007199254740992.0;
-  }
-};
+using palpate::test::Random;
 
 struct Sums {
   long ticks = 0, walks = 0, in_contact = 0, slipping = 0, in_debt = 0, above = 0;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/runtime/quadric.hpp"
+#include "libfit/runtime/surface/quadric.hpp"
 #include "tests/libfit/runtime/flat_rings.hpp"
 #include "tests/support/shared_data.hpp"
 

@@ -1,7 +1,7 @@
 // The basis on the disc of leans (M59a): C1, never negative, sums to 1, and the frame that leans
 // are given in.
 
-#include "libfit/runtime/tilt.hpp"
+#include "libfit/runtime/tool/tilt.hpp"
 
 #include <gtest/gtest.h>
 

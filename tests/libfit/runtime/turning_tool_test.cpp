@@ -2,7 +2,7 @@
 // 27): force and torque are derivatives of what is stored, and closed motions create nothing.
 // Failures print the seed.
 
-#include "libfit/runtime/turning_tool.hpp"
+#include "libfit/runtime/tool/turning_tool.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,187 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// An opened asset: typed pointers into the caller's bytes, which must outlive it unchanged.
+
+#include <cstdint>
+
+#include "../families/softening.hpp"
+#include "format.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// How the surface moves under a tool (deform.hpp); no points where the asset does not say.
+struct ShapeView {
+  int points = 0, intervals = 0, modes = 0, radius_power = 0;
+  double depth_m = 0, radius_m = 0;
+  const std::int32_t* blend_point = nullptr;  ///< three of each record
+  const float* blend_weight = nullptr;
+  const float* point = nullptr;
+  const float* drag = nullptr;
+  const float* mode = nullptr;
+};
+
+/// Curves over the lean of the tool (lean_spot.hpp); no tilts where the asset has none.
+struct LeanView {
+  TiltNodes nodes;
+  const float* control = nullptr;  ///< of each record, node by node: normal curve, g_2, g_3
+};
+
+struct DamagedVertex;
+struct ChannelList;
+
+/// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
+/// Made by Asset::open, which has checked every index and number.
+struct AssetView {
+  std::uint32_t version = 0;  ///< of the bytes
+  int law_revision = 0;       ///< of the engine that recorded the check path
+  int vertices = 0, triangles = 0;
+  int records = 0;  ///< rows of controls
+  int controls_per_vertex = 0;
+  int control_offset[kMaxParts] = {};  ///< where each part begins in a vertex's controls
+  const float* vertex = nullptr;
+  const float* normal = nullptr;
+  const std::uint8_t* covered = nullptr;
+  const std::int32_t* record = nullptr;  ///< of a vertex: its row of controls
+  const float* control = nullptr;
+  const std::int32_t* triangle = nullptr;
+  const std::int32_t* neighbour = nullptr;
+  const float* max_depth_m = nullptr;
+  const TreeNode* tree = nullptr;
+  const std::int32_t* tree_item = nullptr;
+  CurveViews curves;
+  const CheckTick* check = nullptr;
+  int check_ticks = 0, check_path_ticks = 1;
+  const char* meta = nullptr;  ///< JSON, not terminated
+  std::uint64_t meta_bytes = 0;
+  std::uint64_t file_bytes = 0, checksum = 0;
+  double origin_m[3] = {0, 0, 0};
+  double max_step_m = 0;
+  double probe_radius_m = 0;
+  double max_fitted_m = 0;  ///< last knot of the normal curves
+  double skin_m = 0;        ///< rounding allowance of the swept test: 1e-9 of the body's diagonal
+  bool has_guard = true;
+  bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
+  ShapeView shape;
+  LeanView leans;
+  const CouplingView* coupling = nullptr;  ///< how tools feel each other (several_tools.hpp)
+  DamageView damage;                       ///< what contacts do to a body of this asset (body.hpp)
+  DamagedVertex* body = nullptr;    ///< of with_body(): what it has borne; null: it does not soften
+  ChannelList* channels = nullptr;  ///< of with_body(): its holes; null: nothing punctures it
+
+  Vec3d vertex_at(int v) const noexcept {
+    return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
+  }
+  Vec3d normal_at(int v) const noexcept {
+    return {double(normal[3 * v]), double(normal[3 * v + 1]), double(normal[3 * v + 2])};
+  }
+  /// Corner k (any of 0, 1, 2) of triangle t.
+  int corner(int t, int k) const noexcept { return triangle[3 * t + k]; }
+  /// The controls of a vertex.
+  const float* node(int v) const noexcept {
+    return control + std::ptrdiff_t{record[v]} * controls_per_vertex;
+  }
+  /// A triangle that can be touched and slid over: the others are air.
+  bool is_solid(int t) const noexcept { return max_depth_m[t] > 0; }
+  /// Twice the area times the OUTWARD normal of triangle t.
+  Vec3d area_vector(int t) const noexcept {
+    const Vec3d a = vertex_at(corner(t, 0));
+    return cross(vertex_at(corner(t, 1)) - a, vertex_at(corner(t, 2)) - a);
+  }
+};
+
+/// Of no branches where the block has not 1 to kMaxBranches.
+inline RelaxationView relaxation_of(const RelaxationBlock& block) noexcept {
+  RelaxationView out;
+  if (!(block.branches >= 1 && block.branches <= kMaxBranches)) return out;
+  out.branches = static_cast<int>(block.branches);
+  for (int k = 0; k < out.branches; ++k) {
+    out.share[k] = block.share[k];
+    out.time_s[k] = block.time_s[k];
+    out.fast += block.share[k];
+  }
+  return out;
+}
+
+inline DamageView damage_of(const DamageBlock& block) noexcept {
+  DamageView out;
+  out.r = block.r;
+  out.scale = block.scale;
+  out.beta = block.beta;
+  out.reach_m = block.reach_m;
+  out.puncture_N = block.puncture_N;
+  out.cutting_N = block.cutting_N;
+  out.friction_N_m = block.friction_N_m;
+  out.mouth_m = block.mouth_m;
+  return out;
+}
+
+/// Points the view at the sections of bytes whose header has the one possible layout.
+inline AssetView view_of(const void* bytes, const Header& h) noexcept {
+  const auto* base = static_cast<const unsigned char*>(bytes);
+  const auto at = [&](int section) { return base + h.offset[section]; };
+  AssetView view;
+  view.version = h.version;
+  view.law_revision = h.law_revision;
+  view.vertices = h.vertices;
+  view.triangles = h.triangles;
+  view.records = h.records;
+  view.controls_per_vertex = controls_per_vertex(h);
+  view.vertex = reinterpret_cast<const float*>(at(kVertices));
+  view.normal = reinterpret_cast<const float*>(at(kNormals));
+  view.covered = at(kCovered);
+  view.record = reinterpret_cast<const std::int32_t*>(at(kRecords));
+  view.control = reinterpret_cast<const float*>(at(kControls));
+  view.triangle = reinterpret_cast<const std::int32_t*>(at(kTriangles));
+  view.neighbour = reinterpret_cast<const std::int32_t*>(at(kNeighbours));
+  view.max_depth_m = reinterpret_cast<const float*>(at(kMaxDepth));
+  view.tree = reinterpret_cast<const TreeNode*>(at(kTreeNodes));
+  view.tree_item = reinterpret_cast<const std::int32_t*>(at(kTreeItems));
+  view.curves.family = h.family;
+  for (int part = 0, offset = 0; part < family_of(h).parts; ++part) {
+    SplineView& spline = view.curves.view[part];
+    const int rows = h.pieces[part] + 1, order = h.degree[part] + 1;
+    view.control_offset[part] = offset;
+    offset += family_of(h).part[part].width * part_size(h, part);
+    if (h.pieces[part] == 0) continue;  // numbers
+    spline.degree = h.degree[part];
+    spline.pieces = h.pieces[part];
+    spline.knots = reinterpret_cast<const double*>(at(kPartTable + part));
+    spline.weights = spline.knots + rows;
+    spline.integrals = spline.weights + rows * order * order;
+  }
+  prepare(view.curves);
+  if ((h.flags & kFlagRelaxation) != 0)
+    view.curves.relaxation = relaxation_of(block_at<RelaxationBlock>(bytes, h, relaxation_at));
+  if ((h.flags & kFlagDamage) != 0)
+    view.damage = damage_of(block_at<DamageBlock>(bytes, h, damage_at));
+  std::uint64_t offset[kSections];
+  const std::uint64_t end = lay_out(h, offset);
+  if (h.tilts > 0) {
+    const auto block = block_at<LeanBlock>(bytes, h, leans_at);
+    view.leans.nodes.tilts = h.tilts;
+    for (int j = 0; j < h.tilts; ++j) view.leans.nodes.sine[j + 1] = block.sine[j];
+    view.leans.control = reinterpret_cast<const float*>(base + leans_at(h, end) + sizeof block);
+  }
+  if ((h.flags & kFlagCoupling) != 0) {
+    const auto* block = reinterpret_cast<const CouplingBlock*>(base + coupling_block_at(h, end));
+    view.coupling = &block->coupling;
+  }
+  view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
+  view.check_ticks = h.check_ticks;
+  view.check_path_ticks = h.check_path_ticks;
+  view.meta = reinterpret_cast<const char*>(at(kMeta));
+  view.meta_bytes = h.meta_bytes;
+  view.file_bytes = h.file_bytes;
+  view.checksum = h.checksum;
+  view.max_fitted_m = view.curves.view[kNormal].knots[view.curves.view[kNormal].pieces];
+  for (int k = 0; k < 3; ++k) view.origin_m[k] = h.origin_m[k];
+  view.max_step_m = h.max_step_m;
+  view.probe_radius_m = h.probe_radius_m;
+  view.has_guard = (h.flags & kFlagGuard) != 0;
+  return view;
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,306 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// A place on a triangle of the asset, as a Spot of slide.hpp, and a straight way over the triangle,
+// as a Path.
+
+#include <type_traits>
+
+#include "../asset/view.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// How a ball's centre stands from its contact point. At first touch the centre is p and the
+/// contact point c: reach is (c - p).u and skew what is left of c - p, so that nothing is deflected
+/// there (M15). Where normals and facets agree, reach is the radius and skew is nothing.
+/// A tip on a body that was measured with a ball is that ball's lowest point at first touch (M15a):
+/// the centre is then the tip less pole, reach is the radius and skew is nothing.
+struct Arm {
+  double reach_m = 0;            ///< along the inward normal
+  double skew_m[3] = {0, 0, 0};  ///< aside, about R times the angle of facet and normal
+  double pole_m[3] = {0, 0, 0};  ///< from the centre to the tip that stands for the ball
+};
+
+/// A spot of the mesh: everything blended by area coordinates n [1], so energies, too (M4).
+template <class S>
+struct MeshSpot {
+  Vec3<S> point;   ///< where the tool's reference point is with no deflection
+  Vec3<S> normal;  ///< inward unit
+  S length;        ///< of the blended normal before it was made unit
+  S n[3];
+  const float* node[3];  ///< controls of the corners
+  const int* offset;     ///< of each part within them
+  S control(int curve, int j) const noexcept {
+    const int at = offset[curve] + j;
+    return n[0] * double(node[0][at]) + n[1] * double(node[1][at]) + n[2] * double(node[2][at]);
+  }
+};
+
+/// What a corner says by itself, as far as curves go.
+struct CornerSpot {
+  const float* node;
+  const int* offset;
+  double control(int part, int j) const noexcept { return double(node[offset[part] + j]); }
+};
+
+template <int kOrder, class S>
+LiveControls<kOrder, S> live_controls(const MeshSpot<S>& spot, int curve, int first) noexcept {
+  const int at = spot.offset[curve] + first;
+  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
+  LiveControls<kOrder, S> out;
+  for (int k = 0; k < kOrder; ++k)
+    out.b[k] = spot.n[0] * double(p[k]) + spot.n[1] * double(q[k]) + spot.n[2] * double(r[k]);
+  return out;
+}
+
+inline void copy_controls(const MeshSpot<double>& spot, int part, int j, int count,
+                          double* out) noexcept {
+  const int at = spot.offset[part] + j;
+  const float *p = spot.node[0] + at, *q = spot.node[1] + at, *r = spot.node[2] + at;
+  const double a = spot.n[0], b = spot.n[1], c = spot.n[2];
+  for (int k = 0; k < count; ++k) out[k] = a * double(p[k]) + b * double(q[k]) + c * double(r[k]);
+}
+
+/// What of a node lies in a row of doubles, so that a spot's is one weighted sum: place, inward
+/// normal, and of a body of rings what a slip reads (RingNumbers), the side force and c_i (B0).
+constexpr int kPlaceAt = 0, kNormalAt = 3, kNumbersAt = 6, kSideAt = 15, kStiffnessAt = 21;
+constexpr int kRowSize = kStiffnessAt + kRings + 1;  // even: processors take two at once
+
+/// A node as the law computes with it.
+struct Corner {
+  int vertex = -1;
+  const float* node = nullptr;  ///< its controls
+  double row[kRowSize] = {};
+  CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
+
+  Vec3d place() const noexcept { return make_vec3<double>(row + kPlaceAt); }
+  Vec3d normal() const noexcept { return make_vec3<double>(row + kNormalAt); }
+};
+
+/// The sum of the first kCount numbers of three rows, weighted by area coordinates n (M4) or by
+/// their rates.
+template <int kCount>
+void blend_rows(const Corner* const corner[3], const double n[3], double* __restrict out) noexcept {
+  const double *p = corner[0]->row, *q = corner[1]->row, *r = corner[2]->row;
+  const double a = n[0], b = n[1], c = n[2];
+  for (int i = 0; i < kCount; ++i) out[i] = a * p[i] + b * q[i] + c * r[i];
+}
+
+/// The corners of a triangle: read once, used by every spot there. Those that it shares with the
+/// triangle before stay. The row of the spot that was asked for last stays as well.
+struct Corners {
+  const float* of = nullptr;  ///< controls of the asset
+  int triangle = -1;
+  Corner node[3];           ///< in any order
+  int slot[3] = {0, 1, 2};  ///< where corner k is among them
+  bool has_rings = false;
+
+  const Corner& operator[](int k) const noexcept { return node[slot[k]]; }
+  Corner& operator[](int k) noexcept { return node[slot[k]]; }
+
+  void take(const AssetView& asset, int t) noexcept {
+    if (of == asset.control && triangle == t) return;
+    if (of != asset.control)
+      for (Corner& corner : node) corner.vertex = -1;
+    of = asset.control;
+    triangle = t;
+    has_rings = asset.curves.family == int(Family::rings);
+    at_[0] = -1;
+    bool is_taken[3] = {false, false, false};
+    for (int k = 0; k < 3; ++k) {
+      slot[k] = -1;
+      for (int j = 0; j < 3; ++j)
+        if (node[j].vertex == asset.corner(t, k)) is_taken[slot[k] = j] = true;
+    }
+    for (int k = 0, j = 0; k < 3; ++k) {
+      if (slot[k] >= 0) continue;
+      while (is_taken[j]) ++j;
+      read(asset, asset.corner(t, k), node[slot[k] = j++]);
+    }
+  }
+
+  /// The row at area coordinates n [1] of the triangle; of a body without rings, place and normal.
+  const double* row_at(const double n[3]) noexcept {
+    if (at_[0] == n[0] && at_[1] == n[1] && at_[2] == n[2]) return row_;
+    for (int k = 0; k < 3; ++k) at_[k] = n[k];
+    if (has_rings)
+      blend<kRowSize>(n, row_);
+    else
+      blend<kNumbersAt>(n, row_);
+    return row_;
+  }
+  template <int kCount>
+  void blend(const double n[3], double* out) const noexcept {
+    const Corner* const corner[3] = {&(*this)[0], &(*this)[1], &(*this)[2]};
+    blend_rows<kCount>(corner, n, out);
+  }
+
+ private:
+  double at_[3] = {-1, 0, 0};  ///< where row_ is; a coordinate below 0: nowhere
+  double row_[kRowSize] = {};
+
+  static void read(const AssetView& asset, int v, Corner& out) noexcept {
+    out.vertex = v;
+    out.node = asset.node(v);
+    for (int i = 0; i < 3; ++i) {
+      out.row[kPlaceAt + i] = double(asset.vertex[3 * v + i]);
+      out.row[kNormalAt + i] = double(asset.normal[3 * v + i]);
+    }
+    for (CurvePiece<double>& piece : out.curve) piece.piece = -1;
+    if (asset.curves.family != int(Family::rings)) return;
+    const CornerSpot spot{out.node, asset.control_offset};
+    copy_controls(spot, kLambda, 0, 3, out.row + kNumbersAt);
+    copy_controls(spot, kCurvature, 0, 6, out.row + kNumbersAt + 3);
+    copy_controls(spot, kSide2, 0, 6, out.row + kSideAt);
+    ring_stiffness(asset.curves.rings, spot, out.row + kStiffnessAt);
+  }
+};
+
+/// A straight way within one triangle: area coordinates n(s) = n + s rate. P: scalar of the place.
+/// A ball rests at c - reach u - skew (skew without its part along u) (M16); a tip rests at c
+/// itself.
+template <class P, bool kIsBall>
+struct MeshPath {
+  Corners* corners;
+  const int* offset;  ///< of each curve in the controls
+  const Arm* arm;     ///< of a ball
+  P n[3], rate[3];    ///< [1], [1/m]
+  P end_m;            ///< where a coordinate reaches zero, or the slip budget does
+  int exit;           ///< which coordinate; -1: the budget
+  bool blocked;       ///< no way to go
+  bool is_bent;       ///< a border leaves only the part along it
+
+  P end() const noexcept { return end_m; }
+  bool is_blocked() const noexcept { return blocked; }
+  bool is_straight() const noexcept { return !is_bent; }
+  decltype(auto) plain() const noexcept {
+    if constexpr (std::is_same<P, double>::value)
+      return (*this);  // itself, no copy
+    else
+      return MeshPath<double, kIsBall>{corners,
+                                       offset,
+                                       arm,
+                                       {value_of(n[0]), value_of(n[1]), value_of(n[2])},
+                                       {value_of(rate[0]), value_of(rate[1]), value_of(rate[2])},
+                                       value_of(end_m),
+                                       exit,
+                                       blocked,
+                                       is_bent};
+  }
+
+  template <class S>
+  MeshSpot<S> at(const S& s) const noexcept {
+    MeshSpot<S> spot;
+    Vec3<S> field{S(0), S(0), S(0)};
+    spot.point = field;
+    for (int k = 0; k < 3; ++k) {
+      spot.n[k] = s * rate[k] + n[k];
+      const Corner& corner = (*corners)[k];
+      spot.point = spot.point + corner.place() * spot.n[k];
+      field = field + corner.normal() * spot.n[k];
+      spot.node[k] = corner.node;
+    }
+    rest(field, spot);
+    return spot;
+  }
+  /// at(0) of a path of doubles, out of the row there.
+  MeshSpot<double> of_row(const double* row) const noexcept {
+    MeshSpot<double> spot;
+    spot.point = make_vec3<double>(row + kPlaceAt);
+    for (int k = 0; k < 3; ++k) {
+      spot.n[k] = n[k];
+      spot.node[k] = (*corners)[k].node;
+    }
+    rest(make_vec3<double>(row + kNormalAt), spot);
+    return spot;
+  }
+
+ private:
+  // Where a ball stands whose contact point is at spot.point; the rest of the spot.
+  template <class S>
+  void rest(const Vec3<S>& field, MeshSpot<S>& spot) const noexcept {
+    using std::sqrt;
+    spot.length = sqrt(dot(field, field));
+    spot.normal = field * (1.0 / spot.length);
+    spot.offset = offset;
+    if constexpr (kIsBall) {
+      const Vec3<S> skew = make_vec3<S>(arm->skew_m);
+      const S along = dot(skew, spot.normal);
+      spot.point = spot.point - skew - spot.normal * (arm->reach_m - along);
+    }
+  }
+};
+
+/// A straight way as the rings' slip reads it: tool and blended normal are linear in s, and so are
+/// a node's numbers. The corners are read once for all places of the way.
+template <bool kIsBall>
+class MeshWay {
+ public:
+  MeshWay(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept
+      : value_(path.corners->row_at(path.n)) {
+    path.corners->template blend<kSlipRow>(path.rate, rate_);
+    way_ = x - make_vec3<double>(value_ + kPlaceAt);
+    if constexpr (kIsBall) {
+      skew_ = make_vec3<double>(path.arm->skew_m);
+      way_ = way_ + skew_;
+      reach_m_ = path.arm->reach_m;
+    }
+  }
+
+  /// lambda |q| - mu(d + beyond) d [m] (B3) and its slope by s. With the blended normal B and w
+  /// from c + skew to the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
+  Dual excess(double s, double beyond_m) const noexcept {
+    double at[kSlipRow];
+    for (int i = kNormalAt; i < kSlipRow; ++i) at[i] = value_[i] + s * rate_[i];
+    const Vec3d way_rate = make_vec3<double>(rate_ + kPlaceAt) * -1.0, w = way_ + way_rate * s,
+                field = make_vec3<double>(at + kNormalAt),
+                field_rate = make_vec3<double>(rate_ + kNormalAt);
+    const double inverse = 1 / std::sqrt(dot(field, field)), inverse_squared = inverse * inverse;
+    const double across = dot(w, field), half = dot(field, field_rate) * inverse_squared;
+    const double dacross = dot(way_rate, field) + dot(w, field_rate);
+    const double t = across * inverse_squared, dt = dacross * inverse_squared - 2 * (t * half);
+    const Vec3d q = w - field * t, moved = way_rate - field_rate * t;  // dq = moved - dt B
+    double height = across, dheight = dacross;
+    if constexpr (kIsBall) {
+      height = height - dot(skew_, field);
+      dheight = dheight - dot(skew_, field_rate);
+    }
+    dheight = (dheight - height * half) * inverse;
+    height = height * inverse + reach_m_;
+    const double *limit = at + kNumbersAt, *dlimit = rate_ + kNumbersAt;
+    const Vec3d curved = curvature_times(limit + 3, q);
+    const double depth = height - 0.5 * dot(q, curved);
+    const double ddepth = dheight - (dot(curved, moved) - dt * dot(curved, field)) -
+                          0.5 * dot(q, curvature_times(dlimit + 3, q));
+    const double squared = dot(q, q);
+    const bool is_aside = squared > kLateralZero_m * kLateralZero_m;
+    const double size = is_aside ? std::sqrt(squared) : 0;
+    const double dsize = is_aside ? dot(q, moved) / size : 0;
+    Dual out(limit[0] * size, dlimit[0] * size + limit[0] * dsize);
+    const double mu = limit[1] + limit[2] * (depth + beyond_m);
+    if (!(depth > 0 && mu > 0)) return out;
+    out.a -= mu * depth;
+    out.v -= (dlimit[1] + dlimit[2] * (depth + beyond_m) + limit[2] * ddepth) * depth + mu * ddepth;
+    return out;
+  }
+
+ private:
+  static constexpr int kSlipRow = kSideAt + 1;  // even
+  const double* value_;                         ///< the corners', until they blend another
+  double rate_[kSlipRow];
+  Vec3d way_, skew_{0, 0, 0};
+  double reach_m_ = 0;
+};
+template <bool kIsBall>
+MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path, const Vec3d& x) noexcept {
+  return {path, x};
+}
+template <bool kIsBall>
+Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d&, double s,
+                       double beyond_m) noexcept {
+  return way.excess(s, beyond_m);
+}
+
+}  // namespace runtime
+}  // namespace palpate

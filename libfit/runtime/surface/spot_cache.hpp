@@ -1,0 +1,156 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What a contact point that stands still need not compute again: where it is, its three corners'
+// curves blended into one, its other numbers, the bed of rings under it. Nothing here is a result
+// of its own; every number is the one that mesh_surface.hpp would bring, bit for bit, so the cache
+// may be dropped at any time.
+
+#include "../tool/lean_spot.hpp"
+#include "mesh_surface.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// Of one contact point on one asset. It is good as long as that is where the contact stands.
+struct SpotCache {
+  const float* of = nullptr;  ///< controls of the asset; null: nothing is cached
+  int triangle = -1;
+  bool is_ball = false, is_frictionless = false;
+  double weight[3] = {0, 0, 0};
+  Vec3d point{0, 0, 0}, normal{0, 0, 0};
+  double length = 1;                  ///< of the blended normal
+  CurvePiece<double> curve[kCurves];  ///< around the depth of the last tick
+  RingNumbers<double> numbers = {};   ///< of a body of rings
+  RingBed<double, kRings> bed = {};   ///< likewise
+  Corners corners;
+  LeanSpot* lean = nullptr;  ///< of a tool that leans (turning_tool.hpp): it brings what leans
+};
+
+inline void clear(SpotCache& cache) noexcept { cache.of = cache.corners.of = nullptr; }
+
+inline bool is_good(const SpotCache& cache, const AssetView& asset, int triangle,
+                    const double weight[3], bool is_ball) noexcept {
+  return cache.of == asset.control && cache.triangle == triangle && cache.is_ball == is_ball &&
+         cache.weight[0] == weight[0] && cache.weight[1] == weight[1] &&
+         cache.weight[2] == weight[2];
+}
+
+/// A Spot of slide.hpp: the standing one, out of a good SpotCache.
+struct CachedSpot {
+  Vec3d point, normal;
+  SpotCache* cache;
+  const AssetView* asset;
+
+  MeshSpot<double> mesh_spot() const noexcept {
+    const double* n = cache->weight;
+    const Corners& at = cache->corners;
+    return {point,
+            normal,
+            cache->length,
+            {n[0], n[1], n[2]},
+            {at[0].node, at[1].node, at[2].node},
+            asset->control_offset};
+  }
+  double control(int part, int j) const noexcept {
+    const bool leans = part == kNormal || part == kSide2 || part == kSide3;
+    if (cache->lean != nullptr && leans) {
+      cache->lean->stand(*asset, cache->triangle, cache->weight);
+      cache->lean->weigh(*asset, normal);
+      return cache->lean->control(*asset, part, j);
+    }
+    return mesh_spot().control(part, j);
+  }
+};
+
+inline bool covers(const CurvePiece<double>& piece, const SplineView& view, double x) noexcept {
+  return piece.piece >= 0 && x >= piece.knot &&
+         (piece.piece == view.pieces || x < view.knots[piece.piece + 1]);
+}
+
+/// The corners' polynomials, blended, with the area below.
+inline const CurvePiece<double>& piece_under(const CurveViews& views, const CachedSpot& spot,
+                                             int curve, double x, bool) noexcept {
+  const SplineView& view = views.view[curve];
+  CurvePiece<double>& out = spot.cache->curve[curve];
+  if (covers(out, view, x)) return out;
+  if (spot.cache->lean != nullptr) {
+    LeanSpot& lean = *spot.cache->lean;
+    lean.stand(*spot.asset, spot.cache->triangle, spot.cache->weight);
+    lean.weigh(*spot.asset, spot.normal);
+    lean.put_piece(*spot.asset, find_piece(view, x), out);
+    return out;
+  }
+  const CurvePiece<double>* corner[3];
+  for (int k = 0; k < 3; ++k) {
+    Corner& at = spot.cache->corners[k];
+    CurvePiece<double>& own = at.curve[curve];
+    if (!covers(own, view, x))
+      own = piece_under(views, CornerSpot{at.node, spot.asset->control_offset}, curve, x, true);
+    corner[k] = &own;
+  }
+  out.piece = corner[0]->piece;
+  out.order = corner[0]->order;
+  out.knot = corner[0]->knot;
+  const double* n = spot.cache->weight;
+  for (int m = 0; m <= kMaxDegree; ++m)
+    out.c[m] = n[0] * corner[0]->c[m] + n[1] * corner[1]->c[m] + n[2] * corner[2]->c[m];
+  out.area_J = n[0] * corner[0]->area_J + n[1] * corner[1]->area_J + n[2] * corner[2]->area_J;
+  return out;
+}
+
+inline bool lacks_lateral(const CurveViews&, const CachedSpot& spot) noexcept {
+  return spot.cache->is_frictionless;
+}
+template <class T>
+const RingNumbers<double>& ring_numbers(const CachedSpot& spot) noexcept {
+  return spot.cache->numbers;
+}
+template <class T>
+const RingBed<double, kRings>& bed_under(const CurveViews&, const CachedSpot& spot) noexcept {
+  return spot.cache->bed;
+}
+
+/// Fills the cache for a contact point whose corners it has.
+template <class F>
+void fill(SpotCache& cache, const AssetView& asset, int triangle, const double weight[3],
+          bool is_ball, const MeshSpot<double>& spot) noexcept {
+  cache.of = asset.control;
+  cache.triangle = triangle;
+  cache.is_ball = is_ball;
+  cache.is_frictionless = F::is_frictionless(asset.curves, spot);
+  for (int k = 0; k < 3; ++k) cache.weight[k] = weight[k];
+  cache.point = spot.point;
+  cache.normal = spot.normal;
+  cache.length = spot.length;
+  for (CurvePiece<double>& piece : cache.curve) piece.piece = -1;
+  if constexpr (std::is_same_v<F, Rings>) {
+    const double* row = cache.corners.row_at(weight);
+    const double* number = row + kNumbersAt;
+    cache.numbers.limit = {number[0], number[1], number[2]};
+    for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];
+    if (cache.lean == nullptr) {
+      make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row + kSideAt, spot.normal, cache.bed);
+      return;
+    }
+    cache.lean->stand(asset, triangle, weight);
+    cache.lean->weigh(asset, spot.normal);
+    cache.lean->put_bed(asset, cache.numbers.limit, cache.bed);
+  }
+}
+
+/// The tool's shaft turned to `shaft`: what leans is blended anew at a contact point that stays.
+inline void turn(SpotCache& cache, const AssetView& asset, const Vec3d& shaft) noexcept {
+  LeanSpot& lean = *cache.lean;
+  if (lean.shaft.x == shaft.x && lean.shaft.y == shaft.y && lean.shaft.z == shaft.z) return;
+  lean.turn(shaft);
+  if (cache.of != asset.control) return;
+  lean.stand(asset, cache.triangle, cache.weight);
+  lean.weigh(asset, cache.normal);
+  lean.put_bed(asset, cache.numbers.limit, cache.bed);
+  CurvePiece<double>& curve = cache.curve[kNormal];
+  if (curve.piece >= 0) lean.put_piece(asset, curve.piece, curve);
+}
+
+}  // namespace runtime
+}  // namespace palpate

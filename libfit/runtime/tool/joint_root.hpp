@@ -1,0 +1,163 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The forces of contacts that feel each other: the root of (M63), by Newton's steps.
+
+#include <cmath>
+
+#include "../asset/view.hpp"
+#include "../families/coupling.hpp"
+#include "../scalar.hpp"
+#include "../sway.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr int kMaxTools = 8;
+constexpr int kMaxJointSteps = 16;        ///< answers of each law for one root; 3 to 5 as a rule
+constexpr double kJointTolerance = 1e-7;  ///< of the forces; stored energy is then right to 1e-14
+
+/// Solves m x = b of n unknowns by elimination with pivots, into b; false where there is none.
+inline bool eliminate(double m[3 * kMaxTools][3 * kMaxTools], double b[3 * kMaxTools],
+                      int n) noexcept {
+  for (int c = 0; c < n; ++c) {
+    int pivot = c;
+    for (int r = c + 1; r < n; ++r)
+      if (std::fabs(m[r][c]) > std::fabs(m[pivot][c])) pivot = r;
+    if (!(std::fabs(m[pivot][c]) > 1e-9)) return false;
+    for (int k = c; k < n && pivot != c; ++k) {
+      const double kept = m[c][k];
+      m[c][k] = m[pivot][k];
+      m[pivot][k] = kept;
+    }
+    const double kept = b[c];
+    b[c] = b[pivot];
+    b[pivot] = kept;
+    for (int r = c + 1; r < n; ++r) {
+      const double factor = m[r][c] / m[c][c];
+      if (factor == 0) continue;
+      for (int k = c; k < n; ++k) m[r][k] -= factor * m[c][k];
+      b[r] -= factor * b[c];
+    }
+  }
+  for (int r = n - 1; r >= 0; --r) {
+    for (int k = r + 1; k < n; ++k) b[r] -= m[r][k] * b[k];
+    b[r] /= m[r][r];
+  }
+  return true;
+}
+
+/// The contacts of a tick that couple: where they are, and how each moves the others.
+struct JointContacts {
+  int count = 0;
+  int tool[kMaxTools];
+  Vec3d x[kMaxTools];       ///< of the tools, from the asset's origin
+  Vec3d point[kMaxTools];   ///< contact points
+  Vec3d normal[kMaxTools];  ///< inward there
+  Coupling at[kMaxTools][kMaxTools];
+  Vec3d force[kMaxTools];
+  double* stiffness_N_m[kMaxTools];
+
+  Vec3d sunk(int i, const Vec3d* forces) const noexcept {
+    Vec3d sum{0, 0, 0};
+    for (int j = 0; j < count; ++j)
+      if (j != i) sum = sum + coupled(at[i][j], normal[i], normal[j], forces[j]);
+    return sum;
+  }
+  /// What the coupling stores under the forces.
+  double coupling_J() const noexcept {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) sum += 0.5 * dot(force[i], sunk(i, force));
+    return sum;
+  }
+  void couple(const AssetView& asset) noexcept {
+    for (int i = 0; i < count; ++i)
+      for (int j = 0; j < i; ++j) {
+        const Vec3d way = point[i] - point[j];
+        at[i][j] = at[j][i] = coupling_at(*asset.coupling, dot(way, way));
+      }
+  }
+};
+
+/// Newton's step of (M63) from what is left of it: (1 + K C) step = rest.
+inline void joint_step(const JointContacts& all, const Vec3d* rest, Vec3d* step) noexcept {
+  double m[3 * kMaxTools][3 * kMaxTools], b[3 * kMaxTools];
+  const Vec3d axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (int i = 0; i < all.count; ++i) {
+    put(rest[i], b + 3 * i);
+    for (int j = 0; j < all.count; ++j)
+      for (int c = 0; c < 3; ++c) {
+        const Vec3d column =
+            i == j ? axis[c]
+                   : times(all.stiffness_N_m[i],
+                           coupled(all.at[i][j], all.normal[i], all.normal[j], axis[c]));
+        m[3 * i][3 * j + c] = column.x;
+        m[3 * i + 1][3 * j + c] = column.y;
+        m[3 * i + 2][3 * j + c] = column.z;
+      }
+  }
+  const bool is_solved = eliminate(m, b, 3 * all.count);
+  for (int i = 0; i < all.count; ++i) step[i] = is_solved ? make_vec3<double>(b + 3 * i) : rest[i];
+}
+
+/// Brings all.force to the root of (M63), from what it is, by Newton's steps with stiffnesses that
+/// each answer corrects (Broyden 1965). respond(i, y): the answer of contact i to a tool at y; its
+/// last calls are with the forces that are kept. false: kMaxJointSteps were not enough, and the
+/// nearest forces are kept.
+template <class Respond>
+bool settle_jointly(JointContacts& all, const Respond& respond) noexcept {
+  const int n = all.count;
+  if (n == 1) {
+    all.force[0] = respond(0, all.x[0]);
+    return true;
+  }
+  Vec3d place[kMaxTools], answer[kMaxTools], rest[kMaxTools], step[kMaxTools], next[kMaxTools];
+  for (int i = 0; i < n; ++i) {
+    place[i] = all.x[i] - all.sunk(i, all.force);
+    answer[i] = respond(i, place[i]);
+    rest[i] = answer[i] - all.force[i];
+  }
+  bool is_root = false, is_last = true;
+  for (int k = 0; k < kMaxJointSteps; ++k) {
+    double error = 0, size = 0;
+    for (int i = 0; i < n; ++i) {
+      error += dot(rest[i], rest[i]);
+      size += dot(answer[i], answer[i]);
+    }
+    is_root = error <= kJointTolerance * kJointTolerance * size + kSwayZero_N * kSwayZero_N;
+    if (is_root || !(error < 1e300)) break;
+    joint_step(all, rest, step);
+    for (int i = 0; i < n; ++i) next[i] = all.force[i] + step[i];
+    double next_error = 0;
+    Vec3d next_place[kMaxTools], next_answer[kMaxTools];
+    for (int i = 0; i < n; ++i) {
+      next_place[i] = all.x[i] - all.sunk(i, next);
+      next_answer[i] = respond(i, next_place[i]);
+      const Vec3d left = next_answer[i] - next[i];
+      next_error += dot(left, left);
+      const Vec3d moved = next_place[i] - place[i];
+      double* K = all.stiffness_N_m[i];
+      const Vec3d off = next_answer[i] - answer[i] - times(K, moved);
+      const double squared = dot(moved, moved);
+      if (!(squared > 0) || !is_finite(off)) continue;
+      const Vec3d way = moved * (1 / squared);
+      const double w[3] = {way.x, way.y, way.z}, o[3] = {off.x, off.y, off.z};
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) K[3 * r + c] += o[r] * w[c];
+    }
+    is_last = next_error < error;
+    if (!is_last) continue;
+    for (int i = 0; i < n; ++i) {
+      all.force[i] = next[i];
+      place[i] = next_place[i];
+      answer[i] = next_answer[i];
+      rest[i] = answer[i] - next[i];
+    }
+  }
+  if (!is_last)
+    for (int i = 0; i < n; ++i) respond(i, place[i]);
+  return is_root;
+}
+
+}  // namespace runtime
+}  // namespace palpate

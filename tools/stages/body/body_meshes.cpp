@@ -1,0 +1,140 @@
+#include "tools/stages/body/body_meshes.hpp"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <utility>
+
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/fill/fill_volume.hpp"
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
+#include "libfem/mesh/surface/filter_noise.hpp"
+#include "libfem/mesh/surface/simulation_surface.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/core/units.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/body/open_scene.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Base volume edge over the cube root of the volume: 30 mm in a liver. Grading refines it around
+// the probe and bends its boundary back onto the fine surface, which is why chords may lose this
+// much volume; what is far only has to give way.
+constexpr double kMeshSizeRatio = 0.28;
+constexpr double kChordVolumeLoss = 0.08;
+
+// Over the mean edge. A hand and three livers have 0.8 to 2.6 %, an elephant 5; at 18 % of
+// noise a surface cannot be coarsened.
+constexpr double kRough = 0.08;
+
+// The boundary of a volume mesh with the vertices it uses.
+Surface boundary_surface(const TetMesh& volume) {
+  const Triangles faces = fem::boundary_triangles(volume.tets);
+  std::vector<std::int32_t> number(static_cast<std::size_t>(volume.nodes.rows()), -1);
+  Surface surface;
+  surface.triangles.resize(faces.rows(), 3);
+  std::vector<std::int32_t> used;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      auto& index = number[static_cast<std::size_t>(faces(f, k))];
+      if (index < 0) {
+        index = static_cast<std::int32_t>(used.size());
+        used.push_back(faces(f, k));
+      }
+      surface.triangles(f, k) = index;
+    }
+  surface.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
+  for (std::size_t v = 0; v < used.size(); ++v)
+    surface.vertices.row(static_cast<Eigen::Index>(v)) = volume.nodes.row(used[v]);
+  return surface;
+}
+
+void mend(const Scene& scene, bool surface_only, Body& body, const std::string& file) {
+  MendOptions options;
+  options.allow_open = surface_only;
+  options.wrap = scene.body.wrap_m.has_value();
+  options.wrap_alpha_m = scene.body.wrap_m.value_or(0);
+  Mended mended;
+  try {
+    mended = mend_surface(body.surface, options, file);
+  } catch (const Error& e) {
+    if (options.wrap || !e.remedy().ends_with("wrap it.")) throw;
+    throw Error(e.where(), e.fact(),
+                e.remedy() + " wrap = \"2 mm\" in [body] fills gaps narrower than that.");
+  }
+  for (const std::string& change : mended.changes) {
+    say("  mended: {}", change);
+    body.mended.push_back(change);
+  }
+  body.surface = std::move(mended.surface);
+}
+
+void filter(double noise_m, Body& body) {
+  FilteredSurface filtered = filter_noise(body.surface, noise_m);
+  body.surface = std::move(filtered.surface);
+  body.mended.push_back(fmt::format(
+      "filtered noise of {:.3g} mm: vertices moved by {:.3g} mm (rms along the normal), "
+      "{:.3g} mm at most",
+      1e3 * noise_m, 1e3 * filtered.moved_m, 1e3 * filtered.max_moved_m));
+  say("  mended: {}", body.mended.back());
+}
+
+void doubt_roughness(const Surface& surface) {
+  const double rough_m = roughness_m(surface), edge_m = mean_edge_m(surface);
+  if (rough_m > kRough * edge_m)
+    warn(
+        "[body]: vertices stand {0:.2g} mm (rms) off their neighbours, {1:.0f} % of an edge. Where "
+        "that is noise, noise = \"{0:.2g} mm\" in [body] takes it off.",
+        1e3 * rough_m, 100 * rough_m / edge_m);
+}
+
+}  // namespace
+
+void read_meshes(const Scene& scene, bool surface_only, Body& body) {
+  if (scene.body.tetmesh) {
+    if (scene.body.noise_m)
+      throw Error(body_place(scene), "noise is filtered from a surface, and the body is a tetmesh",
+                  "Leave noise out, or give the surface.");
+    TetReadNotes notes;
+    body.volume = read_tet_mesh(*scene.body.tetmesh, scene.body.length_unit_m, &notes);
+    if (notes.flipped_tets)
+      body.mended.push_back(fmt::format("turned {} tets inside out", notes.flipped_tets));
+    if (notes.dropped_nodes)
+      body.mended.push_back(fmt::format("dropped {} unused nodes", notes.dropped_nodes));
+    for (const std::string& change : body.mended) say("  mended: {}", change);
+    body.surface = boundary_surface(body.volume);
+  } else {
+    body.surface = read_surface(*scene.body.surface, scene.body.length_unit_m);
+    const std::string file = scene.body.surface->string();
+    mend(scene, surface_only, body, file);
+    if (scene.body.noise_m) {
+      filter(*scene.body.noise_m, body);
+      mend(scene, surface_only, body, file + ", filtered");
+    } else {
+      doubt_roughness(body.surface);
+    }
+  }
+}
+
+void fill_with_tets(const Scene& scene, Body& body) {
+  const double volume = volume_m3(body.surface);
+  const double edge = scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume));
+  const SimulationSurface coarse =
+      simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
+  if (!coarse.refused.empty()) say("  simulation surface: {}", coarse.refused);
+  FillOptions options;
+  options.target_edge_m = edge;
+  FillReport report;
+  body.volume = fill_volume(coarse.surface, options, &report);
+  for (const std::string& note : report.notes) say("  {}", note);
+  say("  volume: {} tets, {} nodes, edge about {:.3g} mm, smallest dihedral angle {:.0f} degrees "
+      "({}); surface within {:.2g} mm, volume {:+.2f} %",
+      body.volume.tets.rows(), body.volume.nodes.rows(), to_millimetres(edge),
+      report.min_dihedral_deg, kMeshers[static_cast<std::size_t>(report.mesher)].name,
+      to_millimetres(coarse.deviation_m),
+      100 * (report.volume_ratio * volume_m3(coarse.surface) / volume - 1));
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,81 @@
+#include "tools/stages/body/open_scene.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+#include <utility>
+
+#include "libfem/mesh/read/read.hpp"
+#include "libfem/mesh/repair/mend.hpp"
+#include "libfem/probes/probes.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/samples/pairs.hpp"
+#include "tools/stages/samples/tilt.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// A remedy for a surface that cannot be wrapped, as a body can.
+std::string without_wrap(std::string remedy) {
+  constexpr std::string_view kOffer = ", or wrap it.";
+  if (remedy.ends_with(kOffer)) remedy.replace(remedy.size() - kOffer.size(), kOffer.size(), ".");
+  return remedy;
+}
+
+// Reads what a region is made of from the file that has it.
+void read_region_file(Region& region, const BodySection& body) {
+  const double length_unit_m = body.length_unit_m;
+  if (auto* marked = std::get_if<Marked>(&region))
+    marked->part = std::make_shared<const PaintedPart>(
+        read_marked_part(body.tetmesh ? *body.tetmesh : *body.surface, length_unit_m,
+                         body.tetmesh.has_value(), marked->mark));
+  auto* solid = std::get_if<Solid>(&region);
+  if (solid == nullptr) return;
+  const std::string file = solid->file.string();
+  Mended mended;
+  try {
+    mended = mend_surface(read_surface(solid->file, length_unit_m), {}, file);
+  } catch (const Error& e) {
+    throw Error(e.where(), e.fact(), without_wrap(e.remedy()));
+  }
+  for (const std::string& change : mended.changes) say("  mended: {}: {}", file, change);
+  solid->boundary = std::make_shared<const Enclosed>(std::move(mended.surface));
+}
+
+}  // namespace
+
+Scene open_scene(const std::filesystem::path& path) {
+  Scene scene = read_scene(path);
+  for (Region& region : scene.body.fixed) read_region_file(region, scene.body);
+  for (Region& region : scene.body.symmetric) read_region_file(region, scene.body);
+  for (InclusionSection& inclusion : scene.inclusions) {
+    read_region_file(inclusion.region, scene.body);
+    if (const auto* marked = std::get_if<Marked>(&inclusion.region);
+        marked != nullptr && marked->part->is_on_faces())
+      throw Error(scene.path.string() + ": [[inclusion]]",
+                  fmt::format("\"{}\" marks faces, which fill nothing", marked->mark.name),
+                  "Mark tetrahedra of a tetmesh, or give a closed surface with inside.");
+  }
+  for (BedSection& bed : scene.beds) read_region_file(bed.region, scene.body);
+  if (scene.experiments.region)
+    if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
+      read_region_file(*part, scene.body);
+  ProbeSection& probe = scene.probe;
+  if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
+  return scene;
+}
+
+std::string body_place(const Scene& scene) { return scene.path.string() + ": [body]"; }
+
+void check_choices(const Scene& scene) {
+  const std::string file = scene.path.string();
+  if (!scene.material)
+    throw Error(file, "the scene has no [material]",
+                "Add [material] with law and its parameters, such as young and poisson.");
+  fem::make_probe(scene.probe.spec, file + ": [probe]");
+  check_tilts(scene);
+  check_pairs(scene);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,165 @@
+#include "tools/stages/body/plausibility.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "libfem/materials/materials.hpp"
+#include "libfem/probes/probes.hpp"
+#include "libfit/core/closest_point.hpp"
+#include "libfit/core/error.hpp"
+#include "tools/console.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Fat has 1 kPa, brain 0.5 to 3, cartilage a few MPa, tendon 1 GPa; gels go down to 100 Pa.
+constexpr double kSoftest_Pa = 50, kStiffest_Pa = 2e9;
+// Dry steel on skin has 0.6, on wet tissue 0.02 to 0.3.
+constexpr double kMostFriction = 1.5;
+// A cell has 10 um, but is pressed by a tip of its own scale; a person has 2 m.
+constexpr double kSmallestBody_m = 1e-4, kLargestBody_m = 5;
+constexpr double kFinestProbe = 1e-3;  // tip radius over the body's largest extent
+
+constexpr int kSamplesAcross = 28;
+constexpr double kWhole = 0.99;  // share inside that passes without a word, for sampling's sake
+
+using Warnings = std::vector<std::string>;
+
+void check_material(const fem::MaterialParameters& material, const std::string& where,
+                    Warnings& warnings) {
+  const fem::Material made = fem::make_material(material, where);
+  const double young = made.law->small_strain(made.constants).young_Pa();
+  if (young < kSoftest_Pa)
+    warnings.push_back(fmt::format(
+        "{}: its stiffness at rest is {:.3g} Pa, softer than any tissue. Numbers without a unit "
+        "are in Pa: was \"{:.3g} kPa\" meant?",
+        where, young, young));
+  if (young > kStiffest_Pa)
+    warnings.push_back(fmt::format(
+        "{}: its stiffness at rest is {:.3g} GPa, stiffer than tendon. Was \"{:.3g} kPa\" meant?",
+        where, 1e-9 * young, 1e-9 * young));
+}
+
+Box bounds_of(const Region& region, const Points& vertices) {
+  Box box{vertices.colwise().minCoeff(), vertices.colwise().maxCoeff()};
+  if (const auto* ball = std::get_if<Ball>(&region))
+    return {ball->center_m.array() - ball->radius_m, ball->center_m.array() + ball->radius_m};
+  if (const auto* cuboid = std::get_if<Box>(&region)) return *cuboid;
+  if (const auto* solid = std::get_if<Solid>(&region)) {
+    const Points& corners = solid->boundary->surface.vertices;
+    return {corners.colwise().minCoeff(), corners.colwise().maxCoeff()};
+  }
+  const auto* half = std::get_if<HalfSpace>(&region);
+  if (half == nullptr) return box;  // of what is marked, that of the body
+  (half->is_below ? box.high_m : box.low_m)[half->axis] = half->at_m;
+  return box;
+}
+
+InclusionPlace place_of(const Region& region, const Body& body, const BoxTree& boxes) {
+  const Box box = bounds_of(region, body.surface.vertices);
+  const Vec3 cell = (box.high_m - box.low_m) / kSamplesAcross;
+  InclusionPlace place;
+  place.depth_m = std::numeric_limits<double>::infinity();
+  int in_region = 0, in_body = 0;
+  for (int i = 0; i < kSamplesAcross; ++i)
+    for (int j = 0; j < kSamplesAcross; ++j)
+      for (int k = 0; k < kSamplesAcross; ++k) {
+        const Vec3 at = box.low_m + cell.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5));
+        if (!contains(region, at)) continue;
+        ++in_region;
+        if (!is_inside(body.surface, boxes, at)) continue;
+        ++in_body;
+        const auto near = closest_point(body.surface, boxes, at, place.depth_m);
+        if (near) place.depth_m = near->distance_m;
+      }
+  place.volume_m3 = in_body * cell.prod();
+  place.inside = std::holds_alternative<HalfSpace>(region) || std::holds_alternative<Marked>(region)
+                     ? std::numeric_limits<double>::quiet_NaN()
+                     : static_cast<double>(in_body) / std::max(in_region, 1);
+  if (const auto* ball = std::get_if<Ball>(&region))
+    if (const auto near = closest_point(body.surface, boxes, ball->center_m))
+      place.depth_m = near->distance_m - ball->radius_m;
+  if (place.inside < kWhole || std::isnan(place.inside)) place.depth_m = 0;
+  for (Eigen::Index t = 0; t < body.volume.tets.rows(); ++t) {
+    Vec3 centre = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) centre += body.volume.nodes.row(body.volume.tets(t, k)) / 4;
+    place.tets += contains(region, centre);
+  }
+  return place;
+}
+
+}  // namespace
+
+std::vector<std::string> implausible(const Scene& scene, const Body& body) {
+  Warnings warnings;
+  if (scene.material) check_material(*scene.material, "[material]", warnings);
+  for (std::size_t i = 0; i < scene.inclusions.size(); ++i)
+    check_material(scene.inclusions[i].material, fmt::format("material of [[inclusion]] {}", i + 1),
+                   warnings);
+  const Vec3 extent = extent_m(body.surface.vertices);
+  const double size_m = extent.maxCoeff();
+  if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
+    warnings.push_back(
+        fmt::format("[body]: it measures {}. Is length_unit right?", size_in_words(extent, 0)));
+  if (scene.probe.spec.friction > kMostFriction)
+    warnings.push_back(fmt::format(
+        "[probe]: a friction of {:.3g} is more than any tool has on tissue; 0.02 to 0.6 is usual.",
+        scene.probe.spec.friction));
+  const fem::Probe probe = fem::make_probe(scene.probe.spec, "[probe]");
+  if (probe.length_m < kFinestProbe * size_m)
+    warnings.push_back(fmt::format(
+        "[probe]: a tip radius of {:.3g} mm presses on a body of {:.3g} mm. Is its unit right?",
+        1e3 * probe.length_m, 1e3 * size_m));
+  return warnings;
+}
+
+std::vector<InclusionPlace> place_inclusions(const Scene& scene, const Body& body) {
+  const BoxTree boxes = triangle_boxes(body.surface);
+  std::vector<InclusionPlace> places;
+  for (const InclusionSection& inclusion : scene.inclusions) {
+    places.push_back(place_of(inclusion.region, body, boxes));
+    if (places.back().volume_m3 > 0) continue;
+    const Vec3 low = body.surface.vertices.colwise().minCoeff(),
+               high = body.surface.vertices.colwise().maxCoeff();
+    throw Error(fmt::format("{}: [[inclusion]] {}", scene.path.string(), places.size()),
+                "none of it is inside the body",
+                fmt::format("Move it: the body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z "
+                            "{:.1f} to {:.1f} mm.",
+                            1e3 * low[0], 1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2],
+                            1e3 * high[2]));
+  }
+  return places;
+}
+
+std::string size_in_words(const Vec3& extent_m, double volume_m3) {
+  const double largest = extent_m.maxCoeff();
+  const auto [scale, unit, cubic, cubic_unit] =
+      largest >= 10 ? std::tuple{1.0, "m", 1.0, "m3"}
+      : largest >= 1e-3
+          ? std::tuple{1e3, "mm", volume_m3 < 1e-4 ? 1e6 : 1e3, volume_m3 < 1e-4 ? "ml" : "l"}
+          : std::tuple{1e6, "um", 1e18, "um3"};
+  const Vec3 e = scale * extent_m;
+  std::string words = fmt::format("{:.3g} x {:.3g} x {:.3g} {}", e[0], e[1], e[2], unit);
+  if (volume_m3 > 0) words += fmt::format(", {:.3g} {}", cubic * volume_m3, cubic_unit);
+  return words;
+}
+
+void say_plausibility(const Scene& scene, const Body& body) {
+  const std::vector<InclusionPlace> places = place_inclusions(scene, body);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const InclusionPlace& place = places[i];
+    say("  inclusion {}: {:.3g} ml, {}; {} tets of the base mesh, refined at the probe", i + 1,
+        1e6 * place.volume_m3,
+        place.depth_m > 0 ? fmt::format("{:.1f} mm under the surface", 1e3 * place.depth_m)
+                          : "reaches the surface",
+        place.tets);
+    if (place.inside < kWhole)
+      warn("[[inclusion]] {}: {:.0f} % of it lies outside the body", i + 1,
+           100 * (1 - place.inside));
+  }
+  for (const std::string& warning : implausible(scene, body)) warn("{}", warning);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,199 @@
+#include "tools/stages/body/prepare.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "libfem/mesh/boundary.hpp"
+#include "libfem/mesh/repair/facts.hpp"
+#include "libfem/solve/experiments/loaded_shape.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/io/csv/tables.hpp"
+#include "tools/console.hpp"
+#include "tools/scene/settings.hpp"
+#include "tools/stages/body/body_meshes.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/plausibility.hpp"
+#include "tools/stages/body/reach.hpp"
+#include "tools/stages/samples/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Whether what a body rests on keeps it from moving as a rigid one: its stiffness against the six
+// rigid motions, rotations about the middle, over half the body's size.
+bool holds_rigidly(const fem::SimulationSetup& setup, const TetMesh& volume) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  constexpr double kLeast = 1e-6;  // of the stiffest motion
+  const Points& nodes = volume.nodes;
+  const Vec3 middle = nodes.colwise().mean();
+  const double half_m = extent_m(nodes).norm() / 2;
+  Matrix6 stiffness = Matrix6::Zero();
+  const Triangles boundary = fem::boundary_triangles(volume.tets);
+  for (const auto& face : boundary.rowwise()) {
+    const Vec3 a = nodes.row(face[0]), b = nodes.row(face[1]), c = nodes.row(face[2]);
+    const Vec3 centre = (a + b + c) / 3, area = (b - a).cross(c - a) / 2,
+               x = (centre - middle) / half_m;
+    const fem::BedStiffness bed = setup.bed_at(centre);
+    const Vec3 n = area.normalized();
+    Eigen::Matrix<double, 3, 6> motion;
+    motion.leftCols<3>().setIdentity();
+    motion.rightCols<3>() << 0, x.z(), -x.y(), -x.z(), 0, x.x(), x.y(), -x.x(), 0;
+    stiffness += area.norm() * motion.transpose() *
+                 ((bed.along_N_m3 - bed.across_N_m3) * n * n.transpose() +
+                  bed.across_N_m3 * Mat3::Identity()) *
+                 motion;
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(stiffness);
+  return eigen.eigenvalues()[0] > kLeast * eigen.eigenvalues()[5];
+}
+
+// Nodes inside the scene's fixed regions; refuses bodies that could move rigidly or not at all.
+void hold(const Scene& scene, Body& body) {
+  const bool rests = !scene.beds.empty() || !scene.body.symmetric.empty();
+  if (scene.body.fixed.empty() && !rests)
+    throw Error(body_place(scene), "nothing is fixed, so the body could move as a rigid one",
+                "Add fixed = [ { below = { axis = \"z\", at = \"2 mm\" } } ] or another region.");
+  const Points& nodes = body.volume.nodes;
+  std::vector<char> is_on_boundary(static_cast<std::size_t>(nodes.rows()), 0);
+  const Triangles boundary = fem::boundary_triangles(body.volume.tets);
+  for (const std::int32_t n : boundary.reshaped()) is_on_boundary[static_cast<std::size_t>(n)] = 1;
+  body.is_held.assign(static_cast<std::size_t>(nodes.rows()), 0);
+  for (Eigen::Index n = 0; n < nodes.rows(); ++n)
+    body.is_held[static_cast<std::size_t>(n)] = any_contains(
+        scene.body.fixed, nodes.row(n), is_on_boundary[static_cast<std::size_t>(n)] != 0);
+  const auto held = std::count(body.is_held.begin(), body.is_held.end(), 1);
+  const Vec3 low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
+  const std::string extent = fmt::format(
+      "The body spans x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm.", 1e3 * low[0],
+      1e3 * high[0], 1e3 * low[1], 1e3 * high[1], 1e3 * low[2], 1e3 * high[2]);
+  if (held < 3 && rests) {
+    if (!holds_rigidly(make_setup(scene, body), body.volume))
+      throw Error(scene.path.string() + ": [[bed]]",
+                  "the body could still move as a rigid one on what it rests on",
+                  "Hold a part of it with fixed, give a bed that does not slide, or beds on sides "
+                  "that face other ways. " +
+                      extent);
+  } else if (held < 3)
+    throw Error(
+        body_place(scene),
+        fmt::format("fixed holds {} of {} nodes, so the body could move as a rigid one", held,
+                    nodes.rows()),
+        "Make the fixed regions larger, or a smaller mesh_size so that nodes fall into them. " +
+            extent);
+  if (held == nodes.rows())
+    throw Error(body_place(scene), "fixed holds the whole body",
+                "Make the fixed regions smaller. " + extent);
+  say("  held: {} of {} nodes", held, nodes.rows());
+}
+
+void choose_points(const Scene& scene, bool surface_only, Body& body) {
+  const ExperimentsSection& experiments = scene.experiments;
+  const auto reachable = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
+  if (experiments.points_file) {
+    body.test_points = place_points(read_point_table(*experiments.points_file), body.surface,
+                                    experiments.points_file->string());
+    if (!surface_only) leave_out_of_reach(scene, body);
+  } else {
+    body.test_points =
+        spread_test_points(body, experiments.test_points.value_or(static_cast<int>(reachable)));
+  }
+  say("  test points: {} on {} reachable vertices of {}", body.test_points.position.rows(),
+      reachable, body.surface.vertices.rows());
+}
+
+// Bends a body that is given at rest; of one that is given under its weight, sees to it that it
+// has a shape at rest.
+void bend(const Scene& scene, Body& body) {
+  check_choices(scene);
+  try {
+    const fem::SimulationSetup setup = make_setup(scene, body);
+    if (!setup.regions_at_rest) {
+      const fem::LoadedShape bent = fem::unbend_base(setup);
+      say("  gravity: bends the body by up to {:.3g} mm; the shape at rest bends into the given "
+          "one "
+          "to {:.2g} mm",
+          1e3 * bent.largest_m(), 1e3 * bent.residual_m);
+      return;
+    }
+    const fem::LoadedShape bent = fem::bend_base(setup);
+    body.volume.nodes += bent.sag();
+    body.surface.vertices += Eigen::Map<const Eigen::Matrix<float, -1, 3, Eigen::RowMajor>>(
+                                 bent.surface.data(), body.surface.vertices.rows(), 3)
+                                 .cast<double>();
+    say("  gravity: bends the body by up to {:.3g} mm", 1e3 * bent.largest_m());
+  } catch (const Error& e) {
+    throw Error(scene.path.string() + ": " + e.where(), e.fact(), e.remedy());
+  }
+}
+
+Body make_body(const Scene& scene, bool surface_only) {
+  Body body;
+  body.probe = scene.probe.spec;
+  body.settings = settings_of(scene);
+  read_meshes(scene, surface_only, body);
+  const bool is_open = surface_only && !surface_facts(body.surface).is_closed;
+  say("  surface: {}, {} vertices, {} triangles",
+      size_in_words(extent_m(body.surface.vertices), is_open ? 0 : volume_m3(body.surface)),
+      body.surface.vertices.rows(), body.surface.triangles.rows());
+  if (!surface_only) {
+    if (body.volume.tets.rows() == 0) fill_with_tets(scene, body);
+    hold(scene, body);
+  }
+  const Points named = body.surface.vertices;
+  if (scene.gravity && !surface_only) bend(scene, body);
+  find_reachable(scene, surface_only, named, body);
+  choose_points(scene, surface_only, body);
+  return body;
+}
+
+}  // namespace
+
+Body prepare_body(const Scene& scene, bool surface_only) {
+  const auto body = std::make_shared<Body>();
+  run_abandonably([body, scene, surface_only] { *body = make_body(scene, surface_only); },
+                  "prepare: nothing was written");
+  return std::move(*body);
+}
+
+void check_experiments(const Scene& scene, const Body& body) {
+  const fem::SimulationSetup setup = make_setup(scene, body);
+  const std::string file = scene.path.string();
+  const auto in_scene = [&](const Error& e) {
+    return Error(file + ": " + e.where(), e.fact(), e.remedy());
+  };
+  try {
+    fem::check_setup(setup);
+  } catch (const Error& e) {
+    throw in_scene(e);
+  }
+  say_plausibility(scene, body);
+  const double thinnest_m = extent_m(body.surface.vertices).minCoeff();
+  if (scene.experiments.each.depth_m >= thinnest_m)
+    throw Error(file + ": [experiments] depth",
+                fmt::format("the depth of {:.4g} mm is more than the body is thick ({:.4g} mm)",
+                            1e3 * scene.experiments.each.depth_m, 1e3 * thinnest_m),
+                "Press less deep, or check the unit of depth and length_unit.");
+  // A depth beyond the thickness is an error of the scene when it is so at most points; a few
+  // points on a thin rim bend out of the way, and their rows tell how far that went.
+  std::optional<Error> first;
+  Eigen::Index refused = 0;
+  const Eigen::Index points = body.test_points.position.rows();
+  for (Eigen::Index p = 0; p < points; ++p) {
+    try {
+      fem::check_experiments(setup, experiments_of(scene), body.test_points.position.row(p),
+                             body.test_points.normal.row(p));
+    } catch (const Error& e) {
+      ++refused;
+      if (!first) first = in_scene(e);
+    }
+  }
+  if (2 * refused > points) throw *first;
+  if (refused) say("  {} of {} test points are on parts thinner than the depth", refused, points);
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,294 @@
+#include "tools/stages/body/reach.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "libfem/mesh/surface/geodesic.hpp"
+#include "libfem/mesh/surface/test_points.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/refine/edge_paths.hpp"
+#include "tools/console.hpp"
+#include "tools/scene/fields.hpp"
+
+namespace palpate::tools {
+namespace {
+
+// Overlap over depth, at first touch: a ball that begins a tenth of the way in feels 3 % of its
+// force too early (0.1^1.5).
+constexpr double kOverlapShare = 0.1;
+
+std::string region_place(const Scene& scene) {
+  return scene.path.string() + ": [experiments] region";
+}
+
+std::string in_mm(const Vec3& place_m) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * place_m[0], 1e3 * place_m[1],
+                     1e3 * place_m[2]);
+}
+
+// A vertex of the patch counts as of its side up to this angle from the normal at its middle: the
+// flanks of a fold do, the back of a rim does not.
+constexpr double kSameSide = -0.17;  // cosine, 100 degrees
+constexpr int kMostAverages = 50;
+
+// Vertex normals averaged over about width_m, so that folds and noise turn no side.
+Points smoothed_normals(const Surface& surface, double width_m) {
+  const Neighbours neighbours(surface.triangles, surface.vertices.rows());
+  double sum_m = 0;
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      sum_m += (surface.vertices.row(t[k]) - surface.vertices.row(t[(k + 1) % 3])).norm();
+  const double edges = width_m * static_cast<double>(3 * surface.triangles.rows()) / sum_m;
+  Points normals = vertex_normals(surface);
+  for (int i = std::clamp(static_cast<int>(edges * edges), 1, kMostAverages); i > 0; --i) {
+    Points next = normals;
+    for (Eigen::Index v = 0; v < normals.rows(); ++v)
+      for (const std::int32_t w : neighbours.of(static_cast<std::int32_t>(v)))
+        next.row(v) += normals.row(w);
+    normals = next.rowwise().normalized();
+  }
+  return normals;
+}
+
+// Of the vertices in a ball the patch that is nearest to its centre, on that side of the body.
+void keep_near_side(const Surface& surface, const Vec3& center, double width_m,
+                    std::vector<char>& is_in) {
+  const auto inside = std::count(is_in.begin(), is_in.end(), 1);
+  std::int32_t nearest = -1;
+  for (std::size_t v = 0; v < is_in.size(); ++v) {
+    const auto squared = [&](std::size_t at) {
+      return (surface.vertices.row(static_cast<Eigen::Index>(at)).transpose() - center)
+          .squaredNorm();
+    };
+    if (is_in[v] && (nearest < 0 || squared(v) < squared(static_cast<std::size_t>(nearest))))
+      nearest = static_cast<std::int32_t>(v);
+  }
+  if (nearest < 0) return;
+  const Points normals = smoothed_normals(surface, width_m);
+  for (std::size_t v = 0; v < is_in.size(); ++v)
+    is_in[v] =
+        is_in[v] && normals.row(static_cast<Eigen::Index>(v)).dot(normals.row(nearest)) > kSameSide;
+  std::vector<char> is_kept(is_in.size(), 0);
+  for (const auto& patch : patches_of(surface, is_in))
+    if (std::binary_search(patch.begin(), patch.end(), nearest))
+      for (const std::int32_t v : patch) is_kept[static_cast<std::size_t>(v)] = 1;
+  is_in = std::move(is_kept);
+  const auto kept = std::count(is_in.begin(), is_in.end(), 1);
+  if (kept < inside)
+    say("  region: {} of {} vertices in the sphere, the patch nearest to its centre; the back and "
+        "what is not joined to it are left out",
+        kept, inside);
+}
+
+std::vector<char> vertices_where(const Surface& surface,
+                                 const std::function<bool(Eigen::Index)>& is_in) {
+  std::vector<char> flags(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
+    flags[static_cast<std::size_t>(v)] = is_in(v);
+  return flags;
+}
+
+std::vector<char> disc_on(const Scene& scene, const Surface& surface, const Disc& disc) {
+  const SurfacePoint middle = *closest_point(surface, triangle_boxes(surface), disc.center_m);
+  if (middle.distance_m > disc.radius_m)
+    throw Error(region_place(scene),
+                fmt::format("the centre of disc lies {:.3g} mm off the surface, farther than its "
+                            "radius of {:.3g} mm",
+                            1e3 * middle.distance_m, 1e3 * disc.radius_m),
+                "Give a place on the surface, such as " + in_mm(middle.position) + ".");
+  const Eigen::VectorXd distance = geodesic_distance_m(surface, middle);
+  return vertices_where(surface, [&](Eigen::Index v) { return distance[v] <= disc.radius_m; });
+}
+
+// What the scene's region names, but for what is fixed. width_m: of the tool.
+std::vector<char> region_of(const Scene& scene, const Surface& surface, double width_m) {
+  const SurfaceRegion region = scene.experiments.region.value_or(SurfaceRegion{});
+  std::vector<char> is_in(static_cast<std::size_t>(surface.vertices.rows()), 1);
+  if (const auto* disc = std::get_if<Disc>(&region.part)) is_in = disc_on(scene, surface, *disc);
+  if (const auto* part = std::get_if<Region>(&region.part)) {
+    is_in = vertices_where(
+        surface, [&](Eigen::Index v) { return contains(*part, surface.vertices.row(v)); });
+    if (const auto* ball = std::get_if<Ball>(part))
+      keep_near_side(surface, ball->center_m, width_m, is_in);
+  }
+  const Points normals = vertex_normals(surface);
+  const Vec3 side = region.facing.empty() ? Vec3::Zero() : outward_of_side(region.facing);
+  return vertices_where(surface, [&](Eigen::Index v) {
+    return is_in[static_cast<std::size_t>(v)] &&
+           !any_contains(scene.body.fixed, surface.vertices.row(v), true) &&
+           !any_contains(scene.body.symmetric, surface.vertices.row(v), true) &&
+           std::ranges::none_of(scene.beds,
+                                [&](const BedSection& bed) {
+                                  return contains(bed.region, surface.vertices.row(v));
+                                }) &&
+           (region.facing.empty() || normals.row(v).dot(side) >= std::cos(region.within_rad));
+  });
+}
+
+// A third of each triangle to each of its corners [m^2].
+std::vector<double> area_of_vertices(const Surface& surface) {
+  std::vector<double> area(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (const auto& t : surface.triangles.rowwise()) {
+    const Vec3 a = surface.vertices.row(t[0]), b = surface.vertices.row(t[1]),
+               c = surface.vertices.row(t[2]);
+    for (int k = 0; k < 3; ++k)
+      area[static_cast<std::size_t>(t[k])] += (b - a).cross(c - a).norm() / 6;
+  }
+  return area;
+}
+
+double area_of(const Surface& surface, const std::vector<char>& is_in) {
+  const std::vector<double> area = area_of_vertices(surface);
+  double sum = 0;
+  for (std::size_t v = 0; v < is_in.size(); ++v) sum += is_in[v] ? area[v] : 0;
+  return sum;
+}
+
+// Takes patches out that have less than least_m2, but for the largest.
+void drop_specks(const Surface& surface, double least_m2, std::vector<char>& is_in) {
+  const std::vector<double> area = area_of_vertices(surface);
+  const auto patches = patches_of(surface, is_in);
+  std::vector<double> patch_m2;
+  for (const auto& patch : patches) {
+    patch_m2.push_back(0);
+    for (const std::int32_t v : patch) patch_m2.back() += area[static_cast<std::size_t>(v)];
+  }
+  if (patches.empty()) return;
+  const double kept_m2 = std::min(least_m2, *std::max_element(patch_m2.begin(), patch_m2.end()));
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    if (patch_m2[i] < kept_m2)
+      for (const std::int32_t v : patches[i]) is_in[static_cast<std::size_t>(v)] = 0;
+}
+
+std::vector<double> distance_from_m(const Surface& surface, const std::vector<char>& is_source) {
+  EdgePathSeeds seeds;
+  for (std::size_t v = 0; v < is_source.size(); ++v)
+    if (is_source[v]) seeds.push_back({static_cast<std::int32_t>(v), 0.0});
+  return nearest_source(surface, {seeds}).distance_m;
+}
+
+// What is within width_m of a reachable vertex, or of such a gap: the region without wide patches
+// that cannot be reached, narrow ones closed.
+std::vector<char> with_gaps_closed(const Surface& surface, const std::vector<char>& in_region,
+                                   const std::vector<char>& is_reachable, double width_m) {
+  const std::vector<double> to_reachable = distance_from_m(surface, is_reachable);
+  std::vector<char> is_far(in_region.size(), 0), is_kept(in_region.size(), 0);
+  for (std::size_t v = 0; v < in_region.size(); ++v)
+    is_far[v] = in_region[v] && to_reachable[v] > width_m;
+  const std::vector<double> to_far = distance_from_m(surface, is_far);
+  for (std::size_t v = 0; v < in_region.size(); ++v)
+    is_kept[v] = in_region[v] && (is_reachable[v] || to_far[v] > width_m);
+  return is_kept;
+}
+
+void say_out_of_reach(const Body& body, const std::vector<char>& in_region,
+                      const std::vector<double>& overlap_m) {
+  std::size_t out = 0, worst = 0, gaps = 0;
+  for (std::size_t v = 0; v < in_region.size(); ++v) {
+    if (!in_region[v] || body.is_reachable[v]) continue;
+    ++out;
+    gaps += body.in_region[v] != 0;
+    if (overlap_m[v] >= overlap_m[worst]) worst = v;
+  }
+  if (out == 0) return;
+  const Vec3 place = body.surface.vertices.row(static_cast<Eigen::Index>(worst));
+  say("  out of reach: {} of {} vertices, where the tool would cut into the body first, by up to "
+      "{:.2g} mm at {}, or has no way in; {} of them in gaps that curves are blended across",
+      out, std::count(in_region.begin(), in_region.end(), 1), 1e3 * overlap_m[worst], in_mm(place),
+      gaps);
+}
+
+}  // namespace
+
+fem::ToolReach make_reach(const Scene& scene, const Surface& surface) {
+  const std::string where = scene.path.string() + ": [probe]";
+  return {surface, fem::make_probe(scene.probe.spec, where),
+          kOverlapShare * scene.experiments.each.depth_m};
+}
+
+void find_reachable(const Scene& scene, bool surface_only, const Points& named, Body& body) {
+  const auto refuse_few = [&](const std::string& remedy) {
+    const auto count = std::count(body.is_reachable.begin(), body.is_reachable.end(), 1);
+    if (count < 3)
+      throw Error(region_place(scene),
+                  fmt::format("{} of {} surface vertices are reachable", count,
+                              body.surface.vertices.rows()),
+                  remedy);
+  };
+  const bool has_tool = scene.probe.spec.shape != "point";  // of measured data
+  const fem::Probe probe =
+      has_tool ? fem::make_probe(scene.probe.spec, scene.path.string() + ": [probe]")
+               : fem::Probe{};
+  body.is_reachable = body.in_region =
+      region_of(scene, {named, body.surface.triangles}, probe.half_width_m);
+  refuse_few("Move the region onto the surface, and not into what is fixed.");
+  if (surface_only) return;
+  const std::vector<char> wanted = body.in_region;
+  std::vector<double> overlap_m;
+  body.is_reachable =
+      make_reach(scene, body.surface).vertices(wanted, vertex_normals(body.surface), &overlap_m);
+  const double contact_m = probe.contact_radius_m(scene.experiments.each.depth_m);
+  drop_specks(body.surface, std::numbers::pi * contact_m * contact_m, body.is_reachable);
+  refuse_few(
+      "The tool would cut into the body elsewhere before it touches there: take a smaller "
+      "tool, or another region.");
+  // Test points some spacing apart cannot go around less.
+  const double spacing_m =
+      std::sqrt(area_of(body.surface, wanted) / scene.experiments.test_points.value_or(kMaxPoints));
+  body.in_region = with_gaps_closed(body.surface, wanted, body.is_reachable,
+                                    std::max(probe.half_width_m, spacing_m / 2));
+  say_out_of_reach(body, wanted, overlap_m);
+}
+
+TestPoints spread_test_points(Body& body, int count) {
+  for (;;) {
+    TestPoints points = choose_test_points(body.surface, body.in_region, body.is_reachable, count);
+    std::vector<char> is_gap(body.in_region.size(), 0);
+    for (std::size_t v = 0; v < is_gap.size(); ++v)
+      is_gap[v] = body.in_region[v] && !body.is_reachable[v];
+    bool is_done = true;
+    for (const auto& gap : patches_of(body.surface, is_gap))
+      if (std::any_of(gap.begin(), gap.end(), [&](std::int32_t v) {
+            return (points.position.rowwise() - body.surface.vertices.row(v))
+                       .rowwise()
+                       .squaredNorm()
+                       .minCoeff() == 0;
+          })) {
+        is_done = false;
+        for (const std::int32_t v : gap) body.in_region[static_cast<std::size_t>(v)] = 0;
+      }
+    if (is_done) return points;
+  }
+}
+
+void leave_out_of_reach(const Scene& scene, Body& body) {
+  const fem::ToolReach reach = make_reach(scene, body.surface);
+  TestPoints& points = body.test_points;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index p = 0; p < points.position.rows(); ++p) {
+    const double overlap_m = reach.overlap_m(points.position.row(p), points.normal.row(p));
+    if (overlap_m <= kOverlapShare * scene.experiments.each.depth_m) {
+      kept.push_back(p);
+      continue;
+    }
+    say("  left out: {} at {}, where the tool would cut {:.2g} mm into the body at first touch",
+        points.name[static_cast<std::size_t>(p)], in_mm(points.position.row(p)), 1e3 * overlap_m);
+  }
+  if (static_cast<Eigen::Index>(kept.size()) == points.position.rows()) return;
+  if (kept.empty())
+    throw Error(scene.path.string() + ": [experiments] test_points",
+                "the tool can touch at none of the test points",
+                "Take a smaller tool, or other points.");
+  points.position = Points(points.position(kept, Eigen::all));
+  points.normal = Points(points.normal(kept, Eigen::all));
+  std::vector<std::string> names;
+  for (const Eigen::Index p : kept) names.push_back(points.name[static_cast<std::size_t>(p)]);
+  points.name = std::move(names);
+}
+
+}  // namespace palpate::tools

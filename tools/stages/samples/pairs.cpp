@@ -1,0 +1,153 @@
+#include "tools/stages/samples/pairs.hpp"
+
+#include <fmt/core.h>
+
+#include "libfem/probes/probes.hpp"
+#include "libfem/solve/experiments/simulate.hpp"
+#include "libfit/assets/asset_bytes.hpp"
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/core/error.hpp"
+#include "libfit/fit/coupling.hpp"
+#include "libfit/io/content_hash.hpp"
+#include "libfit/io/files/files.hpp"
+#include "libfit/validation/paths.hpp"
+#include "tools/console.hpp"
+#include "tools/stages/body/reach.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using validation::HeldOut;
+
+// Distances of two tools, over the ball's radius: from side by side to where they hardly feel each
+// other.
+constexpr double kLeast = 2.1, kMost = 7;
+constexpr double kShortest = 0.5;  // scale of the coupling (M62)
+constexpr std::uint64_t kFitSeed = 0x7077;
+
+HeldOut draw(const Scene& scene, const Body& body, int pairs, bool is_held_out) {
+  const fem::ToolReach reach = make_reach(scene, body.surface);
+  const double radius_m = ball_radius_m(scene.probe.spec);
+  const validation::HeldOutRange range{
+      scene.experiments.each.depth_m, scene.experiments.each.drag_distance_m,
+      [&](const Vec3& position, const Vec3& inward) { return reach.is_free(position, inward); }};
+  return validation::draw_two_tools(
+      body, range, pairs, kLeast * radius_m, kMost * radius_m, is_held_out,
+      is_held_out ? static_cast<std::uint64_t>(scene.validate.seed) : kFitSeed);
+}
+
+Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int jobs,
+                 const std::filesystem::path& output, const std::string& fingerprint, bool resume) {
+  fem::SimulateOptions options{.jobs = job_count(jobs), .already_done = {}};
+  if (resume && !output.empty() && stored_in_hdf5(output) == fingerprint)
+    options.already_done = read_samples(output);
+  fem::SimulationSetup setup = make_setup(scene, body);
+  const fem::Simulator simulator(std::move(setup));
+  Samples samples;
+  {
+    ConsoleProgress progress("two tools");
+    samples =
+        fem::simulate_paths(simulator, drawn.points, drawn.paths, options, {}, progress.progress());
+  }
+  add_origin(samples, simulator);
+  if (is_interrupted()) throw Interrupted("two tools: the pairs are not whole and were not kept");
+  if (!output.empty()) write_samples(output, samples, {{kInputsAttribute, fingerprint}});
+  return samples;
+}
+
+validation::NamedError error_of(std::string name, const Samples& samples,
+                                const TwoToolForces& answered) {
+  std::vector<validation::ComparedRow> rows;
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good) continue;
+    rows.push_back({samples.force.row(row), answered.first_N.row(row), samples.force_error[row]});
+    rows.push_back(
+        {samples.second_force.row(row), answered.second_N.row(row), samples.force_error[row]});
+  }
+  return validation::named_error(std::move(name), rows);
+}
+
+}  // namespace
+
+void check_pairs(const Scene& scene) {
+  if (scene.experiments.pairs == 0 && scene.validate.pairs == 0) return;
+  const std::string where = scene.path.string() + ": pairs";
+  if (scene.probe.spec.shape != "sphere")
+    throw Error(
+        where,
+        fmt::format("two tools are simulated as balls, and this is a {}", scene.probe.spec.shape),
+        "Take shape = \"sphere\" in [probe], or leave pairs out.");
+  if (relaxes(scene) || softens(scene) || scene.export_.puncture_N)
+    throw Error(where,
+                "tools do not feel each other on a body that relaxes, softens or is punctured",
+                "Leave relaxation, softening and puncture_force out, or leave pairs out.");
+}
+
+Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
+                       const std::filesystem::path& output, const std::string& fingerprint) {
+  const Samples samples = simulate(scene, body, draw(scene, body, scene.experiments.pairs, false),
+                                   jobs, output, fingerprint, false);
+  list_bad_experiments(samples);
+  return samples;
+}
+
+void add_coupling(Model& model, const Scene& scene, const Body& body, const Samples& pairs) {
+  if (model.curves.family != CurveFamily::rings) {
+    say("  two tools: the curves are {}, and only rings feel another tool",
+        name_of(model.curves.family));
+    return;
+  }
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  runtime::Status status;
+  const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
+  if (asset.sways) {
+    say("  two tools: the body sways under the tool, and what another does to that is not known");
+    return;
+  }
+  const HeldOut drawn = draw(scene, body, scene.experiments.pairs, false);
+  CouplingReport report;
+  model.curves.coupling =
+      identify_coupling(asset, pairs, drawn.paths, scene.experiments.each.depth_m,
+                        kShortest * ball_radius_m(scene.probe.spec), &report);
+  say("  two tools: forces of {} pairs ({} rows of one tool) are off by {:.1f} % (median), {:.1f} "
+      "% "
+      "(p95) if they feel each other, {:.1f} % and {:.1f} % if not",
+      report.pairs, report.rows, 100 * report.median, 100 * report.p95, 100 * report.median_alone,
+      100 * report.p95_alone);
+  if (!model.curves.coupling.is_any()) say("  two tools: that is no gain, they stay by themselves");
+  if (report.scaled < 1)
+    say("  two tools: coupling was made smaller by {:.2g}, to stay below what contacts give",
+        report.scaled);
+}
+
+void state_two_tools(const std::filesystem::path& path, const Scene& scene, const Body& body,
+                     int jobs, const std::filesystem::path& folder, bool resume,
+                     validation::Statement& statement) {
+  if (scene.validate.pairs == 0) return;
+  const AssetFile file = read_asset_file(path);
+  const HeldOut drawn = draw(scene, body, scene.validate.pairs, true);
+  ContentHash hash;
+  hash.add("held-out pairs").add(point_fingerprint(scene, body));
+  for (const ToolPath& way : drawn.paths)
+    for (const Points* rows : {&way.deflections, &way.second->deflections})
+      hash.add({reinterpret_cast<const char*>(rows->data()),
+                static_cast<std::size_t>(rows->size()) * sizeof(double)});
+  const Samples samples =
+      simulate(scene, body, drawn, jobs, folder.empty() ? folder : folder / "reference_pairs.h5",
+               hash.hex(), resume);
+  const double depth_m = scene.experiments.each.depth_m;
+  const runtime::CouplingView* known = file.asset().coupling;
+  const runtime::CouplingView coupling = known != nullptr ? *known : runtime::CouplingView();
+  const TwoToolForces felt =
+      replay_two_tools(file.asset(), coupling, samples, drawn.paths, depth_m);
+  statement.two_tools = {
+      error_of("felt", samples, felt),
+      error_of("each_by_itself", samples,
+               replay_two_tools(file.asset(), {}, samples, drawn.paths, depth_m))};
+  statement.two_tools_tick_ns = felt.tick_ns;
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "libfit/core/body.hpp"
+#include "libfit/core/samples.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
+
+namespace palpate::tools {
+
+/// Where drag_points = "few" begins: points from little to the greatest force.
+inline constexpr int kFirstDrags = 6;
+
+/// One round of a placement: how well the points before it predicted the new ones.
+struct PlacementRound {
+  int points = 0;                                   ///< that predicted
+  int new_points = 0;                               ///< that were predicted, then simulated
+  double median_rel = 0, p95_rel = 0, max_rel = 0;  ///< of the force at the new points
+  int dragged = 0;                                  ///< points with drags after it
+};
+
+struct Placement {
+  TestPoints points;  ///< the body's first points, then those added, triangulated
+  Samples samples;
+  std::vector<PlacementRound> rounds;
+  std::string ended;  ///< why, a sentence
+};
+
+/// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
+/// points on, each round predicts the experiments at places that promise the largest error,
+/// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
+/// errors; two in a row where presses are quick) or the budget is spent. Says the error of each
+/// round. With rings a few of the first points are dragged and all others pressed alone, new ones
+/// on one mesh where that is good enough (M13e). No experiment is simulated twice, in this run or a
+/// resumed one; the same scene gives the same points whatever the number of threads.
+Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
+                             SampleCache known);
+
+/// All experiments of a scene at the body's points or at points that place themselves, written to
+/// request.output with all that says what they come from; placed.h5, the body that `refine` needs
+/// then, and placement.csv beside it where points placed themselves.
+/// known: samples that need not be simulated, none: those of earlier runs.
+Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
+                       std::optional<Samples> known = std::nullopt);
+
+/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.
+void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);
+
+}  // namespace palpate::tools

@@ -1,0 +1,387 @@
+#include "tools/stages/samples/shards.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "libfit/core/error.hpp"
+#include "libfit/core/text.hpp"
+#include "libfit/io/atomic_file.hpp"
+#include "tools/console.hpp"
+#include "tools/outputs.hpp"
+#include "tools/scene/settings.hpp"
+#include "tools/stages/fingerprint.hpp"
+#include "tools/stages/samples/placement.hpp"
+#include "tools/stages/samples/simulate.hpp"
+
+namespace palpate::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// Root attributes of a shard's file.
+constexpr const char* kShard = "shard";
+constexpr const char* kRound = "round";
+constexpr const char* kProgram = "program_hash";
+constexpr const char* kCpu = "cpu_s";
+
+// A press on one mesh takes this share of one on two (docs/cluster.md).
+constexpr double kQuickShare = 0.35;
+
+struct Settled {
+  Body body;
+  Scene scene;
+};
+
+Settled read_settled(const fs::path& folder) {
+  Settled settled{read_body(folder / "body.h5"), {}};
+  settled.scene = scene_of(settled.body, folder / "body.h5");
+  return settled;
+}
+
+std::string name_of(const Shard& shard) { return fmt::format("{}/{}", shard.number, shard.count); }
+
+Attributes attributes_of(const Settled& settled, const Shard& shard, int round) {
+  return {{kInputsAttribute, samples_fingerprint(settled.scene, settled.body)},
+          {kPointFingerprintAttribute, point_fingerprint(settled.scene, settled.body)},
+          {kShard, name_of(shard)},
+          {kRound, std::to_string(round)},
+          {kProgram, import_fingerprint()}};
+}
+
+// Whether a file says all this of itself.
+bool carries(const Attributes& stored, const Attributes& wanted) {
+  return std::all_of(wanted.begin(), wanted.end(), [&](const auto& attribute) {
+    const auto found = stored.find(attribute.first);
+    return found != stored.end() && found->second == attribute.second;
+  });
+}
+
+Attributes attributes_in(const fs::path& path) {
+  try {
+    return read_attributes(path);
+  } catch (const Error&) {  // missing or damaged
+    return {};
+  }
+}
+
+double cpu_seconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+std::vector<double> numbers_of_row(const Points& points, Eigen::Index row) {
+  return {points(row, 0), points(row, 1), points(row, 2)};
+}
+
+std::string to_json(const ShardRound& round, const std::string& fingerprint) {
+  Json json{{kInputsAttribute, fingerprint},
+            {kRound, round.number},
+            {"quick",
+             {{"steps", Json::array()},
+              {"slope", round.batch.quick.slope},
+              {"p95", round.batch.quick.p95}}}};
+  for (const fem::QuickStep& step : round.batch.quick.steps)
+    json["quick"]["steps"].push_back(
+        {step.scale, step.log_force, step.lowest, step.highest, step.error});
+  for (std::size_t i = 0; i < round.batch.effort.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    json["points"].push_back({{"name", round.batch.points.name[i]},
+                              {"position_m", numbers_of_row(round.batch.points.position, row)},
+                              {"normal", numbers_of_row(round.batch.points.normal, row)},
+                              {"is_dragged", round.batch.effort[i].is_dragged},
+                              {"scale", round.batch.effort[i].scale}});
+  }
+  return json.dump(1) + "\n";
+}
+
+std::optional<ShardRound> read_round(const fs::path& path, const std::string& fingerprint) {
+  if (!fs::exists(path)) return std::nullopt;
+  try {
+    const Json json = Json::parse(read_whole_file(path));
+    if (json.at(kInputsAttribute) != fingerprint) return std::nullopt;  // of an earlier scene
+    ShardRound round{json.at(kRound), {}};
+    PointBatch& batch = round.batch;
+    for (const Json& step : json.at("quick").at("steps"))
+      batch.quick.steps.push_back({step.at(0), step.at(1), step.at(2), step.at(3), step.at(4)});
+    batch.quick.slope = json.at("quick").at("slope");
+    batch.quick.p95 = json.at("quick").at("p95");
+    const auto count = static_cast<Eigen::Index>(json.at("points").size());
+    batch.points.position.resize(count, 3);
+    batch.points.normal.resize(count, 3);
+    batch.points.triangles.resize(0, 3);
+    Eigen::Index row = 0;
+    for (const Json& point : json.at("points")) {
+      for (const int axis : {0, 1, 2}) {
+        batch.points.position(row, axis) = point.at("position_m").at(axis);
+        batch.points.normal(row, axis) = point.at("normal").at(axis);
+      }
+      batch.points.name.push_back(point.at("name"));
+      batch.effort.push_back({point.at("is_dragged"), point.at("scale")});
+      ++row;
+    }
+    return round;
+  } catch (const Json::exception& e) {
+    throw Error(path.string(), fmt::format("is no round of a placement: {}", e.what()),
+                "Delete it and merged.h5; the placement then starts again.");
+  }
+}
+
+// Finds the shards of a folder by their names.
+std::map<std::pair<int, int>, fs::path> shards_in(const fs::path& folder) {
+  std::map<std::pair<int, int>, fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    int number = 0, count = 0, end = 0;
+    const std::string name = entry.path().filename().string();
+    if (std::sscanf(name.c_str(), "shard-%d-of-%d.h5%n", &number, &count, &end) == 2 &&
+        static_cast<std::size_t>(end) == name.size())
+      found[{count, number}] = entry.path();
+  }
+  return found;
+}
+
+void remove_shards(const fs::path& folder) {
+  for (const auto& [_, path] : shards_in(folder)) {
+    std::error_code ignored;
+    fs::remove(surface_path(path), ignored);
+    fs::remove(path, ignored);
+  }
+}
+
+std::string again(const fs::path& folder, const Shard& shard) {
+  return fmt::format("palpate simulate {} --shard {} -o {}", (folder / "body.h5").string(),
+                     name_of(shard), folder.string());
+}
+
+// How many shards the round is dealt to, and that all are there.
+int check_complete(const fs::path& folder) {
+  const auto found = shards_in(folder);
+  if (found.empty())
+    throw Error(folder.string(), "holds no shard of this round",
+                fmt::format("Simulate all of them: {}.", again(folder, {1, 1})));
+  const int count = found.begin()->first.first, other = found.rbegin()->first.first;
+  if (count != other)
+    throw Error(folder.string(),
+                fmt::format("holds shards of {} and of {}, which share the points differently",
+                            count, other),
+                fmt::format("Delete those of one of the two: shard-*-of-{}.h5 or shard-*-of-{}.h5.",
+                            count, other));
+  std::vector<std::string> missing;
+  Shard first{0, count};
+  for (int number = 1; number <= count; ++number)
+    if (!found.contains({count, number})) {
+      if (first.number == 0) first.number = number;
+      missing.push_back(name_of({number, count}) +
+                        (fs::exists(shard_path(folder, {number, count}).string() + ".partial")
+                             ? " (unfinished)"
+                             : ""));
+    }
+  if (!missing.empty())
+    throw Error(folder.string(),
+                fmt::format("lacks {} of {} shards: {}", missing.size(), count, listed(missing)),
+                fmt::format("Simulate them: {}{}.", again(folder, first),
+                            missing.size() > 1 ? ", and so on" : ""));
+  return count;
+}
+
+// A shard's samples, which must be those of its points, all of them and no others.
+Samples read_shard(const fs::path& folder, const Settled& settled, const ShardRound& round,
+                   const Shard& shard) {
+  const fs::path path = shard_path(folder, shard);
+  const Attributes stored = read_attributes(path);
+  const Attributes wanted = attributes_of(settled, shard, round.number);
+  const auto differs = [&](const char* key) { return !carries(stored, {{key, wanted.at(key)}}); };
+  const char* what = differs(kProgram)           ? "was simulated by another version of palpate"
+                     : differs(kInputsAttribute) ? "was simulated from another scene than body.h5"
+                     : differs(kShard) ? "is another shard than its name says, so points come twice"
+                     : differs(kRound) ? "is of another round of the placement"
+                                       : nullptr;
+  if (what) throw Error(path.string(), what, "Simulate it again: " + again(folder, shard) + ".");
+  const PointBatch own =
+      taken(round.batch, points_of_shard(round.batch, experiments_of(settled.scene), shard));
+  if (own.effort.empty()) return {};  // more shards than points
+  Samples samples = read_samples(path);
+  if (samples.point_position != own.points.position || samples.point_normal != own.points.normal ||
+      !points_without_rows(samples).empty())
+    throw Error(path.string(), "does not hold the points of its shard",
+                "Simulate it again: " + again(folder, shard) + ".");
+  if (keeps_surface(settled.scene, settled.body)) read_surface_motion(surface_path(path), samples);
+  return samples;
+}
+
+// One after another, by halves: each row is copied few times.
+Samples joined_all(std::vector<Samples> parts, int per_point) {
+  for (; parts.size() > 1; parts.resize((parts.size() + 1) / 2))
+    for (std::size_t i = 0; i < parts.size(); i += 2)
+      parts[i / 2] =
+          i + 1 < parts.size() ? joined(parts[i], parts[i + 1], per_point) : std::move(parts[i]);
+  return std::move(parts.front());
+}
+
+}  // namespace
+
+Shard parse_shard(const std::string& text) {
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, bad] = std::from_chars(text.data(), end, shard.number);
+  const bool has_slash = bad == std::errc() && slash != end && *slash == '/';
+  if (!has_slash || std::from_chars(slash + 1, end, shard.count).ptr != end || shard.number < 1 ||
+      shard.number > shard.count)
+    throw Error("--shard", fmt::format("\"{}\" is no shard", text),
+                "Give its number and how many there are, such as 3/8; numbers start at 1.");
+  return shard;
+}
+
+fs::path shard_path(const fs::path& folder, const Shard& shard) {
+  return folder / fmt::format("shard-{}-of-{}.h5", shard.number, shard.count);
+}
+
+ShardRound round_of(const fs::path& folder, const Scene& scene, const Body& body) {
+  if (auto round = read_round(folder / "round.json", samples_fingerprint(scene, body)))
+    return *std::move(round);
+  try {
+    SimulateRequest request;
+    request.only_known = true;
+    simulate_scene(scene, body, request, Samples{});
+  } catch (PointsMissing& missing) {
+    return {0, std::move(missing.batch)};
+  }
+  return {};  // a body without test points, which prepare refuses
+}
+
+double cost_of(const Effort& effort, const fem::Experiments& experiments) {
+  const double press = experiments.press_steps;
+  if (effort.scale > 0) return kQuickShare * press;
+  return effort.is_dragged
+             ? press + double(experiments_per_point(experiments) - 1) * experiments.drag_steps
+             : press;
+}
+
+std::vector<std::int32_t> points_of_shard(const PointBatch& batch,
+                                          const fem::Experiments& experiments, const Shard& shard) {
+  std::vector<double> cost;
+  for (const Effort& effort : batch.effort) cost.push_back(cost_of(effort, experiments));
+  std::vector<std::int32_t> order(cost.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+    return cost[static_cast<std::size_t>(a)] > cost[static_cast<std::size_t>(b)];
+  });
+  std::vector<double> load(static_cast<std::size_t>(shard.count), 0);
+  std::vector<std::int32_t> own;
+  for (const std::int32_t point : order) {
+    const auto least = std::min_element(load.begin(), load.end());
+    *least += cost[static_cast<std::size_t>(point)];
+    if (least - load.begin() == shard.number - 1) own.push_back(point);
+  }
+  std::sort(own.begin(), own.end());
+  return own;
+}
+
+void settle_body(const fs::path& folder, const Scene& scene, const Body& body,
+                 const std::string& fingerprint) {
+  const fs::path path = folder / "body.h5";
+  if (!fs::exists(path)) {
+    Body settled = body;
+    settled.settings = settings_of(scene);
+    settled.probe = scene.probe.spec;
+    std::error_code ignored;
+    fs::create_directories(folder, ignored);
+    write_body(path, settled, {{kInputsAttribute, fingerprint}});
+    return;
+  }
+  const Settled there = read_settled(folder);
+  if (samples_fingerprint(there.scene, there.body) != samples_fingerprint(scene, body))
+    throw Error(folder.string(), "holds shards of another scene",
+                "Choose another folder, or delete this one.");
+}
+
+Eigen::Index simulate_shard(const fs::path& folder, const Shard& shard, int jobs) {
+  const fs::path path = shard_path(folder, shard);
+  const OutputLock lock(path);
+  const Settled settled = read_settled(folder);
+  const ShardRound round = round_of(folder, settled.scene, settled.body);
+  const fem::Experiments experiments = experiments_of(settled.scene);
+  const PointBatch own = taken(round.batch, points_of_shard(round.batch, experiments, shard));
+  const auto points = static_cast<Eigen::Index>(own.effort.size());
+  Attributes attributes = attributes_of(settled, shard, round.number);
+  if (carries(attributes_in(path), attributes)) {
+    say("{} is up to date", path.string());
+    return points;
+  }
+  const double from_s = cpu_seconds();
+  const SimulateRequest request{.jobs = jobs,
+                                .output = path,
+                                .fingerprint = attributes.at(kPointFingerprintAttribute),
+                                .has_surface = keeps_surface(settled.scene, settled.body)};
+  const Samples samples =
+      SampleCache(request).at(make_simulator(settled.scene, settled.body), own.points, experiments,
+                              "shard " + name_of(shard), own.effort, own.quick);
+  attributes[kCpu] = fmt::format("{:.3f}", cpu_seconds() - from_s);
+  write_with_surface(path, samples, attributes);
+  remove_partial(path);
+  return points;
+}
+
+Merged merge_shards(const fs::path& folder, const fs::path& output, int jobs) {
+  const Settled settled = read_settled(folder);
+  const std::string fingerprint = samples_fingerprint(settled.scene, settled.body);
+  const ShardRound round = round_of(folder, settled.scene, settled.body);
+  // Shards that a merge had put together when it was interrupted.
+  for (const auto& [_, path] : shards_in(folder)) {
+    const Attributes stored = attributes_in(path);
+    if (round.number > 0 && carries(stored, {{kInputsAttribute, fingerprint},
+                                             {kRound, std::to_string(round.number - 1)}}))
+      fs::remove(path);
+  }
+  Merged merged;
+  const bool has_surface = keeps_surface(settled.scene, settled.body);
+  if (shards_in(folder).empty() && stored_in_hdf5(output) == fingerprint &&
+      (!has_surface || stored_in_hdf5(surface_path(output)) == fingerprint)) {
+    say("{} is up to date", output.string());
+    merged.samples = read_samples(output);
+    return merged;
+  }
+  const int count = check_complete(folder);
+  std::vector<Samples> parts;
+  const fs::path earlier = folder / "merged.h5";
+  if (round.number > 0)
+    parts.push_back(has_surface ? read_with_surface(earlier) : read_samples(earlier));
+  for (int number = 1; number <= count; ++number) {
+    if (Samples part = read_shard(folder, settled, round, {number, count}); part.points() > 0)
+      parts.push_back(std::move(part));
+    merged.cpu_s += std::stod(read_attributes(shard_path(folder, {number, count})).at(kCpu));
+  }
+  const SimulateRequest request{.jobs = jobs,
+                                .output = output,
+                                .fingerprint = point_fingerprint(settled.scene, settled.body),
+                                .has_surface = has_surface,
+                                .only_known = true};
+  Samples known =
+      joined_all(std::move(parts), experiments_per_point(experiments_of(settled.scene)));
+  try {
+    merged.samples = simulate_scene(settled.scene, settled.body, request, known);
+  } catch (PointsMissing& missing) {
+    merged.next_round = round.number + 1;
+    merged.next_points = missing.batch.points.position.rows();
+    write_with_surface(earlier, known, {{kInputsAttribute, fingerprint}});
+    write_file_atomically(folder / "round.json",
+                          to_json({merged.next_round, std::move(missing.batch)}, fingerprint));
+  }
+  remove_shards(folder);
+  if (merged.samples) {
+    std::error_code ignored;
+    for (const fs::path& done : {folder / "round.json", surface_path(earlier), earlier})
+      fs::remove(done, ignored);
+  }
+  return merged;
+}
+
+}  // namespace palpate::tools

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/scene/scene.hpp"
+#include "tools/stages/samples/sample_cache.hpp"
+
+namespace palpate::tools {
+
+// Test points of one scene simulated by several processes, which share a folder and nothing else:
+//
+//   body.h5                  body and scene; the first process makes it, all others read it
+//   round.json, merged.h5    points that place themselves: what a merge wants next, what it has
+//   shard-3-of-8.h5          what process 3 of 8 simulated (.partial while it is at it)
+//
+// A merge puts all shards of a round together, and has the bytes that one process would have.
+
+/// One of `count` processes, numbered from 1.
+struct Shard {
+  int number = 1, count = 1;
+};
+
+/// "3/8". Throws Error at --shard.
+Shard parse_shard(const std::string& text);
+
+std::filesystem::path shard_path(const std::filesystem::path& folder, const Shard& shard);
+
+/// The points that a round simulates: the body's own, or in later rounds those of round.json.
+struct ShardRound {
+  int number = 0;
+  PointBatch batch;
+};
+ShardRound round_of(const std::filesystem::path& folder, const Scene& scene, const Body& body);
+
+/// How long a point takes, in rows of a press on two meshes.
+double cost_of(const Effort& effort, const fem::Experiments& experiments);
+
+/// Numbers of the batch's points that a shard simulates, ascending: the costliest first, each to
+/// the shard that has least so far, so that all take equally long. Every point goes to one shard.
+/// Source: Graham, Bounds on multiprocessing timing anomalies (1969): longest processing time
+/// first.
+std::vector<std::int32_t> points_of_shard(const PointBatch& batch,
+                                          const fem::Experiments& experiments, const Shard& shard);
+
+/// Simulates a shard's points, or those an interrupted process left of them, and writes its file.
+/// Writes nothing where that is up to date. Returns the number of points.
+/// Throws Error when the folder's body.h5 is of another scene, or another process simulates this
+/// shard.
+Eigen::Index simulate_shard(const std::filesystem::path& folder, const Shard& shard, int jobs);
+
+/// The body of a folder of shards, written there first where it has none. fingerprint: of the body
+/// (body_fingerprint). Throws Error where the folder has one of another scene.
+void settle_body(const std::filesystem::path& folder, const Scene& scene, const Body& body,
+                 const std::string& fingerprint);
+
+/// What merging gave: samples, or one more round to simulate.
+struct Merged {
+  std::optional<Samples> samples;
+  int next_round = 0;
+  Eigen::Index next_points = 0;
+  double cpu_s = 0;  ///< of the shards merged
+};
+
+/// Puts the shards of a folder together. Where points place themselves and more are wanted, writes
+/// merged.h5 and round.json instead of the output, and removes the shards of the round.
+/// Throws Error at a shard of another scene, version or round's points, at shards of several
+/// counts, and naming those that are missing.
+Merged merge_shards(const std::filesystem::path& folder, const std::filesystem::path& output,
+                    int jobs);
+
+}  // namespace palpate::tools
