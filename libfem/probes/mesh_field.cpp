@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
 
 namespace palpate::fem {
 namespace {
+
+constexpr double kSlender = 4;  // length over half the width, from which on a section has a line
 
 constexpr double kDefaultShare = 1.0 / 64, kFinest = 1.0 / 160,
                  kCoarsest = 1.0 / 8;  // of the extent
@@ -179,6 +182,7 @@ SignedDistance MeshField::smooth(const Vec3& x) const {
 MeshField::CrossSection MeshField::section(const Vec3& tip, const Vec3& inward,
                                            double depth_m) const {
   CrossSection out;
+  std::vector<Vec3> border;
   for (std::int32_t f = 0; f < surface_.triangles.rows(); ++f) {
     double behind[3];
     for (int k = 0; k < 3; ++k) behind[k] = (tip - corner(f, k)).dot(inward) - depth_m;
@@ -193,10 +197,29 @@ MeshField::CrossSection MeshField::section(const Vec3& tip, const Vec3& inward,
     }
     if (found != 2) continue;
     out.area_m2 += inward.dot(end[0].cross(end[1])) / 2;
-    for (const Vec3& point : end)
-      out.farthest_m = std::max(out.farthest_m, (point - point.dot(inward) * inward).norm());
+    for (const Vec3& point : end) border.push_back(point - point.dot(inward) * inward);
   }
   out.area_m2 = std::abs(out.area_m2);
+  if (border.empty()) return out;
+  const Vec3 farthest = *std::max_element(
+      border.begin(), border.end(),
+      [](const Vec3& a, const Vec3& b) { return a.squaredNorm() < b.squaredNorm(); });
+  const Vec3 along = farthest.normalized();
+  double low = 0, high = 0;
+  for (const Vec3& point : border) {
+    low = std::min(low, point.dot(along));
+    high = std::max(high, point.dot(along));
+    out.width_m = std::max(out.width_m, (point - point.dot(along) * along).norm());
+  }
+  if (high - low > kSlender * out.width_m) {
+    out.from = std::min(0.0, low + out.width_m) * along;
+    out.to = std::max(0.0, high - out.width_m) * along;
+  }
+  for (const Vec3& point : border)  // of a section that is no stadium
+    out.width_m = std::max(
+        out.width_m,
+        (point - out.from - nearest_on_segment(point, out.from, out.to) * (out.to - out.from))
+            .norm());
   return out;
 }
 

@@ -38,10 +38,11 @@ class MeshField {
   double smoothing_m() const { return spacing_; }
   double extent_m() const { return extent_; }
 
-  /// Area [m^2] and farthest point from the axis [m] of the section across `inward` (unit) that
-  /// lies depth_m behind `tip`.
+  /// Of the section across `inward` (unit) that lies depth_m behind `tip`: its area, and across the
+  /// axis the line from which none of its border is farther than width_m.
   struct CrossSection {
-    double area_m2 = 0, farthest_m = 0;
+    double area_m2 = 0, width_m = 0;
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
   };
   CrossSection section(const Vec3& tip, const Vec3& inward, double depth_m) const;
 

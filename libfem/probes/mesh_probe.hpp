@@ -59,7 +59,11 @@ struct MeshShape {
     return contact_radius_m(probe, depth_m);
   }
   static double contact_reach_m(const ProbeGeometry& probe, double depth_m) {
-    return std::max(section(probe, depth_m).farthest_m, contact_radius_m(probe, depth_m));
+    return std::max(section(probe, depth_m).width_m, contact_radius_m(probe, depth_m));
+  }
+  static ContactLine contact_line_m(const ProbeGeometry& probe, double depth_m) {
+    const MeshField::CrossSection own = section(probe, depth_m);
+    return {probe.turn * own.from, probe.turn * own.to};
   }
   static double tip_radius_m(const ProbeGeometry& probe) {
     const double depth = 4 * probe.mesh->smoothing_m(), radius = contact_radius_m(probe, depth);

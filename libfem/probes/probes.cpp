@@ -14,11 +14,12 @@
 namespace palpate::fem {
 namespace {
 
-/// Zero for shapes that say nothing of a line.
+/// A point for shapes that say nothing of a line.
 template <class Shape>
-Vec3 contact_line_m(const ProbeGeometry& probe) {
-  if constexpr (requires { Shape::contact_line_m(probe); }) return Shape::contact_line_m(probe);
-  return Vec3::Zero();
+ContactLine contact_line_m(const ProbeGeometry& probe, double depth_m) {
+  if constexpr (requires { Shape::contact_line_m(probe, depth_m); })
+    return Shape::contact_line_m(probe, depth_m);
+  return {};
 }
 
 /// Zero for shapes that touch a flat surface in one point, or along a line.
@@ -162,8 +163,10 @@ void refuse_probe_key(const ShapeRow& row, std::string_view key, const std::stri
                   "A " + std::string(row.name) + " takes " + own + ".");
 }
 
-Vec3 Probe::contact_line_m(const Vec3& axis) const {
-  return probe_frame(axis, geometry.heading) * shape->contact_line_m(geometry);
+ContactLine Probe::contact_line_m(const Vec3& axis, double depth_m) const {
+  const ContactLine own = shape->contact_line_m(geometry, depth_m);
+  const Mat3 frame = probe_frame(axis, geometry.heading);
+  return {frame * own.from, frame * own.to};
 }
 
 Probe make_probe(const ProbeSpec& spec, const std::string& where) {
@@ -240,6 +243,15 @@ Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std
   out.leans = true;
   out.touch = out.turn * *point;
   return out;
+}
+
+Stance stance(const Probe& probe, const Vec3& axis) {
+  if (!probe.shape->is_axisymmetric)
+    return {probe_frame(axis, probe.geometry.heading) * probe.geometry.turn, probe.geometry.touch};
+  Mat3 upright = tilt_frame(axis);
+  upright.col(2) = -axis;
+  const Mat3 axes = probe.turn * upright;
+  return {axes, axes.transpose() * probe.touch};
 }
 
 double round_end_m(const Probe& probe) {

@@ -56,6 +56,11 @@ struct BoundingBall {
   double radius_m = std::numeric_limits<double>::infinity();
 };
 
+/// Ends of a line across the axis, from the reference point.
+struct ContactLine {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+};
+
 /// A rigid tool shape. It is placed by its reference point x (the point that touches first on a
 /// flat surface) and the unit axis u that points into the body.
 /// complete: fills numbers left out (NaN) and whatever else evaluation needs; says why the numbers
@@ -63,10 +68,10 @@ struct BoundingBall {
 /// exact (a mesh: smoothed, see mesh_field.hpp), without allocation, C1 away from the medial axis.
 /// contact_radius_m: expected smaller half-width of the contact with a flat soft body at a depth;
 /// mesh_length_m: what element sizes are measured in, that half-width or less where pressure peaks
-/// at an edge; contact_reach_m: how far from the point or line of first touch they count, the
-/// larger half-width or more. tip_radius_m: smallest radius of curvature where it touches first, no
-/// more than the half width; of a flat its own radius. half_width_m: across the axis, +inf when it
-/// widens without end.
+/// at an edge; contact_reach_m: how far from the reference point or the line of contact they count,
+/// the larger half-width or more. tip_radius_m: smallest radius of curvature where it touches
+/// first, no more than the half width; of a flat its own radius. half_width_m: across the axis,
+/// +inf when it widens without end.
 struct ShapeRow {
   std::string_view name, summary;
   std::span<const ProbeParameter> parameters;
@@ -80,8 +85,8 @@ struct ShapeRow {
   double (*contact_reach_m)(const ProbeGeometry&, double depth_m);
   double (*tip_radius_m)(const ProbeGeometry&);
   double (*half_width_m)(const ProbeGeometry&);
-  /// Half of the line it touches along, probe's frame; 0: a point.
-  Vec3 (*contact_line_m)(const ProbeGeometry&);
+  /// The line that it touches along at a depth, probe's frame; 0: about its reference point alone.
+  ContactLine (*contact_line_m)(const ProbeGeometry&, double depth_m);
   /// Radius of the ring about the axis where pressure peaks from the first touch on; 0: none.
   double (*edge_ring_m)(const ProbeGeometry&);
 };
@@ -136,9 +141,8 @@ struct Probe {
   }
   /// The length that element sizes are given in: the contact radius of round shapes.
   double mesh_length_m(double depth_m) const;
-  /// Half of the line along which it touches a flat surface first, in the body's axes; 0 for a
-  /// point.
-  Vec3 contact_line_m(const Vec3& axis) const;
+  /// The line along which it touches a flat surface at a depth, in the body's axes.
+  ContactLine contact_line_m(const Vec3& axis, double depth_m) const;
   /// Radius of the edge about the axis at which pressure is all but singular; 0 for shapes without.
   double edge_ring_m() const { return leans ? 0 : shape->edge_ring_m(geometry); }
   /// How far from there the mesh has to be that fine: the contact radius of round shapes.
@@ -155,6 +159,11 @@ Probe make_probe(const ProbeSpec& spec, const std::string& where);
 /// what it is presses along. Throws Error at `where` where no point of the tool does: the flank of
 /// a cone, the shaft of a rod.
 Probe tilted(const Probe& upright, const Vec3& axis, const Lean& lean, const std::string& where);
+
+/// How a tool stands, upright or leaning (tilted()), at a place whose inward unit normal is `axis`.
+/// One that is round about its axis has the tip of the upright tool at its origin and its shaft
+/// along own z.
+Stance stance(const Probe& probe, const Vec3& axis);
 
 /// Radius of the ball that a tool which is round about its axis ends with [m]; 0 where it ends with
 /// none, or is not round (a lying capsule, an ellipsoid, a mesh, a rod that is not rounded whole).

@@ -36,4 +36,11 @@ inline Mat3 tilt_turn(const Vec3& inward, const Lean& lean) {
       .toRotationMatrix();
 }
 
+/// How a tool stands: its own axes in the body's, as columns, and in them its reference point,
+/// which a path moves [m].
+struct Stance {
+  Mat3 axes = Mat3::Identity();
+  Vec3 touch_m = Vec3::Zero();
+};
+
 }  // namespace palpate

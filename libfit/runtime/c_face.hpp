@@ -9,6 +9,7 @@
 
 #include "engine.hpp"
 #include "palpate.h"
+#include "tool/compound_tool.hpp"
 #include "tool/several_tools.hpp"
 #include "tool/turning_tool.hpp"
 
@@ -18,7 +19,8 @@ namespace c_face {
 namespace rt = palpate::runtime;
 
 constexpr std::uint64_t kAssetMark = 0x50616c7061737365u, kContactMark = 0x50616c70636f6e74u,
-                        kTurningMark = 0x50616c707475726eu, kGroupMark = 0x50616c7067726f75u;
+                        kTurningMark = 0x50616c707475726eu, kGroupMark = 0x50616c7067726f75u,
+                        kCompoundMark = 0x50616c70636f6d70u;
 
 struct OpenAsset {
   std::uint64_t mark;
@@ -43,6 +45,13 @@ struct StartedGroup {
   rt::Joint joint;
 };
 static_assert(sizeof(StartedGroup) <= sizeof(palpate_group), "raise palpate_group and PALPATE_ABI");
+struct StartedCompound {
+  std::uint64_t mark;
+  rt::CompoundTool tool;
+};
+static_assert(sizeof(StartedCompound) <= sizeof(palpate_compound),
+              "raise palpate_compound and PALPATE_ABI");
+static_assert(std::is_trivially_copyable<StartedCompound>::value, "a plain copy is a copy");
 static_assert(PALPATE_MAX_TOOLS == rt::kMaxTools, "one bound");
 static_assert(PALPATE_FLAG_CROWDED == rt::kFlagCrowded, "one flag");
 static_assert(alignof(OpenAsset) <= alignof(palpate_asset), "storage must suit");
@@ -158,6 +167,26 @@ inline void fill(const rt::TurningToolOutput& from, palpate_output& out) noexcep
   out.stored_J = from.body.stored_J;
   out.dissipated_J = from.body.dissipated_J;
   out.flags = from.body.flags;
+}
+
+inline void fill(const rt::CompoundOutput& from, int balls, palpate_output& out) noexcept {
+  copy3(from.force_on_tool_N, out.force_on_tool_N);
+  copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
+  copy3(from.contact_m, out.contact_m);
+  copy3(from.normal, out.normal);
+  copy3(from.acts_at_m, out.acts_at_m);
+  for (int k = 0; k < 3; ++k) out.deflection_m[k] = from.acts_at_m[k] - from.contact_m[k];
+  for (int i = 0; i < balls; ++i) {
+    const auto state = static_cast<std::int32_t>(from.ball[i].state);
+    if (state > out.state) out.state = state;
+  }
+  out.events =
+      (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
+  out.stored_J = from.stored_J;
+  out.dissipated_J = from.dissipated_J;
+  out.refused_J = from.refused_J;
+  out.refused_ticks = from.refused_ticks;
+  out.flags = from.flags;
 }
 
 inline rt::Status to_shape(const palpate_tool& tool, rt::ToolShape& shape) noexcept {

@@ -283,6 +283,55 @@ palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* gro
   return first;
 }
 
+palpate_status palpate_compound_start(palpate_compound* compound, const palpate_tool* balls,
+                                      std::int32_t count) noexcept {
+  if (compound == nullptr) return PALPATE_NULL_ARGUMENT;
+  *compound = palpate_compound();
+  if (balls == nullptr) return PALPATE_NULL_ARGUMENT;
+  if (count < 1 || count > PALPATE_MAX_TOOLS) return PALPATE_TOOL_WRONG;
+  StartedCompound started{kCompoundMark, rt::CompoundTool()};
+  rt::CompoundShape& shape = started.tool.shape;
+  shape.balls = count;
+  for (std::int32_t i = 0; i < count; ++i) {
+    rt::ToolShape ball;
+    if (to_shape(balls[i], ball) != rt::Status::ok || ball.has_damper() || !(ball.radius_m > 0) ||
+        ball.radius_m != balls[0].radius_m)
+      return PALPATE_TOOL_WRONG;
+    copy3(ball.offset_m, shape.centre_m[i]);
+    if (i == 0) shape.limits = ball;
+  }
+  shape.radius_m = shape.limits.radius_m;
+  std::memcpy(compound->storage, &started, sizeof started);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_compound_release(palpate_compound* compound) noexcept {
+  if (compound == nullptr) return PALPATE_NULL_ARGUMENT;
+  auto* started = held<StartedCompound>(compound, kCompoundMark);
+  if (started == nullptr) return PALPATE_NOT_STARTED;
+  rt::forget(started->tool);
+  return PALPATE_OK;
+}
+
+palpate_status palpate_compound_tick(const palpate_asset* asset, palpate_compound* compound,
+                                     const palpate_input* in, palpate_output* out) noexcept {
+  if (out != nullptr) {
+    *out = palpate_output();
+    out->triangle = -1;
+  }
+  if (asset == nullptr || compound == nullptr || in == nullptr || out == nullptr)
+    return refuse(out, PALPATE_NULL_ARGUMENT);
+  const auto* opened = held<OpenAsset>(asset, kAssetMark);
+  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
+  auto* started = held<StartedCompound>(compound, kCompoundMark);
+  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
+  rt::CompoundOutput answer;
+  const rt::Status status = rt::touch_compound_tool(opened->asset, started->tool, to_pose(in->tool),
+                                                    to_pose(in->body), in->dt_s, answer);
+  fill(answer, started->tool.shape.balls, *out);
+  return refuse(out, to_c(status));
+}
+
 palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact* contact,
                               std::int32_t first, std::int32_t count,
                               float* displacement_m) noexcept {

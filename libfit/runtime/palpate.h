@@ -108,7 +108,10 @@ typedef struct palpate_turning {
 typedef struct palpate_group {
   uint64_t storage[128];
 } palpate_group;
-enum { PALPATE_MAX_TOOLS = 8 }; /* of a group */
+enum { PALPATE_MAX_TOOLS = 8 }; /* of a group; also the balls of a compound */
+typedef struct palpate_compound {
+  uint64_t storage[4096];
+} palpate_compound;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
 typedef struct palpate_pose {
@@ -359,6 +362,25 @@ PALPATE_API palpate_status palpate_group_tick(const palpate_asset* asset, palpat
                                               palpate_contact* const* contacts,
                                               const palpate_input* in, palpate_output* out,
                                               int32_t count) PALPATE_NOEXCEPT;
+
+/* A rigid tool of several balls that turns: a lying capsule, a finger, a rod. `balls` [count], 1 to
+   PALPATE_MAX_TOOLS, have the balls' centres as offset_m, in the tool's frame, and all the
+   palpate_info.probe_radius_m of the asset; cap and ramp of the first one are the whole tool's, and
+   there is no damper. The asset couples (palpate_info.couples) where there is more than one ball.
+   One palpate_input is one tick: force and torque of *out are sums over the balls, the torque about
+   the tool's position; contact_m, acts_at_m and normal are means by what each ball bears; state is
+   the most any ball does; stored_J and the sums are of the whole tool; there is no stiffness_N_m.
+   What the tool's turns drag along under its balls counts. Refused as palpate_tick, and wherever
+   one of its balls is (PALPATE_TOOL_WRONG: another radius, or no coupling). Work: that of a group
+   of its balls. palpate_compound_release: as palpate_release. */
+PALPATE_API palpate_status palpate_compound_start(palpate_compound* compound,
+                                                  const palpate_tool* balls,
+                                                  int32_t count) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_compound_release(palpate_compound* compound) PALPATE_NOEXCEPT;
+PALPATE_API palpate_status palpate_compound_tick(const palpate_asset* asset,
+                                                 palpate_compound* compound,
+                                                 const palpate_input* in,
+                                                 palpate_output* out) PALPATE_NOEXCEPT;
 
 /* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
    body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.

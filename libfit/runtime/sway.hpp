@@ -41,6 +41,39 @@ struct Compliance {
   double stored_J(const Vec3d& f) const noexcept { return 0.5 * dot(f, times(f)); }
 };
 
+/// L with L L^T = C: lower triangular, xx, yx, yy, zx, zy, zz [sqrt(m/N)]; a direction that does
+/// not give has none.
+struct ComplianceRoot {
+  double l[6] = {0, 0, 0, 0, 0, 0};
+
+  Vec3d times(const Vec3d& v) const noexcept {
+    return {l[0] * v.x, l[1] * v.x + l[2] * v.y, l[3] * v.x + l[4] * v.y + l[5] * v.z};
+  }
+  Vec3d back_times(const Vec3d& v) const noexcept {
+    return {l[0] * v.x + l[1] * v.y + l[3] * v.z, l[2] * v.y + l[4] * v.z, l[5] * v.z};
+  }
+};
+/// Cholesky's factor.
+inline ComplianceRoot root_of(const Compliance& give) noexcept {
+  const double* c = give.c;
+  const double least = 1e-12 * (c[0] + c[1] + c[2]);
+  ComplianceRoot out;
+  double* l = out.l;
+  if (c[0] > least) {
+    l[0] = std::sqrt(c[0]);
+    l[1] = c[3] / l[0];
+    l[3] = c[4] / l[0];
+  }
+  const double yy = c[1] - l[1] * l[1];
+  if (yy > least) {
+    l[2] = std::sqrt(yy);
+    l[4] = (c[5] - l[3] * l[1]) / l[2];
+  }
+  const double zz = c[2] - l[3] * l[3] - l[4] * l[4];
+  if (zz > least) l[5] = std::sqrt(zz);
+  return out;
+}
+
 /// Whether no force is given way to backwards, but for rounding to float.
 inline bool is_nowhere_negative(const double c[6]) noexcept {
   const double most = c[0] + c[1] + c[2], slack = 1e-6 * most;

@@ -192,44 +192,80 @@ Points draw_path(PathKind kind, const Vec3& position, const Vec3& normal, const 
   return path;
 }
 
-}  // namespace
+// What experiments that no fit saw are drawn with, one after the other.
+class Drawing {
+ public:
+  Drawing(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed)
+      : body_(body),
+        range_(range),
+        area_(reachable_area(body)),
+        reach_(body),
+        outward_(vertex_normals(body.surface)),
+        uniform_(seed) {
+    out_.points.triangles.resize(0, 3);
+    out_.points.position.resize(paths, 3);
+    out_.points.normal.resize(paths, 3);
+  }
 
-HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
-  constexpr int kKinds = static_cast<int>(kUprightKinds);
-  const ReachableArea area = reachable_area(body);
-  const Reach reach(body);
-  const Points outward = vertex_normals(body.surface);
-  const int all = points + (range.tilt_rad > 0 ? (points + kKinds - 1) / kKinds : 0);
-  Uniform uniform(seed);
-  HeldOut out;
-  out.points.triangles.resize(0, 3);
-  out.points.position.resize(all, 3);
-  out.points.normal.resize(all, 3);
-  for (int i = 0; i < all; ++i) {
-    const bool tilts = i >= points;
-    const auto kind = tilts ? PathKind::tilting : static_cast<PathKind>(i % kKinds);
+  void add(PathKind kind, PathKind motion, bool tilts) {
     Vec3 position, normal;
     Lean lean = Lean::Zero();
     const auto can_touch = [&] {
-      return tilts ? !range.can_lean || range.can_lean(position, normal, lean)
-                   : !range.can_touch || range.can_touch(position, normal);
+      return tilts ? !range_.can_lean || range_.can_lean(position, normal, lean)
+                   : !range_.can_touch || range_.can_touch(position, normal);
     };
     int draws = 0;
     do {
       if (draws++ == kMaxDraws)
         throw Error("validate", "the tool can touch at no point of the region that was drawn",
                     "Widen the region of [experiments], or take a smaller tool.");
-      std::tie(position, normal) = draw_point(body, area, outward, uniform);
-      if (tilts) lean = lean_of(uniform(0, range.tilt_rad), uniform(0, 2 * std::numbers::pi));
+      std::tie(position, normal) = draw_point(body_, area_, outward_, uniform_);
+      if (tilts) lean = lean_of(uniform_(0, range_.tilt_rad), uniform_(0, 2 * std::numbers::pi));
     } while (!can_touch());
-    const PathKind motion = !tilts ? kind : i % 2 == 0 ? PathKind::straight : PathKind::sliding;
-    out.points.position.row(i) = position;
-    out.points.normal.row(i) = normal;
-    out.points.name.push_back(fmt::format("v{:04}", i + 1));
-    out.kind.push_back(kind);
-    out.paths.push_back({i, draw_path(motion, position, normal, range, reach, uniform), {}, lean});
+    const auto i = static_cast<std::int32_t>(out_.paths.size());
+    out_.points.position.row(i) = position;
+    out_.points.normal.row(i) = normal;
+    out_.points.name.push_back(fmt::format("v{:04}", i + 1));
+    out_.kind.push_back(kind);
+    out_.paths.push_back(
+        {i, draw_path(motion, position, normal, range_, reach_, uniform_), {}, lean});
   }
-  return out;
+  HeldOut done() { return std::move(out_); }
+
+ private:
+  const Body& body_;
+  const HeldOutRange& range_;
+  ReachableArea area_;
+  Reach reach_;
+  Points outward_;
+  Uniform uniform_;
+  HeldOut out_;
+};
+
+constexpr int kKinds = static_cast<int>(kUprightKinds);
+
+}  // namespace
+
+HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed) {
+  const int all = points + (range.tilt_rad > 0 ? (points + kKinds - 1) / kKinds : 0);
+  Drawing drawing(body, range, all, seed);
+  for (int i = 0; i < all; ++i) {
+    const auto kind = static_cast<PathKind>(i % kKinds);
+    if (i < points)
+      drawing.add(kind, kind, false);
+    else
+      drawing.add(PathKind::tilting, i % 2 == 0 ? PathKind::straight : PathKind::sliding, true);
+  }
+  return drawing.done();
+}
+
+HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed) {
+  Drawing drawing(body, range, paths, seed);
+  for (int i = 0; i < paths; ++i) {
+    const auto kind = static_cast<PathKind>(i % kKinds);
+    drawing.add(kind, kind, true);
+  }
+  return drawing.done();
 }
 
 HeldOut draw_two_tools(const Body& body, const HeldOutRange& range, int paths, double least_m,

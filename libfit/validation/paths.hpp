@@ -54,6 +54,10 @@ struct HeldOutRange {
 /// other.
 HeldOut draw_held_out(const Body& body, const HeldOutRange& range, int points, std::uint64_t seed);
 
+/// Paths of a tool that leans by 0 to range.tilt_rad in any direction: at points drawn as those of
+/// draw_held_out, of the upright kinds in turn, each where range.can_lean.
+HeldOut draw_leaning(const Body& body, const HeldOutRange& range, int paths, std::uint64_t seed);
+
 /// Paths of two tools side by side: the second presses and stays, the first presses beside it, and
 /// then one of them, by turns, is dragged. Their distances rise in even shares from least_m to
 /// most_m, or are drawn from there where is_drawn (seeded), as far as the region has such places.

@@ -149,6 +149,24 @@ ShapeError shape_of(const nlohmann::ordered_json& json) {
   return shape;
 }
 
+nlohmann::ordered_json json_with_largest(const std::vector<NamedError>& errors) {
+  nlohmann::ordered_json json = json_of(errors);
+  for (const NamedError& error : errors) {
+    json[error.name]["max_N"] = error.max_N;
+    json[error.name]["max_rel"] = error.max_rel;
+  }
+  return json;
+}
+
+std::vector<NamedError> errors_with_largest(const nlohmann::ordered_json& json) {
+  std::vector<NamedError> errors = named_errors(json);
+  for (NamedError& error : errors) {
+    error.max_N = json.at(error.name).at("max_N");
+    error.max_rel = json.at(error.name).at("max_rel");
+  }
+  return errors;
+}
+
 nlohmann::ordered_json json_of(const Statement& statement) {
   nlohmann::ordered_json json;
   for (const auto& [name, member] : kErrorFields)
@@ -162,12 +180,13 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   json["turning"]["torque_error"] = json_of(statement.turning_torque);
   json["turning"]["tick_ns"] = statement.turning_tick_ns;
   if (!statement.two_tools.empty()) {
-    json["two_tools"] = json_of(statement.two_tools);
-    for (const NamedError& error : statement.two_tools) {
-      json["two_tools"][error.name]["max_N"] = error.max_N;
-      json["two_tools"][error.name]["max_rel"] = error.max_rel;
-    }
+    json["two_tools"] = json_with_largest(statement.two_tools);
     json["two_tools_tick_ns"] = statement.two_tools_tick_ns;
+  }
+  if (!statement.tool.empty()) {
+    json["tool"] = {{"force_error", json_with_largest(statement.tool)},
+                    {"torque_error", json_of(statement.tool_torque)},
+                    {"tick_ns", statement.tool_tick_ns}};
   }
   json["shape_error"] = json_of(statement.shape);
   return json;
@@ -205,6 +224,15 @@ std::string lines(std::string_view title, const std::vector<NamedTorque>& errors
   return text;
 }
 
+std::string lines_with_largest(std::string_view title, const std::vector<NamedError>& errors) {
+  std::string text;
+  if (!errors.empty())
+    text = fmt::format("{:<23}{:>18}{:>18}{:>18}\n", title, "median", "p95", "max");
+  for (const NamedError& e : errors)
+    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}, {e.max_rel, e.max_N}});
+  return text;
+}
+
 }  // namespace
 
 NamedError named_error(std::string name, const std::vector<ComparedRow>& rows) {
@@ -220,6 +248,7 @@ std::string to_asset_json(const Statement& statement) {
   json.erase("turning");
   json.erase("two_tools");
   json.erase("two_tools_tick_ns");
+  json.erase("tool");
   return json.dump();
 }
 
@@ -281,12 +310,13 @@ Statement parse_statement(const std::string& text, const std::string& where) {
       s.turning_tick_ns = turning.at("tick_ns");
     }
     if (json.contains("two_tools")) {
-      s.two_tools = named_errors(json["two_tools"]);
-      for (NamedError& error : s.two_tools) {
-        error.max_N = json["two_tools"].at(error.name).at("max_N");
-        error.max_rel = json["two_tools"].at(error.name).at("max_rel");
-      }
+      s.two_tools = errors_with_largest(json["two_tools"]);
       s.two_tools_tick_ns = json.at("two_tools_tick_ns");
+    }
+    if (json.contains("tool")) {
+      s.tool = errors_with_largest(json["tool"].at("force_error"));
+      s.tool_torque = torques(json["tool"].at("torque_error"));
+      s.tool_tick_ns = json["tool"].at("tick_ns");
     }
     if (json.contains("shape_error")) s.shape = shape_of(json["shape_error"]);
   } catch (const nlohmann::json::exception& e) {
@@ -305,13 +335,12 @@ std::string in_words(const Statement& s) {
   words += lines("torque error", s.torque) + lines("by a tool that turns", s.turning) +
            lines("torque error of it", s.turning_torque);
   if (s.turning_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.turning_tick_ns);
-  if (!s.two_tools.empty())
-    words +=
-        fmt::format("{:<23}{:>18}{:>18}{:>18}\n", "two tools on the body", "median", "p95", "max");
-  for (const NamedError& e : s.two_tools)
-    words += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}, {e.max_rel, e.max_N}});
+  words += lines_with_largest("two tools on the body", s.two_tools);
   if (s.two_tools_tick_ns > 0)
     words += fmt::format("a tick of both: {:.0f} ns\n", s.two_tools_tick_ns);
+  words +=
+      lines_with_largest("the tool, as balls", s.tool) + lines("torque error of it", s.tool_torque);
+  if (s.tool_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.tool_tick_ns);
   words += fmt::format(
       "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
       "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",

@@ -58,6 +58,11 @@ struct Statement {
   /// there are none. two_tools_tick_ns: of both together.
   std::vector<NamedError> two_tools = {};
   double two_tools_tick_ns = 0;
+  /// Held-out paths of the scene's [tool]: as balls that feel each other (`felt`), as balls by
+  /// themselves and as its foremost ball alone; nothing where there is none.
+  std::vector<NamedError> tool = {};
+  std::vector<NamedTorque> tool_torque = {};
+  double tool_tick_ns = 0;
   ShapeError shape = {};  ///< of the surface that is shown; no rows where none is
 };
 

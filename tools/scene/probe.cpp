@@ -1,8 +1,12 @@
 #include "tools/scene/probe.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "libfem/probes/probes.hpp"
+#include "libfit/runtime/tool/joint_root.hpp"
+#include "tools/scene/fields.hpp"
 #include "tools/scene/toml_table.hpp"
 
 namespace palpate::tools {
@@ -38,12 +42,13 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
     table.finish();
     return probe;
   }
-  const fem::ShapeRow& row = fem::find_shape(spec.shape, table.where("shape") + ": [probe] shape");
+  const fem::ShapeRow& row =
+      fem::find_shape(spec.shape, table.where("shape") + ": " + table.name() + " shape");
   const std::vector<std::string_view> own = fem::probe_keys(row);
   for (const fem::ShapeRow& other : fem::probe_shapes())
     for (const std::string_view key : fem::probe_keys(other)) {
       if (std::find(own.begin(), own.end(), key) == own.end() && table.holds(key))
-        fem::refuse_probe_key(row, key, table.where(key) + ": [probe]");
+        fem::refuse_probe_key(row, key, table.where(key) + ": " + table.name());
     }
   for (const fem::ProbeParameter& parameter : row.parameters)
     if (table.has(parameter.key))
@@ -54,7 +59,7 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   }
   if (row.takes_mesh) {
     if (!table.has("mesh"))
-      throw Error(table.where_table(), "[probe] has no mesh",
+      throw Error(table.where_table(), table.name() + " has no mesh",
                   "Add mesh = \"tool.stl\" and length_unit = \"mm\".");
     const std::filesystem::path file(table.text("mesh", ""));
     probe.mesh =
@@ -63,6 +68,30 @@ ProbeSection read_probe(SceneTable& table, const std::filesystem::path& folder) 
   }
   table.finish();
   return probe;
+}
+
+ToolSection read_tool(SceneTable& table, const std::filesystem::path& folder, double friction) {
+  ToolSection tool;
+  if (table.has("friction"))
+    throw Error(table.where("friction"), "friction of [tool] is that of [probe]",
+                "Leave it out here.");
+  if (!table.has("balls"))
+    throw Error(table.where_table(), "[tool] has no balls",
+                "Add balls = 4, in a row along a capsule, or their places in the tool's own axes.");
+  if (table.node("balls")->is_integer())
+    tool.row = static_cast<int>(table.integer("balls", 0, 2, runtime::kMaxTools));
+  else
+    tool.balls_m = table.points("balls");
+  if (!tool.row && (tool.balls_m.rows() < 1 || tool.balls_m.rows() > runtime::kMaxTools))
+    throw Error(table.where("balls"),
+                fmt::format("balls of [tool] names {} places", tool.balls_m.rows()),
+                fmt::format("Give 1 to {}.", runtime::kMaxTools));
+  tool.tilt_rad = table.quantity("tilt", Dimension::angle, tool.tilt_rad, 0, kMostTilt_rad);
+  tool.paths = static_cast<int>(table.integer("paths", tool.paths, 1, 1000));
+  tool.held_out = static_cast<int>(table.integer("held_out", tool.held_out, 0, 1000));
+  tool.probe = read_probe(table, folder);
+  tool.probe.spec.friction = friction;
+  return tool;
 }
 
 }  // namespace palpate::tools

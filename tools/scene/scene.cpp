@@ -297,6 +297,11 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
     scene.probe = read_probe(probe, path.parent_path());
   });
   section([&] {
+    if (!root.has("tool")) return;
+    SceneTable tool = root.table("tool", "[tool]");
+    scene.tool = read_tool(tool, path.parent_path(), scene.probe.spec.friction);
+  });
+  section([&] {
     scene.experiments = read_experiments(root.table("experiments", "[experiments]"), path);
   });
   section([&] { scene.fit = read_section<FitSection>(root.table("fit", "[fit]"), path); });

@@ -116,6 +116,7 @@ struct Scene {
   std::vector<BedSection> beds;
   std::optional<GravitySection> gravity;
   ProbeSection probe;
+  std::optional<ToolSection> tool;
   ExperimentsSection experiments;
   FitSection fit;
   ExportSection export_;

@@ -235,6 +235,18 @@ Vec3 SceneTable::point(std::string_view key) {
   return point_of(*value, key);
 }
 
+Points SceneTable::points(std::string_view key) {
+  const toml::node* value = node(key);
+  const toml::array* list = value ? value->as_array() : nullptr;
+  if (!list)
+    throw Error(where(key), fmt::format("{} of {} is not a list of places", key, name_),
+                fmt::format("Write {} = [[\"0 mm\", \"0 mm\", \"5 mm\"]].", key));
+  Points out(static_cast<Eigen::Index>(list->size()), 3);
+  for (std::size_t i = 0; i < list->size(); ++i)
+    out.row(static_cast<Eigen::Index>(i)) = point_of(*list->get(i), key);
+  return out;
+}
+
 Vec3 SceneTable::direction(std::string_view key) {
   const toml::node* value = node(key);
   const toml::array* list = value ? value->as_array() : nullptr;

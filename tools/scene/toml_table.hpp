@@ -47,6 +47,8 @@ class SceneTable {
   /// A list of `count` plain numbers in [low, high], without units.
   std::vector<double> numbers(std::string_view key, std::size_t count, double low, double high);
   Vec3 point(std::string_view key);
+  /// A list of points.
+  Points points(std::string_view key);
   /// Three plain numbers.
   Vec3 direction(std::string_view key);
   /// The key length_unit: metres in one unit of a mesh file, which carries none. Required.

@@ -87,6 +87,19 @@ std::string pairs_fingerprint(const Scene& scene, const Body& body) {
       .hex();
 }
 
+std::string tool_fingerprint(const Scene& scene, const Body& body) {
+  const ToolSection& tool = *scene.tool;
+  const Experiments& each = scene.experiments.each;
+  return stage_hash("tool")
+      .add(point_fingerprint(scene, body))
+      .add(canonical(tool.probe.spec))
+      .add(fmt::format("{} {} {} {} {}", tool.row, tool.tilt_rad, tool.paths, each.depth_m,
+                       each.drag_distance_m))
+      .add(bytes_of(tool.balls_m))
+      .add({body.is_reachable.data(), body.is_reachable.size()})
+      .hex();
+}
+
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
                                const std::filesystem::path& cycles) {
   ContentHash hash = stage_hash("curves").add(canonical(fit)).add_file(samples);
@@ -97,10 +110,10 @@ std::string curves_fingerprint(const FitSection& fit, const std::filesystem::pat
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
                               const std::filesystem::path& surface,
-                              const std::filesystem::path& pairs) {
+                              const std::vector<std::filesystem::path>& coupling) {
   ContentHash hash = stage_hash("model").add_file(curves).add_file(body);
   if (!surface.empty()) hash.add_file(surface);
-  if (!pairs.empty()) hash.add_file(pairs);
+  for (const std::filesystem::path& file : coupling) hash.add_file(file);
   return hash.hex();
 }
 
@@ -112,6 +125,7 @@ std::string statement_fingerprint(const Scene& scene, const std::string& asset_f
                                   const std::filesystem::path& body) {
   ContentHash hash = stage_hash("statement");
   hash.add(canonical(scene, Stage::validate)).add(canonical(scene, Stage::simulate));
+  if (scene.tool) hash.add(std::to_string(scene.tool->held_out));
   return hash.add(asset_fingerprint).add_file(body).hex();
 }
 

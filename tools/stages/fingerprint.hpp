@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "libfit/core/body.hpp"
 #include "libfit/io/content_hash.hpp"
@@ -24,14 +25,17 @@ std::string samples_fingerprint(const Scene& scene, const Body& body);
 std::string point_fingerprint(const Scene& scene, const Body& body);
 std::string cycles_fingerprint(const Scene& scene, const std::filesystem::path& samples);
 std::string pairs_fingerprint(const Scene& scene, const Body& body);
+/// Of the paths of [tool].
+std::string tool_fingerprint(const Scene& scene, const Body& body);
 /// cycles: of a body that softens; empty where there are none.
 std::string curves_fingerprint(const FitSection& fit, const std::filesystem::path& samples,
                                const std::filesystem::path& cycles = {});
-/// surface: motion of the surface, empty where it is not known. pairs: of two tools, likewise.
+/// surface: motion of the surface, empty where it is not known. coupling: files that tell how
+/// contacts feel each other.
 std::string model_fingerprint(const std::filesystem::path& curves,
                               const std::filesystem::path& body,
                               const std::filesystem::path& surface,
-                              const std::filesystem::path& pairs = {});
+                              const std::vector<std::filesystem::path>& coupling = {});
 std::string asset_fingerprint(const ExportSection& section, const std::filesystem::path& model);
 /// asset_fingerprint: of the asset; its own bytes change when it gets its statement.
 std::string statement_fingerprint(const Scene& scene, const std::string& asset_fingerprint,

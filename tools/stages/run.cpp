@@ -14,6 +14,8 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/samples/compound.hpp"
+#include "tools/stages/samples/coupling.hpp"
 #include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/pairs.hpp"
 #include "tools/stages/samples/placement.hpp"
@@ -29,6 +31,8 @@ using namespace validation;
 
 namespace fs = std::filesystem;
 
+constexpr double kShortestCoupling = 0.5;  // its scale over the ball's radius (M62)
+
 class StageRun {
  public:
   explicit StageRun(const RunRequest& request) : request_(request), output_(request.folder) {}
@@ -41,6 +45,7 @@ class StageRun {
     simulate();
     cycle();
     pair();
+    press_tool();
     fit();
     refine();
     export_asset();
@@ -141,17 +146,43 @@ class StageRun {
       simulate_pairs(scene_, body_, request_.jobs, output, wanted);
   }
 
+  // The paths of [tool].
+  void press_tool() {
+    if (!scene_.tool) return;
+    const fs::path output = file("tool.h5");
+    const std::string wanted = tool_fingerprint(scene_, body_);
+    if (is_stale("tool", output, stored_in_hdf5(output), wanted))
+      simulate_tool(scene_, body_, request_.jobs, output, wanted, !request_.force);
+  }
+
+  void add_coupling(Model& model) const {
+    const Samples pairs = has_pairs() ? read_samples(file("pairs.h5")) : Samples(),
+                  tool = scene_.tool ? read_samples(file("tool.h5")) : Samples();
+    std::vector<MakeEvidence> evidence;
+    if (has_pairs())
+      evidence.push_back(
+          [&](const auto& asset) { return pairs_evidence(asset, scene_, body_, pairs); });
+    if (scene_.tool)
+      evidence.push_back(
+          [&](const auto& asset) { return tool_evidence(asset, scene_, body_, tool); });
+    if (!evidence.empty())
+      tools::add_coupling(model, evidence, kShortestCoupling * ball_radius_m(scene_.probe.spec));
+  }
+
   void refine() {
     const fs::path output = file("model.h5");
     const fs::path samples = file("samples.h5");
     const bool has_surface = keeps_surface(scene_, body_);
-    const std::string wanted = model_fingerprint(file("curves.h5"), placed_body(),
-                                                 has_surface ? surface_path(samples) : fs::path(),
-                                                 has_pairs() ? file("pairs.h5") : fs::path());
+    std::vector<fs::path> coupling;
+    if (has_pairs()) coupling.push_back(file("pairs.h5"));
+    if (scene_.tool) coupling.push_back(file("tool.h5"));
+    const std::string wanted =
+        model_fingerprint(file("curves.h5"), placed_body(),
+                          has_surface ? surface_path(samples) : fs::path(), coupling);
     if (!is_stale("refine", output, stored_in_hdf5(output), wanted)) return;
     Model model = refine_body(read_curves(file("curves.h5")), read_body(placed_body()));
     if (has_surface) add_shape(model, read_with_surface(samples));
-    if (has_pairs()) add_coupling(model, scene_, body_, read_samples(file("pairs.h5")));
+    add_coupling(model);
     write_model(output, model, {{kInputsAttribute, wanted}});
   }
 
@@ -204,6 +235,7 @@ class StageRun {
                                           .tilts = tilts() ? file(kTurningAsset) : fs::path()});
     state_two_tools(asset, scene_, body_, request_.jobs, request_.folder, !request_.force,
                     statement);
+    state_tool(asset, scene_, body_, request_.jobs, request_.folder, !request_.force, statement);
     state_asset(asset, to_asset_json(statement));
     statement.asset_bytes = fs::file_size(asset);
     write_file_atomically(output, to_json(statement, wanted));

@@ -167,7 +167,6 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
   grade.interface_share = options.interface_share;
   if (setup.region_at)
     grade.region_at = [this](const Vec3& x) { return setup.region_at(scene_place(x)); };
-  const Vec3 line = tool.contact_line_m(normal);
   const double ring = tool.edge_ring_m();
   const auto add_ring = [&](const Vec3& middle) {
     const std::vector<Vec3> out = drag_tangents(normal, kRingPieces);
@@ -189,9 +188,10 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
       continue;
     }
     add(segment.from, segment.to);
-    if (line.isZero()) continue;
-    add(segment.from - line, segment.from + line);
-    add(segment.to - line, segment.to + line);
+    const ContactLine line = tool.contact_line_m(normal, depth);
+    if (line.from == line.to) continue;
+    add(segment.from + line.from, segment.from + line.to);
+    add(segment.to + line.from, segment.to + line.to);
   }
   QuadraticMesh mesh = grade_mesh(volume, setup.is_held, surface, grade);
   mesh.nodes.rowwise() -= (position - origin).transpose();

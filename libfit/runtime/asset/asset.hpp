@@ -76,10 +76,6 @@ class Asset : public AssetView {
     if (*status != Status::ok) return Asset();
     asset.skin_m = skin_of(asset);
     asset.sways = any_sway(asset);
-    if (asset.sways && asset.coupling != nullptr) {  // contacts that sway know nothing of others
-      *status = Status::numbers_wrong;
-      return Asset();
-    }
     return asset;
   }
 

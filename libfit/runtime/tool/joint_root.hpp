@@ -55,14 +55,38 @@ struct JointContacts {
   Vec3d point[kMaxTools];   ///< contact points
   Vec3d normal[kMaxTools];  ///< inward there
   Coupling at[kMaxTools][kMaxTools];
+  ComplianceRoot root[kMaxTools];  ///< of the sway at each
+  bool sways = false;
   Vec3d force[kMaxTools];
   double* stiffness_N_m[kMaxTools];
 
+  /// C_ij f (M62) and (M62a).
+  Vec3d moved(int i, int j, const Vec3d& f) const noexcept {
+    Vec3d sum{0, 0, 0};
+    if (j != i) sum = coupled(at[i][j], normal[i], normal[j], f);
+    return sways ? sum + root[i].times(root[j].back_times(f)) : sum;
+  }
   Vec3d sunk(int i, const Vec3d* forces) const noexcept {
     Vec3d sum{0, 0, 0};
     for (int j = 0; j < count; ++j)
-      if (j != i) sum = sum + coupled(at[i][j], normal[i], normal[j], forces[j]);
+      if (j != i || sways) sum = sum + moved(i, j, forces[j]);
     return sum;
+  }
+  /// The same of a tool in the air at x: as if it touched along the normal of each contact, and
+  /// swayed as the nearest one does.
+  Vec3d sunk_beside(const AssetView& asset, const Vec3d& at_m, double radius_m) const noexcept {
+    Vec3d sum{0, 0, 0}, pulled{0, 0, 0};
+    int nearest = 0;
+    double least = 1e300;
+    for (int k = 0; k < count; ++k) {
+      const Vec3d way = at_m + normal[k] * radius_m - point[k];
+      const double squared = dot(way, way);
+      sum = sum + coupled(coupling_at(*asset.coupling, squared), normal[k], normal[k], force[k]);
+      if (sways) pulled = pulled + root[k].back_times(force[k]);
+      if (squared < least) nearest = k;
+      least = squared < least ? squared : least;
+    }
+    return sways && count > 0 ? sum + root[nearest].times(pulled) : sum;
   }
   /// What the coupling stores under the forces.
   double coupling_J() const noexcept {
@@ -70,12 +94,16 @@ struct JointContacts {
     for (int i = 0; i < count; ++i) sum += 0.5 * dot(force[i], sunk(i, force));
     return sum;
   }
-  void couple(const AssetView& asset) noexcept {
-    for (int i = 0; i < count; ++i)
+  /// sway: of each contact, where the body does.
+  void couple(const AssetView& asset, const Compliance* sway) noexcept {
+    sways = asset.sways;
+    for (int i = 0; i < count; ++i) {
+      if (sways) root[i] = root_of(sway[i]);
       for (int j = 0; j < i; ++j) {
         const Vec3d way = point[i] - point[j];
         at[i][j] = at[j][i] = coupling_at(*asset.coupling, dot(way, way));
       }
+    }
   }
 };
 
@@ -87,10 +115,9 @@ inline void joint_step(const JointContacts& all, const Vec3d* rest, Vec3d* step)
     put(rest[i], b + 3 * i);
     for (int j = 0; j < all.count; ++j)
       for (int c = 0; c < 3; ++c) {
-        const Vec3d column =
-            i == j ? axis[c]
-                   : times(all.stiffness_N_m[i],
-                           coupled(all.at[i][j], all.normal[i], all.normal[j], axis[c]));
+        Vec3d column = i == j ? axis[c] : Vec3d{0, 0, 0};
+        if (i != j || all.sways)
+          column = column + times(all.stiffness_N_m[i], all.moved(i, j, axis[c]));
         m[3 * i][3 * j + c] = column.x;
         m[3 * i + 1][3 * j + c] = column.y;
         m[3 * i + 2][3 * j + c] = column.z;
@@ -107,7 +134,7 @@ inline void joint_step(const JointContacts& all, const Vec3d* rest, Vec3d* step)
 template <class Respond>
 bool settle_jointly(JointContacts& all, const Respond& respond) noexcept {
   const int n = all.count;
-  if (n == 1) {
+  if (n == 1 && !all.sways) {
     all.force[0] = respond(0, all.x[0]);
     return true;
   }

@@ -49,13 +49,14 @@ union ContactRoom {
   ContactRoom() noexcept {}
 };
 
-/// Where a contact stands, for coupling: its point and the inward normal there.
-inline void stand(const AssetView& asset, const Contact& contact, Vec3d& point,
-                  Vec3d& normal) noexcept {
+/// Where a contact stands, for coupling: its point, the inward normal and the sway there.
+inline void stand(const AssetView& asset, const Contact& contact, Vec3d& point, Vec3d& normal,
+                  Compliance& sway) noexcept {
   point = {0, 0, 0};
   for (int k = 0; k < 3; ++k)
     point = point + asset.vertex_at(asset.corner(contact.triangle, k)) * contact.weight[k];
   normal = blended_normal(asset, contact.triangle, contact.weight);
+  sway = compliance_at(asset, contact.triangle, contact.weight);
 }
 
 /// A contact of rings that slips, and one that holds.
@@ -85,6 +86,7 @@ inline bool are_crowded(const AssetView& asset, const JointTool& a, const JointT
 inline void approach_together(const AssetView& asset, const Joint& joint, JointTool* tool, int n,
                               Vec3d* x, Vec3d* before) noexcept {
   JointContacts last;
+  Compliance sway[kMaxTools];
   for (int i = 0; i < n; ++i) {
     x[i] = make_vec3<double>(tool[i].place_m) - make_vec3<double>(asset.origin_m);
     before[i] = tool[i].contact->has_tip ? make_vec3<double>(tool[i].contact->tip_m) : x[i];
@@ -95,20 +97,16 @@ inline void approach_together(const AssetView& asset, const Joint& joint, JointT
     const int k = last.count++;
     last.tool[k] = i;
     last.force[k] = make_vec3<double>(joint.force_N[i]);
-    stand(asset, contact, last.point[k], last.normal[k]);
+    stand(asset, contact, last.point[k], last.normal[k], sway[k]);
   }
-  last.couple(asset);
+  last.couple(asset, sway);
   for (int i = 0, own = 0; i < n; ++i) {
     Contact& contact = *tool[i].contact;
     Vec3d sunk{0, 0, 0};
     if (own < last.count && last.tool[own] == i) {
       sunk = last.sunk(own++, last.force);
-    } else {  // in the air: as if it touched along the other's normal
-      for (int k = 0; k < last.count; ++k) {
-        const Vec3d way = x[i] + last.normal[k] * tool[i].radius_m - last.point[k];
-        sunk = sunk + coupled(coupling_at(*asset.coupling, dot(way, way)), last.normal[k],
-                              last.normal[k], last.force[k]);
-      }
+    } else {
+      sunk = last.sunk_beside(asset, x[i], tool[i].radius_m);
     }
     Vec3d step{0, 0, 0};
     const double radius = tool[i].radius_m;
@@ -142,6 +140,7 @@ inline void touch_together(const AssetView& asset, Joint& joint, JointTool* tool
   Vec3d x[kMaxTools], before[kMaxTools];
   approach_together(asset, joint, tool, n, x, before);
   JointContacts all;
+  Compliance sway[kMaxTools];
   ContactRoom start[kMaxTools];
   bool is_ball[kMaxTools];
   for (int i = 0; i < n; ++i) {
@@ -158,11 +157,11 @@ inline void touch_together(const AssetView& asset, Joint& joint, JointTool* tool
     all.x[k] = x[i];
     all.force[k] = make_vec3<double>(joint.force_N[i]);
     all.stiffness_N_m[k] = joint.stiffness_N_m[i];
-    stand(asset, contact, all.point[k], all.normal[k]);
+    stand(asset, contact, all.point[k], all.normal[k], sway[k]);
     start[k].contact = contact;
     is_ball[k] = tool[i].radius_m > 0 || asset.probe_radius_m > 0;
   }
-  all.couple(asset);
+  all.couple(asset, sway);
   const auto contact_of = [&](int k) noexcept -> Contact& { return *tool[all.tool[k]].contact; };
   const auto output_of = [&](int k) noexcept -> Output& { return tool[all.tool[k]].out; };
 
@@ -221,9 +220,9 @@ inline void touch_together(const AssetView& asset, Joint& joint, JointTool* tool
       now.force[m] = all.force[k];
       now.stiffness_N_m[m] = all.stiffness_N_m[k];
       is_ball[m] = is_ball[k];
-      stand(asset, contact, now.point[m], now.normal[m]);
+      stand(asset, contact, now.point[m], now.normal[m], sway[m]);
     }
-    now.couple(asset);
+    now.couple(asset, sway);
     all = now;
     is_settled = settle_jointly(all,
                                 [&](int k, const Vec3d& y) noexcept {

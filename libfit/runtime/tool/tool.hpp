@@ -46,6 +46,30 @@ inline bool make_frame(const Pose& pose, Frame& out) noexcept {
   return true;
 }
 
+/// A tool's frame as a body sees it: body^T tool.
+inline Frame seen_from(const Frame& body, const Frame& tool) noexcept {
+  Frame out;
+  out.origin = body.place_back(tool.origin);
+  const Vec3d a = body.turn_back({tool.row[0].x, tool.row[1].x, tool.row[2].x}),
+              b = body.turn_back({tool.row[0].y, tool.row[1].y, tool.row[2].y}),
+              c = body.turn_back({tool.row[0].z, tool.row[1].z, tool.row[2].z});
+  out.row[0] = {a.x, b.x, c.x};
+  out.row[1] = {a.y, b.y, c.y};
+  out.row[2] = {a.z, b.z, c.z};
+  return out;
+}
+
+/// The turn of a tool since the tick before, whose rows were `before`: its axis times the sine of
+/// its angle.
+inline Vec3d turn_since(const double before[3][3], const Frame& now) noexcept {
+  const Vec3d p[3] = {make_vec3<double>(before[0]), make_vec3<double>(before[1]),
+                      make_vec3<double>(before[2])};  // now before^T is the turn
+  return Vec3d{dot(now.row[2], p[1]) - dot(now.row[1], p[2]),
+               dot(now.row[0], p[2]) - dot(now.row[2], p[0]),
+               dot(now.row[1], p[0]) - dot(now.row[0], p[1])} *
+         0.5;
+}
+
 constexpr double kMaxDamping_Ns_m = 1e4;
 
 /// What touches: a point or a ball fixed to the tool, and a damper parallel to the curves,

@@ -17,8 +17,8 @@
 namespace palpate {
 namespace runtime {
 
-/// Whether touch_turning() takes the asset: of rings that a ball was measured with, and no body that
-/// tools puncture, because a channel knows no lean.
+/// Whether touch_turning() takes the asset: of rings that a ball was measured with, and no body
+/// that tools puncture, because a channel knows no lean.
 inline bool is_turnable(const AssetView& asset) noexcept {
   return asset.curves.family == int(Family::rings) && asset.probe_radius_m > 0 &&
          asset.channels == nullptr;
@@ -62,16 +62,6 @@ inline void forget(TurningContact& state) noexcept {
   forget(state.contact);
   unwind(state);
   state.has_pose = false;
-}
-
-/// The turn since the last tick: its axis times the sine of its angle.
-inline Vec3d turn_since(const double before[3][3], const Frame& now) noexcept {
-  const Vec3d p[3] = {make_vec3<double>(before[0]), make_vec3<double>(before[1]),
-                      make_vec3<double>(before[2])};  // now before^T is the turn
-  return Vec3d{dot(now.row[2], p[1]) - dot(now.row[1], p[2]),
-               dot(now.row[0], p[2]) - dot(now.row[2], p[0]),
-               dot(now.row[1], p[0]) - dot(now.row[0], p[1])} *
-         0.5;
 }
 
 /// How a contact stands at the place where its tool was last.
@@ -314,16 +304,7 @@ inline Status touch_turning_tool(const AssetView& asset, TurningTool& state, con
   const Vec3d centre = tool_frame.place(make_vec3<double>(shape.offset_m));
   double centre_m[3];
   put(body_frame.place_back(centre), centre_m);
-  Frame seen;  // body^T tool
-  seen.origin = {0, 0, 0};
-  Vec3d column[3];
-  for (int k = 0; k < 3; ++k) {
-    const Vec3d axis{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
-    column[k] = body_frame.turn_back(tool_frame.turn(axis));
-  }
-  seen.row[0] = {column[0].x, column[1].x, column[2].x};
-  seen.row[1] = {column[0].y, column[1].y, column[2].y};
-  seen.row[2] = {column[0].z, column[1].z, column[2].z};
+  const Frame seen = seen_from(body_frame, tool_frame);
   if (has_time) state.since_start_s += dt_s;
   const bool was_touching = state.turning.contact.triangle >= 0;
   const Status status = touch_turning(asset, state.turning, centre_m, seen, out.body, dt_s);

@@ -59,11 +59,34 @@ TEST(Lengths, a_capsule_lying_touches_along_a_line_and_upright_is_a_ball) {
   const Probe lying = make_probe(spec, "t");
   EXPECT_DOUBLE_EQ(lying.contact_radius_m(0.001), 0.002);
   EXPECT_GE(lying.contact_reach_m(0.001), lying.mesh_length_m(0.001));
-  EXPECT_NEAR(lying.contact_line_m(Vec3::UnitZ()).norm(), 0.011, 1e-15);
-  EXPECT_NEAR(lying.contact_line_m(Vec3::UnitZ()).x(), 0.011, 1e-15);  // the default heading there
-  EXPECT_EQ(upright.contact_line_m(Vec3::UnitZ()).norm(), 0);
+  const ContactLine line = lying.contact_line_m(Vec3::UnitZ(), 0.001);
+  EXPECT_LT((line.to - Vec3(0.011, 0, 0)).norm(), 1e-15);  // along the default heading there
+  EXPECT_EQ(line.from, Vec3(-line.to));
+  const ContactLine none = upright.contact_line_m(Vec3::UnitZ(), 0.001);
+  EXPECT_EQ(none.from, none.to);
   EXPECT_DOUBLE_EQ(lying.half_width_m, 0.015);
   EXPECT_DOUBLE_EQ(pressed_to(lying, 0.001).length_m, 0.004);
+}
+
+// From the end that goes deepest to where it is as high as the depth.
+TEST(Lengths, a_capsule_that_leans_touches_along_what_has_sunk) {
+  ProbeSpec spec = spec_of("capsule", {{"radius", {0.004}}, {"length", {0.03}}});
+  spec.orientation = Vec3::UnitX();
+  const Vec3 down = -Vec3::UnitZ();
+  const Probe lying = make_probe(spec, "t");
+  for (const double tilt : {0.05, -0.05, 0.3}) {
+    const Probe leaning = tilted(lying, down, lean_of(tilt, 0), "t");
+    const ContactLine line = leaning.contact_line_m(down, 0.001);
+    EXPECT_EQ(line.from, Vec3(Vec3::Zero()));
+    const double sunk = std::min(0.022, 0.001 / std::sin(std::abs(tilt)));
+    EXPECT_NEAR(line.to.norm(), sunk * std::cos(tilt), 1e-9) << tilt;
+    EXPECT_NEAR(line.to.z(), 0, 1e-12);
+    // The capsule is as deep there, and not beyond.
+    const double touch = 0.001 - sunk * std::sin(std::abs(tilt));
+    EXPECT_NEAR(leaning.distance(down, line.to + (0.001 - touch) * -down).distance_m, 0,
+                0.25 * 0.001)
+        << tilt;
+  }
 }
 
 TEST(Lengths, an_ellipsoids_come_from_its_curvature_at_the_tip) {

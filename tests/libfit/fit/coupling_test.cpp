@@ -6,6 +6,9 @@
 
 #include <algorithm>
 
+#include "libfit/core/statistics.hpp"
+#include "libfit/fit/two_tools.hpp"
+#include "libfit/runtime/asset/check_blocks.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {
@@ -51,10 +54,24 @@ struct PairsOnAPlate {
     make_rings(out, 1, 0, [](const Vec3&) { return 1; });
     return out;
   }
+  runtime::CouplingView found(double* scaled = nullptr) const {
+    return identify_coupling(
+        plate.asset,
+        [&](const runtime::CouplingView& coupling) {
+          return two_tool_residual(samples, forces(coupling));
+        },
+        kLength_m, scaled);
+  }
+  TwoToolForces forces(const runtime::CouplingView& coupling) const {
+    return replay_two_tools(plate.asset, coupling, samples, paths, kDepth_m);
+  }
+  double p95(const runtime::CouplingView& coupling) const {
+    return quantile(two_tool_errors(samples, forces(coupling)), 0.95);
+  }
   void feel(const runtime::CouplingView& truth) {
-    const TwoToolForces forces = replay_two_tools(plate.asset, truth, samples, paths, kDepth_m);
-    samples.force = forces.first_N;
-    samples.second_force = forces.second_N;
+    const TwoToolForces felt = forces(truth);
+    samples.force = felt.first_N;
+    samples.second_force = felt.second_N;
   }
 };
 
@@ -66,11 +83,11 @@ TEST(coupling, is_found_from_what_two_tools_feel) {
   truth.across_m_N[2] = 6e-4;
   ASSERT_LT(runtime::coupling_excess(pairs.plate.asset, truth), 1);
   pairs.feel(truth);
-  CouplingReport report;
-  const runtime::CouplingView found = identify_coupling(pairs.plate.asset, pairs.samples,
-                                                        pairs.paths, kDepth_m, kLength_m, &report);
-  EXPECT_GT(report.p95_alone, 0.05);
-  EXPECT_LT(report.p95, 2e-3);
+  double scaled = 0;
+  const runtime::CouplingView found = pairs.found(&scaled);
+  EXPECT_EQ(scaled, 1);
+  EXPECT_GT(pairs.p95({}), 0.02);
+  EXPECT_LT(pairs.p95(found), 2e-3);
   for (const double r : {0.009, 0.012, 0.015, 0.018, 0.022, 0.027}) {
     const auto is = runtime::coupling_at(found, r * r), was = runtime::coupling_at(truth, r * r);
     EXPECT_NEAR(is.give, was.give, 0.03 * was.give) << r;
@@ -81,8 +98,7 @@ TEST(coupling, is_found_from_what_two_tools_feel) {
 TEST(coupling, is_not_found_where_tools_do_not_feel_each_other) {
   PairsOnAPlate pairs;
   pairs.feel({});
-  EXPECT_FALSE(identify_coupling(pairs.plate.asset, pairs.samples, pairs.paths, kDepth_m, kLength_m)
-                   .is_any());
+  EXPECT_FALSE(pairs.found().is_any());
 }
 
 }  // namespace

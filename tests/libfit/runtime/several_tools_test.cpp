@@ -40,6 +40,18 @@ Model rings_model(bool is_round, double friction, double slope = 0) {
   return model;
 }
 
+// The same on a body that sways, more at +x.
+Model swaying_model(bool is_round, double friction, double slope = 0) {
+  Model model = rings_model(is_round, friction, slope);
+  auto& sway = model.curves.control[runtime::kSway];
+  for (Eigen::Index v = 0; v < sway.rows(); ++v) {
+    const double more = 1 + 5 * model.surface.vertices(v, 0);
+    sway.row(v) << 0.012 * more, 0.02, 0.004, 0.003, -0.001 * more, 0.002;
+  }
+  sway = rounded_to_float(sway);
+  return model;
+}
+
 struct Hands {
   Loaded loaded;
   runtime::AssetView asset;
@@ -121,6 +133,46 @@ TEST(SeveralTools, forces_are_the_gradient_of_what_all_store_while_all_stick) {
       }
     EXPECT_GT(hands.force(0).norm(), 0.02);
   }
+}
+
+TEST(SeveralTools, forces_are_that_gradient_on_a_body_that_sways) {
+  for (const bool is_round : {false, true}) {
+    Hands hands(swaying_model(is_round, 300, 5), coupling(0.004, 0.003), 3);
+    hands.tick(places(is_round, -0.0005));
+    std::vector<Vec3> at = places(is_round, 0.003);
+    for (std::size_t i = 0; i < 3; ++i) at[i] += 1e-4 * Vec3(1, double(i), -0.5);
+    hands.go(at, 300);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) {
+        constexpr double h = 1e-7;
+        auto plus = at, minus = at;
+        plus[i][k] += h;
+        minus[i][k] -= h;
+        const auto stored = [&] { return hands.stored_J(); };
+        const double slope = (hands.after(plus, stored) - hands.after(minus, stored)) / (2 * h);
+        EXPECT_NEAR(hands.force(i)[k], slope, 5e-5 * hands.force(i).norm()) << i << " " << k;
+      }
+    EXPECT_GT(hands.force(0).norm(), 0.02);
+  }
+}
+
+TEST(SeveralTools, on_a_body_that_sways_one_is_a_tool_and_two_sway_together) {
+  Hands hands(swaying_model(false, 1), coupling(1e-7), 2);
+  Contact alone;
+  Output out;
+  std::vector<Vec3> at{{-0.02, 0, kRadius_m + 5e-4}, {0.02, 0, kRadius_m + 0.01}};
+  for (int i = 0; i < 300; ++i) {
+    at[0].z() -= 1e-5;
+    hands.tick(at);
+    runtime::touch_ball(hands.asset, alone, at[0].data(), kRadius_m, out);
+    EXPECT_LT((hands.force(0) + Vec3::Map(out.force_on_tool_N)).norm(), 1e-6);
+    EXPECT_NEAR(hands.stored_J(), out.stored_J, 1e-10);
+  }
+  const double before_N = hands.force(0).norm();
+  at[1].z() = kRadius_m - 0.002;  // 40 mm away: what it pushes away goes from under the first, too
+  hands.go(at, 600);
+  EXPECT_GT(hands.force(1).norm(), 0.01);
+  EXPECT_LT(hands.force(0).norm(), 0.97 * before_N);
 }
 
 TEST(SeveralTools, what_one_does_to_another_is_mutual) {
@@ -247,7 +299,10 @@ TEST(SeveralTools, in_one_place_bear_more_than_one_and_say_so) {
 TEST(SeveralTools, closed_ways_of_four_create_nothing) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const bool is_round = seed % 2 == 0;
-    Hands hands(rings_model(is_round, seed % 3 == 0 ? 0.02 : 1, 20), coupling(0.004, 0.003), 4);
+    const double friction = seed % 3 == 0 ? 0.02 : 1;
+    Hands hands(
+        seed > 4 ? swaying_model(is_round, friction, 20) : rings_model(is_round, friction, 20),
+        coupling(0.004, 0.003), 4);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> share(-1, 1);
     const double top = is_round ? 0.03 : 0;

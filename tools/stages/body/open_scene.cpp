@@ -10,6 +10,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/pairs.hpp"
 #include "tools/stages/samples/tilt.hpp"
 
@@ -61,8 +62,11 @@ Scene open_scene(const std::filesystem::path& path) {
   if (scene.experiments.region)
     if (auto* part = std::get_if<Region>(&scene.experiments.region->part))
       read_region_file(*part, scene.body);
-  ProbeSection& probe = scene.probe;
-  if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
+  const auto read_mesh = [](ProbeSection& probe) {
+    if (probe.mesh) probe.spec.mesh = read_surface(*probe.mesh, probe.mesh_unit_m);
+  };
+  read_mesh(scene.probe);
+  if (scene.tool) read_mesh(scene.tool->probe);
   return scene;
 }
 
@@ -76,6 +80,7 @@ void check_choices(const Scene& scene) {
   fem::make_probe(scene.probe.spec, file + ": [probe]");
   check_tilts(scene);
   check_pairs(scene);
+  check_tool(scene);
 }
 
 }  // namespace palpate::tools

@@ -2,12 +2,14 @@
 
 #include <fmt/core.h>
 
+#include <memory>
+
 #include "libfem/probes/probes.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
-#include "libfit/assets/asset_bytes.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/fit/coupling.hpp"
+#include "libfit/core/statistics.hpp"
+#include "libfit/fit/two_tools.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/paths.hpp"
@@ -25,7 +27,6 @@ using validation::HeldOut;
 // Distances of two tools, over the ball's radius: from side by side to where they hardly feel each
 // other.
 constexpr double kLeast = 2.1, kMost = 7;
-constexpr double kShortest = 0.5;  // scale of the coupling (M62)
 constexpr std::uint64_t kFitSeed = 0x7077;
 
 HeldOut draw(const Scene& scene, const Body& body, int pairs, bool is_held_out) {
@@ -94,33 +95,26 @@ Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
   return samples;
 }
 
-void add_coupling(Model& model, const Scene& scene, const Body& body, const Samples& pairs) {
-  if (model.curves.family != CurveFamily::rings) {
-    say("  two tools: the curves are {}, and only rings feel another tool",
-        name_of(model.curves.family));
-    return;
-  }
-  const AssetBytes bytes = make_asset_bytes(model, {});
-  runtime::Status status;
-  const auto asset = runtime::Asset::open(bytes.data(), bytes.size(), &status);
-  if (asset.sways) {
-    say("  two tools: the body sways under the tool, and what another does to that is not known");
-    return;
-  }
-  const HeldOut drawn = draw(scene, body, scene.experiments.pairs, false);
-  CouplingReport report;
-  model.curves.coupling =
-      identify_coupling(asset, pairs, drawn.paths, scene.experiments.each.depth_m,
-                        kShortest * ball_radius_m(scene.probe.spec), &report);
-  say("  two tools: forces of {} pairs ({} rows of one tool) are off by {:.1f} % (median), {:.1f} "
-      "% "
-      "(p95) if they feel each other, {:.1f} % and {:.1f} % if not",
-      report.pairs, report.rows, 100 * report.median, 100 * report.p95, 100 * report.median_alone,
-      100 * report.p95_alone);
-  if (!model.curves.coupling.is_any()) say("  two tools: that is no gain, they stay by themselves");
-  if (report.scaled < 1)
-    say("  two tools: coupling was made smaller by {:.2g}, to stay below what contacts give",
-        report.scaled);
+CouplingEvidence pairs_evidence(const runtime::AssetView& asset, const Scene& scene,
+                                const Body& body, const Samples& pairs) {
+  const auto drawn = std::make_shared<HeldOut>(draw(scene, body, scene.experiments.pairs, false));
+  const double depth_m = scene.experiments.each.depth_m;
+  const auto replayed = [&asset, &pairs, drawn, depth_m](const runtime::CouplingView& coupling) {
+    return replay_two_tools(asset, coupling, pairs, drawn->paths, depth_m);
+  };
+  const auto residual = [&pairs, replayed](const runtime::CouplingView& coupling) {
+    return two_tool_residual(pairs, replayed(coupling));
+  };
+  const auto report = [&pairs, drawn, replayed](const runtime::CouplingView& coupling) {
+    const std::vector<double> felt = two_tool_errors(pairs, replayed(coupling)),
+                              alone = two_tool_errors(pairs, replayed({}));
+    say("  two tools: forces of {} pairs ({} rows of one tool) are off by {:.1f} % (median), "
+        "{:.1f} "
+        "% (p95) if they feel each other, {:.1f} % and {:.1f} % if not",
+        drawn->paths.size(), felt.size(), 100 * quantile(felt, 0.5), 100 * quantile(felt, 0.95),
+        100 * quantile(alone, 0.5), 100 * quantile(alone, 0.95));
+  };
+  return {residual, report};
 }
 
 void state_two_tools(const std::filesystem::path& path, const Scene& scene, const Body& body,

@@ -4,10 +4,10 @@
 #include <string>
 
 #include "libfit/core/body.hpp"
-#include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "libfit/validation/statement.hpp"
 #include "tools/scene/scene.hpp"
+#include "tools/stages/samples/coupling.hpp"
 
 namespace palpate::tools {
 
@@ -20,8 +20,9 @@ void check_pairs(const Scene& scene);
 Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
                        const std::filesystem::path& output, const std::string& fingerprint);
 
-/// Identifies how tools feel each other (M62) and says how well.
-void add_coupling(Model& model, const Scene& scene, const Body& body, const Samples& pairs);
+/// What they say of how tools feel each other.
+CouplingEvidence pairs_evidence(const runtime::AssetView& asset, const Scene& scene,
+                                const Body& body, const Samples& pairs);
 
 /// The held-out pairs of [validate] against the asset, and against each tool by itself. folder:
 /// keeps what is simulated; empty: nowhere.

@@ -1,0 +1,123 @@
+#include "libfit/fit/compound.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kTick_m = 20e-6;
+constexpr double kApproachRatio = 0.1;
+constexpr double kLightForce = 0.1;  // of the largest: errors of lighter rows are over this
+
+class CompoundWalk {
+ public:
+  CompoundWalk(const runtime::AssetView& asset, const runtime::CompoundShape& shape,
+               const Stance& stance, const Vec3& place)
+      : asset_(asset), stance_(stance), at_(place) {
+    tool_.shape = shape;
+    for (int i = 0; i < 3; ++i)
+      frame_.row[i] = {stance.axes(i, 0), stance.axes(i, 1), stance.axes(i, 2)};
+    tick(place);
+  }
+
+  void go(const Vec3& to) {
+    const Vec3 from = at_;
+    const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / kTick_m)));
+    for (int k = 1; k <= steps; ++k) tick(from + (to - from) * (double(k) / steps));
+  }
+  Vec3 force_N() const { return -Eigen::Map<const Vec3>(out_.force_on_tool_N); }
+  // About the reference point.
+  Vec3 torque_Nm() const {
+    const Vec3 to_origin = -(stance_.axes * stance_.touch_m);
+    return -Eigen::Map<const Vec3>(out_.torque_on_tool_Nm) + to_origin.cross(force_N());
+  }
+  std::size_t ticks() const { return ticks_; }
+
+ private:
+  void tick(const Vec3& place) {
+    at_ = place;
+    const Vec3 origin = place - stance_.axes * stance_.touch_m;
+    frame_.origin = {origin.x(), origin.y(), origin.z()};
+    touch_compound(asset_, tool_, frame_, out_, runtime::kMaxTimeStep_s);
+    ++ticks_;
+  }
+
+  const runtime::AssetView& asset_;
+  const Stance& stance_;
+  runtime::CompoundTool tool_;
+  runtime::CompoundOutput out_;
+  runtime::Frame frame_;
+  Vec3 at_;
+  std::size_t ticks_ = 0;
+};
+
+// Of the balls about their middle, and of what a ball's own surface adds.
+double lever_m(const runtime::CompoundShape& shape) {
+  Vec3 middle = Vec3::Zero();
+  for (int i = 0; i < shape.balls; ++i)
+    middle += Eigen::Map<const Vec3>(shape.centre_m[i]) / shape.balls;
+  double squares = 0;
+  for (int i = 0; i < shape.balls; ++i)
+    squares += (Eigen::Map<const Vec3>(shape.centre_m[i]) - middle).squaredNorm() / shape.balls;
+  return shape.radius_m + std::sqrt(squares);
+}
+
+}  // namespace
+
+CompoundForces replay_compound(const runtime::AssetView& asset,
+                               const runtime::CouplingView& coupling, const CompoundPaths& tool,
+                               const Samples& samples, double depth_m) {
+  CompoundForces out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3)};
+  runtime::AssetView view = asset;
+  view.coupling = coupling.is_any() ? &coupling : nullptr;
+  std::size_t ticks = 0;
+  const auto started = std::chrono::steady_clock::now();
+  for (Eigen::Index row = 0; row < samples.rows();) {
+    const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
+    const auto path = static_cast<std::size_t>(experiment);
+    const Vec3 point = samples.point_position.row(tool.paths[path].point),
+               normal = samples.point_normal.row(tool.paths[path].point),
+               first = samples.deflection.row(row);
+    const double outside_m = std::min(0.0, first.dot(normal)) - kApproachRatio * depth_m;
+    CompoundWalk walk(view, tool.shape[path], tool.stance[path], point + outside_m * normal);
+    for (; row < samples.rows() && samples.experiment[static_cast<std::size_t>(row)] == experiment;
+         ++row) {
+      walk.go(point + samples.deflection.row(row).transpose());
+      out.force_N.row(row) = walk.force_N();
+      out.torque_Nm.row(row) = walk.torque_Nm();
+    }
+    ticks += walk.ticks();
+  }
+  const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - started;
+  out.tick_ns = ticks > 0 ? spent.count() / static_cast<double>(ticks) : 0;
+  return out;
+}
+
+Eigen::VectorXd compound_residual(const CompoundPaths& tool, const Samples& samples,
+                                  const CompoundForces& answered) {
+  Eigen::VectorXd largest_N = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(tool.paths.size()));
+  const auto is_good = [&](Eigen::Index row) {
+    return samples.status[static_cast<std::size_t>(row)] == RowStatus::good;
+  };
+  const auto path_of = [&](Eigen::Index row) {
+    return samples.experiment[static_cast<std::size_t>(row)];
+  };
+  for (Eigen::Index row = 0; row < samples.rows(); ++row)
+    if (is_good(row))
+      largest_N[path_of(row)] = std::max(largest_N[path_of(row)], samples.force.row(row).norm());
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * samples.rows());
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const double scale =
+        std::max(samples.force.row(row).norm(), kLightForce * largest_N[path_of(row)]);
+    if (!is_good(row) || !(scale > 0)) continue;
+    out.segment<3>(6 * row) = (answered.force_N.row(row) - samples.force.row(row)) / scale;
+    const double lever = lever_m(tool.shape[static_cast<std::size_t>(path_of(row))]);
+    out.segment<3>(6 * row + 3) =
+        (answered.torque_Nm.row(row) - samples.torque.row(row)) / (scale * lever);
+  }
+  return out;
+}
+
+}  // namespace palpate

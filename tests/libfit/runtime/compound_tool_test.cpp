@@ -1,0 +1,280 @@
+// A rigid tool of several balls (docs/method.md, section 29): force and torque are derivatives of
+// what it stores, and no motion creates anything. Failures print the seed.
+
+#include "libfit/runtime/tool/compound_tool.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "libfit/runtime/palpate.h"
+#include "tests/libfit/runtime/c_face.hpp"
+#include "tests/libfit/runtime/models.hpp"
+
+namespace palpate::test {
+namespace {
+
+using runtime::CompoundOutput;
+using runtime::CompoundTool;
+using runtime::CouplingView;
+
+constexpr double kRadius_m = 0.004, kHalf_m = 0.008;
+
+Model rings_model(bool is_round, double friction, double slope = 0) {
+  Model model = is_round ? sphere_model(0.03, 24, uniform(400, 300, 0.3))
+                         : plate_model(0.08, 16, uniform(400, 300, 0.3));
+  make_rings(model, friction, is_round ? 0.03 : 0, [&](const Vec3& x) { return 1 + slope * x[0]; });
+  model.probe = sphere_spec(kRadius_m, friction);
+  model.curves.coupling.length_m = 0.003;
+  for (int k = 0; k < 3; ++k) {
+    model.curves.coupling.give_m_N[k] = 0.001;
+    model.curves.coupling.across_m_N[k] = 0.0005;
+  }
+  return model;
+}
+
+// A lying capsule: four balls along own x.
+struct Capsule {
+  Loaded loaded;
+  CompoundTool tool;
+  CompoundOutput out;
+
+  explicit Capsule(const Model& model, int balls = 4) : loaded(load(model)) {
+    tool.shape.balls = balls;
+    tool.shape.radius_m = kRadius_m;
+    for (int i = 0; i < balls; ++i)
+      tool.shape.centre_m[i][0] = balls == 1 ? 0 : kHalf_m * (2.0 * i / (balls - 1) - 1);
+  }
+  runtime::Status tick(const Eigen::Isometry3d& pose) {
+    runtime::Frame frame;
+    const Mat3 turn = pose.linear();
+    for (int i = 0; i < 3; ++i) frame.row[i] = {turn(i, 0), turn(i, 1), turn(i, 2)};
+    const Vec3 origin = pose.translation();
+    frame.origin = {origin.x(), origin.y(), origin.z()};
+    return touch_compound(loaded.asset, tool, frame, out);
+  }
+  Vec3 force() const { return -Vec3::Map(out.force_on_tool_N); }
+  Vec3 torque() const { return -Vec3::Map(out.torque_on_tool_Nm); }
+
+  /// What it stores after another tick, which is undone.
+  double stored_after(const Eigen::Isometry3d& pose) {
+    const CompoundTool before = tool;
+    const CompoundOutput said = out;
+    tick(pose);
+    const double stored_J = out.stored_J;
+    tool = before;
+    out = said;
+    return stored_J;
+  }
+};
+
+Eigen::Isometry3d pose_at(const Vec3& place, const Vec3& turn_rad) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  const double angle = turn_rad.norm();
+  if (angle > 0) pose.rotate(Eigen::AngleAxisd(angle, Vec3(turn_rad / angle)));
+  pose.pretranslate(place);
+  return pose;
+}
+
+TEST(CompoundTool, of_one_ball_that_does_not_turn_is_the_ball) {
+  Capsule one(rings_model(true, 0.5, 10), 1);
+  Contact alone;
+  Output out;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(-1, 1);
+  Vec3 at(0.001, 0.002, 0.0345);
+  for (int i = 0; i < 600; ++i) {
+    ASSERT_EQ(one.tick(pose_at(at, Vec3::Zero())), Status::ok);
+    runtime::touch_ball(one.loaded.asset, alone, at.data(), kRadius_m, out);
+    EXPECT_LT((one.force() + Vec3::Map(out.force_on_tool_N)).norm(), 1e-12) << i;
+    EXPECT_NEAR(one.out.stored_J, out.stored_J, 1e-15);
+    at += Vec3(8e-5 * share(random), 8e-5 * share(random), i < 100 ? -3e-5 : 2e-5 * share(random));
+  }
+  EXPECT_GT(one.force().norm(), 0.02);
+}
+
+TEST(CompoundTool, bears_on_the_side_that_goes_deeper) {
+  Capsule level(rings_model(false, 0.3)), tilted(rings_model(false, 0.3));
+  for (int i = 0; i <= 300; ++i) {
+    const Vec3 place(0.001, 0.002, kRadius_m + 0.001 - 1e-5 * i);
+    ASSERT_EQ(level.tick(pose_at(place, Vec3::Zero())), Status::ok);
+    ASSERT_EQ(tilted.tick(pose_at(place, {0, 0.1, 0})), Status::ok);  // own x sinks
+  }
+  EXPECT_EQ(level.out.touching, 4);
+  EXPECT_LT(level.torque().norm(), 1e-6);
+  EXPECT_GT(tilted.torque().y(), 1e-4);  // x times a force along -z
+  EXPECT_GT(tilted.out.ball[3].normal_m, tilted.out.ball[0].normal_m);
+  // Balls that sink each other bear less than as many by themselves.
+  Capsule one(rings_model(false, 0.3), 1);
+  for (int i = 0; i <= 300; ++i)
+    one.tick(pose_at({0.001, 0.002, kRadius_m + 0.001 - 1e-5 * i}, Vec3::Zero()));
+  EXPECT_LT(level.force().norm(), 3.9 * one.force().norm());
+  EXPECT_GT(level.force().norm(), 1.5 * one.force().norm());
+}
+
+TEST(CompoundTool, force_and_torque_are_derivatives_of_what_it_stores_while_all_sticks) {
+  for (const bool is_round : {false, true}) {
+    Capsule capsule(rings_model(is_round, 300, 5));
+    const double top = is_round ? 0.03 : 0;
+    const Vec3 turn(0.05, -0.12, 0.2);
+    Vec3 place;
+    for (int i = 0; i <= 400; ++i) {
+      place = Vec3(0.001 + 1e-6 * i, 0.002 - 5e-7 * i, top + kRadius_m + 0.0015 - 1e-5 * i);
+      ASSERT_EQ(capsule.tick(pose_at(place, turn * (1 + 2e-4 * i))), Status::ok);
+    }
+    ASSERT_GE(capsule.out.touching, 2);
+    const Eigen::Isometry3d here = pose_at(place, turn * 1.08);
+    capsule.tick(here);
+    const Vec3 force = capsule.force(), torque = capsule.torque();
+    constexpr double kStep_m = 1e-7, kStep_rad = 1e-5;
+    for (int k = 0; k < 3; ++k) {
+      Eigen::Isometry3d plus = here, minus = here;
+      plus.pretranslate(kStep_m * Vec3::Unit(k));
+      minus.pretranslate(-kStep_m * Vec3::Unit(k));
+      EXPECT_NEAR(force[k],
+                  (capsule.stored_after(plus) - capsule.stored_after(minus)) / (2 * kStep_m),
+                  2e-5 * force.norm());
+      const Eigen::AngleAxisd by(kStep_rad, Vec3::Unit(k));
+      plus = minus = here;
+      plus.linear() = by * here.linear();
+      minus.linear() = by.inverse() * here.linear();
+      EXPECT_NEAR(torque[k],
+                  (capsule.stored_after(plus) - capsule.stored_after(minus)) / (2 * kStep_rad),
+                  1e-4 * torque.norm());
+    }
+    EXPECT_GT(torque.norm(), 1e-4);
+  }
+}
+
+TEST(CompoundTool, that_rolls_over_its_side_feels_no_friction) {
+  Capsule capsule(rings_model(false, 0.5));
+  for (int i = 0; i <= 300; ++i)
+    capsule.tick(pose_at({0, 0, kRadius_m + 0.0005 - 1e-5 * i}, Vec3::Zero()));
+  // About own x, on to -y.
+  for (int i = 1; i <= 200; ++i)
+    ASSERT_EQ(
+        capsule.tick(pose_at({0, -1e-5 * i, kRadius_m - 0.0025}, {1e-5 * i / kRadius_m, 0, 0})),
+        Status::ok);
+  EXPECT_LT(std::abs(capsule.force().y()), 1e-3 * capsule.force().norm());
+  Capsule dragged(rings_model(false, 0.5));
+  for (int i = 0; i <= 300; ++i)
+    dragged.tick(pose_at({0, 0, kRadius_m + 0.0005 - 1e-5 * i}, Vec3::Zero()));
+  for (int i = 1; i <= 200; ++i)
+    dragged.tick(pose_at({0, -1e-5 * i, kRadius_m - 0.0025}, Vec3::Zero()));
+  EXPECT_GT(std::abs(dragged.force().y()), 0.1 * dragged.force().norm());
+}
+
+// Random poses of the tool, which presses, slides, tips over and lifts.
+TEST(CompoundTool, random_motions_create_nothing) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const bool is_round = seed % 2 == 0;
+    Capsule capsule(rings_model(is_round, seed % 3 == 0 ? 0.02 : 0.6, 20), 2 + int(seed) % 4);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share(-1, 1);
+    const double top = is_round ? 0.03 : 0;
+    Vec3 at(0, 0, top + kRadius_m + 0.003), turn = Vec3::Zero();
+    capsule.tick(pose_at(at, turn));
+    double work_J = 0, in_J = 0, lost_J = 0;
+    long touching = 0;
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    const auto move = [&](const Vec3& to, const Vec3& to_turn, int ticks) {
+      const Vec3 from = at, from_turn = turn;
+      for (int k = 1; k <= ticks; ++k) {
+        const Eigen::Isometry3d before = pose_at(at, turn);
+        const Vec3 was = at;
+        at = from + (to - from) * k / ticks;
+        turn = from_turn + (to_turn - from_turn) * k / ticks;
+        const Eigen::Isometry3d now = pose_at(at, turn);
+        ASSERT_EQ(capsule.tick(now), Status::ok) << "seed " << seed;
+        const Eigen::AngleAxisd by(Mat3(now.linear() * before.linear().transpose()));
+        const double work = 0.5 * (force + capsule.force()).dot(at - was) +
+                            0.5 * (torque + capsule.torque()).dot(by.angle() * by.axis());
+        force = capsule.force();
+        torque = capsule.torque();
+        work_J += work;
+        in_J += std::max(work, 0.0);
+        touching += capsule.out.touching > 1;
+        const double lost =
+            capsule.tool.joint.ledger.dissipated_J - capsule.tool.joint.ledger.tank_J;
+        EXPECT_GE(lost, lost_J - 1e-12 * in_J) << "seed " << seed;
+        lost_J = lost;
+        EXPECT_GE(capsule.out.stored_J, 0) << "seed " << seed;
+      }
+    };
+    for (int leg = 0; leg < 8; ++leg)
+      move({0.006 * share(random), 0.006 * share(random),
+            top + kRadius_m - 0.001 + 0.002 * share(random)},
+           0.15 * Vec3(share(random), share(random), share(random)), 800);
+    move({0, 0, top + kRadius_m + 0.01}, turn, 1500);
+    EXPECT_EQ(capsule.out.stored_J, 0) << "seed " << seed;
+    EXPECT_GT(touching, 1000) << "seed " << seed;
+    EXPECT_GT(work_J, -6e-3 * in_J) << "seed " << seed;  // of the trapezoids
+  }
+}
+
+TEST(CompoundTool, needs_balls_of_the_asset_and_contacts_that_feel_each_other) {
+  Model model = rings_model(false, 0.3);
+  Capsule capsule(model);
+  CompoundOutput out;
+  const runtime::Pose here{{0, 0, 0.001}, {1, 0, 0, 0}};
+  EXPECT_EQ(touch_compound_tool(capsule.loaded.asset, capsule.tool, here, {}, 0.001, out),
+            Status::ok);
+  capsule.tool.shape.radius_m = 0.005;
+  EXPECT_EQ(touch_compound_tool(capsule.loaded.asset, capsule.tool, here, {}, 0.001, out),
+            Status::tool_wrong);
+  model.curves.coupling = {};
+  Capsule alone(model), one(model, 1);
+  EXPECT_EQ(touch_compound_tool(alone.loaded.asset, alone.tool, here, {}, 0.001, out),
+            Status::tool_wrong);
+  EXPECT_EQ(touch_compound_tool(one.loaded.asset, one.tool, here, {}, 0.001, out), Status::ok);
+}
+
+TEST(CompoundTool, in_c_is_the_same_on_a_body_that_stands_anywhere) {
+  const Model model = rings_model(true, 0.4, 5);
+  Capsule here(model, 3);
+  const AssetBytes bytes = make_asset_bytes(model, {});
+  palpate_asset asset;
+  ASSERT_EQ(palpate_open(&asset, bytes.data(), bytes.size()), PALPATE_OK);
+  palpate_tool balls[3];
+  for (int i = 0; i < 3; ++i) {
+    balls[i] = palpate_ball(kRadius_m);
+    balls[i].offset_m[0] = kHalf_m * (i - 1);
+  }
+  palpate_compound there;
+  ASSERT_EQ(palpate_compound_start(&there, balls, 3), PALPATE_OK);
+  Eigen::Isometry3d body = Eigen::Isometry3d::Identity();
+  body.rotate(Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()));
+  body.pretranslate(Vec3(0.3, -0.2, 0.1));
+  palpate_output out;
+  palpate_input in = palpate_input_at(0, 0, 0);
+  in.body = pose_of(body);
+  for (int i = 0; i <= 400; ++i) {
+    const auto pose = pose_at({2e-6 * i, 0.001, 0.0345 - 1e-5 * i}, {0.02, 3e-4 * i, 0.1});
+    ASSERT_EQ(here.tick(pose), Status::ok);
+    in.tool = pose_of(body * pose);
+    ASSERT_EQ(palpate_compound_tick(&asset, &there, &in, &out), PALPATE_OK);
+    EXPECT_LT((body.linear() * here.force() + Vec3::Map(out.force_on_tool_N)).norm(), 1e-9);
+    EXPECT_LT((body.linear() * here.torque() + Vec3::Map(out.torque_on_tool_Nm)).norm(), 1e-10);
+    EXPECT_NEAR(out.stored_J, here.out.stored_J, 1e-12);
+  }
+  EXPECT_GT(here.force().norm(), 0.02);
+  EXPECT_NE(out.state, 0);
+  const palpate_compound saved = there;
+  in.tool.orientation[0] = 0.5;
+  EXPECT_EQ(palpate_compound_tick(&asset, &there, &in, &out), PALPATE_POSE_WRONG);
+  expect_silence(out, "pose");
+  there = saved;
+  EXPECT_EQ(palpate_compound_release(&there), PALPATE_OK);
+  palpate_compound raw{};
+  EXPECT_EQ(palpate_compound_tick(&asset, &raw, &in, &out), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_compound_release(&raw), PALPATE_NOT_STARTED);
+  EXPECT_EQ(palpate_compound_tick(&asset, nullptr, &in, &out), PALPATE_NULL_ARGUMENT);
+  EXPECT_EQ(palpate_compound_start(&raw, balls, 9), PALPATE_TOOL_WRONG);
+  EXPECT_EQ(palpate_compound_start(&raw, balls, 0), PALPATE_TOOL_WRONG);
+  balls[2].radius_m = 0.003;
+  EXPECT_EQ(palpate_compound_start(&raw, balls, 3), PALPATE_TOOL_WRONG);
+}
+
+}  // namespace
+}  // namespace palpate::test
