@@ -80,7 +80,7 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
   Eigen::Matrix<double, kUnknowns, 2> sums = Eigen::Matrix<double, kUnknowns, 2>::Ones();
   sums.col(0).tail(kScales).setZero();
   Eigen::VectorXd residual = left(x);
-  const double alone = residual.norm();
+  const double alone = residual_of({}).norm();
   for (int step = 0; step < kMaxSteps; ++step) {
     Eigen::MatrixXd slope(residual.size(), kUnknowns);
     for (int k = 0; k < kUnknowns; ++k) {
@@ -111,8 +111,7 @@ runtime::CouplingView identify_coupling(const runtime::AssetView& asset,
     x /= excess;
     residual = left(x);
   }
-  return x.maxCoeff() > 0 && residual.norm() < kWorth * alone ? coupling_of(length_m, x)
-                                                              : runtime::CouplingView();
+  return residual.norm() < kWorth * alone ? coupling_of(length_m, x) : runtime::CouplingView();
 }
 
 }  // namespace palpate

@@ -130,6 +130,19 @@ std::vector<BadInput> bad_inputs() {
                "shape = \"flat\"\nradius = \"8 mm\"\n[experiments]\npairs = 4\n"),
       in_scene("pairs of tools on a body that they puncture", "causes = false",
                "causes = false\npairs = 4\n[export]\npuncture_force = \"1 N\""),
+      in_scene("a tool without balls", "[experiments]",
+               "[tool]\nshape = \"capsule\"\nradius = \"8 mm\"\nlength = \"30 mm\"\n[experiments]"),
+      in_scene("a tool of more balls than the engine plays", "[experiments]",
+               "[tool]\nshape = \"capsule\"\nradius = \"8 mm\"\nlength = \"30 mm\"\nballs = 9\n"
+               "[experiments]"),
+      in_scene("a row of balls that are not as wide as the capsule", "[experiments]",
+               "[tool]\nshape = \"capsule\"\nradius = \"5 mm\"\nlength = \"30 mm\"\nballs = 4\n"
+               "[experiments]"),
+      in_scene(
+          "a tool of balls where the probe is none",
+          "radius = \"8 mm\"\nfriction = 0.3\n[experiments]\n",
+          "shape = \"flat\"\nradius = \"8 mm\"\n[tool]\nshape = \"sphere\"\nradius = \"8 mm\"\n"
+          "balls = [[0, 0, \"8 mm\"]]\n[experiments]\n"),
       in_scene("a probe that is none", "radius = \"8 mm\"", "shape = \"spheer\""),
       in_scene("a key of another probe", "radius = \"8 mm\"",
                "radius = \"8 mm\"\nlength = \"9 mm\""),

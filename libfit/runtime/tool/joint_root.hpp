@@ -51,25 +51,19 @@ inline bool eliminate(double m[3 * kMaxTools][3 * kMaxTools], double b[3 * kMaxT
 struct JointContacts {
   int count = 0;
   int tool[kMaxTools];
-  Vec3d x[kMaxTools];       ///< of the tools, from the asset's origin
-  Vec3d point[kMaxTools];   ///< contact points
-  Vec3d normal[kMaxTools];  ///< inward there
-  Coupling at[kMaxTools][kMaxTools];
-  ComplianceRoot root[kMaxTools];  ///< of the sway at each
+  Vec3d x[kMaxTools];                    ///< of the tools, from the asset's origin
+  Vec3d point[kMaxTools];                ///< contact points
+  Vec3d normal[kMaxTools];               ///< inward there
+  double give[kMaxTools][kMaxTools][9];  ///< C_ij (M62), (M62a), row-major
+  ComplianceRoot root[kMaxTools];        ///< of the sway at each
   bool sways = false;
   Vec3d force[kMaxTools];
   double* stiffness_N_m[kMaxTools];
 
-  /// C_ij f (M62) and (M62a).
-  Vec3d moved(int i, int j, const Vec3d& f) const noexcept {
-    Vec3d sum{0, 0, 0};
-    if (j != i) sum = coupled(at[i][j], normal[i], normal[j], f);
-    return sways ? sum + root[i].times(root[j].back_times(f)) : sum;
-  }
   Vec3d sunk(int i, const Vec3d* forces) const noexcept {
     Vec3d sum{0, 0, 0};
     for (int j = 0; j < count; ++j)
-      if (j != i || sways) sum = sum + moved(i, j, forces[j]);
+      if (j != i || sways) sum = sum + times(give[i][j], forces[j]);
     return sum;
   }
   /// The same of a tool in the air at x: as if it touched along the normal of each contact, and
@@ -97,11 +91,19 @@ struct JointContacts {
   /// sway: of each contact, where the body does.
   void couple(const AssetView& asset, const Compliance* sway) noexcept {
     sways = asset.sways;
+    const Vec3d axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int i = 0; i < count; ++i) {
       if (sways) root[i] = root_of(sway[i]);
-      for (int j = 0; j < i; ++j) {
+      for (int j = 0; j <= i; ++j) {
         const Vec3d way = point[i] - point[j];
-        at[i][j] = at[j][i] = coupling_at(*asset.coupling, dot(way, way));
+        const Coupling by = coupling_at(*asset.coupling, dot(way, way));
+        for (int c = 0; c < 3; ++c) {
+          Vec3d column{0, 0, 0};
+          if (j != i) column = coupled(by, normal[i], normal[j], axis[c]);
+          if (sways) column = column + root[i].times(root[j].back_times(axis[c]));
+          const double rows[3] = {column.x, column.y, column.z};
+          for (int r = 0; r < 3; ++r) give[i][j][3 * r + c] = give[j][i][3 * c + r] = rows[r];
+        }
       }
     }
   }
@@ -110,18 +112,18 @@ struct JointContacts {
 /// Newton's step of (M63) from what is left of it: (1 + K C) step = rest.
 inline void joint_step(const JointContacts& all, const Vec3d* rest, Vec3d* step) noexcept {
   double m[3 * kMaxTools][3 * kMaxTools], b[3 * kMaxTools];
-  const Vec3d axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int i = 0; i < all.count; ++i) {
     put(rest[i], b + 3 * i);
-    for (int j = 0; j < all.count; ++j)
-      for (int c = 0; c < 3; ++c) {
-        Vec3d column = i == j ? axis[c] : Vec3d{0, 0, 0};
-        if (i != j || all.sways)
-          column = column + times(all.stiffness_N_m[i], all.moved(i, j, axis[c]));
-        m[3 * i][3 * j + c] = column.x;
-        m[3 * i + 1][3 * j + c] = column.y;
-        m[3 * i + 2][3 * j + c] = column.z;
-      }
+    const double* K = all.stiffness_N_m[i];
+    for (int j = 0; j < all.count; ++j) {
+      const double* C = all.give[i][j];
+      const bool couples = i != j || all.sways;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+          m[3 * i + r][3 * j + c] =
+              (i == j && r == c ? 1.0 : 0.0) +
+              (couples ? K[3 * r] * C[c] + K[3 * r + 1] * C[3 + c] + K[3 * r + 2] * C[6 + c] : 0.0);
+    }
   }
   const bool is_solved = eliminate(m, b, 3 * all.count);
   for (int i = 0; i < all.count; ++i) step[i] = is_solved ? make_vec3<double>(b + 3 * i) : rest[i];

@@ -1,4 +1,5 @@
-// Exports a sphere and the engine's folder for the compiler checks: make_probe_asset FOLDER.
+// Exports a sphere and the engine's folder for the compiler checks, and a plate of rings whose
+// contacts feel each other for an example: make_probe_asset FOLDER.
 #include <filesystem>
 
 #include "libfit/assets/exporters.hpp"
@@ -21,5 +22,12 @@ int main(int argc, char** argv) {
   palpate::test::make_shaped(model, 12, 3, 2);
   model.probe = palpate::sphere_spec(0.004);
   palpate::export_palp(model, folder / "probe.palp", options);
+  palpate::Model plate =
+      palpate::test::plate_model(0.08, 16, palpate::test::uniform(400, 300, 0.3));
+  palpate::test::make_rings(plate, 0.3, 0, [](const palpate::Vec3&) { return 1; });
+  plate.probe = palpate::sphere_spec(0.004, 0.3);
+  plate.curves.coupling.length_m = 0.003;
+  plate.curves.coupling.give_m_N[1] = 0.003;
+  palpate::export_palp(plate, folder / "coupled.palp", {});
   return 0;
 }

@@ -115,6 +115,23 @@ TEST(statement, torques_are_read_back_said_in_newton_millimetres_and_left_out_of
   EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
 }
 
+TEST(statement, of_several_tools_and_of_a_tool_of_balls_is_read_back_and_said) {
+  Statement s = summarize({row(1, 0.02)});
+  s.two_tools = {named_error("felt", {row(1, 0.03)})};
+  s.two_tools_tick_ns = 800;
+  s.tool = {named_error("felt", {row(1, 0.05)}), named_error("foremost_ball", {row(1, 0.5)})};
+  s.tool_torque = {{"felt", 5e-3, 1e-4, 2e-4, 3e-4, 0.01, 0.02, 0.03}};
+  s.tool_tick_ns = 9000;
+  const Statement back = parse_statement(to_json(s), "statement.json");
+  EXPECT_EQ(to_json(back), to_json(s));
+  ASSERT_EQ(back.tool.size(), 2u);
+  EXPECT_NEAR(back.tool[1].max_rel, 0.5, 1e-12);
+  EXPECT_EQ(back.tool_torque.size(), 1u);
+  EXPECT_NE(in_words(back).find("the tool, as balls"), std::string::npos) << in_words(back);
+  EXPECT_NE(in_words(back).find("a tick of it: 9000 ns"), std::string::npos) << in_words(back);
+  EXPECT_EQ(to_asset_json(s), to_asset_json(summarize({row(1, 0.02)})));
+}
+
 TEST(statement, words_fit_eighty_columns) {
   Statement s = summarize({row(1, 0.02), row(200, 150)});
   s.torque = {{"back_and_forth", 5e-3, 0.999, 0.999, 0.999, 0.5, 0.9, 2}};

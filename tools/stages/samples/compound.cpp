@@ -13,6 +13,7 @@
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/compound.hpp"
 #include "libfit/io/content_hash.hpp"
+#include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/paths.hpp"
 #include "libfit/validation/torque.hpp"
@@ -177,6 +178,27 @@ Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int
   return samples;
 }
 
+// Reference and answer of every row, as validation.csv has those of the probe.
+void write_rows(const std::filesystem::path& path, const Samples& samples,
+                const CompoundForces& by) {
+  static constexpr std::string_view kHeader[] = {
+      "point", "step",  "status", "lean_1", "lean_2", "dx_m",  "dy_m",  "dz_m",  "fx_N",  "fy_N",
+      "fz_N",  "ex_N",  "ey_N",   "ez_N",   "tx_Nm",  "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
+  CsvWriter csv(path, kHeader);
+  for (Eigen::Index row = 0; row < samples.rows(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    csv.text(samples.point_name[static_cast<std::size_t>(samples.point[r])])
+        .integer(samples.step[r])
+        .text(kRowStatusNames[static_cast<std::size_t>(samples.status[r])]);
+    for (int k = 0; k < 2; ++k) csv.number(samples.lean.rows() > 0 ? samples.lean(row, k) : 0);
+    for (const Points* three :
+         {&samples.deflection, &samples.force, &by.force_N, &samples.torque, &by.torque_Nm})
+      for (int k = 0; k < 3; ++k) csv.number((*three)(row, k));
+    csv.end_row();
+  }
+  csv.commit();
+}
+
 std::vector<validation::ComparedRow> compared(const Samples& samples, const CompoundForces& by) {
   std::vector<validation::ComparedRow> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
@@ -268,6 +290,7 @@ void state_tool(const std::filesystem::path& path, const Scene& scene, const Bod
     statement.tool.push_back(validation::named_error(name, compared(samples, by)));
     statement.tool_torque.push_back(torque_error(name, samples, by));
   };
+  if (!folder.empty()) write_rows(folder / "tool.csv", samples, felt);
   put("felt", felt);
   put("each_by_itself", replay_compound(file.asset(), {}, drawn.tool, samples, depth_m));
   put("foremost_ball",

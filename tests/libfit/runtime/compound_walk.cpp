@@ -1,0 +1,111 @@
+// Random ways of rigid tools of two to six balls over an asset, whose contacts feel each other as
+// much as they may: each presses, slides, tips over, rolls or lifts. Fails where what a tool stores
+// and the tank rise without work. compound_walk ASSET TICKS SEED
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "libfit/assets/asset_file.hpp"
+#include "libfit/runtime/engine.hpp"
+#include "libfit/runtime/tool/compound_tool.hpp"
+#include "tests/libfit/runtime/random_share.hpp"
+
+namespace {
+
+using namespace palpate::runtime;
+using palpate::test::Random;
+
+// A tool's frame, turned from the body's axes by a vector.
+Frame frame_at(const Vec3d& place, const Vec3d& turn) {
+  Pose pose;
+  put(place, pose.position_m);
+  const double angle = std::sqrt(dot(turn, turn));
+  if (angle > 0) {
+    pose.orientation[0] = std::cos(angle / 2);
+    put(turn * (std::sin(angle / 2) / angle), pose.orientation + 1);
+  }
+  Frame out;
+  make_frame(pose, out);
+  return out;
+}
+
+Vec3d direction(Random& random) {
+  return {2 * random.share() - 1, 2 * random.share() - 1, 2 * random.share() - 1};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) return 2;
+  const palpate::AssetFile file = palpate::read_asset_file(argv[1]);
+  AssetView asset = file.asset();
+  const double radius_m = asset.probe_radius_m > 0 ? asset.probe_radius_m : asset.max_fitted_m;
+  asset.probe_radius_m = radius_m;
+  CouplingView feel;
+  feel.length_m = 0.5 * radius_m;
+  for (int k = 0; k < kCouplingScales; ++k) feel.give_m_N[k] = 1.0 / (1 << k);
+  const double excess = coupling_excess(asset, feel);
+  for (double& a : feel.give_m_N) a /= excess;
+  asset.coupling = &feel;
+  std::vector<int> covered;
+  for (int v = 0; v < asset.vertices; ++v)
+    if (asset.covered[v] == kMeasured) covered.push_back(v);
+  Random random{2 * std::strtoull(argv[3], nullptr, 10) + 1};
+  const double depth_m = asset.max_fitted_m;
+  long ticks = 0, walks = 0, several = 0, slipping = 0;
+  double refused_J = 0;
+  static CompoundTool tool;
+  static CompoundOutput out;
+  while (ticks < std::atol(argv[2])) {
+    ++walks;
+    tool = CompoundTool();
+    tool.shape.balls = 2 + static_cast<int>(5 * random.share());
+    tool.shape.radius_m = radius_m;
+    for (int i = 0; i < tool.shape.balls; ++i)
+      put(Vec3d{radius_m * i, 0, 0} + direction(random) * (0.2 * radius_m), tool.shape.centre_m[i]);
+    const int v = covered[static_cast<std::size_t>(random.share() * double(covered.size()))];
+    const Vec3d u = asset.normal_at(v),
+                home =
+                    asset.vertex_at(v) + make_vec3<double>(asset.origin_m) - u * (radius_m + 0.002);
+    Vec3d at = home, turn = direction(random) * 0.3;
+    double lost_J = 0, peak_J = 0;
+    bool is_passive = true;
+    const auto tick = [&]() {
+      if (touch_compound(asset, tool, frame_at(at, turn), out) != Status::ok) return false;
+      ++ticks;
+      several += out.touching > 1;
+      for (int i = 0; i < tool.shape.balls; ++i)
+        slipping += out.ball[i].state == ContactState::slip;
+      peak_J = out.stored_J > peak_J ? out.stored_J : peak_J;
+      const double lost = tool.joint.ledger.dissipated_J - tool.joint.ledger.tank_J;
+      const bool is_good = lost >= lost_J - 1e-11 * peak_J && out.stored_J >= 0;
+      lost_J = lost;
+      return is_good;
+    };
+    is_passive = tick();
+    for (int leg = 0; leg < 7 && is_passive; ++leg) {
+      const Vec3d from = at, from_turn = turn;
+      Vec3d to = home - u * 0.01, to_turn = turn + direction(random) * 0.2;
+      if (leg < 6)
+        to = home + u * (0.002 + depth_m * (0.9 * random.share())) +
+             tangential(direction(random) * (2 * depth_m), u);
+      const Vec3d way = to - from;
+      const double step_m = 1e-5 * (1 + 9 * random.share());
+      const long count = 1 + static_cast<long>(std::sqrt(dot(way, way)) / step_m);
+      for (long k = 1; k <= count && is_passive; ++k) {
+        at = from + way * (double(k) / double(count));
+        turn = from_turn + (to_turn - from_turn) * (double(k) / double(count));
+        is_passive = tick();
+      }
+    }
+    refused_J += tool.joint.ledger.refused_J;
+    if (is_passive) continue;
+    std::printf("walk %ld of seed %s is not passive or was refused\n", walks, argv[3]);
+    return 1;
+  }
+  std::printf("%ld ticks in %ld walks, %ld of two balls and more, %ld balls slipping\n", ticks,
+              walks, several, slipping);
+  std::printf("refused %.6g J\n", refused_J);
+  return several > ticks / 8 ? 0 : 1;
+}
