@@ -78,8 +78,10 @@ int main(int argc, char** argv) {
       for (int i = 0; i < tool.shape.balls; ++i)
         slipping += out.ball[i].state == ContactState::slip;
       peak_J = out.stored_J > peak_J ? out.stored_J : peak_J;
-      const double lost = tool.joint.ledger.dissipated_J - tool.joint.ledger.tank_J;
-      const bool is_good = lost >= lost_J - 1e-11 * peak_J && out.stored_J >= 0;
+      const Ledger& ledger = tool.joint.ledger;
+      const double lost = ledger.dissipated_J - ledger.tank_J,
+                   rounding_J = 1e-11 * peak_J + 1e-14 * ledger.dissipated_J;
+      const bool is_good = lost >= lost_J - rounding_J && out.stored_J >= 0;
       lost_J = lost;
       return is_good;
     };
