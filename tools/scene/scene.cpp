@@ -314,7 +314,7 @@ Scene parse_scene(const std::string& text, const std::filesystem::path& path,
 }
 
 void make_quick(Scene& scene) {
-  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 80;
+  constexpr int kRows = 5, kHeldOut = 6, kPlaced = 80, kToolPaths = 5;
   ExperimentsSection& experiments = scene.experiments;
   auto& placement = experiments.placement;
   const bool drags_few = placement && placement->drag_points == "few";
@@ -333,6 +333,9 @@ void make_quick(Scene& scene) {
     each.drag_depths_m = {*std::max_element(each.drag_depths_m.begin(), each.drag_depths_m.end())};
   scene.validate.points = std::min(scene.validate.points, kHeldOut);
   scene.validate.causes = false;
+  if (!scene.tool) return;
+  scene.tool->paths = std::min(scene.tool->paths, kToolPaths);
+  scene.tool->held_out = std::min(scene.tool->held_out, kToolPaths);
 }
 
 Scene read_scene(const std::filesystem::path& path) {

@@ -114,46 +114,34 @@ std::vector<Vec3> places(bool is_round, double depth_m) {
   return out;
 }
 
+// Three that stick: forces by differences of what all store.
+void expect_gradient(const Model& model, bool is_round, double tolerance) {
+  Hands hands(model, coupling(0.004, 0.003), 3);
+  hands.tick(places(is_round, -0.0005));
+  std::vector<Vec3> at = places(is_round, 0.003);
+  for (std::size_t i = 0; i < 3; ++i) at[i] += 1e-4 * Vec3(1, double(i), -0.5);
+  hands.go(at, 300);
+  for (std::size_t i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      constexpr double h = 1e-7;
+      auto plus = at, minus = at;
+      plus[i][k] += h;
+      minus[i][k] -= h;
+      const auto stored = [&] { return hands.stored_J(); };
+      const double slope = (hands.after(plus, stored) - hands.after(minus, stored)) / (2 * h);
+      EXPECT_NEAR(hands.force(i)[k], slope, tolerance * hands.force(i).norm()) << i << " " << k;
+    }
+  EXPECT_GT(hands.force(0).norm(), 0.02);
+}
+
 TEST(SeveralTools, forces_are_the_gradient_of_what_all_store_while_all_stick) {
-  for (const bool is_round : {false, true}) {
-    Hands hands(rings_model(is_round, 300, 5), coupling(0.004, 0.003), 3);
-    hands.tick(places(is_round, -0.0005));
-    std::vector<Vec3> at = places(is_round, 0.003);
-    for (std::size_t i = 0; i < 3; ++i) at[i] += 1e-4 * Vec3(1, double(i), -0.5);
-    hands.go(at, 300);
-    for (std::size_t i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) {
-        constexpr double h = 1e-7;
-        auto plus = at, minus = at;
-        plus[i][k] += h;
-        minus[i][k] -= h;
-        const auto stored = [&] { return hands.stored_J(); };
-        const double slope = (hands.after(plus, stored) - hands.after(minus, stored)) / (2 * h);
-        EXPECT_NEAR(hands.force(i)[k], slope, 2e-5 * hands.force(i).norm()) << i << " " << k;
-      }
-    EXPECT_GT(hands.force(0).norm(), 0.02);
-  }
+  for (const bool is_round : {false, true})
+    expect_gradient(rings_model(is_round, 300, 5), is_round, 2e-5);
 }
 
 TEST(SeveralTools, forces_are_that_gradient_on_a_body_that_sways) {
-  for (const bool is_round : {false, true}) {
-    Hands hands(swaying_model(is_round, 300, 5), coupling(0.004, 0.003), 3);
-    hands.tick(places(is_round, -0.0005));
-    std::vector<Vec3> at = places(is_round, 0.003);
-    for (std::size_t i = 0; i < 3; ++i) at[i] += 1e-4 * Vec3(1, double(i), -0.5);
-    hands.go(at, 300);
-    for (std::size_t i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) {
-        constexpr double h = 1e-7;
-        auto plus = at, minus = at;
-        plus[i][k] += h;
-        minus[i][k] -= h;
-        const auto stored = [&] { return hands.stored_J(); };
-        const double slope = (hands.after(plus, stored) - hands.after(minus, stored)) / (2 * h);
-        EXPECT_NEAR(hands.force(i)[k], slope, 5e-5 * hands.force(i).norm()) << i << " " << k;
-      }
-    EXPECT_GT(hands.force(0).norm(), 0.02);
-  }
+  for (const bool is_round : {false, true})
+    expect_gradient(swaying_model(is_round, 300, 5), is_round, 5e-5);
 }
 
 TEST(SeveralTools, on_a_body_that_sways_one_is_a_tool_and_two_sway_together) {
