@@ -45,7 +45,7 @@ TEST(scene, a_misspelt_key_is_refused_with_its_place_and_the_nearest_known_one) 
   EXPECT_EQ(error_of(kSmallest + "[experimets]\ndepth = 1\n"),
             "scenes/liver.toml:7:2: the scene has no key \"experimets\"\n"
             "  Did you mean \"experiments\"? Known: bed, body, experiments, export, fit, gravity, "
-            "inclusion, material, probe, validate.");
+            "inclusion, material, probe, tool, validate.");
 }
 
 TEST(scene, a_wrong_unit_is_refused_with_the_right_ones) {

@@ -143,7 +143,7 @@ class StageRun {
     const fs::path output = file("pairs.h5");
     const std::string wanted = pairs_fingerprint(scene_, body_);
     if (is_stale("pairs", output, stored_in_hdf5(output), wanted))
-      simulate_pairs(scene_, body_, request_.jobs, output, wanted);
+      simulate_pairs(scene_, body_, request_.jobs, output, wanted, !request_.force);
   }
 
   // The paths of [tool].

@@ -20,6 +20,7 @@
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
 #include "tools/stages/samples/simulate.hpp"
 #include "tools/stages/samples/tilt.hpp"
@@ -145,35 +146,15 @@ std::string path_fingerprint(const ReferenceRequest& request, const HeldOut& hel
   return hash.hex();
 }
 
-Samples read_if_same(const std::filesystem::path& path, const std::string& fingerprint,
-                     bool has_surface) {
-  if (stored_in_hdf5(path) != fingerprint) return {};
-  try {
-    return has_surface ? read_with_surface(path) : read_samples(path);
-  } catch (const Error&) {  // damaged: simulated anew
-    return {};
-  }
-}
-
 Samples simulate_held_out_paths(const fem::Simulator& simulator, const HeldOut& held_out,
                                 const ReferenceRequest& request) {
-  const std::string fingerprint = path_fingerprint(request, held_out);
-  const std::filesystem::path output = request.folder / "reference.h5";
-  const bool is_kept = !request.folder.empty();
-  fem::SimulateOptions options{.jobs = job_count(request.jobs), .already_done = {}};
-  if (is_kept && request.resume)
-    options.already_done = read_if_same(output, fingerprint, simulator.setup().keeps_surface);
-  Samples samples;
-  {
-    ConsoleProgress progress("validate");
-    samples = fem::simulate_paths(simulator, held_out.points, held_out.paths, options, {},
-                                  progress.progress());
-  }
-  add_origin(samples, simulator);
-  // An interrupted file has rows of some paths only: the rest is simulated next time.
-  if (is_kept) write_with_surface(output, samples, {{kInputsAttribute, fingerprint}});
-  if (is_interrupted()) throw Interrupted("validate: there is no statement yet");
-  return samples;
+  return simulate_kept_paths(
+      simulator, held_out.points, held_out.paths,
+      {.what = "validate",
+       .jobs = request.jobs,
+       .output = request.folder.empty() ? request.folder : request.folder / "reference.h5",
+       .fingerprint = path_fingerprint(request, held_out),
+       .resume = request.resume});
 }
 
 }  // namespace

@@ -47,6 +47,10 @@ export interface Statement {
   torque_error?: Record<string, TorqueFigures>;
   /** Of the asset of a tool that turns on the same paths; empty without one. */
   turning?: { by_path?: Record<string, ErrorFigures>; torque_error?: Record<string, TorqueFigures>; tick_ns?: number };
+  /** Held-out paths of two tools, as they feel each other and as if not. */
+  two_tools?: Record<string, ErrorFigures>;
+  /** Held-out paths of the scene's tool, played as balls. */
+  tool?: { force_error: Record<string, ErrorFigures>; torque_error: Record<string, TorqueFigures>; tick_ns: number };
   /** Empty where the asset does not say how its surface moves. */
   shape_error?: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
 }

@@ -129,6 +129,7 @@ function torqueTable(s: Statement): HTMLElement[] {
   const rows: [string, Record<string, TorqueFigures>][] = [
     ["", s.torque_error ?? {}],
     ["tool that turns, ", s.turning?.torque_error ?? {}],
+    ["tool of balls, ", s.tool?.torque_error ?? {}],
   ];
   const lines = rows.flatMap(([of, errors]) =>
     Object.entries(errors).map(([name, e]) => [
@@ -145,6 +146,18 @@ function torqueTable(s: Statement): HTMLElement[] {
   return [table(head, lines)];
 }
 
+/** Force errors by group; of: what the table says before each name. */
+function forceGroups(s: Statement): { caption: string; of: string; errors: Record<string, ErrorFigures> }[] {
+  return [
+    { caption: "By path of the tool", of: "", errors: s.by_path },
+    { caption: "With the asset of a tool that turns", of: "tool that turns, ", errors: s.turning?.by_path ?? {} },
+    { caption: "Of two tools on the body", of: "two tools, ", errors: s.two_tools ?? {} },
+    { caption: "Of the tool that is played as balls", of: "tool of balls, ", errors: s.tool?.force_error ?? {} },
+    { caption: "By cause", of: "", errors: s.causes },
+    { caption: "What is simpler would have", of: "", errors: s.baselines },
+  ].filter((group) => Object.keys(group.errors).length > 0);
+}
+
 export function statementSection(contents: Contents): HTMLElement {
   const out = section("error", "How wrong it is");
   const s = contents.statement;
@@ -155,14 +168,9 @@ export function statementSection(contents: Contents): HTMLElement {
   out.append(html("ul", {}, ...sentences(s, contents).map((text) => html("li", {}, text))));
   const pictures = html("div", { class: "figures" });
   for (const picture of [scatter(contents), costPlot(contents)]) if (picture) pictures.append(picture);
-  for (const [caption, errors] of [
-    ["By path of the tool", s.by_path],
-    ["With the asset of a tool that turns", s.turning?.by_path ?? {}],
-    ["By cause", s.causes],
-    ["What is simpler would have", s.baselines],
-  ] as [string, Record<string, ErrorFigures>][])
-    if (Object.keys(errors).length)
-      pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
+  const groups = forceGroups(s);
+  for (const { caption, errors } of groups)
+    pictures.append(figure(caption, bars(caption, rows_of(errors), contents.jnd.share)));
   out.append(
     pictures,
     html(
@@ -178,14 +186,9 @@ export function statementSection(contents: Contents): HTMLElement {
       html("summary", {}, "The same in numbers"),
       table(
         ["", "median", "95th percentile", "median", "95th percentile"],
-        [
-          ["", s.by_path],
-          ["tool that turns, ", s.turning?.by_path ?? {}],
-          ["", s.causes],
-          ["", s.baselines],
-        ].flatMap(([of, errors]) =>
-          Object.entries(errors as Record<string, ErrorFigures>).map(([name, e]) => [
-            (of as string) + plain(name),
+        groups.flatMap(({ of, errors }) =>
+          Object.entries(errors).map(([name, e]) => [
+            of + plain(name),
             percent(e.median_rel),
             percent(e.p95_rel),
             quantity(e.median_N, "N"),

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/simulate.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
@@ -22,6 +22,7 @@
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -161,19 +162,13 @@ class ToolDrawing {
 
 Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int jobs,
                  const std::filesystem::path& output, const std::string& fingerprint, bool resume) {
-  fem::SimulateOptions options{.jobs = job_count(jobs), .already_done = {}};
-  if (resume && !output.empty() && stored_in_hdf5(output) == fingerprint)
-    options.already_done = read_samples(output);
-  const fem::Simulator simulator(make_setup(with_tool(scene), body));
-  Samples samples;
-  {
-    ConsoleProgress progress("tool");
-    samples =
-        fem::simulate_paths(simulator, drawn.points, drawn.paths, options, {}, progress.progress());
-  }
-  add_origin(samples, simulator);
-  if (is_interrupted()) throw Interrupted("tool: the paths are not whole and were not kept");
-  if (!output.empty()) write_samples(output, samples, {{kInputsAttribute, fingerprint}});
+  Samples samples = simulate_kept_paths(fem::Simulator(make_setup(with_tool(scene), body)),
+                                        drawn.points, drawn.paths,
+                                        {.what = "tool",
+                                         .jobs = jobs,
+                                         .output = output,
+                                         .fingerprint = fingerprint,
+                                         .resume = resume});
   list_bad_experiments(samples);
   return samples;
 }
@@ -182,8 +177,8 @@ Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int
 void write_rows(const std::filesystem::path& path, const Samples& samples,
                 const CompoundForces& by) {
   static constexpr std::string_view kHeader[] = {
-      "point", "step",  "status", "lean_1", "lean_2", "dx_m",  "dy_m",  "dz_m",  "fx_N",  "fy_N",
-      "fz_N",  "ex_N",  "ey_N",   "ez_N",   "tx_Nm",  "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
+      "point", "step", "status", "lean_1", "lean_2", "dx_m",  "dy_m",  "dz_m",  "fx_N",  "fy_N",
+      "fz_N",  "ex_N", "ey_N",   "ez_N",   "tx_Nm",  "ty_Nm", "tz_Nm", "ux_Nm", "uy_Nm", "uz_Nm"};
   CsvWriter csv(path, kHeader);
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const auto r = static_cast<std::size_t>(row);

@@ -15,7 +15,7 @@ namespace palpate::tools {
 /// probe that is no ball, a body that relaxes, softens or is punctured. Throws Error.
 void check_tool(const Scene& scene);
 
-/// Simulates the paths of [tool] into `output`, with its fingerprint; resumes what is there.
+/// Simulates the paths of [tool] into `output`, as simulate_kept_paths().
 Samples simulate_tool(const Scene& scene, const Body& body, int jobs,
                       const std::filesystem::path& output, const std::string& fingerprint,
                       bool resume);

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "libfem/probes/probes.hpp"
-#include "libfem/solve/experiments/simulate.hpp"
+#include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/statistics.hpp"
@@ -17,6 +17,7 @@
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/cycles.hpp"
+#include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -42,21 +43,12 @@ HeldOut draw(const Scene& scene, const Body& body, int pairs, bool is_held_out) 
 
 Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int jobs,
                  const std::filesystem::path& output, const std::string& fingerprint, bool resume) {
-  fem::SimulateOptions options{.jobs = job_count(jobs), .already_done = {}};
-  if (resume && !output.empty() && stored_in_hdf5(output) == fingerprint)
-    options.already_done = read_samples(output);
-  fem::SimulationSetup setup = make_setup(scene, body);
-  const fem::Simulator simulator(std::move(setup));
-  Samples samples;
-  {
-    ConsoleProgress progress("two tools");
-    samples =
-        fem::simulate_paths(simulator, drawn.points, drawn.paths, options, {}, progress.progress());
-  }
-  add_origin(samples, simulator);
-  if (is_interrupted()) throw Interrupted("two tools: the pairs are not whole and were not kept");
-  if (!output.empty()) write_samples(output, samples, {{kInputsAttribute, fingerprint}});
-  return samples;
+  return simulate_kept_paths(fem::Simulator(make_setup(scene, body)), drawn.points, drawn.paths,
+                             {.what = "two tools",
+                              .jobs = jobs,
+                              .output = output,
+                              .fingerprint = fingerprint,
+                              .resume = resume});
 }
 
 validation::NamedError error_of(std::string name, const Samples& samples,
@@ -88,9 +80,10 @@ void check_pairs(const Scene& scene) {
 }
 
 Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
-                       const std::filesystem::path& output, const std::string& fingerprint) {
+                       const std::filesystem::path& output, const std::string& fingerprint,
+                       bool resume) {
   const Samples samples = simulate(scene, body, draw(scene, body, scene.experiments.pairs, false),
-                                   jobs, output, fingerprint, false);
+                                   jobs, output, fingerprint, resume);
   list_bad_experiments(samples);
   return samples;
 }

@@ -15,10 +15,10 @@ namespace palpate::tools {
 /// ball, of a body that relaxes or softens. Throws Error.
 void check_pairs(const Scene& scene);
 
-/// Simulates the pairs of [experiments] into pairs.h5, with its fingerprint. An interruption
-/// (exception Interrupted) leaves no file.
+/// Simulates the pairs of [experiments] into pairs.h5, as simulate_kept_paths().
 Samples simulate_pairs(const Scene& scene, const Body& body, int jobs,
-                       const std::filesystem::path& output, const std::string& fingerprint);
+                       const std::filesystem::path& output, const std::string& fingerprint,
+                       bool resume);
 
 /// What they say of how tools feel each other.
 CouplingEvidence pairs_evidence(const runtime::AssetView& asset, const Scene& scene,

@@ -14,11 +14,18 @@ namespace {
 // within twenty times what keeping takes.
 constexpr double kKeepShare = 0.05;
 
+}  // namespace
+
 std::filesystem::path partial_of(const std::filesystem::path& output) {
   return output.string() + ".partial";
 }
 
-}  // namespace
+void KeepClock::keep(const std::function<void()>& write) {
+  const double from_s = wall_seconds();
+  if (from_s < next_s_) return;
+  write();
+  next_s_ = from_s + (wall_seconds() - from_s) / kKeepShare;
+}
 
 PointBatch taken(const PointBatch& batch, const std::vector<std::int32_t>& which) {
   PointBatch out;
@@ -95,13 +102,9 @@ Samples SampleCache::at(const fem::Simulator& simulator, const TestPoints& point
   if (request_.only_known) throw PointsMissing{taken({points, effort, quick}, missing)};
   // What is known of other points stays known: rounds of a placement come back to them.
   const Samples others = samples_beyond(interrupted_, points, per_point, effort);
-  double next_s = 0;  // the first finished point is kept at once
+  KeepClock clock;
   const auto on_done = [&](const std::function<Samples()>& so_far) {
-    const double from_s = wall_seconds();
-    if (from_s < next_s) return;
-    keep(joined(so_far(), others, per_point));
-    const double spent_s = wall_seconds() - from_s;
-    next_s = from_s + spent_s / kKeepShare;
+    clock.keep([&] { keep(joined(so_far(), others, per_point)); });
   };
   ConsoleProgress progress(what);
   Samples samples = fem::simulate(simulator, points, experiments,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "libfem/solve/experiments/quick_press.hpp"
@@ -77,5 +78,17 @@ Samples read_with_surface(const std::filesystem::path& path);
 
 /// Deletes what an unfinished simulate kept.
 void remove_partial(const std::filesystem::path& output);
+
+/// Where what is done of an output is kept until all of it is.
+std::filesystem::path partial_of(const std::filesystem::path& output);
+
+/// Keeps what is done at once, and then no oftener than that a twentieth of the time goes into it.
+class KeepClock {
+ public:
+  void keep(const std::function<void()>& write);
+
+ private:
+  double next_s_ = 0;
+};
 
 }  // namespace palpate::tools

@@ -18,6 +18,7 @@
 #include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/fit.hpp"
+#include "tools/stages/samples/kept_paths.hpp"
 #include "tools/stages/samples/simulate.hpp"
 
 namespace palpate::tools {
@@ -62,22 +63,14 @@ std::vector<ToolPath> leaning_presses(const TestPoints& points, const runtime::T
 Samples simulate_tilts(const Scene& scene, const Body& body, const TiltRequest& request,
                        const std::string& fingerprint) {
   const runtime::TiltNodes nodes = tilt_nodes(scene);
-  const fs::path output = samples_path(request.folder);
-  fem::SimulateOptions options{.jobs = job_count(request.jobs), .already_done = {}};
-  if (request.resume && stored_in_hdf5(output) == fingerprint)
-    options.already_done = read_samples(output);
-  const fem::Simulator simulator(make_setup(scene, body));
-  Samples samples;
-  {
-    ConsoleProgress progress("tilt");
-    samples = fem::simulate_paths(simulator, at_leans(body.test_points, nodes.size() - 1),
-                                  leaning_presses(body.test_points, nodes, scene.experiments.each),
-                                  options, {}, progress.progress());
-  }
-  add_origin(samples, simulator);
-  write_samples(output, samples, {{kInputsAttribute, fingerprint}});
-  if (is_interrupted()) throw Interrupted("tilt: what was simulated is kept");
-  return samples;
+  return simulate_kept_paths(fem::Simulator(make_setup(scene, body)),
+                             at_leans(body.test_points, nodes.size() - 1),
+                             leaning_presses(body.test_points, nodes, scene.experiments.each),
+                             {.what = "tilt",
+                              .jobs = request.jobs,
+                              .output = samples_path(request.folder),
+                              .fingerprint = fingerprint,
+                              .resume = request.resume});
 }
 
 // Curves of every point at every node, node by node, on the knots of the upright tool's. Friction
