@@ -38,8 +38,9 @@ class MeshField {
   double smoothing_m() const { return spacing_; }
   double extent_m() const { return extent_; }
 
-  /// Of the section across `inward` (unit) that lies depth_m behind `tip`: its area, and across the
-  /// axis the line from which none of its border is farther than width_m.
+  /// Of the section across `inward` (unit) that lies depth_m behind `tip`: its area [m^2], and
+  /// across the axis, from `tip`, the ends [m] of the line from which none of its border is farther
+  /// than width_m; a section that is not slender has a point for a line.
   struct CrossSection {
     double area_m2 = 0, width_m = 0;
     Vec3 from = Vec3::Zero(), to = Vec3::Zero();

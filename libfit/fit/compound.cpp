@@ -4,12 +4,10 @@
 #include <chrono>
 #include <cmath>
 
+#include "libfit/fit/walk.hpp"
+
 namespace palpate {
 namespace {
-
-constexpr double kTick_m = 20e-6;
-constexpr double kApproachRatio = 0.1;
-constexpr double kLightForce = 0.1;  // of the largest: errors of lighter rows are over this
 
 class CompoundWalk {
  public:
@@ -24,7 +22,7 @@ class CompoundWalk {
 
   void go(const Vec3& to) {
     const Vec3 from = at_;
-    const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / kTick_m)));
+    const int steps = ticks_over((to - from).norm());
     for (int k = 1; k <= steps; ++k) tick(from + (to - from) * (double(k) / steps));
   }
   Vec3 force_N() const { return -Eigen::Map<const Vec3>(out_.force_on_tool_N); }
@@ -110,7 +108,7 @@ Eigen::VectorXd compound_residual(const CompoundPaths& tool, const Samples& samp
   Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * samples.rows());
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     const double scale =
-        std::max(samples.force.row(row).norm(), kLightForce * largest_N[path_of(row)]);
+        std::max(samples.force.row(row).norm(), kLightRow * largest_N[path_of(row)]);
     if (!is_good(row) || !(scale > 0)) continue;
     out.segment<3>(6 * row) = (answered.force_N.row(row) - samples.force.row(row)) / scale;
     const double lever = lever_m(tool.shape[static_cast<std::size_t>(path_of(row))]);

@@ -4,14 +4,11 @@
 #include <chrono>
 #include <cmath>
 
+#include "libfit/fit/walk.hpp"
 #include "libfit/runtime/tool/several_tools.hpp"
 
 namespace palpate {
 namespace {
-
-constexpr double kTick_m = 20e-6;
-constexpr double kApproachRatio = 0.1;
-constexpr double kLightForce = 0.1;  // of the largest: errors of lighter rows are over this
 
 class TwoTips {
  public:
@@ -24,7 +21,7 @@ class TwoTips {
   void go(const Vec3& first, const Vec3& second) {
     const Vec3 from[2] = {at_[0], at_[1]};
     const double way = std::max((first - from[0]).norm(), (second - from[1]).norm());
-    const int steps = std::max(1, static_cast<int>(std::ceil(way / kTick_m)));
+    const int steps = ticks_over(way);
     for (int k = 1; k <= steps; ++k) {
       const double share = double(k) / steps;
       tick(from[0] + (first - from[0]) * share, from[1] + (second - from[1]) * share);
@@ -103,7 +100,7 @@ Eigen::VectorXd two_tool_residual(const Samples& samples, const TwoToolForces& a
                         second = largest_forces(samples, samples.second_force);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * samples.rows());
   const auto put = [&](Eigen::Index at, const Vec3& off, double force, double largest) {
-    const double scale = std::max(force, kLightForce * largest);
+    const double scale = std::max(force, kLightRow * largest);
     if (scale > 0) out.segment<3>(at) = off / scale;
   };
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {

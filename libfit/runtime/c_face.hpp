@@ -154,8 +154,9 @@ inline void fill(const rt::ToolOutput& from, palpate_output& out) noexcept {
   out.damper_N = from.damper_N;
 }
 
-inline void fill(const rt::TurningToolOutput& from, palpate_output& out) noexcept {
-  fill(from.body.tick, out);
+// What tools that turn have in common: the wrench, where it acts, and events.
+template <class From>
+void fill_turning(const From& from, palpate_output& out) noexcept {
   copy3(from.force_on_tool_N, out.force_on_tool_N);
   copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
   copy3(from.contact_m, out.contact_m);
@@ -164,24 +165,22 @@ inline void fill(const rt::TurningToolOutput& from, palpate_output& out) noexcep
   for (int k = 0; k < 3; ++k) out.deflection_m[k] = from.acts_at_m[k] - from.contact_m[k];
   out.events =
       (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
+}
+
+inline void fill(const rt::TurningToolOutput& from, palpate_output& out) noexcept {
+  fill(from.body.tick, out);
+  fill_turning(from, out);
   out.stored_J = from.body.stored_J;
   out.dissipated_J = from.body.dissipated_J;
   out.flags = from.body.flags;
 }
 
 inline void fill(const rt::CompoundOutput& from, int balls, palpate_output& out) noexcept {
-  copy3(from.force_on_tool_N, out.force_on_tool_N);
-  copy3(from.torque_on_tool_Nm, out.torque_on_tool_Nm);
-  copy3(from.contact_m, out.contact_m);
-  copy3(from.normal, out.normal);
-  copy3(from.acts_at_m, out.acts_at_m);
-  for (int k = 0; k < 3; ++k) out.deflection_m[k] = from.acts_at_m[k] - from.contact_m[k];
+  fill_turning(from, out);
   for (int i = 0; i < balls; ++i) {
     const auto state = static_cast<std::int32_t>(from.ball[i].state);
     if (state > out.state) out.state = state;
   }
-  out.events =
-      (from.has_touched ? PALPATE_TOUCHED : 0) | (from.has_released ? PALPATE_RELEASED : 0);
   out.stored_J = from.stored_J;
   out.dissipated_J = from.dissipated_J;
   out.refused_J = from.refused_J;

@@ -371,8 +371,9 @@ PALPATE_API palpate_status palpate_group_tick(const palpate_asset* asset, palpat
    the tool's position; contact_m, acts_at_m and normal are means by what each ball bears; state is
    the most any ball does; stored_J and the sums are of the whole tool; there is no stiffness_N_m.
    What the tool's turns drag along under its balls counts. Refused as palpate_tick, and wherever
-   one of its balls is (PALPATE_TOOL_WRONG: another radius, or no coupling). Work: that of a group
-   of its balls. palpate_compound_release: as palpate_release. */
+   one of its balls is (PALPATE_TOOL_WRONG: another radius, no coupling, or a body that tools
+   puncture). Work: that of a group of its balls. palpate_compound_start: PALPATE_OK,
+   PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG; palpate_compound_release: as palpate_release. */
 PALPATE_API palpate_status palpate_compound_start(palpate_compound* compound,
                                                   const palpate_tool* balls,
                                                   int32_t count) PALPATE_NOEXCEPT;

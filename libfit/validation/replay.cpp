@@ -7,15 +7,14 @@
 #include <map>
 
 #include "libfit/fit/point/replay.hpp"
+#include "libfit/fit/walk.hpp"
 
 namespace palpate::validation {
 namespace {
 
-constexpr double kTick_m = 20e-6;  // 20 mm/s at 1 kHz
 constexpr double kMaxTick_s = 1e-3;
 constexpr double kLeastTick_s = runtime::kMinTimeStep_s;
 constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
-constexpr double kApproachRatio = 0.1;  // of the depth, from outside, before the first row
 constexpr std::size_t kTimedTicks = 200000;
 
 // What `tick` says at each deflection of a path: it is called with where the tip is and how much
@@ -33,8 +32,8 @@ auto follow(const HeldOut& held_out, std::size_t path, double depth_m, const Tic
     const Vec3 from = deflection, way = Vec3(deflections.row(row)) - from;
     const bool is_timed = time_s.size() > 0;
     const double dt_s = is_timed ? time_s[row] - (row > 0 ? time_s[row - 1] : 0) : 0;
-    const int steps =
-        std::max(1, static_cast<int>(std::ceil(std::max(way.norm() / kTick_m, dt_s / kMaxTick_s))));
+    const int steps = std::max(
+        1, static_cast<int>(std::ceil(std::max(way.norm() / kWalkTick_m, dt_s / kMaxTick_s))));
     for (int k = 1; k <= steps; ++k)
       out = tick(point + from + way * (double(k) / steps), is_timed ? dt_s / steps : kSlowTick_s);
     deflection = deflections.row(row);

@@ -18,8 +18,8 @@ struct ProbeSection {
   double mesh_unit_m = 0;
 };
 
-/// [tool] of a scene: a rigid tool that the engine plays as balls of the probe's radius (docs/
-/// method.md, section 29). Exactly one of row and balls_m.
+/// [tool] of a scene: a rigid tool that the engine plays as balls of the probe's radius
+/// (docs/method.md, section 29). Exactly one of row and balls_m.
 struct ToolSection {
   ProbeSection probe;     ///< its shape; friction is that of [probe]
   int row = 0;            ///< balls evenly along a capsule, from end to end

@@ -62,10 +62,11 @@ inline void forget(CompoundTool& state) noexcept {
 }
 
 /// Whether the asset can answer to such a tool: of rings that a ball of its radius was measured
-/// with, and, for more than one ball, of contacts that feel each other.
+/// with, on a body without channels, which know nothing of turns; and, for more than one ball, of
+/// contacts that feel each other.
 inline Status check_compound(const AssetView& asset, const CompoundShape& shape) noexcept {
   const bool is_ours = asset.curves.family == int(Family::rings) && shape.radius_m > 0 &&
-                       shape.radius_m == asset.probe_radius_m;
+                       shape.radius_m == asset.probe_radius_m && asset.channels == nullptr;
   const bool is_known = shape.balls == 1 || asset.coupling != nullptr;
   return is_ours && is_known && shape.balls >= 1 && shape.balls <= kMaxTools ? Status::ok
                                                                              : Status::tool_wrong;

@@ -60,6 +60,7 @@ struct JointContacts {
   Vec3d force[kMaxTools];
   double* stiffness_N_m[kMaxTools];
 
+  /// How far the forces have moved the surface at contact i [m].
   Vec3d sunk(int i, const Vec3d* forces) const noexcept {
     Vec3d sum{0, 0, 0};
     for (int j = 0; j < count; ++j)

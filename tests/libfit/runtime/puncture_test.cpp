@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
+#include "libfit/runtime/tool/compound_tool.hpp"
 #include "libfit/runtime/tool/turning_tool.hpp"
 #include "tests/libfit/runtime/damaged_body.hpp"
 
@@ -321,6 +322,11 @@ TEST(puncture, a_tool_that_turns_takes_no_body_that_it_would_puncture) {
   const double above_m[3] = {0, 0, 0.1};
   EXPECT_EQ(touch_turning(loaded.asset, contact, above_m, upright, out), Status::ok);
   EXPECT_EQ(touch_turning(body.view, contact, above_m, upright, out), Status::tool_wrong);
+  runtime::CompoundShape ball;
+  ball.balls = 1;
+  ball.radius_m = loaded.asset.probe_radius_m;
+  EXPECT_EQ(check_compound(loaded.asset, ball), Status::ok);
+  EXPECT_EQ(check_compound(body.view, ball), Status::tool_wrong);
 }
 
 TEST(puncture, the_c_interface_tells_of_it) {
