@@ -123,6 +123,39 @@ TEST(modulus, what_has_none_is_listed_and_shown_first) {
   EXPECT_NE(got.table.find("deeper than the model holds"), std::string::npos) << got.table;
 }
 
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+// Once mN taken for N were 10 MPa and mm taken for um 300 MPa, both "good"; `import` refused them.
+TEST(modulus, a_unit_that_is_wrong_by_a_prefix_is_refused_as_import_refuses_it) {
+  struct Slip {
+    const char *from, *to, *remedy;
+  };
+  const Folder folder;
+  folder.write("a.csv", press(1e4)), folder.write("b.csv", press(2e4));
+  for (const Slip& slip : {Slip{"force = \"N\"", "force = \"kN\"", "units.force"},
+                           Slip{"position = \"mm\"", "position = \"um\"", "units.position"}}) {
+    folder.write("manifest.toml", with(kManifest, slip.from, slip.to));
+    const Answer got = answer(folder);
+    EXPECT_EQ(got.outcome.status, 1) << got.outcome.err;
+    EXPECT_EQ(field(got.table, "soft", 16), "refused") << got.table;
+    EXPECT_EQ(field(got.table, "stiff", 16), "refused") << got.table;
+    const Outcome import = palpate(folder, "import " + (folder / "manifest.toml").string() +
+                                               " -o " + (folder / "s.h5").string());
+    EXPECT_EQ(import.status, 1) << import.err;
+    for (const std::string& err : {got.outcome.err, import.err}) {
+      EXPECT_NE(err.find("which no soft body is made of: is a unit wrong?"), std::string::npos)
+          << err;
+      EXPECT_NE(err.find(std::string(slip.remedy) + " should probably be"), std::string::npos)
+          << err;
+    }
+    folder.write("manifest.toml", with(with(kManifest, slip.from, slip.to), "[defaults]\n",
+                                       "[defaults]\nplausible = [\"1 Pa\", \"1000 GPa\"]\n"));
+    EXPECT_EQ(answer(folder).outcome.status, 0) << "where the manifest says that it is right";
+  }
+}
+
 TEST(modulus, a_curve_that_no_model_describes_is_poor_and_a_tip_without_angle_is_asked_for) {
   const Folder folder;
   folder.write("manifest.toml", kManifest), folder.write("a.csv", press(1e4, true)),

@@ -7,6 +7,7 @@
 #include "libfit/io/atomic_file.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/vtu.hpp"
+#include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/indentation/fit_model.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
@@ -155,6 +156,7 @@ class Modulus final : public Command {
   static std::vector<ModulusRow> rows_of(const Manifest& manifest,
                                          const std::vector<ItemResult>& results) {
     std::vector<ModulusRow> rows;
+    const auto questions = question_stiffness(manifest.items, results);
     for (std::size_t i = 0; i < results.size(); ++i) {
       const BatchItem& item = manifest.items[i];
       const auto refuse = [&](const std::string& name, const Failure& failure,
@@ -170,7 +172,12 @@ class Modulus final : public Command {
       if (results[i].failure) refuse("", *results[i].failure, results[i].trace);
       for (const Refused& refused : results[i].refused)
         refuse(refused.name, refused.failure, refused.trace);
-      for (const Conditioned& r : results[i].recordings) {
+      for (std::size_t k = 0; k < results[i].recordings.size(); ++k) {
+        const Conditioned& r = results[i].recordings[k];
+        if (questions[i][k]) {
+          refuse(r.name, *questions[i][k], r.trace);
+          continue;
+        }
         ModulusRow row;
         row.file = item.shown + (r.name.empty() ? "" : "#" + r.name);
         row.point = point_of(item, r.name);

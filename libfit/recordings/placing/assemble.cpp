@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "libfit/recordings/batch/plausible.hpp"
 #include "libfit/recordings/placing/place.hpp"
 #include "libfit/recordings/placing/relaxation.hpp"
 
@@ -13,12 +14,14 @@ namespace {
 std::vector<Candidate> candidates_of(const std::vector<BatchItem>& items,
                                      const std::vector<ItemResult>& results) {
   std::vector<Candidate> candidates;
+  const auto questions = question_stiffness(items, results);
   for (std::size_t i = 0; i < results.size(); ++i)
-    for (const Conditioned& recording : results[i].recordings) {
+    for (std::size_t k = 0; k < results[i].recordings.size(); ++k) {
       Candidate c;
       c.item = i;
-      c.recording = &recording;
-      c.point = point_of(items[i], recording.name);
+      c.recording = &results[i].recordings[k];
+      c.point = point_of(items[i], c.recording->name);
+      c.failure = questions[i][k];
       candidates.push_back(std::move(c));
     }
   return candidates;
@@ -179,7 +182,6 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
                    const AssembleOptions& options) {
   Assembled out;
   auto candidates = candidates_of(items, results);
-  question_stiffness(items, candidates);
   out.registration = place_on_body(items, options, candidates);
   const auto points = group_by_point(items, options, candidates);
 

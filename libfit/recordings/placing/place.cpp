@@ -1,30 +1,13 @@
 #include "libfit/recordings/placing/place.hpp"
 
-#include <fmt/core.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
-#include <map>
-#include <string_view>
 
-#include "libfit/core/statistics.hpp"
 #include "libfit/core/text.hpp"
-#include "libfit/core/units.hpp"
 
 namespace palpate::recordings {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kOutlier = 100;          // of the median modulus of a batch: a prefix is 1000
-constexpr std::size_t kMinToCompare = 5;  // recordings
-constexpr std::array<std::string_view, 6> kForces{"N", "mN", "uN", "nN", "kN", "gf"};
-constexpr std::array<std::string_view, 5> kLengths{"mm", "m", "um", "nm", "cm"};
-constexpr double kNear = 30;         // bodies differ by this much; prefixes by 1000
-constexpr double kTypical_Pa = 1e4;  // a soft tissue, when there is nothing to compare with
-
-std::string in_pascal(double pressure_Pa) { return number(pressure_Pa, 2) + " Pa"; }
 
 void refuse(Candidate& candidate, const std::vector<BatchItem>& items, const std::string& what,
             const std::string& remedy) {
@@ -123,72 +106,6 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
   for (Candidate& c : candidates)  // one-axis signals lie along the first axis
     if (!c.failure && c.recording->is_axial) c.to_body = c.inward * Vec3::UnitX().transpose();
   return registration;
-}
-
-std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
-                                      const std::string& force_unit, const std::string& length_unit,
-                                      bool has_radius) {
-  const double force = unit_factor(force_unit, Dimension::force).value_or(1);
-  const double length = unit_factor(length_unit, Dimension::length).value_or(1e-3);
-  const double power = has_radius ? 1.5 : 2;
-  std::optional<LikelyUnit> best;
-  double least = std::log10(kNear);
-  const auto consider = [&](double modulus_Pa, const std::string& key, std::string_view unit) {
-    const double off = std::abs(std::log10(modulus_Pa / expected_Pa));
-    if (off < least - 1e-9) {
-      least = off;
-      best = LikelyUnit{key, std::string(unit)};
-    }
-  };
-  for (const auto unit : kForces)
-    if (const double factor = *unit_factor(unit, Dimension::force); factor != force)
-      consider(found_Pa * factor / force, "units.force", unit);
-  for (const auto unit : kLengths)
-    if (const double factor = *unit_factor(unit, Dimension::length); factor != length)
-      consider(found_Pa * std::pow(length / factor, power), "units.position", unit);
-  return best;
-}
-
-void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates) {
-  // By the way they were made: a batch may hold several rigs.
-  const auto rig_of = [&](const Candidate& c) {
-    const BatchItem& item = items[c.item];
-    return fmt::format("{}|{}|{}{}", item.read.format, item.signal.radius_m,
-                       static_cast<int>(item.signal.kind),
-                       item.signal.is_range_given ? "|given" : "|");
-  };
-  std::map<std::string, std::vector<double>> sizes;
-  for (const Candidate& c : candidates)
-    if (!c.failure && std::isfinite(c.recording->apparent_Pa))
-      sizes[rig_of(c)].push_back(c.recording->apparent_Pa);
-  for (Candidate& c : candidates) {
-    if (c.failure) continue;
-    const SignalSettings& s = items[c.item].signal;
-    const importers::UnitNames& units = items[c.item].read.units;
-    const double found_Pa = c.recording->apparent_Pa;
-    const std::vector<double>& moduli = sizes[rig_of(c)];
-    const double median_Pa =
-        moduli.size() >= kMinToCompare && !s.is_range_given ? upper_median(moduli) : kNan;
-    const bool is_alone = std::isfinite(median_Pa) &&
-                          std::abs(std::log10(found_Pa / median_Pa)) > std::log10(kOutlier);
-    const bool is_implausible = !(found_Pa >= s.min_young_Pa && found_Pa <= s.max_young_Pa);
-    if (!is_alone && !is_implausible) continue;
-    const double expected_Pa =
-        std::isfinite(median_Pa) && median_Pa >= s.min_young_Pa && median_Pa <= s.max_young_Pa
-            ? median_Pa
-            : kTypical_Pa;
-    const auto unit =
-        likely_unit(found_Pa, expected_Pa, units.force, units.position, s.radius_m > 0);
-    const std::string against = is_implausible
-                                    ? ", which no soft body is made of"
-                                    : ", where the other recordings have " + in_pascal(median_Pa);
-    refuse(c, items,
-           "its stiffness is that of a body of " + in_pascal(found_Pa) + against +
-               (unit ? ": is a unit wrong?" : ""),
-           (unit ? unit->key + " should probably be \"" + unit->unit + "\". "
-                 : std::string("Check the units. ")) +
-               "If it is right, widen `plausible` in the manifest.");
-  }
 }
 
 }  // namespace palpate::recordings

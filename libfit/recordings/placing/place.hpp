@@ -25,22 +25,6 @@ std::optional<Registration> place_on_body(const std::vector<BatchItem>& items,
                                           const AssembleOptions& options,
                                           std::vector<Candidate>& candidates);
 
-/// A unit that would bring an implausible modulus to where it belongs.
-struct LikelyUnit {
-  std::string key;   ///< "units.force", "units.position"
-  std::string unit;  ///< what the manifest should probably say
-};
-
-/// The unit of force or length that brings `found_Pa` nearest to `expected_Pa`, of those that bring
-/// it within a factor of 30; nothing when none does. factor steps are those of SI prefixes. given:
-/// the manifest's units, "N" and "mm" where empty.
-std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
-                                      const std::string& force_unit, const std::string& length_unit,
-                                      bool has_radius);
-
-/// Refuses what no body is made of, or what is a prefix away from the other recordings.
-void question_stiffness(const std::vector<BatchItem>& items, std::vector<Candidate>& candidates);
-
 /// One experiment of the samples.
 struct Pooled {
   std::vector<std::size_t> member;           ///< candidates

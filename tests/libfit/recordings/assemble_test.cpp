@@ -8,7 +8,7 @@
 #include <random>
 
 #include "libfit/core/error.hpp"
-#include "libfit/recordings/placing/place.hpp"
+#include "libfit/recordings/batch/plausible.hpp"
 
 namespace palpate::recordings {
 namespace {
