@@ -4,6 +4,9 @@
 #include "libfit/recordings/formats/columns.hpp"
 
 #include <fmt/core.h>
+
+#include <algorithm>
+
 #include "libfit/recordings/formats/importers.hpp"
 
 namespace palpate::importers {
@@ -94,11 +97,15 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     for (last = first;
          last < rows && (contact.row(last) - contact.row(first)).norm() <= kSamePoint_m; ++last) {
     }
-    if (!(normal.row(first).norm() > 1e-12))
-      throw file.error(table.line[static_cast<std::size_t>(first)] - 1,
-                       "the surface normal has no direction", "Correct the row.");
     RawRecording r;
     r.name = fmt::format("contact{}", recordings.size() + 1);
+    if (!(normal.row(first).norm() > 1e-12)) {  // what robots write of a probe that failed
+      r.unread = file.error(table.line[static_cast<std::size_t>(first)] - 1,
+                            "the surface normal has no direction",
+                            "Correct the row, or remove the probe's rows.");
+      recordings.push_back(std::move(r));
+      continue;
+    }
     r.position_m = position.middleRows(first, last - first);
     r.force_N = force.middleRows(first, last - first);
     if (!settings.columns.torque.empty()) r.torque_Nm = torque.middleRows(first, last - first);
@@ -111,6 +118,8 @@ std::vector<RawRecording> read_robot_palpation(const std::filesystem::path& path
     recordings.push_back(std::move(r));
   }
   recordings.front().dropped_rows = table.dropped_rows;
+  if (std::ranges::all_of(recordings, [](const RawRecording& r) { return r.unread.has_value(); }))
+    throw *recordings.front().unread;
   return recordings;
 }
 

@@ -245,6 +245,39 @@ TEST_F(ImportersTest, a_robot_file_gives_a_recording_per_contact_point) {
   EXPECT_DOUBLE_EQ(r[1].position_m(2, 2), -1.8e-3);
 }
 
+// Robots write zeros for a probe that failed; once one of them cost the whole file.
+TEST_F(ImportersTest, a_failed_probe_of_a_robot_refuses_itself_and_not_the_file) {
+  const auto rows = [](int probe, int normal_z) {
+    std::string text;
+    for (int i = 0; i < 3; ++i) {
+      const std::string x = std::to_string(10 * probe), z = std::to_string(-i);
+      text += x + ",0,0,0,0," + std::to_string(normal_z) + ",0,0," + z + "," + x + ",0," + z + "," +
+              x + ",0," + z + "\n";
+    }
+    return text;
+  };
+  const std::string header =
+      "contact_x,contact_y,contact_z,normal_x,normal_y,normal_z,force_x,force_y,force_z,desired_x,"
+      "desired_y,desired_z,current_x,current_y,current_z\n";
+  ReadSettings s;
+  s.format = "robot-palpation";
+  s.units = {"", "mm", "N"};
+  s.is_force_on_tool = false;
+  const auto r = read(header + rows(0, -1) + rows(1, 0) + rows(2, -1), s);
+  ASSERT_EQ(r.size(), 3u);
+  EXPECT_FALSE(r[0].unread);
+  ASSERT_TRUE(r[1].unread);
+  EXPECT_EQ(r[1].name, "contact2");
+  EXPECT_EQ(r[1].unread->fact(), "the surface normal has no direction");
+  EXPECT_TRUE(r[1].unread->where().ends_with(":5")) << r[1].unread->where();
+  EXPECT_EQ(r[1].rows(), 0);
+  EXPECT_FALSE(r[2].unread);
+  EXPECT_EQ(r[2].name, "contact3");
+  EXPECT_EQ(*r[2].contact_m, Vec3(0.02, 0, 0));
+  EXPECT_EQ(refusal(header + rows(0, 0) + rows(1, 0), s),
+            "a.csv:2: the surface normal has no direction");
+}
+
 const std::string kChiaro =
     "Device:\tChiaro\nTip radius (um)\t27.500\r\nE[v=0.500] (Pa)\t117.007\n\rProfile (\xb5m)\n"
     "Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo "
