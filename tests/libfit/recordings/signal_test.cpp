@@ -220,6 +220,56 @@ TEST(signal, a_robots_row_per_depth_is_taken_from_its_own_contact_point) {
   EXPECT_LT((r.force_N.row(6).transpose() - Vec3(0.7, 0, -3.5)).norm(), 1e-12);
 }
 
+// A ball of 5 mm pressed 3 mm into 10 kPa after 1 mm of air and back, at a constant speed, turning
+// at a reading or between two; exactly elastic but for the noise.
+importers::RawRecording elastic_press(int readings, double turn, double noise_N, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, noise_N);
+  importers::RawRecording raw;
+  for (int i = 0; i < readings; ++i) {
+    const double way = (i + turn) / (readings - 1), share = way < 0.5 ? 2 * way : 2 - 2 * way;
+    raw.time_s.push_back(0.02 * i);
+    raw.travel_m.push_back(4e-3 * share);
+    raw.push_N.push_back(4.0 / 3 * 1e4 / 0.75 * std::sqrt(5e-3) *
+                             std::pow(std::max(0.0, 4e-3 * share - 1e-3), 1.5) +
+                         noise(random));
+    raw.line.push_back(static_cast<std::size_t>(i) + 2);
+  }
+  return raw;
+}
+
+// Once the way out began a reading or more after the deepest one: +24 % at 25 readings.
+TEST(signal, an_elastic_press_has_no_hysteresis_however_it_is_sampled) {
+  for (const int readings : {25, 26, 50, 51, 100, 250})
+    for (const double turn : {0.0, 0.3, 0.5, 0.8}) {
+      SignalSettings settings;
+      settings.radius_m = 5e-3;
+      const Conditioned r =
+          condition(elastic_press(readings, turn, 1e-4, kSeed), settings, {}, "a.csv", false);
+      EXPECT_NEAR(r.hysteresis, 0, 0.01)
+          << readings << " readings, turn " << turn << ", seed " << kSeed;
+    }
+}
+
+// Noise on a flat top once put the largest push rows before the turn, and there was no way back.
+TEST(signal, a_noisy_press_of_many_readings_has_its_way_back) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const Conditioned r = condition(elastic_press(4000, 0, 5e-3, seed), {}, {}, "a.csv", false);
+    EXPECT_NEAR(r.hysteresis, 0, 0.02) << "seed " << seed;
+  }
+}
+
+// Half of the work lost, in closed form: the way out has half the force of the way in.
+TEST(signal, the_work_that_is_lost_is_the_hysteresis) {
+  for (const int readings : {25, 100, 250}) {
+    auto raw = elastic_press(readings, 0, 0, kSeed);
+    for (std::size_t i = raw.push_N.size() / 2 + 1; i < raw.push_N.size(); ++i) raw.push_N[i] /= 2;
+    const Conditioned r = condition(raw, {}, {}, "a.csv", false);
+    // Half, but for the step at the turn: a trapezium from the whole to half of the force.
+    EXPECT_NEAR(r.hysteresis, 0.5, readings < 50 ? 0.07 : 0.02) << readings;
+  }
+}
+
 // Down 2 mm past contact, 5 mm sideways, up: the lateral force sticks for 1 mm, then slides.
 TEST(signal, a_drag_keeps_press_stick_and_slide_in_order_and_ends_before_the_way_back) {
   importers::RawRecording raw;
