@@ -239,6 +239,7 @@ Conditioned condition_seen(const importers::RawRecording& raw, const SignalSetti
   }
   Approach approach = approach_of(signal, range, cycles);
   check_contact(signal, approach, file);
+  check_sign(signal, approach, file);
   if (settings.keeps_way_in || (settings.has_common_contact && !settings.known_contact)) {
     out.way_in_travel_m = signal.travel_m()(approach.rows);
     out.way_in_push_N = signal.push_N()(approach.rows);

@@ -25,6 +25,9 @@ constexpr double kFewestMeans = 3;        // of a press that has a contact point
 constexpr double kSmallPress = 0.2;       // of the travel
 constexpr double kWorthIt = 0.2;          // of the travel, to leave out
 constexpr Eigen::Index kFewestNear = 40;  // rows that stay
+constexpr double kGoneOut = 0.5;          // of the way in: a recording that begins with a way out
+constexpr double kPressMean = 0.45;  // mean push over largest: a press has 0.4 (ball) or less, a
+                                     // punch 0.5 at most; mirrored, they have 0.6 and 0.5 or more
 
 // Push of the deepest part, a twentieth or a hundredth of the means, over that of the first part.
 double rise_of(const PressCurve& curve) {
@@ -137,6 +140,28 @@ void check_contact(const Signal& signal, const Approach& approach, const std::st
                 "no contact: the force rises by " + number(rise_N) +
                     " N on the way in, its noise is " + number(approach.noise_N) + " N",
                 "Press deeper, or remove the recording.");
+}
+
+void check_sign(const Signal& signal, const Approach& approach, const std::string& file) {
+  const RowRange& in = approach.range;
+  const Eigen::VectorXd before_m = signal.travel_m().head(in.begin + 1);
+  const double low_m = approach.travel[0], gain_m = approach.travel.tail(1)[0] - low_m;
+  if (before_m.maxCoeff() < low_m + kGoneOut * gain_m) return;
+  const PressCurve& curve = approach.curve;
+  const Eigen::Index n = curve.push_N.size(), few = std::max<Eigen::Index>(1, n / 50);
+  const double low_N = curve.push_N.head(few).mean(), high_N = curve.push_N.tail(few).mean();
+  if (!(low_N < 0 && -low_N > std::abs(high_N))) return;
+  double work_J = 0;
+  for (Eigen::Index i = 1; i < n; ++i)
+    work_J += (curve.travel_m[i] - curve.travel_m[i - 1]) *
+              ((curve.push_N[i] + curve.push_N[i - 1]) / 2 - low_N);
+  if (work_J < kPressMean * (curve.travel_m[n - 1] - curve.travel_m[0]) * (high_N - low_N)) return;
+  throw Error(
+      place(file, signal, in.begin),
+      "the tip first goes out, and the force falls to " + number(low_N) +
+          " N there: depth and force both have the reversed sign",
+      "Turn both around: depth = \"-NAME\", and force = \"-NAME\" or the other force_on; of "
+      "three axes the normal points out of the body: turn it.");
 }
 
 }  // namespace palpate::recordings

@@ -37,6 +37,12 @@ void focus_on_contact(const Signal& signal, double exponent, Approach& approach)
 /// that falls (its sign is reversed), saturates at once, or stays in the noise.
 void check_contact(const Signal& signal, const Approach& approach, const std::string& file);
 
+/// Throws Error (file:line, what, remedy) where depth and force both have the other sign: the
+/// recording first goes out by as much as it comes in, its force falls below zero meanwhile, and
+/// the way in, which is the way back then, bends as no press does. With both signs wrong a curve
+/// comes out of the way back, and a modulus two times too large.
+void check_sign(const Signal& signal, const Approach& approach, const std::string& file);
+
 /// "file:line" of a row.
 std::string place(const std::string& file, const Signal& signal, Eigen::Index row);
 
