@@ -18,7 +18,7 @@ namespace {
 class Descriptor {
  public:
   explicit Descriptor(const std::filesystem::path& path)
-      : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+      : value_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}  // of a pipe, too
   ~Descriptor() {
     if (value_ >= 0) ::close(value_);
   }
@@ -40,9 +40,12 @@ class Descriptor {
 void AssetFile::Unmap::operator()(void* bytes) const noexcept { ::munmap(bytes, size); }
 
 bool is_asset_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (std::error_code ignored; !file && !std::filesystem::exists(path, ignored))
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  if (!std::filesystem::exists(status))
     throw Error(path.string(), "no such file", "Check the name.");
+  if (!std::filesystem::is_regular_file(status)) return false;
+  std::ifstream file(path, std::ios::binary);
   if (!file)
     throw Error(path.string(), "the file cannot be read", "Check the name and the permissions.");
   char magic[4] = {};

@@ -93,12 +93,13 @@ std::string read_whole_file(const fs::path& path) {
   const fs::file_status status = fs::status(path, ignored);
   if (!fs::exists(status)) throw Error(path.string(), "no such file", "Check the name.");
   if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "Name a file in it.");
+  if (!fs::is_regular_file(status))  // a pipe without a writer never ends, a device may not either
+    throw Error(path.string(), "is no regular file",
+                "Write what the pipe or device holds to a file, and name that.");
   std::ifstream file(path, std::ios::binary);
   std::string bytes;
-  if (fs::is_regular_file(status)) {
-    const std::uintmax_t known = fs::file_size(path, ignored);
-    if (!ignored) bytes.reserve(static_cast<std::size_t>(known));
-  }
+  const std::uintmax_t known = fs::file_size(path, ignored);
+  if (!ignored) bytes.reserve(static_cast<std::size_t>(known));
   std::string part(kPartBytes, '\0');
   while (file.good()) {
     file.read(part.data(), static_cast<std::streamsize>(part.size()));

@@ -1,6 +1,7 @@
 #include "libfit/assets/exporters.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -114,6 +115,10 @@ TEST_F(Exporting, files_that_are_no_assets_are_refused_by_name) {
             std::string::npos)
       << text;
   EXPECT_NE(error_of([&] { read_asset_file(folder); }).find("it is not a file"), std::string::npos);
+  const fs::path pipe = folder / "pipe";  // once its writer was waited for
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_FALSE(is_asset_file(pipe));
+  EXPECT_NE(error_of([&] { read_asset_file(pipe); }).find("it is not a file"), std::string::npos);
 }
 
 TEST_F(Exporting, models_that_cannot_be_walked_are_refused_by_element) {

@@ -94,6 +94,13 @@ TEST_F(AtomicWrite, missing_folders_folders_and_devices_are_refused) {
             "no/c.h5: cannot be written: No such file or directory");
 }
 
+// Once a pipe without a writer was waited for, and /dev/zero read until memory was full.
+TEST_F(AtomicWrite, a_pipe_or_a_device_to_read_is_refused) {
+  ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
+  EXPECT_EQ(error_of([&] { read_whole_file(at("pipe")); }), "pipe: is no regular file");
+  EXPECT_THROW(read_whole_file("/dev/zero"), Error);
+}
+
 TEST_F(AtomicWrite, follows_a_symbolic_link) {
   write_file_atomically(at("target"), "old");
   std::filesystem::create_symlink("target", at("link"));
