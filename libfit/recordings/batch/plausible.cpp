@@ -105,4 +105,26 @@ std::vector<std::vector<std::optional<Failure>>> question_stiffness(
   return failures;
 }
 
+std::vector<std::string> copy_notes(const std::vector<BatchItem>& items,
+                                    const std::vector<ItemResult>& results) {
+  std::vector<std::string> notes;
+  std::map<std::string, std::size_t> first;  // item, by content and how it is read
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].recordings.empty() || results[i].hash.empty()) continue;
+    BatchItem anywhere = items[i];
+    anywhere.file.clear();
+    const auto [at, is_new] = first.emplace(results[i].hash + canonical(anywhere), i);
+    if (is_new) continue;
+    const BatchItem& one = items[at->second];
+    notes.push_back(
+        items[i].shown +
+        (items[i].file == one.file ? " is named again" : " holds the bytes of " + one.shown) +
+        (point_of(items[i], "") == point_of(one, "")
+             ? ": its readings count twice"
+             : ": points " + point_of(one, "") + " and " + point_of(items[i], "") +
+                   " are one recording"));
+  }
+  return notes;
+}
+
 }  // namespace palpate::recordings

@@ -27,4 +27,9 @@ std::optional<LikelyUnit> likely_unit(double found_Pa, double expected_Pa,
 std::vector<std::vector<std::optional<Failure>>> question_stiffness(
     const std::vector<BatchItem>& items, const std::vector<ItemResult>& results);
 
+/// A sentence on every item whose file holds the bytes of an earlier one and is read as that is:
+/// repeats that are none make errors too small, and points that were never pressed.
+std::vector<std::string> copy_notes(const std::vector<BatchItem>& items,
+                                    const std::vector<ItemResult>& results);
+
 }  // namespace palpate::recordings

@@ -224,8 +224,8 @@ Assembled assemble(const std::vector<BatchItem>& items, const std::vector<ItemRe
   out.cycles = cycles_of(candidates, samples);
   out.puncture = puncture_of(candidates);
   if (out.puncture) out.notes.insert(out.notes.begin(), puncture_note(*out.puncture));
-  const auto notes = cantilever_notes(items, candidates);
-  out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
+  for (const auto& notes : {cantilever_notes(items, candidates), copy_notes(items, results)})
+    out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   if (out.relaxation) {
     const auto told = relaxation_notes(*out.relaxation);
     out.notes.insert(out.notes.begin(), told.begin(), told.end());

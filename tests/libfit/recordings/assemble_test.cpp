@@ -125,6 +125,26 @@ TEST(pooling, rates_are_kept_apart_and_a_difference_beyond_the_noise_is_reported
   EXPECT_TRUE(assembled({linear_press(1000, 1e-3), linear_press(1001, 1e-2)}).notes.empty());
 }
 
+// Once a file named twice, or copied, made repeats without scatter and points that are none.
+TEST(pooling, copies_of_a_recording_are_noted) {
+  std::vector<BatchItem> items(4);
+  std::vector<ItemResult> results(4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    items[i].file = items[i].shown = i == 1 ? "p0.csv" : "p" + std::to_string(i) + ".csv";
+    items[i].point = i < 2 ? "p" : i == 2 ? "q" : "r";
+    results[i].hash = i == 3 ? "other" : "same";
+    results[i].recordings = {linear_press(1000, 1e-3)};
+    results[i].is_done = true;
+  }
+  EXPECT_EQ(assemble(items, results, {}).notes,
+            (std::vector<std::string>{"p0.csv is named again: its readings count twice",
+                                      "p2.csv holds the bytes of p0.csv: points p and q are one "
+                                      "recording"}));
+  items[1].signal.use = Use::retract;  // read in another way: no copy
+  items[2].read.columns.force = {"F2"};
+  EXPECT_TRUE(assemble(items, results, {}).notes.empty());
+}
+
 TEST(pooling, recordings_off_the_surface_are_refused_with_their_distance) {
   const Surface surface = bumpy_sheet();
   Conditioned off = linear_press(1000, 1e-3);
