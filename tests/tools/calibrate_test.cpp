@@ -189,5 +189,29 @@ TEST_F(Calibration, a_search_that_goes_far_stays_finite) {
   EXPECT_NEAR(Json::parse(outcome.out).at("sum_of_squares").get<double>() * 1e-12, 0.00777, 1e-4);
 }
 
+// Once a table in percent gave a modulus of 104 Pa for 12 kPa, and no word.
+TEST(calibrate, a_wrong_unit_or_sign_of_a_test_is_told) {
+  const Folder folder;
+  const auto answer = [&](double times, double sign) {
+    std::string rows = "l,P\n";
+    for (const double l : {1.0, 1.05, 1.1, 1.2, 1.3})
+      rows += std::to_string(times * l) + "," + std::to_string(sign * 4 * (l - 1 / (l * l))) + "\n";
+    folder.write("pull.csv", rows);
+    const std::string tests =
+        folder
+            .write("tests.toml",
+                   "[material]\nyoung = \"10 kPa\"\n[[test]]\nfile = \"pull.csv\"\n"
+                   "stretch = \"l\"\nstress = \"P\"\nunit = \"kPa\"\n")
+            .string();
+    return palpate(folder, "calibrate " + tests + " -o " + (folder / "c.toml").string()).err;
+  };
+  EXPECT_EQ(answer(1, 1).find("warning"), std::string::npos) << answer(1, 1);
+  EXPECT_NE(answer(100, 1).find("the stretch reaches 130; percent are to be divided by 100"),
+            std::string::npos)
+      << answer(100, 1);
+  EXPECT_NE(answer(1, -1).find("a unit, a sign or a column is wrong"), std::string::npos)
+      << answer(1, -1);
+}
+
 }  // namespace
 }  // namespace palpate::tools

@@ -32,6 +32,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr Eigen::Index kThinned = 60;  // rows of a test, while starts are compared
 constexpr int kStarts = 12;
+constexpr double kMaxStretch = 10;  // no soft body is drawn as far; gels reach it
+constexpr double kMaxMisfit = 0.2;  // rms over the largest stress: laws meet tests to some percent
 
 std::vector<std::string> split_names(const std::string& text) {
   std::vector<std::string> names{""};
@@ -161,11 +163,27 @@ class Calibrate final : public Command {
       at += n;
       reply.json["tests"].push_back(
           {{"test", specimens.name[t]}, {"rows", n}, {"sum_of_squares", squares}});
-      reply.text += fmt::format("{}: {} rows, rms {:.3g} Pa, largest stress {:.3g} Pa\n",
-                                specimens.name[t], n, std::sqrt(squares / static_cast<double>(n)),
-                                test.stress.lpNorm<Eigen::Infinity>());
+      const double rms_Pa = std::sqrt(squares / static_cast<double>(n));
+      reply.text +=
+          fmt::format("{}: {} rows, rms {:.3g} Pa, largest stress {:.3g} Pa\n", specimens.name[t],
+                      n, rms_Pa, test.stress.lpNorm<Eigen::Infinity>());
+      warn_of(specimens.name[t], test, rms_Pa);
     }
     return finish(answer, found, out, reply);
+  }
+
+  // What a wrong unit, sign or column makes of a test.
+  static void warn_of(const std::string& name, const fem::HomogeneousTest& test, double rms_Pa) {
+    const double most = test.stretch.cwiseAbs().maxCoeff(),
+                 share = rms_Pa / test.stress.lpNorm<Eigen::Infinity>();
+    if (most > kMaxStretch)
+      warn("{}: the {} reaches {:.4g}; percent are to be divided by 100", name,
+           test.row->is_shear ? "shear" : "stretch", most);
+    if (!(share <= kMaxMisfit))
+      warn(
+          "{}: the law leaves {} of the largest stress: it is another law's, or a unit, a sign or "
+          "a column is wrong",
+          name, percent(share));
   }
 
   static fem::Observations observed(const std::vector<fem::HomogeneousTest>& tests) {
@@ -237,7 +255,10 @@ class Calibrate final : public Command {
     if (points_ < 0)
       throw Error("--points", fmt::format("{} is no number of points", points_),
                   "Use 1 or more, or 0 for all.");
-    if (points_ == 0 || points_ >= all) return;
+    if (points_ > all)
+      throw Error("--points", fmt::format("{} has {} points, not {}", samples_, all, points_),
+                  "Use at most as many, or 0 for all.");
+    if (points_ == 0 || points_ == all) return;
     std::vector<char> is_used(static_cast<std::size_t>(all), 0);
     for (int i = 0; i < points_; ++i)
       is_used[static_cast<std::size_t>((2 * i + 1) * all / (2 * points_))] = 1;

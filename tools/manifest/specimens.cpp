@@ -117,6 +117,9 @@ fem::HomogeneousTest read_test(SceneTable& table, const std::filesystem::path& f
   const auto n = static_cast<Eigen::Index>(columns[0].size());
   test.stretch = Eigen::Map<const Eigen::VectorXd>(columns[0].data(), n);
   test.stress = *factor * Eigen::Map<const Eigen::VectorXd>(columns[1].data(), n);
+  if (n > 0 && !(test.stress.cwiseAbs().maxCoeff() > 0))
+    throw Error((folder / file).string(), "every stress of it is 0",
+                "Name the column of the stress.");
   if (!is_stretch && !test.row->is_shear) test.stretch.array() += 1;
   for (Eigen::Index i = 0; i < n && !test.row->is_shear; ++i)
     if (!(test.stretch[i] > 0))
