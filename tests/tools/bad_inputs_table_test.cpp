@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <regex>
 #include <set>
 
@@ -50,6 +51,20 @@ BadInput in_tests(const char* what, const std::string& keys, const char* options
 }
 
 const std::string kManifest = press_manifest("a.csv");
+
+// A way in and out of a ball of 8 mm on 10 kPa, times factors.
+std::string press_of(double depth_factor, double force_factor) {
+  std::string text = "t,d,F\n";
+  for (int i = 0; i <= 80; ++i) {
+    const double travel_mm = 0.15 * (40 - std::abs(i - 40)),
+                 depth_mm = std::max(0.0, travel_mm - 2);
+    const double force_N =
+        1e4 * 16 / 9 * std::sqrt(8e-3) * std::pow(1e-3 * depth_mm, 1.5) + 1e-4 * (i * 7 % 5 - 2);
+    text += std::to_string(0.1 * i) + "," + std::to_string(depth_factor * travel_mm) + "," +
+            std::to_string(force_factor * force_N) + "\n";
+  }
+  return text;
+}
 
 // A recording of an instrument that says itself what it holds.
 BadInput in_recording(const char* what, const std::string& file, const std::string& content,
@@ -348,6 +363,12 @@ std::vector<BadInput> bad_inputs() {
       {"a report of a folder that is missing", "report none -o r.html"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},
       {"a benchmark that is none", "bench speed", 2},
+      {"a device as a scene", "check /dev/null"},
+      in_manifest("depth and force of the other sign, in and out", kManifest, press_of(-1, -1)),
+      in_manifest("forces in mN said to be in N", kManifest, press_of(1, 1e3)),
+      in_manifest("a recording in UTF-16", kManifest, std::string("\xff\xfet\0,\0d\0", 8)),
+      in_manifest("a tip of five metres", kManifest + "probe = { radius = \"5 m\" }\n"),
+      {"a list of models that ends with a comma", "modulus bad.toml -o m.csv --models hertz,"},
   };
 }
 

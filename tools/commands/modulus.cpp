@@ -131,15 +131,17 @@ class Modulus final : public Command {
  private:
   static std::vector<std::string> names_of(const std::string& text) {
     std::vector<std::string> names;
-    for (std::size_t begin = 0; begin < text.size();) {
+    for (std::size_t begin = 0; begin <= text.size() && !text.empty();) {
       const std::size_t end = std::min(text.find(',', begin), text.size());
-      names.push_back(text.substr(begin, end - begin));
-      if (!indentation_model_named(names.back())) {
-        std::vector<std::string> known;
-        for (const auto& model : indentation_models()) known.emplace_back(model.name);
-        throw Error("--models", "there is no model \"" + names.back() + "\"",
+      const std::string name = text.substr(begin, end - begin);
+      std::vector<std::string> known;
+      for (const auto& model : indentation_models()) known.emplace_back(model.name);
+      if (!indentation_model_named(name))
+        throw Error("--models", "there is no model \"" + name + "\"",
                     "Use any of: " + listed(known) + ".");
-      }
+      if (std::ranges::count(names, name) > 0)
+        throw Error("--models", "names " + name + " twice", "Name every model once.");
+      names.push_back(name);
       begin = end + 1;
     }
     return names;
@@ -165,7 +167,7 @@ class Modulus final : public Command {
         row.file = item.shown + (name.empty() ? "" : "#" + name);
         row.point = point_of(item, name);
         row.is_refused = true;
-        row.reasons = {failure.what, failure.remedy};
+        row.reasons = {failure.what + (failure.what.ends_with('?') ? " " : ". ") + failure.remedy};
         row.trace = trace;
         rows.push_back(std::move(row));
       };

@@ -18,6 +18,7 @@ using recordings::Drift;
 using recordings::Tip;
 
 constexpr double kMaxMebibytes = 1 << 20;
+constexpr double kMaxTipRadius_m = 1;  // a ball of metres presses as a plane: "5 m" for "5 mm"
 
 template <class Value>
 struct Named {
@@ -148,7 +149,7 @@ void read_signal_keys(SceneTable& table, ManifestEntry& entry) {
   if (table.has("probe")) {
     SceneTable probe = table.table("probe", "probe");
     read_named(probe, "shape", kTips, s.tip);
-    s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, 10);
+    s.radius_m = probe.quantity("radius", Dimension::length, s.radius_m, 0, kMaxTipRadius_m);
     s.half_angle_rad = probe.quantity("half_angle", Dimension::angle, s.half_angle_rad, 0, 1.57);
     if (probe.has("friction")) entry.friction = probe.number("friction", 0, 0, 100);
     probe.finish();

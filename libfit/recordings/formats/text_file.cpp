@@ -91,6 +91,9 @@ TextFile::TextFile(const std::filesystem::path& path, std::string_view bytes,
   if (trimmed(bytes).empty())
     throw Error(path.string() + ":1", "is empty",
                 "Record it again, or remove it from the manifest.");
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+    throw Error(path.string() + ":1", "is text of UTF-16, which is not read",
+                "Save it as UTF-8: iconv -f UTF-16 -t UTF-8 does.");
   const std::size_t zero = bytes.find('\0');
   const auto controls = static_cast<double>(std::count_if(bytes.begin(), bytes.end(), is_control));
   if (zero != std::string_view::npos ||

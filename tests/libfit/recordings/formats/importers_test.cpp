@@ -147,6 +147,8 @@ TEST_F(ImportersTest, bad_files_are_named_with_their_line) {
   EXPECT_EQ(refusal("t,d,F (N)\n0,0,1\n", bracket),
             "a.csv:1: column `F (N)` is in N, the manifest says mN");
   EXPECT_EQ(refusal(std::string("t,d\0F\n", 6), axial()), "a.csv:1: is binary data, not text");
+  EXPECT_EQ(refusal(std::string("\xff\xfet\0,\0d\0", 8), axial()),
+            "a.csv:1: is text of UTF-16, which is not read");
   EXPECT_EQ(refusal("t,d,F\n", {}), "a.csv:1: is in no format that is known by its beginning");
   EXPECT_EQ(refusal("\x1f\x8b\x08 broken", axial()), "a.csv: is a damaged gzip file");
   EXPECT_EQ(error_of([&] { read_bytes(at("none.csv"), 100); }), "none.csv: no such file");
