@@ -348,6 +348,14 @@ std::vector<BadInput> bad_inputs() {
       {"a report of a folder that is missing", "report none -o r.html"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},
       {"a benchmark that is none", "bench speed", 2},
+      {"a page of somebody else's in the folder of a run",
+       "run scene.toml -o .",
+       1,
+       {{"report.html", "my notes\n"}}},
+      {"a table of somebody else's beside an output",
+       "modulus bad.toml -o m.csv",
+       1,
+       {{"m.models.csv", "my notes\n"}}},
   };
 }
 
