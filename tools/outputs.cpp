@@ -41,7 +41,7 @@ std::string in_words(const std::string& kind) {
 
 // Of kCommonFormats; "" where it is none of them.
 std::string common_format(const std::string& bytes) {
-  const bool is_xml = bytes.starts_with("<");
+  const bool is_xml = bytes.starts_with("<?xml");
   const bool is_signed = bytes.find("palpate") != std::string::npos;
   for (const auto& [mark, name] : kCommonFormats)
     if (bytes.starts_with(mark) ||

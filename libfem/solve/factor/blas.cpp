@@ -9,10 +9,10 @@
 #include <vector>
 
 extern "C" {
-// OpenBLAS's own; absent where another library stands in for it.
-void openblas_set_num_threads(int) __attribute__((weak));
-void* blas_memory_alloc(int) __attribute__((weak));
-void blas_memory_free(void*) __attribute__((weak));
+// OpenBLAS's own, in each of its variants.
+void openblas_set_num_threads(int);
+void* blas_memory_alloc(int);
+void blas_memory_free(void*);
 // Present when CHOLMOD was built with OpenMP.
 void omp_set_max_active_levels(int) __attribute__((weak));
 
@@ -72,9 +72,9 @@ struct ComputingThread {
 }  // namespace
 
 void use_one_blas_thread() {
-  if (openblas_set_num_threads) openblas_set_num_threads(1);
+  openblas_set_num_threads(1);
   if (omp_set_max_active_levels) omp_set_max_active_levels(0);
-  if (blas_memory_alloc && blas_memory_free) thread_local const ComputingThread buffer;
+  thread_local const ComputingThread buffer;
 }
 
 std::string foreign_blas() {
