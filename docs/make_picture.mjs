@@ -1,8 +1,8 @@
 // Pictures of pages in headless Chromium: the README's, a report's body, poked, or a part of a page
 // by its CSS selector, as the tutorial has them.
-//   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/liver.png
-//   node docs/make_picture.mjs build/native/tools/page out/report.html docs/tutorial/error.png '#error .charts'
-//   node docs/make_picture.mjs build/native/tools/page out/liver/report.html docs/page photographs
+//   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/liver.png
+//   node docs/make_picture.mjs build/release/tools/page out/report.html docs/tutorial/error.png '#error .charts'
+//   node docs/make_picture.mjs build/release/tools/page out/liver/report.html docs/page photographs
 // The last makes light.png, dark.png and phone.png of the page. The first folder is where the page was built, with npm's packages.
 import { createRequire } from "node:module";
 import path from "node:path";

@@ -5,23 +5,24 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <map>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
+#include <system_error>
 
 #include "libfit/core/error.hpp"
 #include "tools/command_pages.hpp"
 #include "tools/console.hpp"
 #include "tools/outputs.hpp"
 #include "tools/scene/nearest_name.hpp"
-
-// Present when the BLAS is OpenBLAS.
-extern "C" int blas_thread_shutdown_(void) __attribute__((weak));
 
 namespace palpate::tools {
 namespace {
@@ -55,6 +56,9 @@ class CliArguments final : public Arguments {
     auto* option = app_.add_option(flags, target, help);
     if (is_required) option->required();
     outputs_.push_back({&target, kinds});
+  }
+  void named_outputs(const std::string& target, std::span<const NamedOutput> files) override {
+    named_outputs_.push_back({&target, files});
   }
   void option(const std::string& flags, int& target, const std::string& help) override {
     app_.add_option(flags, target, help)->capture_default_str();
@@ -103,6 +107,10 @@ class CliArguments final : public Arguments {
     for (const std::string* text : texts_) inputs.push_back(*text);
     for (const auto& [target, kinds] : outputs_)
       if (!target->empty()) check_output(*target, kinds, inputs);
+    const CLI::Option* force = app_.get_option_no_throw("--force");
+    if (force && !force->empty()) return;
+    for (const auto& [target, files] : named_outputs_)
+      if (!target->empty()) check_named_outputs(*target, files, force != nullptr);
   }
 
  private:
@@ -110,10 +118,15 @@ class CliArguments final : public Arguments {
     const std::string* target;
     std::vector<std::string_view> kinds;
   };
+  struct FilesOfOutput {
+    const std::string* target;
+    std::span<const NamedOutput> files;
+  };
 
   CLI::App& app_;
   std::vector<const std::string*> texts_;
   std::vector<OutputFile> outputs_;
+  std::vector<FilesOfOutput> named_outputs_;
   OutputFlags flags_;
   bool takes_all_ = false;
 };
@@ -134,11 +147,15 @@ class Stdout {
     ::dup2(instead, STDOUT_FILENO);
     ::close(instead);
   }
+  /// Throws Error where not all that was printed has been written.
   void say(const std::string& text) {
     std::fflush(stdout);
-    if (kept_ >= 0) ::dup2(kept_, STDOUT_FILENO);
-    if (!text.empty()) fmt::print("{}\n", text);
-    std::fflush(stdout);
+    if (kept_ >= 0) ::dup2(kept_, STDOUT_FILENO), std::clearerr(stdout);
+    if (!text.empty()) std::fprintf(stdout, "%s\n", text.c_str());
+    const int reason = std::fflush(stdout) != 0 ? errno : EIO;
+    if (std::ferror(stdout) != 0)
+      throw Error("stdout", fmt::format("cannot be written: {}", std::strerror(reason)),
+                  "Send it to a place that has space and can be written.");
   }
 
  private:
@@ -160,16 +177,28 @@ class Session {
     if (status != kBadInput) wrote_ = declared.arguments->outputs();
     return status;
   }
-  // ended: "errors" or "interrupted" where the command did not end well, else null.
-  void say_answer(const nlohmann::ordered_json& ended = nullptr) {
-    if (command_.empty()) return;  // the command line was not understood
+  /// Throws Error where stdout cannot be written.
+  void say_answer() {
     if (flags_.json)
-      out_.say(object(ended).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-    else if (ended.is_null() && !flags_.quiet)
-      out_.say(reply_.text);
+      say_object(nullptr);
+    else
+      out_.say(flags_.quiet ? "" : reply_.text);
   }
+  /// ended: "errors" or "interrupted". What cannot be written is lost: stderr has it already.
+  void say_end(const nlohmann::ordered_json& ended) {
+    if (!flags_.json) return;  // or the command line was not understood
+    try {
+      say_object(ended);
+    } catch (const Error&) {
+    }
+  }
+  /// What --help and --version answer.
+  void answer(std::string text) { reply_.text = std::move(text); }
 
  private:
+  void say_object(const nlohmann::ordered_json& ended) {
+    out_.say(object(ended).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
   nlohmann::ordered_json object(const nlohmann::ordered_json& ended) const {
     nlohmann::ordered_json object{{"command", command_}};
     if (!reply_.json.is_null()) object.update(reply_.json);
@@ -190,6 +219,11 @@ class Session {
   Reply reply_;
   std::vector<std::string> wrote_;
 };
+
+std::string without_line_end(std::string text) {
+  if (text.ends_with('\n')) text.pop_back();
+  return text;
+}
 
 // command: empty where it is not known. nearest: what may have been meant; empty for nothing.
 int say_wrong_usage(const CLI::App& app, const std::string& command, const std::string& what,
@@ -250,7 +284,12 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     // CLI11 has exit codes of its own (105-110); ours are a contract.
-    if (e.get_exit_code() == 0) return app.exit(e), kDone;
+    if (e.get_exit_code() == 0) {  // --help, --version
+      std::ostringstream text;
+      app.exit(e, text, text);
+      session.answer(without_line_end(text.str()));
+      return kDone;
+    }
     const auto parsed = std::find_if(declared.begin(), declared.end(), [](const auto& row) {
       return row.second.arguments->is_parsed();
     });
@@ -267,7 +306,7 @@ int run_command(CLI::App& app, std::span<const CommandRow> rows, int argc, char*
 // Says it on stderr and, with --json, as "errors" on stdout.
 int refuse(Session& session, const Error& error) {
   fmt::print(stderr, "palpate: {}: {}\n", error_word(), error.what());
-  session.say_answer(
+  session.say_end(
       {{"errors",
         {{{"where", error.where()}, {"what", error.fact()}, {"remedy", error.remedy()}}}}});
   return kBadInput;
@@ -277,8 +316,9 @@ int refuse(Session& session, const Error& error) {
 
 int run_program(const char* name, const char* summary, std::span<const CommandRow> rows, int argc,
                 char** argv) {
-  // OpenBLAS starts a thread per core when it is loaded, and they spin; here each point has one.
-  if (blas_thread_shutdown_) blas_thread_shutdown_();
+  // One that is closed would become the next file that is opened, and get what is printed.
+  for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(standard, F_GETFD) < 0) ::open("/dev/null", O_RDONLY);
   catch_interrupts();
   Session session;
   try {
@@ -288,7 +328,7 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
     return status;
   } catch (const Interrupted& e) {
     fmt::print(stderr, "palpate: interrupted: {}\n", e.what());
-    session.say_answer({{"interrupted", e.what()}});
+    session.say_end({{"interrupted", e.what()}});
     if (has_abandoned_work()) {
       std::fflush(nullptr);
       std::_Exit(kInterrupted);
@@ -297,11 +337,15 @@ int run_program(const char* name, const char* summary, std::span<const CommandRo
   } catch (const Error& e) {
     return refuse(session, e);
   } catch (const std::bad_alloc&) {
-    return refuse(session,
-                  {"memory", "there is not enough of it", "Use fewer --jobs or a coarser mesh."});
+    return refuse(session, {"memory", "there is not enough of it",
+                            "Use fewer --jobs or a coarser mesh, or raise the limit (ulimit -v)."});
   } catch (const std::filesystem::filesystem_error& e) {
     return refuse(session, {e.path1().string(), e.code().message(),
                             "Check the name, the permissions and the space."});
+  } catch (const std::system_error& e) {
+    return refuse(session, {"system", e.what(),
+                            "Use fewer --jobs, or raise the limits of memory and threads (ulimit "
+                            "-v, -u)."});
   } catch (const std::exception& e) {
     return refuse(session,
                   {"internal", e.what(), "Please report this with the command that caused it."});

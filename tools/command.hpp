@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/outputs.hpp"
+
 namespace palpate::tools {
 
 /// Exit statuses, a contract (docs/formats.md).
@@ -35,6 +37,9 @@ class Arguments {
   /// A file that the command writes. It may replace a file of these kinds only (kind_of_file).
   virtual void output(const std::string& flags, std::string& target, const std::string& help,
                       std::initializer_list<std::string_view> kinds, bool is_required = true) = 0;
+  /// What the command writes besides, beside the output `target` or in the folder `target`: a file
+  /// of these names that Palpate did not write is kept, unless there is --force. files: constants.
+  virtual void named_outputs(const std::string& target, std::span<const NamedOutput> files) = 0;
   /// All that follows the command's name, as it is.
   virtual void remaining(std::vector<std::string>& target, const std::string& help) = 0;
   virtual void flag(const std::string& flags, bool& target, const std::string& help) = 0;

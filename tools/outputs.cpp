@@ -20,8 +20,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kFirstBytes = 512;
+constexpr std::size_t kFirstBytes = 4096;
 constexpr std::string_view kHdf5Magic = "\x89HDF";
+// Formats of many programs: ours say in their first bytes that Palpate wrote them.
+constexpr std::pair<std::string_view, std::string_view> kCommonFormats[] = {
+    {"glTF", "glTF"}, {"ply", "ply"}, {"<svg", "svg"}, {"<VTKFile", "vtu"}};
+constexpr std::string_view kForeign = "another program's ";
+constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "svg", "vtu", "HDF5"};
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
@@ -29,9 +34,26 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 }
 
 std::string in_words(const std::string& kind) {
-  const bool is_schema =
-      kind.starts_with("palpate-") || kind == "palp" || kind == "vtu" || kind == "glTF";
-  return is_schema ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
+  const bool is_named = kind.starts_with("palpate-") || kind.starts_with(kForeign) ||
+                        std::ranges::find(kNamed, kind) != std::end(kNamed);
+  return is_named ? "holds " + kind : fmt::format("begins with \"{}\"", kind.substr(0, 30));
+}
+
+// Of kCommonFormats; "" where it is none of them.
+std::string common_format(const std::string& bytes) {
+  const bool is_xml = bytes.starts_with("<?xml");
+  const bool is_signed = bytes.find("palpate") != std::string::npos;
+  for (const auto& [mark, name] : kCommonFormats)
+    if (bytes.starts_with(mark) ||
+        (is_xml && mark.starts_with('<') && bytes.find(mark) != std::string::npos))
+      return (is_signed ? "" : std::string(kForeign)) + std::string(name);
+  return "";
+}
+
+// "{" and the keys that follow, however they are laid out.
+std::string json_kind(std::string bytes) {
+  std::erase_if(bytes, [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
+  return bytes;
 }
 
 // The folder itself or the nearest one above it that exists.
@@ -62,8 +84,8 @@ std::string kind_of_file(const fs::path& path) {
     }
   }
   if (bytes.starts_with("PALP")) return "palp";
-  if (bytes.starts_with("glTF")) return "glTF";
-  if (bytes.find("<VTKFile") != std::string::npos) return "vtu";
+  if (std::string format = common_format(bytes); !format.empty()) return format;
+  if (bytes.starts_with("{")) return json_kind(std::move(bytes));
   return bytes.substr(0, bytes.find_first_of("\r\n"));
 }
 
@@ -82,6 +104,24 @@ void check_output(const fs::path& output, std::span<const std::string_view> kind
       : kinds.empty() ? "is there already, and this command replaces no file"
                       : in_words(found) + ", which this command does not write",
       "Give the output another name" + std::string(is_input ? "." : ", or remove the file first."));
+}
+
+void check_named_outputs(const fs::path& target, std::span<const NamedOutput> files,
+                         bool can_force) {
+  for (const auto& [name, kind] : files) {
+    fs::path file = target;
+    if (name.starts_with('.') && !name.starts_with(".."))
+      file.replace_extension(name);
+    else
+      file = (file / name).lexically_normal();
+    std::error_code ignored;
+    if (!fs::exists(file, ignored) || fs::is_empty(file, ignored)) continue;
+    const std::string found = kind_of_file(file);
+    if (found.starts_with(kind)) continue;
+    throw Error(file.string(), in_words(found) + ", and Palpate did not write it",
+                can_force ? "Move it away, choose another output, or let --force replace it."
+                          : "Move it away, or choose another output.");
+  }
 }
 
 OutputLock::OutputLock(const fs::path& output) : path_(output.string() + ".lock") {

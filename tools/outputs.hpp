@@ -7,8 +7,10 @@
 
 namespace palpate::tools {
 
-/// What a file is by its first bytes: "palpate-samples" and the other schemas, "palp", "vtu", the
-/// header of a table ("t_s,fx_N,..."), "" for an empty or a missing file.
+/// What a file is by its first bytes: "palpate-samples" and the other schemas, "palp", "glTF",
+/// "ply", "svg" and "vtu" ("another program's vtu" where Palpate did not write it), the beginning
+/// of JSON without its blanks ("{"files":12,..."), the header of a table ("t_s,fx_N,..."), "" for
+/// an empty or a missing file.
 std::string kind_of_file(const std::filesystem::path& path);
 
 /// Refuses an output that would replace something else: an input of the command, or a file of a
@@ -16,6 +18,18 @@ std::string kind_of_file(const std::filesystem::path& path);
 /// begins; none: nothing. Throws Error.
 void check_output(const std::filesystem::path& output, std::span<const std::string_view> kinds,
                   std::span<const std::string> inputs);
+
+/// A file that a command writes under a name that it chooses itself: in a folder ("asset.palp"), or
+/// beside an output (".surface.h5" in the place of its extension, "../placed.h5"); and how one that
+/// it may replace begins (kind_of_file).
+struct NamedOutput {
+  std::string_view name, kind;
+};
+
+/// Refuses to replace files of these names that Palpate did not write. target: an output, or the
+/// folder of the files. can_force: the command has --force. Throws Error.
+void check_named_outputs(const std::filesystem::path& target, std::span<const NamedOutput> files,
+                         bool can_force);
 
 /// Keeps a second writer from a file until this object or the program ends, however it ends: the
 /// lock is the system's, on `OUTPUT.lock`, and a file of that name that a killed program left locks

@@ -8,13 +8,13 @@ step() { printf '\n== %s (%d s so far)\n' "$1" $((SECONDS - started)); }
 step "installing packages"
 bash tools/install_packages.sh
 step "building (a few minutes the first time)"
-cmake --preset native
-cmake --build --preset native --target palpate
+cmake --preset release
+cmake --build --preset release --target palpate
 # The page of `palpate report`; without Node.js there is none.
-cmake --build --preset native --target palpate_page || echo "no page is built: run will say what it needs"
+cmake --build --preset release --target palpate_page || echo "no page is built: run will say what it needs"
 step "liver phantom to runtime asset"
 status=0
-build/native/tools/palpate run data/scenes/liver.toml -o out/liver || status=$?
+build/release/tools/palpate run data/scenes/liver.toml -o out/liver || status=$?
 [ "$status" -eq 0 ] || [ "$status" -eq 3 ] || exit "$status"  # 3: done, some items failed and are listed
 step "done: out/liver/asset.palp, its engine in out/liver/engine, its statement in out/liver/statement.json"
 if [ -e out/liver/report.html ]; then echo "open out/liver/report.html in a browser: look at the errors, and poke the liver"; fi

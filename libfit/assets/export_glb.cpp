@@ -31,7 +31,7 @@ Floats normals_of(const Surface& surface) {
 /// A binary glTF in the making (Khronos, glTF 2.0, 4.4): JSON and one buffer.
 struct Glb {
   static constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
-  Json json;
+  Json json{{"asset", {{"version", "2.0"}, {"generator", "palpate"}}}};
   std::string buffer;
 
   /// Number of a new accessor of these bytes; every element has four-byte parts.
@@ -110,7 +110,6 @@ ExportReport export_glb(const Model& model, const std::filesystem::path& path,
     mesh["extras"]["targetNames"] = names;
     mesh["weights"] = std::vector<int>(names.size(), 0);
   }
-  glb.json["asset"] = {{"version", "2.0"}, {"generator", "palpate"}};
   glb.json["scene"] = 0;
   glb.json["scenes"] = {{{"nodes", {0}}}};
   glb.json["nodes"] = {{{"mesh", 0}}};

@@ -25,7 +25,8 @@ std::string VtuWriter::text(const Surface& surface, const std::string& scalars) 
   append("UInt8", "types", 1,
          std::vector<std::uint8_t>(offsets.size(), is_cloud ? kVertex : kTriangle));
   close("Cells");
-  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+  return "<?xml version=\"1.0\"?>\n<!-- palpate -->\n<VTKFile type=\"UnstructuredGrid\" "
+         "version=\"1.0\" "
          "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n" +
          (fields_.empty() ? "" : "    <FieldData>\n" + fields_ + "    </FieldData>\n") +
          "    <Piece NumberOfPoints=\"" + std::to_string(surface.vertices.rows()) +
@@ -42,10 +43,11 @@ void VtuSeries::add(double time_s, const std::string& part, int number, const st
 }
 
 void VtuSeries::close() const {
-  write_file_atomically(folder_ / "path.pvd",
-                        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
-                        "byte_order=\"LittleEndian\">\n  <Collection>\n" +
-                            entries_ + "  </Collection>\n</VTKFile>\n");
+  write_file_atomically(
+      folder_ / "path.pvd",
+      "<?xml version=\"1.0\"?>\n<!-- palpate -->\n<VTKFile type=\"Collection\" version=\"0.1\" "
+      "byte_order=\"LittleEndian\">\n  <Collection>\n" +
+          entries_ + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace palpate

@@ -369,6 +369,14 @@ std::vector<BadInput> bad_inputs() {
       in_manifest("a recording in UTF-16", kManifest, std::string("\xff\xfet\0,\0d\0", 8)),
       in_manifest("a tip of five metres", kManifest + "probe = { radius = \"5 m\" }\n"),
       {"a list of models that ends with a comma", "modulus bad.toml -o m.csv --models hertz,"},
+      {"a page of somebody else's in the folder of a run",
+       "run scene.toml -o .",
+       1,
+       {{"report.html", "my notes\n"}}},
+      {"a table of somebody else's beside an output",
+       "modulus bad.toml -o m.csv",
+       1,
+       {{"m.models.csv", "my notes\n"}}},
   };
 }
 

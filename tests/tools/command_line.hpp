@@ -51,14 +51,24 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program with the arguments (quoted by the caller) and collects what it printed.
-inline Outcome palpate(const Folder& folder, const std::string& arguments) {
+/// Runs a line of shell and collects what it printed.
+inline Outcome shell(const Folder& folder, const std::string& line) {
   const fs::path out = folder / ".stdout", err = folder / ".stderr";
-  const std::string line =
-      std::string(PALPATE_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
-  const int raw = std::system(line.c_str());
+  const int raw = std::system(("( " + line + " ) >" + out.string() + " 2>" + err.string()).c_str());
   return {WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw), content_of(out),
           content_of(err)};
+}
+
+/// Runs the program with the arguments (quoted by the caller) and collects what it printed.
+inline Outcome palpate(const Folder& folder, const std::string& arguments) {
+  return shell(folder, std::string(PALPATE_PROGRAM) + " " + arguments);
+}
+
+/// The same in the folder, so that names are as the user gives them. to: where stdout goes.
+inline Outcome palpate_in(const Folder& folder, const std::string& arguments,
+                          const std::string& to = "") {
+  return shell(folder, "cd '" + folder.path().string() + "' && " + std::string(PALPATE_PROGRAM) +
+                           " " + arguments + " " + to);
 }
 
 /// A box [0, size] mm of 12 triangles as OFF.

@@ -8,6 +8,7 @@
 
 #include <csignal>
 
+#include "libfit/assets/engine_folder.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
 #include "tests/tools/block_scene.hpp"
@@ -104,6 +105,96 @@ TEST(outputs, a_disk_that_takes_no_more_is_named_as_the_reason) {
   std::signal(SIGXFSZ, handler);
   EXPECT_NE(message.find("s.h5: cannot be written: File too large"), std::string::npos) << message;
   EXPECT_FALSE(fs::exists(folder / "s.h5"));
+}
+
+TEST(outputs, a_file_of_another_program_in_a_format_of_ours_is_told) {
+  const Folder folder;
+  const std::string vtu = "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">",
+                    sign = "<!-- palpate -->";
+  EXPECT_EQ(kind_of_file(folder.write("a.vtu", vtu)), "another program's vtu");
+  EXPECT_EQ(kind_of_file(folder.write("b.vtu", vtu + sign)), "vtu");
+  EXPECT_EQ(kind_of_file(folder.write("a.ply", "ply\ncomment blender\n")), "another program's ply");
+  EXPECT_EQ(kind_of_file(folder.write("a.json", "{\n  \"files\": 2 }")), "{\"files\":2}");
+  const fs::path page = folder.write("a.html", "<!doctype html><!-- palpate --><svg>");
+  EXPECT_EQ(kind_of_file(page), "<!doctype html><!-- palpate --><svg>");
+}
+
+// What commands write beside the output that they are given, or in the folder.
+struct Stranger {
+  const char *file, *command;
+  bool can_force;
+};
+constexpr Stranger kStrangers[] = {
+    {"out/report.html", "run none.toml -o out", true},
+    {"out/statement.json", "run none.toml -o out", true},
+    {"out/stiffness.vtu", "run none.toml -o out", true},
+    {"s.import.json", "import none.toml -o s.h5", true},
+    {"s.surface.h5", "simulate none.h5 -o s.h5", false},
+    {"placed.h5", "simulate none.h5 -o s.h5", false},
+    {"m.models.csv", "modulus none.toml -o m.csv", false},
+    {"m.html", "modulus none.toml -o m.csv", false},
+    {"c.h5.warm", "fit none.h5 -o c.h5", false},
+    {"figures/error.svg", "report none --figures figures", false},
+    {"frames/path.pvd", "replay none.palp none.csv -o f.csv --surface frames", false},
+    {"kept/reference.h5", "validate none.palp none.toml --reference kept", false},
+    {"st/results.csv", "study none.toml -o st", false},
+};
+
+TEST(outputs, a_file_that_palpate_did_not_write_is_kept_under_every_name_that_a_command_chooses) {
+  for (const Stranger& each : kStrangers) {
+    const Folder folder;
+    fs::create_directories((folder / each.file).parent_path());
+    folder.write(each.file, "my notes\n");
+    const auto say = [&](const std::string& more) {
+      return palpate_in(folder, std::string(each.command) + more);
+    };
+    const Outcome outcome = say("");
+    EXPECT_EQ(outcome.status, 1) << each.command;
+    EXPECT_NE(outcome.err.find(std::string(each.file) + ": begins with \"my notes\""),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(content_of(folder / each.file), "my notes\n");
+    if (each.can_force) {
+      EXPECT_NE(outcome.err.find("--force"), std::string::npos) << outcome.err;
+      EXPECT_NE(say(" --force").err.find("none.toml: no such file"), std::string::npos);
+    }
+    folder.write(each.file, "");
+    EXPECT_NE(say("").err.find("none"), std::string::npos) << each.command;
+  }
+}
+
+TEST(outputs, an_engine_is_not_written_over_files_of_another_folder) {
+  const Folder folder;
+  folder.write("README.md", "my notes\n");
+  try {
+    write_engine_folder(folder.path());
+    FAIL() << "it was written";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("README.md: is there already"), std::string::npos);
+  }
+  EXPECT_EQ(content_of(folder / "README.md"), "my notes\n");
+  fs::remove(folder / "README.md");
+  write_engine_folder(folder.path());
+  EXPECT_NO_THROW(write_engine_folder(folder.path()));
+}
+
+TEST(outputs, stdout_that_cannot_be_written_ends_with_an_error) {
+  const Folder folder;
+  const fs::path samples = some_samples(folder, "s.h5");
+  for (const std::string command :
+       {"--version", "--help", "fit --help", "inspect s.h5", "inspect s.h5 --json",
+        "inspect none.h5 --json", "bench --help", "bench tick --help"})
+    for (const auto& [where, reason] :
+         {std::pair{">/dev/full", "No space left on device"}, {">&-", "Bad file descriptor"}}) {
+      const Outcome outcome = palpate_in(folder, command, where);
+      EXPECT_EQ(outcome.status, 1) << command << where;
+      const bool is_missing = command.find("none") != std::string::npos;
+      const std::string wanted =
+          is_missing ? "none.h5: no such file"
+                     : std::string("palpate: error: stdout: cannot be written: ") + reason;
+      EXPECT_NE(outcome.err.find(wanted), std::string::npos) << command << "\n" << outcome.err;
+    }
+  EXPECT_EQ(palpate_in(folder, "inspect s.h5 --quiet", ">/dev/full").status, 0);
 }
 
 TEST(outputs, an_asset_of_another_body_is_not_validated) {

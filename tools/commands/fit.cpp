@@ -12,6 +12,8 @@
 namespace palpate::tools {
 namespace {
 
+constexpr std::string_view kCacheKinds[] = {kFitCacheSchema.name};
+
 class Fit final : public Command {
  public:
   explicit Fit(Arguments& arguments) {
@@ -57,6 +59,7 @@ class Fit final : public Command {
     if (section_.pieces < 0 || section_.pieces > 256)
       throw Error("--pieces", fmt::format("there cannot be {} pieces", section_.pieces),
                   "Use 1 to 256, or 0 to have the number chosen.");
+    check_output(fit_cache_path(output_), kCacheKinds, {});
     say("fit {}", samples_);
     std::optional<FittedCurves> earlier;
     std::optional<FitCache> earlier_cache;

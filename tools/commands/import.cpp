@@ -7,6 +7,7 @@
 #include "libfem/mesh/repair/mend.hpp"
 #include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
+#include "libfit/io/files/files.hpp"
 #include "libfit/io/files/signals_file.hpp"
 #include "libfit/recordings/placing/assemble.hpp"
 #include "tools/command.hpp"
@@ -16,6 +17,11 @@
 
 namespace palpate::tools {
 namespace {
+
+constexpr NamedOutput kBeside[] = {
+    {".signals.h5", kSignalsSchema.name},   {".cycles.h5", kSamplesSchema.name},
+    {".import.csv", "file,line,recording"}, {".import.json", "{\"files\":"},
+    {".import.journal", "palpate-journal"}, {".relaxation.import.csv", "file,point,time_s"}};
 
 namespace fs = std::filesystem;
 using namespace recordings;
@@ -36,11 +42,14 @@ class Import final : public Command {
                      "samples.h5 to write, with samples.signals.h5, samples.import.csv, .json and "
                      ".journal beside it",
                      {kSamplesSchema.name});
+    arguments.named_outputs(output_, kBeside);
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
     arguments.flag("--drop-invalid", drop_invalid_,
                    "Leave out rows that are not numbers or go back in time, and count them");
-    arguments.flag("--force", force_, "Read every recording again and ignore the journal");
+    arguments.flag("--force", force_,
+                   "Read every recording again, ignore the journal, and replace files beside the "
+                   "output that Palpate did not write");
   }
 
   int run(Reply& reply) override {

@@ -74,6 +74,9 @@ struct ModulusRow {
   SignalTrace trace;
 };
 
+constexpr NamedOutput kBeside[] = {
+    {".models.csv", "file,point,model"}, {".vtu", "vtu"}, {".html", kPageKind}};
+
 class Modulus final : public Command {
  public:
   explicit Modulus(Arguments& arguments) {
@@ -82,6 +85,7 @@ class Modulus final : public Command {
     arguments.output("-o,--output", output_,
                      "Table to write, moduli.csv, with .models.csv, .vtu and .html beside it",
                      {"file,point,x_m"});
+    arguments.named_outputs(output_, kBeside);
     arguments.option(
         "--models", models_,
         "Models to fit, with commas between (docs/method.md, section 22); without, all "

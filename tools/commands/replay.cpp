@@ -75,6 +75,9 @@ class Frames {
   int frames_ = 0;
 };
 
+constexpr NamedOutput kFrames[] = {
+    {"path.pvd", "vtu"}, {"surface_000000.vtu", "vtu"}, {"tool_000000.vtu", "vtu"}};
+
 class Replay final : public Command {
  public:
   explicit Replay(Arguments& arguments) {
@@ -89,6 +92,7 @@ class Replay final : public Command {
                      "touch; 0 plays as fast as possible");
     arguments.option("--surface", surface_,
                      "Folder for path.pvd and its frames: how the surface moves, for ParaView");
+    arguments.named_outputs(surface_, kFrames);
     arguments.option("--every", every_, "Ticks from one frame to the next");
   }
 

@@ -11,6 +11,11 @@
 namespace palpate::tools {
 namespace {
 
+constexpr NamedOutput kFigures[] = {{"curves.svg", "svg"},
+                                    {"error.svg", "svg"},
+                                    {"stiffness.svg", "svg"},
+                                    {"placement.svg", "svg"}};
+
 class Report final : public Command {
  public:
   explicit Report(Arguments& arguments) {
@@ -20,6 +25,7 @@ class Report final : public Command {
     arguments.output("-o,--output", output_, "Page to write, report.html", {kPageKind},
                      /*is_required=*/false);
     arguments.option("--figures", figures_, "Folder for figures of the first folder, as SVG");
+    arguments.named_outputs(figures_, kFigures);
   }
 
   int run(Reply& reply) override {

@@ -1,13 +1,41 @@
 #include <nlohmann/json.hpp>
 
+#include "libfit/io/files/files.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
 #include "tools/stages/run.hpp"
+#include "tools/stages/samples/tilt.hpp"
 
 namespace palpate::tools {
 namespace {
+
+// What a run leaves in its folder; its engine looks after itself.
+constexpr NamedOutput kFiles[] = {
+    {"body.h5", kBodySchema.name},
+    {"placed.h5", kBodySchema.name},
+    {"placement.csv", "points,new_points"},
+    {"samples.h5", kSamplesSchema.name},
+    {"samples.surface.h5", kSurfaceSchema.name},
+    {"samples.tilts.h5", kSamplesSchema.name},
+    {"cycles.h5", kSamplesSchema.name},
+    {"pairs.h5", kSamplesSchema.name},
+    {"tool.h5", kSamplesSchema.name},
+    {"tool.csv", "point,step,status"},
+    {"curves.h5", kCurvesSchema.name},
+    {"model.h5", kModelSchema.name},
+    {"asset.palp", "palp"},
+    {kTurningAsset, "palp"},
+    {"stiffness.vtu", "vtu"},
+    {"reference.h5", kSamplesSchema.name},
+    {"reference_own.h5", kSamplesSchema.name},
+    {"reference_pairs.h5", kSamplesSchema.name},
+    {"reference_tool.h5", kSamplesSchema.name},
+    {"validation.csv", "point,path,step"},
+    {"statement.json", "{\"force_error\":"},
+    {"report.html", kPageKind},
+};
 
 class Run final : public Command {
  public:
@@ -16,8 +44,11 @@ class Run final : public Command {
     arguments.option("-o,--output", request_.folder, "Folder for all files of the run", true);
     arguments.option("--jobs", request_.jobs,
                      "Number of threads; 0 uses all cores; results do not depend on it");
-    arguments.flag("--force", request_.force,
-                   "Repeat every stage, also those whose inputs have not changed");
+    arguments.named_outputs(request_.folder, kFiles);
+    arguments.flag(
+        "--force", request_.force,
+        "Repeat every stage, also those whose inputs have not changed, and replace files "
+        "that Palpate did not write");
     arguments.flag("--quick", request_.quick,
                    "A first answer within minutes: few points and rows, and a statement of what "
                    "that is worth");

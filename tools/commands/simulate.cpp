@@ -20,6 +20,10 @@
 namespace palpate::tools {
 namespace {
 
+constexpr NamedOutput kBeside[] = {{".surface.h5", kSurfaceSchema.name},
+                                   {"../placed.h5", kBodySchema.name},
+                                   {"../placement.csv", "points,new_points"}};
+
 namespace fs = std::filesystem;
 
 int say_samples(const std::string& output, const Samples& samples, double force_tolerance,
@@ -37,6 +41,7 @@ class Simulate final : public Command {
   explicit Simulate(Arguments& arguments) {
     arguments.positional("input", input_, "Scene to read, scene.toml, or the body.h5 made from it");
     arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
+    arguments.named_outputs(output_, kBeside);
     arguments.option("--points", points_,
                      "Table of points in metres to experiment at, P.csv: x_m,y_m,z_m[,nx,ny,nz]");
     arguments.option(
@@ -139,6 +144,7 @@ class Merge final : public Command {
   explicit Merge(Arguments& arguments) {
     arguments.positional("folder", folder_, "Folder of the shards, which simulate --shard wrote");
     arguments.output("-o,--output", output_, "samples.h5 to write", {kSamplesSchema.name});
+    arguments.named_outputs(output_, kBeside);
     arguments.option("--jobs", jobs_,
                      "Number of threads; 0 uses all cores; results do not depend on it");
   }

@@ -12,6 +12,11 @@ namespace {
 
 constexpr std::size_t kListed = 15;
 
+constexpr NamedOutput kFiles[] = {{"study.json", "{\"schema\":\"palpate-study\""},
+                                  {"cost.json", "{\"prepare_s\":"},
+                                  {"results.csv", "case,state,solved_from"},
+                                  {"results.h5", "palpate-study"}};
+
 class StudyCommand final : public Command {
  public:
   explicit StudyCommand(Arguments& arguments) {
@@ -19,6 +24,7 @@ class StudyCommand final : public Command {
                           "Study to plan and run, STUDY.toml; or status DIR: how far it is; or "
                           "resume DIR: run only what is missing");
     arguments.option("-o,--output", folder_, "Folder for all files of the study");
+    arguments.named_outputs(folder_, kFiles);
     arguments.option("--on", on_,
                      "Where it runs: local (this process; the default), slurm (submits arrays), or "
                      "script (prints what any other scheduler would run)");

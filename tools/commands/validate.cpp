@@ -13,6 +13,9 @@ namespace {
 
 using namespace validation;
 
+constexpr NamedOutput kReference[] = {{"reference.h5", kSamplesSchema.name},
+                                      {"reference_own.h5", kSamplesSchema.name}};
+
 class Validate final : public Command {
  public:
   explicit Validate(Arguments& arguments) {
@@ -33,6 +36,7 @@ class Validate final : public Command {
     arguments.option("--model", model_, "model.h5 that the asset was made from; needs --curves");
     arguments.option("--reference", reference_,
                      "Folder that keeps the simulated rows for the next validation");
+    arguments.named_outputs(reference_, kReference);
     arguments.flag(
         "--no-causes", no_causes_,
         "Do not split the error by cause, which needs simulations at the contact points");

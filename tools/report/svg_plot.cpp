@@ -39,7 +39,7 @@ void Svg::legend(double& x, double y, const char* marker, const std::string& sty
 
 std::string Svg::str() const {
   return fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- palpate -->\n"
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}pt\" height=\"{1}pt\" "
       "viewBox=\"0 0 {0} {1}\" role=\"img\" font-family=\"Helvetica, Arial, sans-serif\" "
       "font-size=\"8\" fill=\"black\">\n<title>{2}</title>\n"

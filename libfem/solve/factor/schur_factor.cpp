@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
+#include "libfem/solve/factor/blas.hpp"
 #include "libfem/solve/factor/multifrontal.hpp"
 #include "libfem/solve/factor/panel_kernels.hpp"
 
 extern "C" {
-// Present when the BLAS is OpenBLAS and when CHOLMOD was built with OpenMP; other builds of either
-// need no such call.
-void openblas_set_num_threads(int) __attribute__((weak));
-void omp_set_max_active_levels(int) __attribute__((weak));
 // BLAS and LAPACK, Fortran interface.
 void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
 void spotri_(const char* uplo, const int* n, float* a, const int* lda, int* info);
@@ -19,11 +16,6 @@ namespace palpate::fem {
 namespace {
 
 constexpr double kMaxSprings = 1e6;  // in the largest stiffness of a contact node
-
-void use_one_thread() {
-  if (openblas_set_num_threads) openblas_set_num_threads(1);
-  if (omp_set_max_active_levels) omp_set_max_active_levels(0);
-}
 
 }  // namespace
 
@@ -116,7 +108,7 @@ SchurFactor& SchurFactor::operator=(SchurFactor&&) noexcept = default;
 
 bool SchurFactor::factor(const SymmetricBlockMatrix& K,
                          const std::vector<std::int32_t>& contact_nodes) {
-  use_one_thread();
+  use_one_blas_thread();
   State& state = *state_;
   std::vector<std::int32_t> have = state.plan.last_nodes, wanted = contact_nodes;
   std::sort(have.begin(), have.end());

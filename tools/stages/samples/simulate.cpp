@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
 
 #include "libfem/materials/relaxation.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
 #include "libfem/solve/experiments/contact_relaxation.hpp"
+#include "libfem/solve/factor/blas.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
 
@@ -16,9 +18,20 @@ namespace {
 
 constexpr std::size_t kListed = 15;  // experiments named before "and N more"
 
+void warn_of_foreign_blas() {
+  const std::string file = fem::foreign_blas();
+  if (!file.empty())
+    warn(
+        "{} computes in the place of OpenBLAS: reference BLAS and ATLAS take several times as "
+        "long, and forces differ in their last digits",
+        file);
+}
+
 }  // namespace
 
 fem::SimulationSetup make_setup(const Scene& scene, const Body& body) {
+  static std::once_flag said;
+  std::call_once(said, warn_of_foreign_blas);
   fem::SimulationSetup setup;
   setup.volume = body.volume;
   setup.is_held = body.is_held;
