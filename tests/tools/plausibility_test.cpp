@@ -72,6 +72,17 @@ TEST_P(Slips, is_doubted_with_the_likely_cause) {
   EXPECT_NE(warnings[0].find(GetParam().expected), std::string::npos) << warnings[0];
 }
 
+TEST(plausibility, a_base_mesh_far_finer_than_its_edge_needs_is_doubted_with_the_remedy) {
+  Body body = block_body();
+  body.volume.tets = Tets::Zero(1000, 4);
+  EXPECT_TRUE(implausible(scene_with("", ""), body).empty());
+  body.volume.tets = Tets::Zero(183855, 4);
+  const auto warnings = implausible(scene_with("", ""), body);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("183855 tets"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("13 GB of memory"), std::string::npos) << warnings[0];
+}
+
 TEST(plausibility, an_inclusion_is_measured) {
   const auto places = place_inclusions(with_ball_at("20"), block_body());
   ASSERT_EQ(places.size(), 1u);

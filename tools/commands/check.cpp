@@ -131,7 +131,7 @@ class Check final : public Command {
         trial.sticking, trial.slipping, trial.nodes, in_words(trial.cpu_s), points,
         in_words(cpu_s));
     for (const std::string& sentence : advices) text_ += fmt::format("\nadvice: {}", sentence);
-    if (advices.empty()) text_ += "\nnothing to change";
+    if (advices.empty() && report_["warnings"].empty()) text_ += "\nnothing to change";
   }
 
   std::string scene_path_, vtu_, page_, devices_, repair_, device_, text_;

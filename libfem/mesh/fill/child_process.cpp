@@ -15,15 +15,17 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <new>
 #include <optional>
 #include <thread>
 
+#include "libfit/core/error.hpp"
 #include "libfit/core/text.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr int kExitMesh = 0, kExitReason = 3, kExitUnwritten = 4;
+constexpr int kExitMesh = 0, kExitReason = 3, kExitNoMemory = 4;
 
 /// What the child leaves in the shared file: a header, then nodes and tets, or a text.
 struct ResultHeader {
@@ -97,7 +99,7 @@ std::variant<TetMesh, std::string> read_result(int file, bool is_mesh) {
 }
 
 /// Handlers, output and limits of the parent do not belong to the child.
-void isolate_child(double cpu_limit_s) {
+void isolate_child(double safety_limit_s) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGALRM})
     ::signal(signal, SIG_DFL);
@@ -105,7 +107,7 @@ void isolate_child(double cpu_limit_s) {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
   const auto seconds =
-      static_cast<rlim_t>(cpu_limit_s) + 5;  // should the parent be gone or stopped
+      static_cast<rlim_t>(safety_limit_s) + 5;  // should the parent be gone or stopped
   const rlimit cpu{seconds, seconds};
   ::setrlimit(RLIMIT_CPU, &cpu);
   const int null = ::open("/dev/null", O_RDWR);
@@ -114,12 +116,14 @@ void isolate_child(double cpu_limit_s) {
 
 [[noreturn]] void be_child(const std::function<TetMesh()>& mesher,
                            const std::function<std::string(int)>& thrown_int, int file,
-                           double cpu_limit_s) {
-  isolate_child(cpu_limit_s);
+                           double safety_limit_s) {
+  isolate_child(safety_limit_s);
   std::string reason;
   try {
     const TetMesh mesh = mesher();
-    ::_exit(write_mesh(file, mesh) ? kExitMesh : kExitUnwritten);
+    ::_exit(write_mesh(file, mesh) ? kExitMesh : kExitNoMemory);
+  } catch (const std::bad_alloc&) {
+    ::_exit(kExitNoMemory);
   } catch (const int code) {
     reason = thrown_int(code);
   } catch (const std::exception& error) {
@@ -127,7 +131,7 @@ void isolate_child(double cpu_limit_s) {
   } catch (...) {
     reason = "threw something unknown";
   }
-  ::_exit(write_reason(file, reason) ? kExitReason : kExitUnwritten);
+  ::_exit(write_reason(file, reason) ? kExitReason : kExitNoMemory);
 }
 
 /// CPU time that the child has used [s].
@@ -140,16 +144,16 @@ double cpu_seconds_of(pid_t child) {
 
 /// Waits until the child ends; nothing when it had to be killed: on a busy machine only the CPU
 /// time that it used counts, but one that sleeps is not waited for without end.
-std::optional<int> wait_for(pid_t child, double cpu_limit_s) {
+std::optional<int> wait_for(pid_t child, double safety_limit_s) {
   using Clock = std::chrono::steady_clock;
   constexpr double kWallRatio = 20;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(kWallRatio * cpu_limit_s);
+  const auto deadline = Clock::now() + std::chrono::duration<double>(kWallRatio * safety_limit_s);
   for (;;) {
     int status = 0;
     const pid_t ended = ::waitpid(child, &status, WNOHANG);
     if (ended == child) return status;
     if (ended < 0 && errno != EINTR) return 0;  // reaped elsewhere: the result's own check decides
-    if (cpu_seconds_of(child) > cpu_limit_s || Clock::now() > deadline) {
+    if (cpu_seconds_of(child) > safety_limit_s || Clock::now() > deadline) {
       ::kill(child, SIGKILL);
       ::waitpid(child, &status, 0);
       return std::nullopt;
@@ -162,7 +166,15 @@ std::string described_signal(int signal) {
   return "stopped on signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
-std::string in_seconds(double time_s) { return number(time_s, 6) + " CPU seconds"; }
+[[noreturn]] void fail(const std::string& what, const std::string& remedy) {
+  throw Error("filling the surface", "the mesher " + what, remedy);
+}
+
+// Signals that a mesher brings on itself; any other came from outside.
+bool is_own_fault(int signal) {
+  return signal == SIGSEGV || signal == SIGABRT || signal == SIGFPE || signal == SIGBUS ||
+         signal == SIGILL;
+}
 
 /// Closes on leaving.
 struct ScopedFile {
@@ -176,17 +188,28 @@ struct ScopedFile {
 
 std::variant<TetMesh, std::string> run_in_child(const std::function<TetMesh()>& mesher,
                                                 const std::function<std::string(int)>& thrown_int,
-                                                double cpu_limit_s) {
+                                                double safety_limit_s) {
+  const std::string memory_remedy =
+      "Free some memory, or make mesh_size in [body] larger: no other mesher is tried, for the "
+      "body "
+      "must not differ between machines.";
   const ScopedFile file{::memfd_create("palpate-mesh", MFD_CLOEXEC)};
-  if (file.descriptor < 0) return std::string("found no memory for its result");
+  if (file.descriptor < 0) fail("found no memory for its result", memory_remedy);
   const pid_t child = ::fork();
-  if (child < 0) return std::string("could not be started: ") + std::strerror(errno);
-  if (child == 0) be_child(mesher, thrown_int, file.descriptor, cpu_limit_s);
+  if (child < 0) fail(std::string("could not be started: ") + std::strerror(errno), memory_remedy);
+  if (child == 0) be_child(mesher, thrown_int, file.descriptor, safety_limit_s);
 
-  const auto status = wait_for(child, cpu_limit_s);
-  if (!status) return "took longer than " + in_seconds(cpu_limit_s);
-  if (WIFSIGNALED(*status)) return described_signal(WTERMSIG(*status));
+  const auto status = wait_for(child, safety_limit_s);
+  if (!status || (WIFSIGNALED(*status) && WTERMSIG(*status) == SIGXCPU))
+    fail("had not ended after its safety limit of " + number(safety_limit_s, 6) + " CPU seconds",
+         "Make mesh_size in [body] larger, or simplify the surface in a mesh editor.");
+  if (WIFSIGNALED(*status)) {
+    const std::string what = described_signal(WTERMSIG(*status));
+    if (is_own_fault(WTERMSIG(*status))) return what;
+    fail(what + " from outside, as where memory runs out", memory_remedy);
+  }
   const int code = WEXITSTATUS(*status);
+  if (code == kExitNoMemory) fail("ran out of memory", memory_remedy);
   if (code != kExitMesh && code != kExitReason)
     return "ended with exit status " + std::to_string(code);
   return read_result(file.descriptor, code == kExitMesh);

@@ -64,7 +64,7 @@ TetMesh to_tet_mesh(const Complex& complex) {
 }  // namespace
 
 TetMesh fill_with_mesh_3(const Surface& closed, double edge_m, double interior_edge_m,
-                         double facet_distance_m) {
+                         double facet_distance_m, int max_nodes) {
   using namespace CGAL::parameters;
   constexpr double kFeatureDeg = 40;
   CGAL::get_default_random() = CGAL::Random(0);  // whoever used it before
@@ -76,9 +76,17 @@ TetMesh fill_with_mesh_3(const Surface& closed, double edge_m, double interior_e
   const Criteria criteria(edge_size = edge_m, facet_angle = 25, facet_size = edge_m / 1.5,
                           facet_distance = facet_distance_m, cell_radius_edge_ratio = 2.5,
                           cell_size = interior_edge_m / 1.6);
+  CGAL::Mesh_error_code error = CGAL::CGAL_MESH_3_NO_ERROR;
   Complex complex = CGAL::make_mesh_3<Complex>(
-      domain, criteria, lloyd(time_limit = 0, max_iteration_number = 10),
-      perturb(time_limit = 0, sliver_bound = 15), exude(time_limit = 0, sliver_bound = 15));
+      domain, criteria, no_lloyd(), no_odt(), no_perturb(), no_exude(),
+      mesh_3_options(maximal_number_of_vertices = static_cast<std::size_t>(max_nodes),
+                     pointer_to_error_code = &error));
+  if (error == CGAL::CGAL_MESH_3_MAXIMAL_NUMBER_OF_VERTICES_REACHED)
+    throw std::runtime_error("wanted more than " + std::to_string(max_nodes) + " nodes");
+  // No limit of time: what comes out must not depend on the machine.
+  CGAL::lloyd_optimize_mesh_3(complex, domain, time_limit = 0, max_iteration_number = 10);
+  CGAL::perturb_mesh_3(complex, domain, time_limit = 0, sliver_bound = 15);
+  CGAL::exude_mesh_3(complex, time_limit = 0, sliver_bound = 15);
   return to_tet_mesh(complex);
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <new>
+#include <stdexcept>
 #include <vector>
 
 #include "libfem/mesh/fill/meshers.hpp"
@@ -11,6 +13,8 @@
 
 namespace palpate {
 namespace {
+
+constexpr int kOutOfMemory = 1;  // of what TetGen throws
 
 /// TetGen's input. It owns plain arrays that tetgenio's destructor deletes, so all are new[]-ed.
 void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
@@ -39,11 +43,11 @@ void set_input(tetgenio& in, const Surface& closed, const Points& cavities) {
 }
 
 /// p: fill a surface; Q: quiet; Y: leave the boundary alone; q: quality; a: volume; O9/7: optimise
-/// with all means.
+/// with all means; S: how many points it may add.
 std::array<char, 128> switches_of(const TetGenSettings& settings) {
   std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "pQYq%.3f/%.1fa%.15fO9/7", settings.radius_edge_ratio,
-                settings.min_dihedral_deg, settings.max_volume_m3);
+  std::snprintf(text.data(), text.size(), "pQYq%.3f/%.1fa%.15fO9/7S%d", settings.radius_edge_ratio,
+                settings.min_dihedral_deg, settings.max_volume_m3, settings.max_added_points);
   return text;
 }
 
@@ -79,14 +83,20 @@ TetMesh fill_with_tetgen(const Surface& closed, const Points& cavities,
   tetgenio in, out;
   set_input(in, closed, cavities);
   auto switches = switches_of(settings);
-  tetrahedralize(switches.data(), &in, &out);
+  try {
+    tetrahedralize(switches.data(), &in, &out);
+  } catch (const int code) {
+    if (code == kOutOfMemory) throw std::bad_alloc();
+    throw;
+  }
+  if (out.numberofpoints - in.numberofpoints >= settings.max_added_points)
+    throw std::runtime_error("wanted more than " + std::to_string(settings.max_added_points) +
+                             " points inside");
   return to_tet_mesh(out);
 }
 
 std::string tetgen_failure(int code) {
   switch (code) {
-    case 1:
-      return "ran out of memory";
     case 2:
       return "met an error of its own";
     case 3:

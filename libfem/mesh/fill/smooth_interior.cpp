@@ -85,30 +85,37 @@ void smooth_node(TetMesh& mesh, std::int32_t node, const std::vector<Eigen::Inde
   const double edge = mean_edge_m(mesh, node, around, centre);
   Vec3 at = mesh.nodes.row(node);
   const auto accepts = [&](const Vec3& candidate) {
+    const Vec3 before = mesh.nodes.row(node);
     mesh.nodes.row(node) = candidate;
     const double worst = worst_around(mesh, around, best + kMinGainDeg);
     if (worst > best + kMinGainDeg) {
       best = worst;
-      at = candidate;
       return true;
     }
-    mesh.nodes.row(node) = at;
+    mesh.nodes.row(node) = before;
     return false;
   };
-  accepts(centre);
-  double step = 0.2 * edge;
-  for (int round = 0; round < kMaxRounds && step > 0.01 * edge; ++round) {
+  if (accepts(centre)) at = centre;
+  search_place(at, edge, accepts);
+}
+
+}  // namespace
+
+void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)>& accepts) {
+  double step = 0.2 * edge_m;
+  for (int round = 0; round < kMaxRounds && step > 0.01 * edge_m; ++round) {
     bool has_moved = false;
     for (int direction = 0; direction < 27; ++direction) {
       const Vec3 offset(direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1);
       if (direction == 13) continue;
-      has_moved = accepts(at + step * offset.normalized()) || has_moved;
+      const Vec3 candidate = at + step * offset.normalized();
+      if (!accepts(candidate)) continue;
+      at = candidate;
+      has_moved = true;
     }
     if (!has_moved) step /= 2;
   }
 }
-
-}  // namespace
 
 void smooth_interior(TetMesh& mesh) {
   const TetsAround around = tets_around(mesh);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "libfit/core/geometry.hpp"
 
 namespace palpate {
@@ -9,5 +11,9 @@ namespace palpate {
 /// Freitag and Ollivier-Gooch 1997, doi:10.1002/(SICI)1097-0207(19971115)40:21, with a pattern
 /// search in place of their active-set descent.
 void smooth_interior(TetMesh& mesh);
+
+/// Pattern search over the axes and their diagonals, from a fifth of an edge down to a hundredth:
+/// moves `at` to each place that `accepts`, which remembers what it accepted.
+void search_place(Vec3& at, double edge_m, const std::function<bool(const Vec3&)>& accepts);
 
 }  // namespace palpate

@@ -227,7 +227,7 @@ Mended wrap(const Surface& surface, const MendOptions& options, const std::strin
   const double alpha_m =
       options.wrap_alpha_m > 0 ? options.wrap_alpha_m : kRelativeAlpha * diagonal_m;
   const double offset_m = kRelativeOffset * alpha_m;
-  Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}};
+  Mended mended{{}, {"could not mend it (" + why + "), so wrapped it"}, true};
   const Surface lidded = with_lids(surface, options, where, mended.changes);
   const repair::Wrapped wrapped = repair::wrap_surface(lidded, alpha_m, offset_m);
   verify(wrapped.surface, false, where);

@@ -24,6 +24,7 @@ struct MendOptions {
 struct Mended {
   Surface surface;
   std::vector<std::string> changes;  ///< a sentence each, in the order they were made
+  bool is_wrapped = false;           ///< mending failed, and `wrap` was asked for
 };
 
 /// A surface that the rest of the program can rely on, from one as it comes.

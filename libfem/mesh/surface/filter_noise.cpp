@@ -4,6 +4,9 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "libfit/core/statistics.hpp"
@@ -91,6 +94,41 @@ Points follow(const Surface& surface, const Around& around, const Points& normal
   return moved.vertices;
 }
 
+// Vertices of creases: edges that turn by more than kCreaseDeg between triangles each of which goes
+// on smoothly over another of its edges. Noise turns edges as sharply, and goes on nowhere.
+std::vector<char> on_creases(const Surface& surface, const Points& normal) {
+  constexpr double kCreaseDeg = 40, kSmoothDeg = 20;
+  const auto cosine = [](double deg) { return std::cos(deg * std::numbers::pi / 180); };
+  std::map<std::pair<std::int32_t, std::int32_t>, Eigen::Index> triangle_of;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k)
+      triangle_of[{surface.triangles(t, k), surface.triangles(t, (k + 1) % 3)}] = t;
+  const auto across = [&](Eigen::Index t, int k) {  // -1 at a border
+    const auto found =
+        triangle_of.find({surface.triangles(t, (k + 1) % 3), surface.triangles(t, k)});
+    return found == triangle_of.end() ? Eigen::Index{-1} : found->second;
+  };
+  const auto turns = [&](Eigen::Index t, Eigen::Index other, double deg) {
+    return other >= 0 && normal.row(t).dot(normal.row(other)) < cosine(deg);
+  };
+  std::vector<char> goes_on(static_cast<std::size_t>(surface.triangles.rows()), 0);
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (across(t, k) >= 0 && !turns(t, across(t, k), kSmoothDeg))
+        goes_on[static_cast<std::size_t>(t)] = 1;
+  std::vector<char> on_crease(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Index other = across(t, k);
+      if (!turns(t, other, kCreaseDeg) || !goes_on[static_cast<std::size_t>(t)] ||
+          !goes_on[static_cast<std::size_t>(other)])
+        continue;
+      on_crease[static_cast<std::size_t>(surface.triangles(t, k))] = 1;
+      on_crease[static_cast<std::size_t>(surface.triangles(t, (k + 1) % 3))] = 1;
+    }
+  return on_crease;
+}
+
 }  // namespace
 
 FilteredSurface filter_noise(const Surface& surface, double noise_m) {
@@ -151,9 +189,15 @@ double roughness_m(const Surface& surface) {
   laplacian += identity;
   const Matrix twice = laplacian * laplacian;
   const Points off = twice * surface.vertices, normals = vertex_normals(surface);
+  std::vector<char> is_apart = on_creases(surface, facets_of(surface).normal);
+  const std::vector<char> on_crease = is_apart;
+  for (const auto& t : surface.triangles.rowwise())
+    for (const std::int32_t v : t)
+      if (on_crease[static_cast<std::size_t>(v)])
+        for (const std::int32_t beside : t) is_apart[static_cast<std::size_t>(beside)] = 1;
   std::vector<double> size;
   for (Eigen::Index v = 0; v < count; ++v)
-    if (const double gain = twice.row(v).norm(); gain > 0)
+    if (const double gain = twice.row(v).norm(); gain > 0 && !is_apart[static_cast<std::size_t>(v)])
       size.push_back(std::abs(off.row(v).dot(normals.row(v))) / gain);
   constexpr double kOfNormal = 1.4826;  // standard deviation over the median of absolute values
   return size.empty() ? 0 : kOfNormal * median(size);

@@ -21,8 +21,10 @@ struct FilteredSurface {
 FilteredSurface filter_noise(const Surface& surface, double noise_m);
 
 /// How far vertices stand off what their neighbours' neighbours say, along the normal [m]: the
-/// standard deviation of white noise that would do the same, by the median. On a smooth surface it
-/// is small against its edges; real ridges of one edge's width count like noise.
+/// standard deviation of white noise that would do the same, by the median over vertices within
+/// smooth patches: neither they nor a neighbour lie on a crease, an edge that turns by more than 40
+/// degrees between triangles that each go on smoothly. 0 where no vertex lies so. On a smooth
+/// surface it is small against its edges; real ridges of one edge's width count like noise.
 double roughness_m(const Surface& surface);
 
 }  // namespace palpate

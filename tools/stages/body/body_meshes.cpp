@@ -24,6 +24,8 @@ namespace {
 // much volume; what is far only has to give way.
 constexpr double kMeshSizeRatio = 0.28;
 constexpr double kChordVolumeLoss = 0.08;
+// What grading takes, 200,000 corners; a press on them would take 150 GB.
+constexpr double kMaxTets = 1e6;
 
 // Over the mean edge. A hand and three livers have 0.8 to 2.6 %, an elephant 5; at 18 % of
 // noise a surface cannot be coarsened.
@@ -68,6 +70,12 @@ void mend(const Scene& scene, bool surface_only, Body& body, const std::string& 
     say("  mended: {}", change);
     body.mended.push_back(change);
   }
+  if (options.wrap && !mended.is_wrapped)
+    warn(
+        "[body]: wrap = \"{:.3g} mm\" is not done: the surface could be mended without, which "
+        "leaves "
+        "it where it is. Leave wrap out.",
+        to_millimetres(options.wrap_alpha_m));
   body.surface = std::move(mended.surface);
 }
 
@@ -118,12 +126,27 @@ void read_meshes(const Scene& scene, bool surface_only, Body& body) {
   }
 }
 
+double base_edge_m(const Scene& scene, double volume_m3) {
+  return scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume_m3));
+}
+
 void fill_with_tets(const Scene& scene, Body& body) {
   const double volume = volume_m3(body.surface);
-  const double edge = scene.body.mesh_size_m.value_or(kMeshSizeRatio * std::cbrt(volume));
+  const double edge = base_edge_m(scene, volume);
+  const double expected = expected_tets(volume, area_m2(body.surface), edge);
+  if (expected > kMaxTets)
+    throw Error(
+        body_place(scene),
+        fmt::format("an edge of {:.3g} mm asks for some {:.2g} tets, more than {:.0g}",
+                    to_millimetres(edge), expected, kMaxTets),
+        fmt::format("Make mesh_size larger, or leave it out ({:.3g} mm): a press refines the "
+                    "mesh where it is needed.",
+                    to_millimetres(kMeshSizeRatio * std::cbrt(volume))));
   const SimulationSurface coarse =
       simulation_surface(body.surface, edge, {.volume_tolerance = kChordVolumeLoss});
-  if (!coarse.refused.empty()) say("  simulation surface: {}", coarse.refused);
+  if (!coarse.refused.empty())
+    say("  simulation surface: {}{}", coarse.refused,
+        coarse.target_edge_m > 0 ? "" : "; the fine surface itself is taken");
   FillOptions options;
   options.target_edge_m = edge;
   FillReport report;

@@ -6,8 +6,11 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
 #include <stdexcept>
 #include <thread>
+
+#include "libfit/core/error.hpp"
 
 namespace palpate {
 namespace {
@@ -48,11 +51,28 @@ TEST(ChildProcess, deaths_throws_and_endless_loops_come_back_as_reasons) {
     }
     return {};
   };
-  EXPECT_EQ(reason_of(loop, 0.3), "took longer than 0.3 CPU seconds");
+  // What only this machine knows is an error: it must not choose another mesher.
+  const auto refusal_of = [](const std::function<TetMesh()>& mesher, double limit_s) {
+    try {
+      return "no error, but: " + reason_of(mesher, limit_s);
+    } catch (const Error& error) {
+      return error.fact();
+    }
+  };
+  EXPECT_EQ(refusal_of(loop, 0.3),
+            "the mesher had not ended after its safety limit of 0.3 CPU seconds");
   const auto sleep = []() -> TetMesh {
     for (;;) std::this_thread::sleep_for(std::chrono::seconds(1));
   };
-  EXPECT_EQ(reason_of(sleep, 0.02), "took longer than 0.02 CPU seconds");
+  EXPECT_EQ(refusal_of(sleep, 0.02),
+            "the mesher had not ended after its safety limit of 0.02 CPU seconds");
+  EXPECT_EQ(refusal_of([]() -> TetMesh { throw std::bad_alloc(); }, 20),
+            "the mesher ran out of memory");
+  const auto killed = []() -> TetMesh {
+    std::raise(SIGKILL);
+    return {};
+  };
+  EXPECT_NE(refusal_of(killed, 20).find("from outside"), std::string::npos);
 }
 
 TEST(ChildProcess, what_the_mesher_prints_is_dropped) {

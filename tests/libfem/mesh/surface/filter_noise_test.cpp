@@ -88,5 +88,15 @@ TEST(roughness, tells_the_noise_of_a_ball_and_almost_none_where_there_is_none) {
     EXPECT_NEAR(roughness_m(with_noise(ball, noise_m, 5)) / noise_m, 1, 0.15) << noise_m;
 }
 
+// A clean box was told that it is noisy: half of its vertices lie at edges.
+TEST(roughness, is_measured_within_smooth_patches) {
+  Surface box = cube(0.04);
+  for (int level = 0; level < 2; ++level) box = subdivided(box);
+  EXPECT_LT(roughness_m(box), 1e-9);
+  box = subdivided(box);
+  const double edge_m = 0.005;
+  EXPECT_NEAR(roughness_m(with_noise(box, 0.1 * edge_m, 6)) / (0.1 * edge_m), 1, 0.3);
+}
+
 }  // namespace
 }  // namespace palpate
