@@ -85,7 +85,7 @@ void check_same_surface(const std::filesystem::path& path, const runtime::AssetV
 }
 
 // "sphere, friction 0.3, radius_m 0.008".
-std::string in_words(const nlohmann::json& probe) {
+std::string probe_words(const nlohmann::json& probe) {
   std::string words = probe.value("shape", "probe of no known shape");
   for (const auto& [key, value] : probe.items())
     if (key != "shape") words += fmt::format(", {} {}", key, value.dump());
@@ -105,19 +105,19 @@ bool is_alike(const nlohmann::json& a, const nlohmann::json& b) {
 }
 
 // An asset played against another tool than its own differs by what the tools do.
-void warn_of_other_probe(const std::filesystem::path& path, const std::string& meta_json,
+void warn_of_other_probe(const std::filesystem::path& path, std::string_view meta_json,
                          const ProbeSpec& wanted) {
   const auto meta = nlohmann::json::parse(meta_json, nullptr, false);
   const auto scene = nlohmann::json::parse(probe_meta(wanted));
   if (!meta.is_object() || !meta.contains("probe")) {
     warn("{}: does not say which probe it is of; the reference is of the scene's ({})",
-         path.string(), in_words(scene));
+         path.string(), probe_words(scene));
   } else if (!is_alike(meta["probe"], scene)) {
     warn(
         "{}: is of another probe ({}) than the scene's ({}), and is compared with the scene's as "
         "if it were its own: the errors hold what the two probes differ by. For the error of the "
         "asset itself give [probe] of the scene the asset's numbers",
-        path.string(), in_words(meta["probe"]), in_words(scene));
+        path.string(), probe_words(meta["probe"]), probe_words(scene));
   }
 }
 
