@@ -211,10 +211,13 @@ std::string in_words(const Statement& s) {
   std::string words =
       fmt::format("force error at {} held-out contact points, {} rows\n", s.probes, s.rows);
   if (s.rows > 0) {
-    words += wrapped(fmt::format(
-        "shares of the force are of the {} above {} (-: no row above it)",
-        counted(static_cast<std::int64_t>(s.rows_above_floor), "row", "rows"), newtons(s.floor_N)));
-    words += tables(s);
+    const std::string table = tables(s), floor = newtons(s.floor_N);
+    const bool has_gap = table.find(" - ") != std::string::npos;
+    words +=
+        wrapped(fmt::format("shares of the force are of the {} above {}{}",
+                            counted(static_cast<std::int64_t>(s.rows_above_floor), "row", "rows"),
+                            floor, has_gap ? fmt::format(" (-: no row above {})", floor) : ""));
+    words += table;
     words += std::isnan(s.within_jnd)
                  ? fmt::format("no force reaches {}, the least that a person feels\n",
                                newtons(kForceFloor_N))

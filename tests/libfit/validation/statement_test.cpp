@@ -106,7 +106,7 @@ TEST(statement, a_kind_of_path_of_which_no_row_counts_has_newtons_and_no_share) 
   EXPECT_NE(words.find("  wandering                   -  0.0010 N       -  0.0010 N"),
             std::string::npos)
       << words;
-  EXPECT_NE(words.find("-: no row above it"), std::string::npos) << words;
+  EXPECT_NE(words.find("(-: no row above 40 mN)"), std::string::npos) << words;
 }
 
 TEST(statement, a_poor_asset_ends_with_what_to_do_about_it) {

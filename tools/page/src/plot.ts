@@ -179,11 +179,7 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
     const y = 8 + i * step;
     root.append(
       svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
-      svg(
-        "text",
-        { x: labelAt(px(row.p95 ?? 0) + 5), y: y + 13 },
-        percent(row.p95, (row.p95 ?? 0) < 0.0995 ? 1 : 0),
-      ),
+      svg("text", { x: labelAt(px(row.p95 ?? 0) + 5), y: y + 13 }, percent(row.p95, (row.p95 ?? 0) < 0.0995 ? 1 : 0)),
     );
     if (row.p95 === null || row.median === null) return;
     root.append(
