@@ -126,7 +126,7 @@ BenchTable fem_accuracy(const BenchRequest& request) {
   std::vector<PressCase> choices{{fem::ElementKind::automatic, 0.6, 1.6}};
   if (!request.is_quick) {
     using enum fem::ElementKind;
-    choices.push_back({automatic, 0.8, 1.25});  // its coarse grid grows with 1, the most
+    choices.push_back({automatic, 0.8, 1.25});  // too coarse to be bounded
     choices.push_back({automatic, 0.5, 1.6});
     for (const double size : {1.0, 0.8, 0.6}) choices.push_back({automatic, size, 0});
     for (const fem::ElementKind kind : {tet10, tet10_p0}) choices.push_back({kind, 0.6, 0});

@@ -43,7 +43,7 @@ TEST(CheckSetup, refuses_a_body_that_nothing_holds) {
   EXPECT_THROW(Simulator{setup}, Error);
 }
 
-// Growth ends at 1. At 0.8 a grid 1.6 times as coarse was 1.25 times as coarse, and a press off by
+// Growth ends at 1. At 0.8 a grid 1.6 times as coarse was nearly the same grid, and a press off by
 // 2.5 % stated 0.6 %.
 TEST(CheckSetup, refuses_a_coarse_grid_that_cannot_be_as_coarse_as_it_says) {
   SimulationSetup setup = block_setup(0.3);
