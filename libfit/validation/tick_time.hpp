@@ -11,9 +11,9 @@
 namespace palpate::validation {
 
 /// Time that the processor spent on this thread.
-struct ThreadClock {
+struct ProcessorClock {
   using duration = std::chrono::nanoseconds;
-  using time_point = std::chrono::time_point<ThreadClock, duration>;
+  using time_point = std::chrono::time_point<ProcessorClock, duration>;
   static time_point now() {
     timespec time;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -23,7 +23,7 @@ struct ThreadClock {
 
 /// Time of a tick on this machine [ns]: the lower quartile over batches of equal work, so that what
 /// else the machine does in the meantime hardly counts. pass: does a batch, returns its ticks.
-template <class Clock = ThreadClock, class Pass>
+template <class Clock = ProcessorClock, class Pass>
 double tick_ns(const Pass& pass) {
   constexpr std::size_t kMinTicks = 200000, kMinBatches = 8;
   std::vector<double> batch_ns;
