@@ -32,11 +32,12 @@ def accuracy(folder):
     ratios = sorted({row["poisson"] for row in rows})
     figure, axes = plt.subplots(1, len(ratios), figsize=(4.5 * len(ratios), 3.4), sharey=True)
     for axis, ratio in zip(axes, ratios):
-        kinds = sorted({(r["element"], r["coarse"]) for r in rows})
-        for element, coarse in kinds:
+        kinds = sorted({(r["element"], float(r["coarse"]) > 0) for r in rows})
+        for element, has_coarse in kinds:
             here = sorted((float(r["CPU_s"]), float(r["mean_percent"]), r["size"]) for r in rows
-                          if (r["element"], r["coarse"], r["poisson"]) == (element, coarse, ratio))
-            label = element + (", extrapolated" if float(coarse) > 0 else "")
+                          if (r["element"], float(r["coarse"]) > 0, r["poisson"])
+                          == (element, has_coarse, ratio))
+            label = element + (", extrapolated" if has_coarse else "")
             axis.plot([h[0] for h in here], [h[1] for h in here], "o-", ms=4, label=label)
             for cpu, error, size in here:
                 axis.annotate(size, (cpu, error), fontsize=6, xytext=(3, 3),

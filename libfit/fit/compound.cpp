@@ -1,7 +1,6 @@
 #include "libfit/fit/compound.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "libfit/fit/walk.hpp"
@@ -70,8 +69,6 @@ CompoundForces replay_compound(const runtime::AssetView& asset,
   CompoundForces out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3)};
   runtime::AssetView view = asset;
   view.coupling = coupling.is_any() ? &coupling : nullptr;
-  std::size_t ticks = 0;
-  const auto started = std::chrono::steady_clock::now();
   for (Eigen::Index row = 0; row < samples.rows();) {
     const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
     const auto path = static_cast<std::size_t>(experiment);
@@ -86,10 +83,8 @@ CompoundForces replay_compound(const runtime::AssetView& asset,
       out.force_N.row(row) = walk.force_N();
       out.torque_Nm.row(row) = walk.torque_Nm();
     }
-    ticks += walk.ticks();
+    out.ticks += walk.ticks();
   }
-  const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - started;
-  out.tick_ns = ticks > 0 ? spent.count() / static_cast<double>(ticks) : 0;
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "libfit/core/samples.hpp"
@@ -18,7 +19,7 @@ struct CompoundPaths {
 /// reference point, row for row.
 struct CompoundForces {
   Points force_N, torque_Nm;
-  double tick_ns = 0;  ///< mean wall time of a tick of the whole tool
+  std::size_t ticks = 0;  ///< of the whole tool
 };
 
 /// Follows the rows of `samples`, whose experiments are numbers of the paths: the tool comes from a

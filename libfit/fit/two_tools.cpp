@@ -1,7 +1,6 @@
 #include "libfit/fit/two_tools.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "libfit/fit/walk.hpp"
@@ -70,8 +69,6 @@ TwoToolForces replay_two_tools(const runtime::AssetView& asset,
   TwoToolForces out{Points::Zero(samples.rows(), 3), Points::Zero(samples.rows(), 3)};
   runtime::AssetView view = asset;
   view.coupling = coupling.is_any() ? &coupling : nullptr;
-  std::size_t ticks = 0;
-  const auto started = std::chrono::steady_clock::now();
   for (Eigen::Index row = 0; row < samples.rows();) {
     const std::int32_t experiment = samples.experiment[static_cast<std::size_t>(row)];
     const ToolPath& path = paths[static_cast<std::size_t>(experiment)];
@@ -87,10 +84,8 @@ TwoToolForces replay_two_tools(const runtime::AssetView& asset,
       out.first_N.row(row) = tips.force_N(0);
       out.second_N.row(row) = tips.force_N(1);
     }
-    ticks += tips.ticks();
+    out.ticks += tips.ticks();
   }
-  const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - started;
-  out.tick_ns = ticks > 0 ? spent.count() / static_cast<double>(ticks) : 0;
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "libfit/core/samples.hpp"
@@ -10,7 +11,7 @@ namespace palpate {
 /// Forces on the body of both tools at rows of paths of two tools, row for row.
 struct TwoToolForces {
   Points first_N, second_N;
-  double tick_ns = 0;  ///< mean wall time of a tick of both
+  std::size_t ticks = 0;  ///< of both
 };
 
 /// The engine's answers at the rows of `samples`, whose experiments are numbers of `paths` (all of

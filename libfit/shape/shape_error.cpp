@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libfit/core/geometry.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/core/stated_error.hpp"
 
 namespace palpate {
 namespace {
@@ -20,8 +20,9 @@ struct Errors {
     share.push_back(error / depth_m);
   }
   ShapeErrorFigures figures() const {
-    return {quantile(error_m, 0.5), quantile(error_m, 0.95), quantile(error_m, 1),
-            quantile(share, 0.5),   quantile(share, 0.95),   quantile(share, 1)};
+    return {stated_quantile(error_m, 0.5), stated_quantile(error_m, 0.95),
+            stated_quantile(error_m, 1),   stated_quantile(share, 0.5),
+            stated_quantile(share, 0.95),  stated_quantile(share, 1)};
   }
 };
 

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// Quantiles of the distance between where the engine shows vertices and where the reference has
-/// them [m], and the same over the depth of the row.
+/// them [m], and the same over the depth of the row. NaN where there is no such vertex.
 struct ShapeErrorFigures {
   double median_m = 0, p95_m = 0, max_m = 0;
   double median_rel = 0, p95_rel = 0, max_rel = 0;

@@ -1,5 +1,6 @@
 #include "libfit/validation/causes.hpp"
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/validation/substitute.hpp"
 
@@ -62,11 +63,14 @@ std::vector<NamedError> error_causes(const runtime::AssetView& asset, const Refe
     const Vec3 all = left.row(row);
     sliding_part.row(row) = all - all.dot(normal) * normal;
   }
+  const double floor_N = relative_floor_N(reference.paths);
   // A difference stands in place of an answer's error.
   const auto cause = [&](const char* name, const Points& difference) {
     return named_error(
-        name, compare(reference.paths, reference.paths.force + difference,
-                      [&](Eigen::Index row) { return is_known[path_of(reference, row)] != 0; }));
+        name,
+        compare(reference.paths, reference.paths.force + difference,
+                [&](Eigen::Index row) { return is_known[path_of(reference, row)] != 0; }),
+        floor_N);
   };
   return {
       cause("interpolation", engine.force_N - with_own.force_N),
@@ -81,31 +85,34 @@ std::vector<NamedError> baseline_errors(const runtime::AssetView& asset, const R
                                         double depth_m, double first_m, const FittedCurves* curves,
                                         const Model* model) {
   std::vector<NamedError> baselines;
-  const auto add = [&](const char* name, const SubstitutedAsset& substituted) {
-    const Replayed replayed = replay_paths(substituted.view(), reference, depth_m);
-    baselines.push_back(named_error(name, compare(reference.paths, replayed)));
+  const double floor_N = relative_floor_N(reference.paths);
+  const auto add = [&](const char* name, const runtime::AssetView& simpler) {
+    const Replayed replayed = replay_paths(simpler, reference, depth_m);
+    baselines.push_back(named_error(name, compare(reference.paths, replayed), floor_N));
   };
   const bool belongs = curves && model && model->surface.vertices.rows() == asset.vertices;
   if (belongs)
-    add("nearest_point", SubstitutedAsset::with_nearest_point(asset, curves->curves, *model));
-  add("one_response", SubstitutedAsset::with_mean_response(asset));
-  add("linear", SubstitutedAsset::linear(asset, first_m));
+    add("nearest_point",
+        SubstitutedAsset::with_nearest_point(asset, curves->curves, *model).view());
+  add("one_response", SubstitutedAsset::with_mean_response(asset).view());
+  add("linear", SubstitutedAsset::linear(asset, first_m).view());
   if (asset.damage.softens()) {
     runtime::AssetView whole = asset;
     whole.damage = {};
-    baselines.push_back(named_error(
-        "undamaged", compare(reference.paths, replay_paths(whole, reference, depth_m))));
+    add("undamaged", whole);
   }
   return baselines;
 }
 
 std::vector<NamedError> errors_by_path(const Reference& reference, const Replayed& engine) {
   std::vector<NamedError> errors;
+  const double floor_N = relative_floor_N(reference.paths);
   for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind) {
     const auto rows = compare(reference.paths, engine.force_N, [&](Eigen::Index row) {
       return static_cast<std::size_t>(reference.held_out.kind[path_of(reference, row)]) == kind;
     });
-    if (!rows.empty()) errors.push_back(named_error(std::string(kPathKindNames[kind]), rows));
+    if (!rows.empty())
+      errors.push_back(named_error(std::string(kPathKindNames[kind]), rows, floor_N));
   }
   return errors;
 }

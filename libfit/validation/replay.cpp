@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 
 #include "libfit/fit/point/replay.hpp"
 #include "libfit/fit/walk.hpp"
+#include "libfit/validation/tick_time.hpp"
 
 namespace palpate::validation {
 namespace {
@@ -15,7 +15,6 @@ namespace {
 constexpr double kMaxTick_s = 1e-3;
 constexpr double kLeastTick_s = runtime::kMinTimeStep_s;
 constexpr double kSlowTick_s = runtime::kMaxTimeStep_s;
-constexpr std::size_t kTimedTicks = 200000;
 
 // What `tick` says at each deflection of a path: it is called with where the tip is and how much
 // time has passed. A path without times is followed so slowly that dashpots of a body that relaxes
@@ -101,13 +100,13 @@ class TurningWalk {
 };
 
 template <class Walk>
-double mean_tick_ns(Walk walk, const HeldOut& held_out, double depth_m) {
-  const auto started = std::chrono::steady_clock::now();
-  while (walk.ticks() < kTimedTicks)
+double tick_ns_of(Walk walk, const HeldOut& held_out, double depth_m) {
+  return tick_ns([&] {
+    const std::size_t before = walk.ticks();
     for (std::size_t path = 0; path < held_out.paths.size(); ++path)
       walk.answers(held_out, path, depth_m);
-  const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - started;
-  return spent.count() / static_cast<double>(walk.ticks());
+    return walk.ticks() - before;
+  });
 }
 
 // Rows of each experiment of a point that can be replayed, in step order.
@@ -220,12 +219,12 @@ std::vector<ComparedRow> compare(const Samples& reference, const Replayed& repla
 }
 
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m) {
-  return mean_tick_ns(TipWalk(asset), held_out, depth_m);
+  return tick_ns_of(TipWalk(asset), held_out, depth_m);
 }
 
 double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,
                              double depth_m) {
-  return mean_tick_ns(TurningWalk(asset), held_out, depth_m);
+  return tick_ns_of(TurningWalk(asset), held_out, depth_m);
 }
 
 }  // namespace palpate::validation

@@ -55,7 +55,7 @@ std::vector<ComparedRow> compare(
 /// Good reference rows that were replayed.
 std::vector<ComparedRow> compare(const Samples& reference, const Replayed& replayed);
 
-/// Mean wall time of a tick over repeated replays of all paths [ns].
+/// Time of a tick on this machine over repeated replays of all paths [ns] (tick_time.hpp).
 double time_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out, double depth_m);
 /// The same of a tool that turns.
 double time_turning_ticks_ns(const runtime::AssetView& asset, const HeldOut& held_out,

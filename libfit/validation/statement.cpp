@@ -1,21 +1,17 @@
 #include "libfit/validation/statement.hpp"
 
-#include <fmt/core.h>
-
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "libfit/core/error.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
-#include "libfit/core/text.hpp"
 #include "libfit/io/content_hash.hpp"
 
 namespace palpate::validation {
 namespace {
-
-// Of the error that is stated: a reference whose own error is above this share is told.
-constexpr double kTold = 0.5;
 
 struct NumberField {
   std::string_view name;
@@ -40,6 +36,7 @@ constexpr CountField kCountFields[] = {
     {"asset_bytes", &Statement::asset_bytes},
 };
 constexpr NumberField kNumberFields[] = {
+    {"floor_N", &Statement::floor_N},
     {"reference_p95_rel", &Statement::reference_p95_rel},
     {"within_reference", &Statement::within_reference},
     {"tick_ns", &Statement::tick_ns},
@@ -64,6 +61,12 @@ constexpr ListField kListFields[] = {
     {"causes", &Statement::causes},
     {"baselines", &Statement::baselines},
 };
+
+// A number, or null: no number. Writing turns NaN into null by itself.
+double figure(const nlohmann::ordered_json& json, std::string_view name) {
+  const nlohmann::ordered_json& value = json.at(std::string(name));
+  return value.is_null() ? kNoNumber : value.get<double>();
+}
 
 nlohmann::ordered_json json_of(const std::vector<NamedError>& errors) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -97,7 +100,7 @@ std::vector<NamedTorque> torques(const nlohmann::ordered_json& json) {
   for (const auto& [name, figures] : json.items()) {
     errors.push_back({name});
     for (const auto& [field, member] : kTorqueFields)
-      errors.back().*member = figures.at(std::string(field));
+      errors.back().*member = figure(figures, field);
   }
   return errors;
 }
@@ -106,8 +109,7 @@ std::vector<NamedError> named_errors(const nlohmann::ordered_json& json) {
   std::vector<NamedError> errors;
   for (const auto& [name, figures] : json.items()) {
     errors.push_back({name});
-    for (const auto& [field, member] : kNamedFields)
-      errors.back().*member = figures.at(std::string(field));
+    for (const auto& [field, member] : kNamedFields) errors.back().*member = figure(figures, field);
   }
   return errors;
 }
@@ -143,7 +145,7 @@ ShapeError shape_of(const nlohmann::ordered_json& json) {
   if (json.empty()) return shape;
   for (const auto& [part, figures] : kShapeParts)
     for (const auto& [name, member] : kShapeFields)
-      shape.*figures.*member = json.at(std::string(part)).at(std::string(name));
+      shape.*figures.*member = figure(json.at(std::string(part)), name);
   shape.penetration_m = json.at("penetration_m");
   shape.rows = json.at("rows");
   return shape;
@@ -161,8 +163,8 @@ nlohmann::ordered_json json_with_largest(const std::vector<NamedError>& errors) 
 std::vector<NamedError> errors_with_largest(const nlohmann::ordered_json& json) {
   std::vector<NamedError> errors = named_errors(json);
   for (NamedError& error : errors) {
-    error.max_N = json.at(error.name).at("max_N");
-    error.max_rel = json.at(error.name).at("max_rel");
+    error.max_N = figure(json.at(error.name), "max_N");
+    error.max_rel = figure(json.at(error.name), "max_rel");
   }
   return errors;
 }
@@ -171,6 +173,8 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   nlohmann::ordered_json json;
   for (const auto& [name, member] : kErrorFields)
     json["force_error"][std::string(name)] = statement.*member;
+  json["verdict"] = verdict(statement);
+  json["advice"] = advice(statement);
   for (const auto& [name, member] : kCountFields) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kNumberFields) json[std::string(name)] = statement.*member;
   for (const auto& [name, member] : kListFields)
@@ -192,51 +196,10 @@ nlohmann::ordered_json json_of(const Statement& statement) {
   return json;
 }
 
-// A line of the table: what it is of, then its share of the force and newtons (of a torque and
-// N mm), twice or thrice.
-std::string line(std::string_view name, std::initializer_list<std::pair<double, double>> figures,
-                 std::string_view unit = "N") {
-  std::string text = fmt::format("  {:<21}", name);
-  for (const auto& [share, number] : figures)
-    text += fmt::format("{:>8} {:>{}.{}f} {}", percent(share), number, 8 - unit.size(),
-                        unit.size() > 1 ? 2 : 4, unit);
-  return text + "\n";
-}
-
-std::string lines(std::string_view title, const std::vector<NamedError>& errors) {
-  std::string text;
-  if (!errors.empty()) text = fmt::format("{}\n", title);
-  for (const NamedError& e : errors)
-    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}});
-  return text;
-}
-
-std::string lines(std::string_view title, const std::vector<NamedTorque>& errors) {
-  std::string text;
-  if (!errors.empty())
-    text = fmt::format("{:<23}{:>18}{:>18}{:>18}\n", title, "median", "p95", "max");
-  for (const NamedTorque& e : errors)
-    text += line(e.name,
-                 {{e.median_rel, 1e3 * e.median_Nm},
-                  {e.p95_rel, 1e3 * e.p95_Nm},
-                  {e.max_rel, 1e3 * e.max_Nm}},
-                 "Nmm");
-  return text;
-}
-
-std::string lines_with_largest(std::string_view title, const std::vector<NamedError>& errors) {
-  std::string text;
-  if (!errors.empty())
-    text = fmt::format("{:<23}{:>18}{:>18}{:>18}\n", title, "median", "p95", "max");
-  for (const NamedError& e : errors)
-    text += line(e.name, {{e.median_rel, e.median_N}, {e.p95_rel, e.p95_N}, {e.max_rel, e.max_N}});
-  return text;
-}
-
 }  // namespace
 
-NamedError named_error(std::string name, const std::vector<ComparedRow>& rows) {
-  const Statement s = summarize(rows);
+NamedError named_error(std::string name, const std::vector<ComparedRow>& rows, double floor_N) {
+  const Statement s = summarize(rows, floor_N);
   return {std::move(name), s.median_N, s.p95_N, s.median_rel, s.p95_rel, s.max_N, s.max_rel};
 }
 
@@ -244,6 +207,7 @@ std::string to_asset_json(const Statement& statement) {
   nlohmann::ordered_json json = json_of(statement);
   json.erase("tick_ns");
   json.erase("asset_bytes");
+  json.erase("advice");
   json.erase("torque_error");
   json.erase("turning");
   json.erase("two_tools");
@@ -253,34 +217,42 @@ std::string to_asset_json(const Statement& statement) {
 }
 
 Statement summarize(const std::vector<ComparedRow>& rows) {
+  double largest_N = 0;
+  for (const ComparedRow& row : rows) largest_N = std::max(largest_N, row.reference_N.norm());
+  return summarize(rows, relative_floor_N(largest_N));
+}
+
+Statement summarize(const std::vector<ComparedRow>& rows, double floor_N) {
   Statement statement;
   statement.rows = rows.size();
+  statement.floor_N = floor_N;
   std::vector<double> error_N, error_rel, reference_rel;
   std::size_t within = 0, within_reference = 0;
+  double felt_N = 0;  // most that a hand met, of either
   for (const ComparedRow& row : rows) {
     const double error = (row.engine_N - row.reference_N).norm(), force = row.reference_N.norm();
     error_N.push_back(error);
+    felt_N = std::max({felt_N, force, row.engine_N.norm()});
     if (is_within_jnd(error, force)) ++within;
-    if (force <= kForceFloor_N) continue;
-    error_rel.push_back(relative_error(error, force, kForceFloor_N));
+    if (force <= floor_N) continue;
+    error_rel.push_back(relative_error(error, force, floor_N));
     if (!std::isfinite(row.reference_error_N)) continue;
-    reference_rel.push_back(relative_error(row.reference_error_N, force, kForceFloor_N));
+    reference_rel.push_back(relative_error(row.reference_error_N, force, floor_N));
     if (error <= row.reference_error_N) ++within_reference;
   }
+  const auto share = [](std::size_t of, std::size_t all) {
+    return all == 0 ? kNoNumber : static_cast<double>(of) / static_cast<double>(all);
+  };
   statement.rows_above_floor = error_rel.size();
-  statement.median_N = quantile(error_N, 0.5);
-  statement.p95_N = quantile(error_N, 0.95);
-  statement.max_N = quantile(error_N, 1);
-  statement.median_rel = quantile(error_rel, 0.5);
-  statement.p95_rel = quantile(error_rel, 0.95);
-  statement.max_rel = quantile(error_rel, 1);
-  statement.reference_p95_rel = quantile(reference_rel, 0.95);
-  statement.within_reference =
-      reference_rel.empty()
-          ? 0
-          : static_cast<double>(within_reference) / static_cast<double>(reference_rel.size());
-  statement.within_jnd =
-      rows.empty() ? 0 : static_cast<double>(within) / static_cast<double>(rows.size());
+  statement.median_N = stated_quantile(error_N, 0.5);
+  statement.p95_N = stated_quantile(error_N, 0.95);
+  statement.max_N = stated_quantile(error_N, 1);
+  statement.median_rel = stated_quantile(error_rel, 0.5);
+  statement.p95_rel = stated_quantile(error_rel, 0.95);
+  statement.max_rel = stated_quantile(error_rel, 1);
+  statement.reference_p95_rel = stated_quantile(reference_rel, 0.95);
+  statement.within_reference = share(within_reference, reference_rel.size());
+  if (felt_N > kForceFloor_N) statement.within_jnd = share(within, rows.size());
   return statement;
 }
 
@@ -297,9 +269,9 @@ Statement parse_statement(const std::string& text, const std::string& where) {
   try {
     const auto json = nlohmann::ordered_json::parse(text);
     for (const auto& [name, member] : kErrorFields)
-      s.*member = json.at("force_error").at(std::string(name));
+      s.*member = figure(json.at("force_error"), name);
     for (const auto& [name, member] : kCountFields) s.*member = json.at(std::string(name));
-    for (const auto& [name, member] : kNumberFields) s.*member = json.at(std::string(name));
+    for (const auto& [name, member] : kNumberFields) s.*member = figure(json, name);
     for (const auto& [name, member] : kListFields)
       s.*member = named_errors(json.at(std::string(name)));
     if (json.contains("torque_error")) s.torque = torques(json["torque_error"]);
@@ -307,56 +279,22 @@ Statement parse_statement(const std::string& text, const std::string& where) {
       const auto& turning = json["turning"];
       s.turning = named_errors(turning.at("by_path"));
       s.turning_torque = torques(turning.at("torque_error"));
-      s.turning_tick_ns = turning.at("tick_ns");
+      s.turning_tick_ns = figure(turning, "tick_ns");
     }
     if (json.contains("two_tools")) {
       s.two_tools = errors_with_largest(json["two_tools"]);
-      s.two_tools_tick_ns = json.at("two_tools_tick_ns");
+      s.two_tools_tick_ns = figure(json, "two_tools_tick_ns");
     }
     if (json.contains("tool")) {
       s.tool = errors_with_largest(json["tool"].at("force_error"));
       s.tool_torque = torques(json["tool"].at("torque_error"));
-      s.tool_tick_ns = json["tool"].at("tick_ns");
+      s.tool_tick_ns = figure(json["tool"], "tick_ns");
     }
     if (json.contains("shape_error")) s.shape = shape_of(json["shape_error"]);
   } catch (const nlohmann::json::exception& e) {
     throw Error(where, e.what(), "Make it again with palpate run.");
   }
   return s;
-}
-
-std::string in_words(const Statement& s) {
-  std::string words =
-      fmt::format("force error at {} held-out contact points, {} rows\n{:<23}{:>18}{:>18}{:>18}\n",
-                  s.probes, s.rows, "", "median", "p95", "max");
-  words += line("all", {{s.median_rel, s.median_N}, {s.p95_rel, s.p95_N}, {s.max_rel, s.max_N}});
-  words += lines("by path", s.by_path) + lines("by cause", s.causes) +
-           lines("of what is simpler", s.baselines);
-  words += lines("torque error", s.torque) + lines("by a tool that turns", s.turning) +
-           lines("torque error of it", s.turning_torque);
-  if (s.turning_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.turning_tick_ns);
-  words += lines_with_largest("two tools on the body", s.two_tools);
-  if (s.two_tools_tick_ns > 0)
-    words += fmt::format("a tick of both: {:.0f} ns\n", s.two_tools_tick_ns);
-  words +=
-      lines_with_largest("the tool, as balls", s.tool) + lines("torque error of it", s.tool_torque);
-  if (s.tool_tick_ns > 0) words += fmt::format("a tick of it: {:.0f} ns\n", s.tool_tick_ns);
-  words += fmt::format(
-      "within the force just noticeable to a person, max(0.04 N, 7 %): {} of rows\n"
-      "the reference's own estimated error: p95 {}; rows it could not solve: {}\n",
-      percent(s.within_jnd, 0), percent(s.reference_p95_rel), s.reference_failures);
-  if (s.reference_p95_rel > kTold * s.p95_rel)
-    words += fmt::format(
-        "this compares noise in part: at {} of rows the error is within the\n"
-        "reference's own; force_tolerance of [validate] asks for a finer reference\n",
-        percent(s.within_reference, 0));
-  if (const ShapeErrorFigures& near = s.shape.near; s.shape.rows > 0)
-    words += fmt::format(
-        "the surface is shown within {:.2f} mm near the tool, {} of the depth (median;\n"
-        "p95 {:.2f} mm, {}), and within {} over the whole body (p95)\n",
-        1e3 * near.median_m, percent(near.median_rel), 1e3 * near.p95_m, percent(near.p95_rel),
-        percent(s.shape.all.p95_rel));
-  return words + fmt::format("{:.0f} ns per tick, {} bytes", s.tick_ns, s.asset_bytes);
 }
 
 }  // namespace palpate::validation

@@ -1,7 +1,9 @@
 #include "libfit/validation/torque.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::validation {
@@ -25,16 +27,28 @@ std::vector<ComparedTorque> compared_torques(const Reference& reference, const R
   return out;
 }
 
-NamedTorque named_torque(std::string name, const std::vector<ComparedTorque>& rows) {
+double torque_floor_Nm(const std::vector<ComparedTorque>& rows) {
+  double largest_Nm = 0;
+  for (const ComparedTorque& row : rows) largest_Nm = std::max(largest_Nm, row.reference_Nm.norm());
+  return relative_floor_Nm(largest_Nm);
+}
+
+NamedTorque named_torque(std::string name, const std::vector<ComparedTorque>& rows,
+                         double floor_Nm) {
   std::vector<double> torque, error, relative;
   for (const ComparedTorque& row : rows) {
     torque.push_back(row.reference_Nm.norm());
     error.push_back((row.engine_Nm - row.reference_Nm).norm());
-    relative.push_back(relative_error(error.back(), torque.back(), kTorqueFloor_Nm));
+    if (floor_Nm > 0) relative.push_back(relative_error(error.back(), torque.back(), floor_Nm));
   }
-  return {std::move(name),          quantile(torque, 0.5), quantile(error, 0.5),
-          quantile(error, 0.95),    quantile(error, 1),    quantile(relative, 0.5),
-          quantile(relative, 0.95), quantile(relative, 1)};
+  return {std::move(name),
+          stated_quantile(torque, 0.5),
+          stated_quantile(error, 0.5),
+          stated_quantile(error, 0.95),
+          stated_quantile(error, 1),
+          stated_quantile(relative, 0.5),
+          stated_quantile(relative, 0.95),
+          stated_quantile(relative, 1)};
 }
 
 std::vector<NamedTorque> torque_errors(const Reference& reference, const Replayed& engine,
@@ -42,12 +56,14 @@ std::vector<NamedTorque> torque_errors(const Reference& reference, const Replaye
   std::vector<NamedTorque> out;
   const auto all = compared_torques(reference, engine, radius_m, [](std::size_t) { return true; });
   if (all.empty()) return out;
-  out.push_back(named_torque("all", all));
+  const double floor_Nm = torque_floor_Nm(all);
+  out.push_back(named_torque("all", all, floor_Nm));
   for (std::size_t kind = 0; kind < kPathKindNames.size(); ++kind) {
     const auto rows = compared_torques(reference, engine, radius_m, [&](std::size_t path) {
       return static_cast<std::size_t>(reference.held_out.kind[path]) == kind;
     });
-    if (!rows.empty()) out.push_back(named_torque(std::string(kPathKindNames[kind]), rows));
+    if (!rows.empty())
+      out.push_back(named_torque(std::string(kPathKindNames[kind]), rows, floor_Nm));
   }
   return out;
 }

@@ -19,8 +19,13 @@ std::vector<ComparedTorque> compared_torques(const Reference& reference, const R
                                              double radius_m,
                                              const std::function<bool(std::size_t path)>& counts);
 
-/// Figures of some rows (M58a); nearest-rank.
-NamedTorque named_torque(std::string name, const std::vector<ComparedTorque>& rows);
+/// Floor of the relative errors of a body's torques, all of which are given [N m] (M58a).
+double torque_floor_Nm(const std::vector<ComparedTorque>& rows);
+
+/// Figures of some rows of a body with this floor (M58a); nearest-rank. No relative ones where
+/// nothing turned the tool at all.
+NamedTorque named_torque(std::string name, const std::vector<ComparedTorque>& rows,
+                         double floor_Nm);
 
 /// Of all rows, then by kind of path in the order of kPathKindNames. Nothing where no row is good.
 std::vector<NamedTorque> torque_errors(const Reference& reference, const Replayed& engine,

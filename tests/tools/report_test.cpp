@@ -213,6 +213,30 @@ TEST_F(Report, opens_from_disk_without_error_or_request) {
   expect_in_chromium("opens_from_disk_without_error_or_request", "-");
 }
 
+// A statement of no row was drawn as 0.0 %.
+TEST_F(Report, of_figures_without_a_row_shows_no_number) {
+  fs::create_directories(path("soft"));
+  for (const char* file : {"body.h5", "curves.h5", "asset.palp", "validation.csv"})
+    fs::copy_file(path("out/") + file, path("soft/") + file, fs::copy_options::overwrite_existing);
+  auto statement = nlohmann::json::parse(content_of(path("out/statement.json")));
+  for (const char* name : {"median_rel", "p95_rel", "max_rel", "within_jnd"})
+    statement["force_error"][name] = nullptr;
+  for (auto* errors : {&statement["by_path"], &statement["torque_error"]})
+    for (auto& figures : *errors) figures["median_rel"] = figures["p95_rel"] = nullptr;
+  for (const char* name : {"reference_p95_rel", "within_reference", "tick_ns"})
+    statement[name] = nullptr;
+  statement["baselines"] = nlohmann::json::object();
+  statement["verdict"] = "Poor: said of the asset.";
+  statement["advice"] = {"Do this about it."};
+  folder_->write("soft/statement.json", statement.dump());
+  ASSERT_EQ(report(path("soft") + " --figures " + path("soft")).status, 0);
+  const std::string drawn = content_of(path("soft/error.svg"));
+  EXPECT_NE(drawn.find("no row counts"), std::string::npos);
+  EXPECT_EQ(drawn.find("class=\"p95_rel\""), std::string::npos);
+  SKIP_WITHOUT_CHROMIUM();
+  expect_in_chromium("no_row_is_no_number", "-", "soft");
+}
+
 TEST_F(Report, a_click_shows_the_curves_of_the_nearest_point) {
   SKIP_WITHOUT_CHROMIUM();
   expect_in_chromium("a_click_shows_the_curves_of_the_nearest_point", "-");

@@ -45,6 +45,25 @@ TEST_F(Run, makes_everything_once_then_only_what_changed) {
   EXPECT_EQ(third.err.find("curves.h5 is up to date"), std::string::npos) << third.err;
 }
 
+// Of a body whose forces no hand feels it said 0.0 / 0.0 / 0.0 %, 100 % of rows within JND.
+TEST_F(Run, a_body_too_soft_to_be_felt_has_an_error_and_no_share_within_jnd) {
+  std::string soft = kScene;
+  soft.replace(soft.find("10 kPa"), 6, "200 Pa");
+  folder.write("scene.toml", soft);
+  const Outcome outcome = run("out", "--quick");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto statement = nlohmann::json::parse(content_of(folder / "out" / "statement.json"));
+  EXPECT_GT(statement.at("force_error").at("p95_rel").get<double>(), 0.001);
+  EXPECT_TRUE(statement.at("force_error").at("within_jnd").is_null());
+  EXPECT_LT(statement.at("floor_N").get<double>(), 0.002);
+  EXPECT_GT(statement.at("rows_above_floor").get<int>(), 3);
+  for (const auto& [name, figures] : statement.at("by_path").items())
+    EXPECT_NE(figures.at("p95_rel"), 0.0) << name;
+  EXPECT_EQ(outcome.out.find(" 0.0 %"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("no force reaches 40 mN"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("on this machine"), std::string::npos) << outcome.out;
+}
+
 TEST_F(Run, a_comment_or_another_spelling_changes_nothing) {
   ASSERT_EQ(run("out").status, 0);
   std::string changed = "# said differently\n" + kScene;

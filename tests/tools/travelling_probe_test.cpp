@@ -102,6 +102,27 @@ TEST_F(TravellingProbe, another_setting_of_experiments_leaves_the_body_and_reach
   EXPECT_TRUE(content_of(folder / "samples.h5") == content_of(folder / "out" / "samples.h5"));
 }
 
+// It compared as if the probes were one: forces 22 to 100 % off, and not a word.
+TEST_F(TravellingProbe, of_another_probe_than_the_assets_validate_says_so) {
+  ASSERT_EQ(run("out").status, 0);
+  std::string changed = kScene;
+  changed.replace(changed.find("\"8 mm\""), 6, "\"6 mm\"");
+  folder.write("other.toml", changed);
+  const std::string validate = "validate " + at("out/asset.palp") + " ",
+                    options = " --points 1 --no-causes --json";
+  const Outcome own = palpate(folder, validate + scene.string() + options);
+  ASSERT_EQ(own.status, 0) << own.err;
+  EXPECT_EQ(own.err.find("probe"), std::string::npos) << own.err;
+  const Outcome other = palpate(folder, validate + at("other.toml") + options);
+  ASSERT_EQ(other.status, 0) << other.err;
+  const std::string said =
+      "is of another probe (sphere, friction 0.3, radius_m 0.008) than the scene's (sphere, "
+      "friction 0.3, radius_m 0.006)";
+  EXPECT_NE(other.err.find(said), std::string::npos) << other.err;
+  EXPECT_NE(nlohmann::json::parse(other.out).at("warnings").dump().find(said), std::string::npos)
+      << other.out;
+}
+
 // A press of F = 1000 N/m beyond 1 mm, 2 mm deep.
 std::string press() {
   std::string text = "t,d,F\n";

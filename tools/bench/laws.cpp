@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "libfit/core/error.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
@@ -36,17 +39,23 @@ void bench_laws(const BenchRequest& request) {
       if (curves.status[static_cast<std::size_t>(p)] != FitStatus::failed)
         replay_point(paths, p, curves.curves, p, replayed);
     const auto add = [&](std::string_view name, int kind) {
-      const Statement s = summarize(compare(paths, replayed.force_N, [&](Eigen::Index row) {
-        const auto r = static_cast<std::size_t>(row);
-        return replayed.is_answered[r] &&
-               (kind < 0 || paths.point[r] % static_cast<int>(kUprightKinds) == kind);
-      }));
+      const Statement s = summarize(
+          compare(paths, replayed.force_N,
+                  [&](Eigen::Index row) {
+                    const auto r = static_cast<std::size_t>(row);
+                    return replayed.is_answered[r] &&
+                           (kind < 0 || paths.point[r] % static_cast<int>(kUprightKinds) == kind);
+                  }),
+          relative_floor_N(paths));
       csv.text(std::string(family.name))
           .text(std::string(name))
           .integer(static_cast<long long>(s.rows_above_floor));
-      csv.number(s.median_rel).number(s.p95_rel).number(s.max_rel).end_row();
-      say("  {:<10} {:<15} {:>4} rows: median {:.1f} %, p95 {:.1f} %, max {:.1f} %", family.name,
-          name, s.rows_above_floor, 100 * s.median_rel, 100 * s.p95_rel, 100 * s.max_rel);
+      for (const double share : {s.median_rel, s.p95_rel, s.max_rel})
+        std::isnan(share) ? csv.text("") : csv.number(share);
+      csv.end_row();
+      say("  {:<10} {:<15} {:>4} rows: median {}, p95 {}, max {}", family.name, name,
+          s.rows_above_floor, stated_percent(s.median_rel), stated_percent(s.p95_rel),
+          stated_percent(s.max_rel));
     };
     add("all", -1);
     for (std::size_t kind = 0; kind < kUprightKinds; ++kind)

@@ -52,6 +52,9 @@ void scatter(Svg& svg, const Json& contents, double floor_N, double share) {
              "not felt");
 }
 
+// Null: no row is above the body's floor.
+bool counts(const Json& figures) { return figures["p95_rel"].is_number(); }
+
 void bars(Svg& svg, const Json& statement, double share) {
   std::vector<std::pair<std::string, const Json*>> lines;
   for (const char* group : {"by_path", "causes"}) {
@@ -61,7 +64,8 @@ void bars(Svg& svg, const Json& statement, double share) {
   }
   double highest = 1.15 * share;
   for (const auto& [name, figures] : lines)
-    if (figures) highest = std::max(highest, 1.05 * (*figures)["p95_rel"].get<double>());
+    if (figures && counts(*figures))
+      highest = std::max(highest, 1.05 * (*figures)["p95_rel"].get<double>());
   const double left = 330, top = 20, bottom = 190,
                step = (bottom - top) / static_cast<double>(std::max<std::size_t>(lines.size(), 1)),
                thick = std::min(0.76 * step, 12.0);
@@ -71,6 +75,10 @@ void bars(Svg& svg, const Json& statement, double share) {
     if (!lines[i].second) continue;
     const double y = top + (static_cast<double>(i) + 0.5) * step;
     svg.text(left - 5, y + 2.8, lines[i].first, "end");
+    if (!counts(*lines[i].second)) {
+      svg.text(left + 3, y + 2.8, "no row counts", "start");
+      continue;
+    }
     const auto bar = [&](const char* key, double height, const char* style) {
       const double value = 100 * (*lines[i].second)[key].get<double>();
       svg.add(

@@ -15,7 +15,6 @@ namespace palpate::tools {
 
 namespace {
 
-// What the curves were made with, in SI; of a mesh how large it is, not all of it.
 nlohmann::ordered_json probe_json(const ProbeSpec& probe) {
   nlohmann::ordered_json json{{"shape", probe.shape}, {"friction", probe.friction}};
   for (const auto& [key, values] : probe.values) {
@@ -78,6 +77,8 @@ ExportReport export_model(const Model& model, const std::filesystem::path& outpu
       report.triangles);
   return report;
 }
+
+std::string probe_meta(const ProbeSpec& probe) { return probe_json(probe).dump(); }
 
 void state_asset(const std::filesystem::path& path, const std::string& statement) {
   const AssetFile file = read_asset_file(path);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "libfem/solve/experiments/cycled_path.hpp"
 #include "libfem/solve/experiments/simulate.hpp"
@@ -18,6 +19,7 @@
 #include "libfit/validation/torque.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
+#include "tools/stages/export.hpp"
 #include "tools/stages/fingerprint.hpp"
 #include "tools/stages/samples/cycles.hpp"
 #include "tools/stages/samples/kept_paths.hpp"
@@ -82,6 +84,43 @@ void check_same_surface(const std::filesystem::path& path, const runtime::AssetV
       "Validate it with the scene that it was made from.");
 }
 
+// "sphere, friction 0.3, radius_m 0.008".
+std::string probe_words(const nlohmann::json& probe) {
+  std::string words = probe.value("shape", "probe of no known shape");
+  for (const auto& [key, value] : probe.items())
+    if (key != "shape") words += fmt::format(", {} {}", key, value.dump());
+  return words;
+}
+
+bool is_alike(const nlohmann::json& a, const nlohmann::json& b) {
+  constexpr double kRounding = 1e-9;  // of lengths in other units
+  if (a.is_number() && b.is_number())
+    return std::abs(a.get<double>() - b.get<double>()) <= kRounding * std::abs(a.get<double>());
+  if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return a == b;
+  for (const auto& [key, value] : a.items()) {
+    const auto other = a.is_array() ? b.begin() + std::stol(key) : b.find(key);
+    if (other == b.end() || !is_alike(value, *other)) return false;
+  }
+  return true;
+}
+
+// An asset played against another tool than its own differs by what the tools do.
+void warn_of_other_probe(const std::filesystem::path& path, std::string_view meta_json,
+                         const ProbeSpec& wanted) {
+  const auto meta = nlohmann::json::parse(meta_json, nullptr, false);
+  const auto scene = nlohmann::json::parse(probe_meta(wanted));
+  if (!meta.is_object() || !meta.contains("probe")) {
+    warn("{}: does not say which probe it is of; the reference is of the scene's ({})",
+         path.string(), probe_words(scene));
+  } else if (!is_alike(meta["probe"], scene)) {
+    warn(
+        "{}: is of another probe ({}) than the scene's ({}), and is compared with the scene's as "
+        "if it were its own: the errors hold what the two probes differ by. For the error of the "
+        "asset itself give [probe] of the scene the asset's numbers",
+        path.string(), probe_words(meta["probe"]), probe_words(scene));
+  }
+}
+
 }  // namespace
 
 Statement validate_asset(const std::filesystem::path& path, const Scene& scene, const Body& body,
@@ -89,6 +128,7 @@ Statement validate_asset(const std::filesystem::path& path, const Scene& scene, 
   const AssetFile file = read_asset_file(path);
   const runtime::AssetView& asset = file.asset();
   check_same_surface(path, asset, body.surface);
+  warn_of_other_probe(path, file.meta_json(), scene.probe.spec);
   const double depth_m = scene.experiments.each.depth_m;
   const Reference reference = simulate_reference(scene, body,
                                                  {.settings = request.settings,

@@ -87,6 +87,11 @@ void check_setup(const SimulationSetup& setup) {
        "the share at interfaces must be in (0, 1]", "Leave it at its default.");
   need(options.coarse_ratio == 0 || options.coarse_ratio > 1, "solver options",
        "the coarse grid's ratio must be above 1, or 0 for none", "Leave it at its default.");
+  // Growth ends at 1: a coarse grid that asks for more is finer than its ratio says, and the error
+  // that is extrapolated from it is told too small.
+  need(options.growth * std::max(1.0, options.coarse_ratio) <= 1, "solver options",
+       "growth, of the coarse grid, too, must be at most 1",
+       "Lower growth or the coarse grid's ratio.");
 }
 
 void check_experiments(const SimulationSetup& setup, const Experiments& experiments,

@@ -163,7 +163,7 @@ QuadraticMesh Simulator::State::mesh_at(const Vec3& position, const Vec3& normal
     grade.held_at = [this](const Vec3& x, bool is_on_boundary) {
       return setup.held_at(scene_place(x), is_on_boundary);
     };
-  grade.growth = std::min(1.0, options.growth * coarsening);
+  grade.growth = options.growth * coarsening;
   grade.interface_share = options.interface_share;
   if (setup.region_at)
     grade.region_at = [this](const Vec3& x) { return setup.region_at(scene_place(x)); };

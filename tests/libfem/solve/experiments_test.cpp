@@ -151,6 +151,7 @@ TEST(PressAndDrag, a_small_ball_pressed_deep_never_reports_a_good_row_without_fo
 TEST(PressAndDrag, the_coarse_grid_gives_a_finite_error_of_a_few_percent) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = SolverOptions{}.coarse_ratio;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const PointRows result = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   for (const PointRow& row : result.rows) {
     ASSERT_EQ(row.status, RowStatus::good);
@@ -196,6 +197,7 @@ TEST(Equilibrium, force_and_torque_of_the_probe_balance_the_ground_to_the_tolera
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   setup.options.max_base_change = 0;
   const PointRows plain = Simulator(setup).press_and_drag(block_top(), kInward, press_only(2));
   const double before = achieved_error(plain.rows);
@@ -219,6 +221,7 @@ TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_on_a_finer_mesh) {
 TEST(PressAndDrag, a_force_error_that_is_asked_for_is_met_with_what_the_base_mesh_hides) {
   SimulationSetup setup = block_setup(0);
   setup.options.coarse_ratio = 1.6;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const double before =
       achieved_error(Simulator(setup).press_and_drag(block_top(), kInward, press_only(2)).rows);
   setup.options.force_tolerance = 0.9 * before;

@@ -112,6 +112,7 @@ TEST(Simulate, a_point_stopped_half_way_leaves_no_rows) {
 TEST(Simulate, a_press_on_one_mesh_is_that_on_two_but_for_a_factor_of_the_body) {
   SimulationSetup setup = block_setup(0.3);
   setup.options.coarse_ratio = 1.6;
+  setup.options.element_size = setup.options.growth = SolverOptions{}.growth;
   const Simulator with_error(setup);
   const TestPoints points = three_points();
   const Experiments experiments = short_experiments();

@@ -348,6 +348,13 @@ TEST_F(Substituted, a_tool_that_turns_on_curves_alike_at_every_lean_answers_as_i
   EXPECT_GT(largest, 0.1);
 }
 
+TEST(Torque, of_a_soft_body_is_over_a_tenth_of_its_largest_and_of_none_has_no_share) {
+  const std::vector<ComparedTorque> soft{{Vec3(1e-6, 0, 0), Vec3(1.2e-6, 0, 0)}};
+  EXPECT_NEAR(named_torque("all", soft, torque_floor_Nm(soft)).max_rel, 0.2, 1e-12);
+  const std::vector<ComparedTorque> none{{Vec3::Zero(), Vec3(1e-6, 0, 0)}};
+  EXPECT_TRUE(std::isnan(named_torque("all", none, torque_floor_Nm(none)).max_rel));
+}
+
 TEST(Torque, is_about_the_centre_of_a_ball_where_a_force_through_it_does_not_count) {
   Reference reference;
   reference.held_out.points.position = Points::Zero(1, 3);
@@ -364,11 +371,11 @@ TEST(Torque, is_about_the_centre_of_a_ball_where_a_force_through_it_does_not_cou
   const auto of_ball = compared_torques(reference, engine, 0.01, [](std::size_t) { return true; });
   ASSERT_EQ(of_ball.size(), 1u);
   EXPECT_LT((of_ball[0].reference_Nm - Vec3(0, 0.011, 0)).norm(), 1e-15);
-  const NamedTorque error = named_torque("ball", of_ball);
+  const NamedTorque error = named_torque("ball", of_ball, torque_floor_Nm(of_ball));
   EXPECT_NEAR(error.max_Nm, 0.011, 1e-15);
   EXPECT_NEAR(error.max_rel, 1, 1e-12);
   const auto of_tip = compared_torques(reference, engine, 0, [](std::size_t) { return true; });
-  EXPECT_NEAR(named_torque("tip", of_tip).max_Nm, 0.001, 1e-15);
+  EXPECT_NEAR(named_torque("tip", of_tip, torque_floor_Nm(of_tip)).max_Nm, 0.001, 1e-15);
 }
 
 }  // namespace

@@ -93,6 +93,17 @@ const claims = {
     assert.match(await text(".verdict"), /The force is off by [\d.]+ % in the median/);
   },
 
+  async no_row_is_no_number() {
+    await open();
+    const words = await text("#error");
+    assert.doesNotMatch(words, /\b0\.0 %|unknown|null|NaN/);
+    assert.match(words, /no row counts/);
+    assert.match(words, /No force reaches 40 mN/);
+    assert.match(words, /Poor: said of the asset.*Do this about it/);
+    assert.doesNotMatch(await text(".verdict"), /\d %/);
+    assert.deepEqual(errors, []);
+  },
+
   async a_click_shows_the_curves_of_the_nearest_point() {
     await open();
     await canvas.scrollIntoViewIfNeeded();

@@ -22,9 +22,10 @@ const kStatusColours: Record<string, [number, number, number]> = {
   failed: [0.05, 0.05, 0.05],
 };
 
-/** Held-out contact points with the largest relative error of their rows. */
+/** Held-out contact points with the largest relative error of their rows; those of which some row counts. */
 function heldOutPlaces(contents: Contents): { places: Float32Array; error: number[]; name: string[] } {
   const held = contents.held_out;
+  const floor = contents.statement?.floor_N ?? contents.jnd.floor_N;
   const found = new Map<string, { place: number[]; error: number; path: string }>();
   if (held) {
     const [position, force, engine] = [held.position_m, held.force_N, held.engine_N].map(floats);
@@ -32,16 +33,16 @@ function heldOutPlaces(contents: Contents): { places: Float32Array; error: numbe
       const size = Math.hypot(...vector(force, i));
       const off = Math.hypot(...[0, 1, 2].map((k) => engine[3 * i + k] - force[3 * i + k]));
       const key = `${name} ${held.path[i]}`;
-      const entry = found.get(key) ?? { place: vector(position, i), error: 0, path: held.path[i] };
-      if (size > contents.jnd.floor_N) entry.error = Math.max(entry.error, off / size);
+      const entry = found.get(key) ?? { place: vector(position, i), error: Number.NaN, path: held.path[i] };
+      if (size > floor) entry.error = Math.max(entry.error || 0, off / size);
       found.set(key, entry);
     });
   }
-  const all = [...found.values()];
+  const counted = [...found].filter(([, e]) => !Number.isNaN(e.error));
   return {
-    places: Float32Array.from(all.flatMap((e) => e.place)),
-    error: all.map((e) => e.error),
-    name: [...found.keys()],
+    places: Float32Array.from(counted.flatMap(([, e]) => e.place)),
+    error: counted.map(([, e]) => e.error),
+    name: counted.map(([name]) => name),
   };
 }
 

@@ -5,7 +5,7 @@ import type { Contents } from "./contents";
 import { figure, html, section, swatch, table } from "./dom";
 import { bars, plot } from "./plot";
 import { shown } from "./provenance";
-import { percent, plain, quantity } from "./words";
+import { percent, plain, tick } from "./words";
 
 type Compared = NonNullable<Contents["compared"]>;
 
@@ -32,7 +32,7 @@ function figures(runs: Compared): string[][] {
     row("law of the curves", (run) => run.family),
     row("test points", (run) => run.points),
     row("rows fitted", (run) => run.rows),
-    row("a tick", (run) => run.statement && quantity(run.statement.tick_ns * 1e-9, "s")),
+    row("a tick on the machine that ran it", (run) => run.statement && tick(run.statement.tick_ns)),
     row("size of the asset", (run) => run.statement && `${(run.statement.asset_bytes / 1e3).toFixed(0)} kB`),
   ].filter((cells) => cells.slice(1).some((cell) => cell !== ""));
 }
@@ -81,7 +81,7 @@ function overParameters(runs: Compared): HTMLElement[] {
       dots(
         "Error",
         known,
-        known.map((run) => run.statement.force_error.p95_rel),
+        known.map((run) => run.statement.force_error.p95_rel ?? Number.NaN),
         { label: "95th percentile of the error [%]", scale: 100 },
       ),
       ...(stiff.length
@@ -132,7 +132,7 @@ export function compareSection(contents: Contents): HTMLElement | undefined {
                     kind: "dots",
                     colour: seriesColour(k),
                     x: [run.rows ?? 0],
-                    y: [run.statement.force_error.p95_rel],
+                    y: [run.statement.force_error.p95_rel ?? Number.NaN],
                     titles: [run.name],
                   })),
                 ),

@@ -5,40 +5,49 @@ export interface Packed {
   bytes: string;
 }
 
+/** A number, or null where no row counts. */
+export type Figure = number | null;
+
 export interface ErrorFigures {
-  median_N: number;
-  p95_N: number;
-  median_rel: number;
-  p95_rel: number;
+  median_N: Figure;
+  p95_N: Figure;
+  median_rel: Figure;
+  p95_rel: Figure;
 }
 
 export interface ShapeFigures {
-  median_m: number;
-  p95_m: number;
-  max_m: number;
-  median_rel: number;
-  p95_rel: number;
-  max_rel: number;
+  median_m: Figure;
+  p95_m: Figure;
+  max_m: Figure;
+  median_rel: Figure;
+  p95_rel: Figure;
+  max_rel: Figure;
 }
 
 /** Of a torque [N m] on the body. */
 export interface TorqueFigures {
-  typical_Nm: number;
-  median_Nm: number;
-  p95_Nm: number;
-  median_rel: number;
-  p95_rel: number;
+  typical_Nm: Figure;
+  median_Nm: Figure;
+  p95_Nm: Figure;
+  median_rel: Figure;
+  p95_rel: Figure;
 }
 
 export interface Statement {
-  force_error: ErrorFigures & { max_N: number; max_rel: number; within_jnd: number };
+  force_error: ErrorFigures & { max_N: Figure; max_rel: Figure; within_jnd: Figure };
+  /** How good it is, and what to do where it is poor: sentences. */
+  verdict: string;
+  advice: string[];
   probes: number;
   rows: number;
   rows_above_floor: number;
   reference_failures: number;
-  reference_p95_rel: number;
-  within_reference: number;
-  tick_ns: number;
+  /** Of the relative errors: rows above it count. */
+  floor_N: number;
+  reference_p95_rel: Figure;
+  within_reference: Figure;
+  /** On the machine that validated. */
+  tick_ns: Figure;
   asset_bytes: number;
   by_path: Record<string, ErrorFigures>;
   causes: Record<string, ErrorFigures>;
@@ -46,11 +55,11 @@ export interface Statement {
   /** Of all rows, then by kind of path. */
   torque_error?: Record<string, TorqueFigures>;
   /** Of the asset of a tool that turns on the same paths; empty without one. */
-  turning?: { by_path?: Record<string, ErrorFigures>; torque_error?: Record<string, TorqueFigures>; tick_ns?: number };
+  turning?: { by_path?: Record<string, ErrorFigures>; torque_error?: Record<string, TorqueFigures>; tick_ns?: Figure };
   /** Held-out paths of two tools, as they feel each other and as if not. */
   two_tools?: Record<string, ErrorFigures>;
   /** Held-out paths of the scene's tool, played as balls. */
-  tool?: { force_error: Record<string, ErrorFigures>; torque_error: Record<string, TorqueFigures>; tick_ns: number };
+  tool?: { force_error: Record<string, ErrorFigures>; torque_error: Record<string, TorqueFigures>; tick_ns: Figure };
   /** Empty where the asset does not say how its surface moves. */
   shape_error?: { near?: ShapeFigures; all?: ShapeFigures; penetration_m?: number; rows?: number };
 }

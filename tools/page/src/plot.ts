@@ -1,6 +1,6 @@
 // Small plots as SVG, so that they print, scale and follow the colour scheme.
 
-import { type Contents, largest } from "./contents";
+import { type Contents, type Figure, largest } from "./contents";
 import { svg } from "./dom";
 import { percent, scaleFor, tickLabel, ticks } from "./words";
 
@@ -147,8 +147,8 @@ export function errorPlot(
 
 export interface Bar {
   name: string;
-  median: number;
-  p95: number;
+  median: Figure;
+  p95: Figure;
 }
 
 /** Shares of force as bars, the median in front of the 95th percentile, with a line at `jnd`. */
@@ -157,7 +157,7 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
   const right = 56;
   const step = 26;
   const height = rows.length * step + 34;
-  const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95));
+  const highest = Math.max(jnd * 1.15, ...rows.map((r) => r.p95 ?? 0));
   const px = (v: number) => left + (Math.min(v, highest) / highest) * (kWidth - left - right);
   // Not across the line of what is noticeable.
   const labelAt = (x: number) => (x < px(jnd) + 2 && x > px(jnd) - 36 ? px(jnd) + 5 : x);
@@ -179,9 +179,12 @@ export function bars(title: string, rows: Bar[], jnd: number): SVGSVGElement {
     const y = 8 + i * step;
     root.append(
       svg("text", { x: left - 8, y: y + 13, "text-anchor": "end" }, row.name),
+      svg("text", { x: labelAt(px(row.p95 ?? 0) + 5), y: y + 13 }, percent(row.p95, (row.p95 ?? 0) < 0.0995 ? 1 : 0)),
+    );
+    if (row.p95 === null || row.median === null) return;
+    root.append(
       svg("rect", { class: "bar p95", x: left, y, width: Math.max(px(row.p95) - left, 0.5), height: 16 }),
       svg("rect", { class: "bar median", x: left, y: y + 4, width: Math.max(px(row.median) - left, 0.5), height: 8 }),
-      svg("text", { x: labelAt(px(row.p95) + 5), y: y + 13 }, percent(row.p95, row.p95 < 0.0995 ? 1 : 0)),
     );
   });
   root.append(svg("line", { class: "jnd", x1: px(jnd), x2: px(jnd), y1: 2, y2: height - 28 }));

@@ -2,7 +2,7 @@
 
 import { type Contents, codes, floats, type Setting } from "./contents";
 import { html, section, table } from "./dom";
-import { digits, plain, quantity } from "./words";
+import { digits, plain, quantity, tick } from "./words";
 
 const kShownNumbers = 24;
 
@@ -67,7 +67,7 @@ export function provenanceSection(contents: Contents): HTMLElement {
   if (contents.rows) facts.push(["rows", String(codes(contents.rows.status).length)]);
   if (contents.set_up?.tets) facts.push(["base mesh", `${contents.set_up.tets} tetrahedra`]);
   if (contents.statement) {
-    facts.push(["a tick of the engine", quantity(contents.statement.tick_ns * 1e-9, "s")]);
+    facts.push(["a tick of the engine, on the machine that ran this", tick(contents.statement.tick_ns)]);
     facts.push(["size of the asset", `${(contents.statement.asset_bytes / 1e3).toFixed(0)} kB`]);
   }
   out.append(table(["", ""], facts));

@@ -11,6 +11,7 @@ export function verdict(contents: Contents): string {
   if (contents.pictures && !contents.files) return "Recordings, and what a contact model says of each.";
   if (!contents.files) return "A set-up to look at: nothing has been simulated yet.";
   if (!s) return "This folder holds no error statement: how wrong these curves are is not known.";
+  if (s.force_error.p95_rel === null) return s.verdict;
   return (
     `The force is off by ${percent(s.force_error.median_rel)} in the median and ` +
     `${percent(s.force_error.p95_rel)} at the 95th percentile, at places and on paths that no fit saw.`
@@ -20,14 +21,20 @@ export function verdict(contents: Contents): string {
 function sentences(s: Statement, contents: Contents): string[] {
   const e = s.force_error;
   const jnd = `max(${quantity(contents.jnd.floor_N, "N", 2)}, ${percent(contents.jnd.share, 0)})`;
+  if (s.rows === 0) return [s.verdict];
   const out = [
+    s.verdict,
+    ...s.advice,
     `Compared at ${counted(s.probes, "held-out contact point", "held-out contact points")} in ` +
-      `${counted(s.rows, "row", "rows")}, ${s.rows_above_floor} of them above ${quantity(contents.jnd.floor_N, "N", 2)}.`,
+      `${counted(s.rows, "row", "rows")}; shares of the force are of the ${s.rows_above_floor} above ${quantity(s.floor_N, "N", 2)}.`,
     `Median ${quantity(e.median_N, "N")}, 95th percentile ${quantity(e.p95_N, "N")}, largest ${quantity(e.max_N, "N")} (${percent(e.max_rel)}).`,
-    `${percent(e.within_jnd, e.within_jnd < 1 ? 1 : 0)} of the rows are within the force just noticeable to a person, ${jnd}.`,
-    `The reference's own estimated error is ${percent(s.reference_p95_rel)} at the 95th percentile.`,
+    e.within_jnd === null
+      ? `No force reaches ${quantity(contents.jnd.floor_N, "N", 2)}, the least that a person feels.`
+      : `${percent(e.within_jnd, e.within_jnd < 1 ? 1 : 0)} of the rows are within the force just noticeable to a person, ${jnd}.`,
   ];
-  if (s.reference_p95_rel > 0.5 * e.p95_rel)
+  if (s.reference_p95_rel !== null)
+    out.push(`The reference's own estimated error is ${percent(s.reference_p95_rel)} at the 95th percentile.`);
+  if (s.reference_p95_rel !== null && e.p95_rel !== null && s.reference_p95_rel > 0.5 * e.p95_rel)
     out.push(
       `This compares noise in part: at ${percent(s.within_reference, 0)} of the rows the error is within the reference's own.`,
     );

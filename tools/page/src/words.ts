@@ -19,8 +19,11 @@ export function digits(value: number, count = 3): string {
   return value.toFixed(Math.min(decimals, 12));
 }
 
+const kNothing = "no row counts"; // in place of a number that is null
+
 /** "2.13 mm", "41 mN"; 0, or what rounds to it, has no prefix. */
-export function quantity(value: number, unit: string, count = 3): string {
+export function quantity(value: number | null, unit: string, count = 3): string {
+  if (value === null) return kNothing;
   if (!Number.isFinite(value)) return "unknown";
   const size = Math.abs(value) < kLeast ? 0 : Math.abs(value);
   const found = prefixes.find(([factor]) => size >= factor * 0.9995) ?? prefixes[prefixes.length - 1];
@@ -35,8 +38,14 @@ export function scaleFor(size: number, unit: string): { unit: string; scale: num
 }
 
 /** 0.0213 is "2.1 %". */
-export function percent(share: number, decimals = 1): string {
+export function percent(share: number | null, decimals = 1): string {
+  if (share === null) return kNothing;
   return Number.isFinite(share) ? `${(100 * share).toFixed(decimals)} %` : "unknown";
+}
+
+/** A tick of the engine [ns], in seconds with their prefix. */
+export function tick(tick_ns: number | null): string {
+  return tick_ns === null ? "unknown" : quantity(tick_ns * 1e-9, "s");
 }
 
 export function millimetres(length_m: number, decimals = 1): string {

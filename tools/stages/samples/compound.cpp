@@ -10,12 +10,14 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/compound.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/paths.hpp"
+#include "libfit/validation/tick_time.hpp"
 #include "libfit/validation/torque.hpp"
 #include "tools/console.hpp"
 #include "tools/scene/settings.hpp"
@@ -208,7 +210,7 @@ validation::NamedTorque torque_error(std::string name, const Samples& samples,
   for (Eigen::Index row = 0; row < samples.rows(); ++row)
     if (samples.status[static_cast<std::size_t>(row)] == RowStatus::good)
       rows.push_back({samples.torque.row(row), by.torque_Nm.row(row)});
-  return validation::named_torque(std::move(name), rows);
+  return validation::named_torque(std::move(name), rows, validation::torque_floor_Nm(rows));
 }
 
 }  // namespace
@@ -254,12 +256,12 @@ CouplingEvidence tool_evidence(const runtime::AssetView& asset, const Scene& sce
     return compound_residual(drawn->tool, samples, replayed(coupling));
   };
   const auto report = [&samples, replayed](const runtime::CouplingView& coupling) {
-    const auto felt = validation::named_error("", compared(samples, replayed(coupling))),
-               alone = validation::named_error("", compared(samples, replayed({})));
-    say("  tool: forces of its paths are off by {:.1f} % (median), {:.1f} % (p95) if its balls "
-        "feel "
-        "each other, {:.1f} % and {:.1f} % if not",
-        100 * felt.median_rel, 100 * felt.p95_rel, 100 * alone.median_rel, 100 * alone.p95_rel);
+    const auto felt = validation::summarize(compared(samples, replayed(coupling))),
+               alone = validation::summarize(compared(samples, replayed({})));
+    say("  tool: forces of its paths are off by {} (median), {} (p95) if its balls feel each "
+        "other, {} and {} if not",
+        stated_percent(felt.median_rel), stated_percent(felt.p95_rel),
+        stated_percent(alone.median_rel), stated_percent(alone.p95_rel));
   };
   return {residual, report};
 }
@@ -282,7 +284,8 @@ void state_tool(const std::filesystem::path& path, const Scene& scene, const Bod
   const runtime::CouplingView coupling = known != nullptr ? *known : runtime::CouplingView();
   const CompoundForces felt = replay_compound(file.asset(), coupling, drawn.tool, samples, depth_m);
   const auto put = [&](const char* name, const CompoundForces& by) {
-    statement.tool.push_back(validation::named_error(name, compared(samples, by)));
+    statement.tool.push_back(
+        validation::named_error(name, compared(samples, by), statement.floor_N));
     statement.tool_torque.push_back(torque_error(name, samples, by));
   };
   if (!folder.empty()) write_rows(folder / "tool.csv", samples, felt);
@@ -290,7 +293,8 @@ void state_tool(const std::filesystem::path& path, const Scene& scene, const Bod
   put("each_by_itself", replay_compound(file.asset(), {}, drawn.tool, samples, depth_m));
   put("foremost_ball",
       replay_compound(file.asset(), {}, drawing.foremost(drawn), samples, depth_m));
-  statement.tool_tick_ns = felt.tick_ns;
+  statement.tool_tick_ns = validation::tick_ns(
+      [&] { return replay_compound(file.asset(), coupling, drawn.tool, samples, depth_m).ticks; });
 }
 
 }  // namespace palpate::tools

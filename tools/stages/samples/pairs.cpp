@@ -8,11 +8,12 @@
 #include "libfem/solve/experiments/simulator.hpp"
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/fit/two_tools.hpp"
 #include "libfit/io/content_hash.hpp"
 #include "libfit/io/files/files.hpp"
 #include "libfit/validation/paths.hpp"
+#include "libfit/validation/tick_time.hpp"
 #include "tools/console.hpp"
 #include "tools/stages/body/reach.hpp"
 #include "tools/stages/fingerprint.hpp"
@@ -52,7 +53,7 @@ Samples simulate(const Scene& scene, const Body& body, const HeldOut& drawn, int
 }
 
 validation::NamedError error_of(std::string name, const Samples& samples,
-                                const TwoToolForces& answered) {
+                                const TwoToolForces& answered, double floor_N) {
   std::vector<validation::ComparedRow> rows;
   for (Eigen::Index row = 0; row < samples.rows(); ++row) {
     if (samples.status[static_cast<std::size_t>(row)] != RowStatus::good) continue;
@@ -60,7 +61,7 @@ validation::NamedError error_of(std::string name, const Samples& samples,
     rows.push_back(
         {samples.second_force.row(row), answered.second_N.row(row), samples.force_error[row]});
   }
-  return validation::named_error(std::move(name), rows);
+  return validation::named_error(std::move(name), rows, floor_N);
 }
 
 }  // namespace
@@ -101,11 +102,13 @@ CouplingEvidence pairs_evidence(const runtime::AssetView& asset, const Scene& sc
   const auto report = [&pairs, drawn, replayed](const runtime::CouplingView& coupling) {
     const std::vector<double> felt = two_tool_errors(pairs, replayed(coupling)),
                               alone = two_tool_errors(pairs, replayed({}));
-    say("  two tools: forces of {} pairs ({} rows of one tool) are off by {:.1f} % (median), "
-        "{:.1f} "
-        "% (p95) if they feel each other, {:.1f} % and {:.1f} % if not",
-        drawn->paths.size(), felt.size(), 100 * quantile(felt, 0.5), 100 * quantile(felt, 0.95),
-        100 * quantile(alone, 0.5), 100 * quantile(alone, 0.95));
+    const auto at = [](const std::vector<double>& errors, double share) {
+      return stated_percent(stated_quantile(errors, share));
+    };
+    say("  two tools: forces of {} pairs ({} rows of one tool) are off by {} (median), {} (p95) if "
+        "they feel each other, {} and {} if not",
+        drawn->paths.size(), felt.size(), at(felt, 0.5), at(felt, 0.95), at(alone, 0.5),
+        at(alone, 0.95));
   };
   return {residual, report};
 }
@@ -130,11 +133,13 @@ void state_two_tools(const std::filesystem::path& path, const Scene& scene, cons
   const runtime::CouplingView coupling = known != nullptr ? *known : runtime::CouplingView();
   const TwoToolForces felt =
       replay_two_tools(file.asset(), coupling, samples, drawn.paths, depth_m);
-  statement.two_tools = {
-      error_of("felt", samples, felt),
-      error_of("each_by_itself", samples,
-               replay_two_tools(file.asset(), {}, samples, drawn.paths, depth_m))};
-  statement.two_tools_tick_ns = felt.tick_ns;
+  statement.two_tools = {error_of("felt", samples, felt, statement.floor_N),
+                         error_of("each_by_itself", samples,
+                                  replay_two_tools(file.asset(), {}, samples, drawn.paths, depth_m),
+                                  statement.floor_N)};
+  statement.two_tools_tick_ns = validation::tick_ns([&] {
+    return replay_two_tools(file.asset(), coupling, samples, drawn.paths, depth_m).ticks;
+  });
 }
 
 }  // namespace palpate::tools

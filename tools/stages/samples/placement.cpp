@@ -1,10 +1,11 @@
 #include "tools/stages/samples/placement.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "libfem/solve/experiments/quick_press.hpp"
-#include "libfit/core/statistics.hpp"
+#include "libfit/core/stated_error.hpp"
 #include "libfit/fit/fit_curves.hpp"
 #include "libfit/io/csv/csv.hpp"
 #include "libfit/refine/insert_point.hpp"
@@ -186,7 +187,8 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     RefineReport refined;
     const Model model =
         refine(curves, body.surface, body.in_region, placement.points.triangles, {}, &refined);
-    const std::vector<double> expected = expected_errors(curves, model, refined, kForceFloor_N);
+    const std::vector<double> expected =
+        expected_errors(curves, model, refined, relative_floor_N(placement.samples));
     const Grown grown =
         grow(placement.points, model,
              choose(body, placement.points, model, expected, batch, wanted.tolerance));
@@ -201,10 +203,9 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
     PlacementRound round = judge(placement.samples, model, grown);
     round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
     placement.rounds.push_back(round);
-    say("  {} points predict {} new ones to {:.1f} % (median), {:.1f} % (p95), {:.1f} % (max); {} "
-        "points are dragged",
-        round.points, round.new_points, 100 * round.median_rel, 100 * round.p95_rel,
-        100 * round.max_rel, round.dragged);
+    say("  {} points predict {} new ones to {} (median), {} (p95), {} (max); {} points are dragged",
+        round.points, round.new_points, stated_percent(round.median_rel),
+        stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged);
     rounds_within = round.p95_rel <= wanted.tolerance ? rounds_within + 1 : 0;
     if (rounds_within == (quick ? kQuickRounds : 1))
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
@@ -243,7 +244,8 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
   static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel",
                                                  "p95_rel", "max_rel",    "dragged"};
   CsvWriter csv(path, kHeader);
-  for (const PlacementRound& round : rounds)
+  for (const PlacementRound& round : rounds) {
+    if (std::isnan(round.p95_rel)) continue;  // no new point has a good row
     csv.integer(round.points)
         .integer(round.new_points)
         .number(round.median_rel)
@@ -251,6 +253,7 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
         .number(round.max_rel)
         .integer(round.dragged)
         .end_row();
+  }
   csv.commit();
 }
 

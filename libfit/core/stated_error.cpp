@@ -1,0 +1,43 @@
+#include "libfit/core/stated_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libfit/core/statistics.hpp"
+#include "libfit/core/text.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kLightest = 0.1;  // of the largest: what lighter rows are off by says little
+
+}  // namespace
+
+double relative_floor_N(double largest_N) { return std::min(kForceFloor_N, kLightest * largest_N); }
+
+double relative_floor_N(const Samples& reference) {
+  double largest_N = 0;
+  for (Eigen::Index row = 0; row < reference.rows(); ++row)
+    if (reference.status[static_cast<std::size_t>(row)] == RowStatus::good)
+      largest_N = std::max(largest_N, reference.force.row(row).norm());
+  return relative_floor_N(largest_N);
+}
+
+double relative_floor_Nm(double largest_Nm) {
+  return std::min(kTorqueFloor_Nm, kLightest * largest_Nm);
+}
+
+double stated_quantile(std::vector<double> values, double share) {
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : quantile(std::move(values), share);
+}
+
+std::string stated_percent(double share) { return std::isnan(share) ? "-" : percent(share); }
+
+std::string newtons(double force_N) {
+  if (force_N >= 1 || force_N == 0) return number(force_N) + " N";
+  return force_N >= 1e-3 ? number(1e3 * force_N) + " mN" : number(1e6 * force_N) + " uN";
+}
+
+}  // namespace palpate
