@@ -122,19 +122,30 @@ std::vector<Effort> first_drags(const Samples& samples) {
   return effort;
 }
 
-PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
-  const auto before = static_cast<std::int32_t>(samples.points()) -
-                      static_cast<std::int32_t>(grown.vertices.size());
-  Replayed predicted(samples);
-  for (std::size_t i = 0; i < grown.vertices.size(); ++i)
-    replay_point(samples, before + static_cast<std::int32_t>(i), model.curves, grown.vertices[i],
-                 predicted);
-  const Statement statement = summarize(compare(samples, predicted));
-  return {before, static_cast<int>(grown.vertices.size()), statement.median_rel, statement.p95_rel,
-          statement.max_rel};
-}
-
 }  // namespace
+
+PlacementRound judge_round(const Samples& samples, const Model& model,
+                           const std::vector<std::int32_t>& vertices,
+                           const std::vector<FitStatus>& fits) {
+  PlacementRound round;
+  round.new_points = static_cast<int>(vertices.size());
+  round.points = static_cast<int>(samples.points()) - round.new_points;
+  Replayed predicted(samples);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const std::int32_t point = round.points + static_cast<std::int32_t>(i);
+    if (fits[static_cast<std::size_t>(point)] == FitStatus::poor)
+      ++round.poor;
+    else
+      replay_point(samples, point, model.curves, vertices[i], predicted);
+  }
+  const Statement statement = summarize(compare(samples, predicted));
+  round.rows = static_cast<int>(statement.rows_above_floor);
+  if (round.rows == 0) return round;
+  round.median_rel = statement.median_rel;
+  round.p95_rel = statement.p95_rel;
+  round.max_rel = statement.max_rel;
+  return round;
+}
 
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
                              SampleCache known) {
@@ -198,18 +209,19 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
                   {!press_alone, quick.number()});
     simulate(grown.points);
     placement.points = grown.points;
-    PlacementRound round = judge(placement.samples, model, grown);
+    curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
+    PlacementRound round = judge_round(placement.samples, model, grown.vertices, curves.status);
     round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
     placement.rounds.push_back(round);
     say("  {} points predict {} new ones to {:.1f} % (median), {:.1f} % (p95), {:.1f} % (max); {} "
-        "points are dragged",
+        "points are dragged{}",
         round.points, round.new_points, 100 * round.median_rel, 100 * round.p95_rel,
-        100 * round.max_rel, round.dragged);
-    rounds_within = round.p95_rel <= wanted.tolerance ? rounds_within + 1 : 0;
+        100 * round.max_rel, round.dragged,
+        round.poor > 0 ? fmt::format("; {} poor ones do not count", round.poor) : "");
+    const bool is_within = round.rows > 0 && round.p95_rel <= wanted.tolerance;
+    rounds_within = is_within ? rounds_within + 1 : 0;
     if (rounds_within == (quick ? kQuickRounds : 1))
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
-    else
-      curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
   return placement;
@@ -240,8 +252,8 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
 }
 
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {
-  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel",
-                                                 "p95_rel", "max_rel",    "dragged"};
+  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel", "p95_rel",
+                                                 "max_rel", "dragged",    "poor",       "rows"};
   CsvWriter csv(path, kHeader);
   for (const PlacementRound& round : rounds)
     csv.integer(round.points)
@@ -250,6 +262,8 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
         .number(round.p95_rel)
         .number(round.max_rel)
         .integer(round.dragged)
+        .integer(round.poor)
+        .integer(round.rows)
         .end_row();
   csv.commit();
 }
