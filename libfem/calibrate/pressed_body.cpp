@@ -141,7 +141,7 @@ std::vector<Eigen::VectorXd> PressedBody::forces(const std::vector<MaterialParam
             if (!result.is_complete) return;
             SimulatedPress press;
             for (const PointRow& row : result.rows)
-              if (row.status == RowStatus::good) {
+              if (is_solved(row.status)) {
                 press.force_N.push_back(row.force.dot(point.normal));
                 press.error_N.push_back(row.force_error);
               }

@@ -38,7 +38,13 @@ enum class RowStatus : std::int8_t {
   rejected = 3,       ///< solved, but failed a sanity check (force sign, slope, penetration, area)
   no_contact = 4,     ///< the probe touches nothing although the deflection is into the body
   not_reached = 5,    ///< an earlier step of the experiment failed
+  wedged = 6,         ///< a press whose force stands more than 45 degrees off it; force is kept
 };
+
+/// Whether a row's force is the solution of its equations, to be believed or not.
+inline bool is_solved(RowStatus status) {
+  return status == RowStatus::good || status == RowStatus::wedged;
+}
 
 /// What a row's checks found (docs/method.md, section 10, Acceptance). `falls` is of good rows, the
 /// others say why a row is `rejected` or `inverted`.
@@ -55,8 +61,8 @@ enum class StepCheck : std::int8_t {
 inline constexpr std::array<std::string_view, 7> kStepCheckNames{
     "none", "inverted", "overlaps", "no_area", "pulls", "does_not_rise", "falls"};
 
-inline constexpr std::array<std::string_view, 6> kRowStatusNames{
-    "good", "not_converged", "inverted", "rejected", "no_contact", "not_reached"};
+inline constexpr std::array<std::string_view, 7> kRowStatusNames{
+    "good", "not_converged", "inverted", "rejected", "no_contact", "not_reached", "wedged"};
 
 /// What is known of the recordings behind measured samples: group `recordings` of samples.h5. R
 /// recordings, in the order of the manifest; several of one experiment were pooled. All empty for

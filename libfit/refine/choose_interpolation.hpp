@@ -20,7 +20,8 @@ struct InterpolationChoice {
 /// Leaves out one test point at a time and predicts it from its neighbours, at four depths; the
 /// trend is that of the other points alone. Nothing is chosen where fewer than four points (six for
 /// the trend) have neighbours all around, or where it takes off less than a twentieth (a tenth).
-/// slopes: slopes_of(curves).
+/// is_usable: points that count; the others are neither left out nor predict. slopes:
+/// slopes_of(curves).
 InterpolationChoice choose_interpolation(const FittedCurves& curves, const Triangles& triangles,
                                          const std::vector<char>& is_usable, const Controls& slopes,
                                          const ShapeCovariates& shape);

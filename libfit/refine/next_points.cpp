@@ -38,8 +38,12 @@ FeatureTable features_of(const CurveSet& curves) {
   return table;
 }
 
+bool is_poor(const FittedCurves& curves, std::int32_t point) {
+  return curves.status[static_cast<std::size_t>(point)] == FitStatus::poor;
+}
+
 /// Least-squares gradient of each feature along the surface at every test point, from its
-/// neighbours: 3 x features per point. Nearer neighbours count more.
+/// neighbours but poor ones: 3 x features per point. Nearer neighbours count more.
 std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTable& features,
                                    const Triangles& triangles) {
   const Neighbours neighbours(triangles, curves.position.rows());
@@ -51,7 +55,7 @@ std::vector<Gradient> gradients_of(const FittedCurves& curves, const FeatureTabl
     Eigen::Matrix<double, 2, kFeatures> right = Eigen::Matrix<double, 2, kFeatures>::Zero();
     for (const std::int32_t q : neighbours.of(static_cast<std::int32_t>(p))) {
       const Vec3 way = (curves.position.row(q) - curves.position.row(p)).transpose();
-      if (!(way.squaredNorm() > 0)) continue;
+      if (!(way.squaredNorm() > 0) || is_poor(curves, q)) continue;
       const Eigen::Vector2d flat = Eigen::Vector2d(way.dot(first), way.dot(second)) / way.norm();
       normal_matrix += flat * flat.transpose();
       right += flat * (features.row(q) - features.row(p)) / way.norm();
@@ -167,6 +171,7 @@ std::vector<double> expected_errors(const FittedCurves& curves, const Model& mod
       const double both = model.blend_weight(v, k) * model.blend_weight(v, l);
       if (!(both > 0)) continue;
       const std::int32_t i = model.blend_point(v, k), j = model.blend_point(v, l);
+      if (is_poor(curves, i) || is_poor(curves, j)) continue;
       error += 0.5 * (1 - kTrusted * slope_share) * both * second_difference(i, j);
       if (slope_share > 0) error += 0.5 * slope_share * both * third_difference(i, j);
     }

@@ -32,8 +32,9 @@ std::vector<std::int32_t> next_points(const Surface& fine, const std::vector<cha
 /// relative to the force there (M12a), (M12b). #V; 0 where not covered.
 /// curves: what the model was refined from. refined: what refine() reported.
 /// floor_N: forces below it count as it. Curves are compared at four depths; normal force and limit
-/// force both count. Exact up to third order for smooth fields; of features smaller than the
-/// spacing it sees that neighbours disagree, not how much is hidden between them.
+/// force both count. Points whose fit is poor are compared with none: what they differ by is no
+/// feature of the body to be sought. Exact up to third order for smooth fields; of features smaller
+/// than the spacing it sees that neighbours disagree, not how much is hidden between them.
 std::vector<double> expected_errors(const FittedCurves& curves, const Model& model,
                                     const RefineReport& refined, double floor_N);
 

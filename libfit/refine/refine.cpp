@@ -44,6 +44,13 @@ std::vector<char> usable_points(const FittedCurves& curves, const std::vector<Ed
   return is_usable;
 }
 
+// Points on which choices rest: one whose curves its own rows do not follow says little of others.
+std::vector<char> trusted_points(const FittedCurves& curves, std::vector<char> is_usable) {
+  for (std::size_t p = 0; p < is_usable.size(); ++p)
+    if (curves.status[p] == FitStatus::poor) is_usable[p] = 0;
+  return is_usable;
+}
+
 std::vector<EdgePathSeeds> seeds_of(const std::vector<char>& is_usable,
                                     const std::vector<EdgePathSeeds>& seeds) {
   std::vector<EdgePathSeeds> kept(seeds.size());
@@ -151,15 +158,15 @@ Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<
   const ShapeCovariates shape = shape_covariates(
       fine, outward_normal, is_reachable, seeds_of(is_usable, seeds), patch_radius_m(curves));
   InterpolationChoice& chosen = found.interpolation;
-  chosen = choose_interpolation(curves, found.triangles, is_usable, slopes, shape);
+  std::vector<char> is_trusted = trusted_points(curves, is_usable);
+  chosen = choose_interpolation(curves, found.triangles, is_trusted, slopes, shape);
   if (options.slope_share) chosen.slope_share = slopes.cols() > 0 ? *options.slope_share : 0;
   chosen.follows_shape =
       options.follows_shape.value_or(chosen.follows_shape && !options.slope_share);
   if (chosen.follows_shape) {
     chosen.slope_share = 0;
-    std::vector<char> is_used = is_usable;
-    const Eigen::VectorXd log_force = log_forces(curves, is_used);
-    found.trend = trend_over(shape, regress_on_shape(shape, log_force, is_used));
+    const Eigen::VectorXd log_force = log_forces(curves, is_trusted);
+    found.trend = trend_over(shape, regress_on_shape(shape, log_force, is_trusted));
   }
   Model model = model_of(curves, fine, outward_normal, std::move(blend), slopes, chosen.slope_share,
                          found.trend);

@@ -49,10 +49,11 @@ struct RefineReport {
 /// test_triangles: rows index the points of `curves`; empty: triangulate_over(fine). When that
 /// finds no triangle (fewer than three points, points on a line) each vertex takes the curves of
 /// the point nearest along the surface. A point whose fit failed gives its weight to the other
-/// corners. is_reachable: per vertex of `fine`. Vertices that are not reachable, or that nothing
-/// answers for, are not covered and have zero curves. The result does not depend on the order of
-/// fine triangles beyond rounding, nor on threads. Throws Error when there is no test point or
-/// sizes and indices do not fit.
+/// corners. One whose fit is poor stays, but counts in no choice: neither of interpolation nor for
+/// the trend of shape. is_reachable: per vertex of `fine`. Vertices that are not reachable, or that
+/// nothing answers for, are not covered and have zero curves. The result does not depend on the
+/// order of fine triangles beyond rounding, nor on threads. Throws Error when there is no test
+/// point or sizes and indices do not fit.
 Model refine(const FittedCurves& curves, const Surface& fine, const std::vector<char>& is_reachable,
              const Triangles& test_triangles, const RefineOptions& options = {},
              RefineReport* report = nullptr);

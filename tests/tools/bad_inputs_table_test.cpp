@@ -347,6 +347,7 @@ std::vector<BadInput> bad_inputs() {
        "replay out/asset.palp bad.csv -o f.csv",
        1,
        {{"bad.csv", "t_s,x_m,y_m,z_m\n0,0,zero,0\n"}}},
+      {"a path for what is no asset", "new block.off --path -o p.csv"},
       {"a negative rate", "replay out/asset.palp path.csv -o f.csv --realtime -5"},
       {"the scene of another body",
        "validate out/asset.palp other.toml",

@@ -9,6 +9,8 @@
 #include <set>
 #include <sstream>
 
+#include "libfit/core/geometry.hpp"
+#include "libfit/io/csv/csv.hpp"
 #include "tests/tools/block_scene.hpp"
 
 namespace palpate::tools {
@@ -18,7 +20,7 @@ using namespace testing_support;
 
 const fs::path kDocs = fs::path(PALPATE_SOURCE_DIR) / "docs";
 
-// A fenced block: "sh" holds commands, "csv NAME" and "toml NAME" are files.
+// A fenced block: "sh" holds commands, "toml NAME" is a file.
 struct Block {
   std::string language, name, text;
 };
@@ -70,6 +72,32 @@ void change_scene(const fs::path& scene) {
   std::ofstream(scene) << text;
 }
 
+// What `new --path` promises: the tip begins and ends in the air, touches, slips, stays in the
+// window, and feels a force that is neither nothing nor boundless.
+void expect_press_slide_and_lift(const fs::path& forces) {
+  SCOPED_TRACE(forces);
+  static constexpr CsvColumnRule kRules[] = {{"fx_N"},    {"fy_N"},    {"fz_N"},
+                                             {"contact"}, {"sliding"}, {"outside"}};
+  const CsvTable table = read_csv(forces, kRules);
+  const std::vector<double>& contact = table.number("contact");
+  ASSERT_GT(contact.size(), 1000u);
+  EXPECT_EQ(contact.front(), 0);
+  EXPECT_EQ(contact.back(), 0);
+  std::size_t touching = 0, slipping = 0;
+  double most_N = 0;
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    const Vec3 force(table.number("fx_N")[i], table.number("fy_N")[i], table.number("fz_N")[i]);
+    most_N = std::max(most_N, force.norm());
+    touching += contact[i] != 0;
+    slipping += table.number("sliding")[i] != 0;
+    EXPECT_EQ(table.number("outside")[i], 0) << "tick " << i;
+  }
+  EXPECT_GT(touching, contact.size() / 2);
+  EXPECT_GT(slipping, contact.size() / 10);
+  EXPECT_GT(most_N, 0.05);
+  EXPECT_LT(most_N, 10);
+}
+
 TEST(Tutorial, runs_as_it_stands) {
   const Folder folder;
   folder.write("organ.off", block_off(6));
@@ -88,12 +116,12 @@ TEST(Tutorial, runs_as_it_stands) {
       const std::string whole = "cd " + folder.path().string() + " && PATH=" + program +
                                 ":$PATH && " + line + " >.out 2>.err </dev/null";
       ASSERT_EQ(std::system(whole.c_str()), 0) << line << "\n" << content_of(folder / ".err");
-      if (line.starts_with("palpate new")) change_scene(folder / "organ.toml");
+      if (line.starts_with("palpate new organ.off")) change_scene(folder / "organ.toml");
     }
   }
   EXPECT_GE(commands, 14);
-  const std::string forces = content_of(folder / "forces.csv");
-  EXPECT_NE(forces.find(",1,"), std::string::npos) << "the path touches nothing\n" << forces;
+  for (const char* forces : {"forces.csv", "measured-forces.csv"})
+    expect_press_slide_and_lift(folder / forces);
 }
 
 TEST(Tutorial, shows_rows_of_the_recording_that_it_speaks_of) {

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -5,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libfem/mesh/read/read.hpp"
+#include "libfit/assets/asset_file.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
@@ -12,6 +14,7 @@
 #include "tools/scene/scene.hpp"
 #include "tools/scene/tissues.hpp"
 #include "tools/setup/propose.hpp"
+#include "tools/setup/propose_path.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -31,9 +34,12 @@ void ask(std::string& answer, const std::string& question, const std::string& pr
 class New final : public Command {
  public:
   explicit New(Arguments& arguments) {
-    arguments.positional("mesh", mesh_, "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP");
-    // No scene is replaced: it may have been changed by hand.
-    arguments.output("-o,--output", output_, "Scene to write, scene.toml; must not exist", {});
+    arguments.positional("mesh", mesh_,
+                         "Surface mesh: OBJ, STL, PLY, OFF, VTK or VTP; with --path the asset to "
+                         "play on, asset.palp");
+    // Nothing is replaced: it may have been changed by hand.
+    arguments.output("-o,--output", output_,
+                     "Scene to write, scene.toml, or with --path PATH.csv; must not exist", {});
     arguments.option("--unit", choices_.unit,
                      "Length unit of the mesh, such as mm; without it the likely one");
     arguments.option("--tissue", tissue_,
@@ -41,9 +47,13 @@ class New final : public Command {
     arguments.option("--held", choices_.held,
                      "Side that the body rests on: -x, +x, -y, +y, -z or +z; without it the "
                      "flattest");
+    arguments.flag("--path", is_path_,
+                   "Write a path for `replay` instead: down on the middle of the asset's window, a "
+                   "press, a slide, a lift");
   }
 
   int run(Reply& reply) override {
+    if (is_path_) return write_path(reply);
     const Surface surface = read_surface(mesh_, 1);
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
     ask(tissue_, "Tissue?", choices_.tissue);
@@ -61,6 +71,28 @@ class New final : public Command {
   }
 
  private:
+  int write_path(Reply& reply) const {
+    if (!is_asset_file(mesh_))
+      throw Error(mesh_, "is no asset, and --path makes a path for one",
+                  "Name the asset.palp that `palpate run` or `export` wrote.");
+    const ProposedPath path = propose_path(read_asset_file(mesh_).asset());
+    write_tip_path(output_, path.tip);
+    const Vec3 at = 1e3 * path.touched;
+    say("  down at ({:.1f}, {:.1f}, {:.1f}) mm, {:.3g} mm deep, {}, and up again", at[0], at[1],
+        at[2], 1e3 * path.depth_m,
+        path.slide_m > 0 ? fmt::format("{:.3g} mm across", 1e3 * path.slide_m)
+                         : "no slide in so narrow a window");
+    say("wrote {}: {} ticks; next: palpate replay {} {} -o forces.csv", output_,
+        path.tip.time_s.size(), mesh_, output_);
+    reply.json =
+        nlohmann::ordered_json{{"ticks", path.tip.time_s.size()},
+                               {"touched_m", {path.touched[0], path.touched[1], path.touched[2]}},
+                               {"depth_m", path.depth_m},
+                               {"slide_m", path.slide_m}};
+    return kDone;
+  }
+
+  bool is_path_ = false;
   std::string mesh_, output_, tissue_;
   SceneChoices choices_;
 };

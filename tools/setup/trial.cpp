@@ -74,6 +74,7 @@ Trial try_middle_point(const Scene& scene, const Body& body) {
   trial.force_error = fem::achieved_error(done.rows);
   for (const fem::PointRow& row : done.rows) {
     if (row.kind == ExperimentKind::press) ++trial.pressed;
+    if (row.status == RowStatus::wedged) ++trial.wedged;
     if (row.status != RowStatus::good) continue;
     ++trial.good;
     const double depth_m = row.deflection.dot(normal);
@@ -124,11 +125,17 @@ double cpu_of_run_s(const Scene& scene, const Body& body, const Trial& trial) {
 std::vector<std::string> advice(const Scene& scene, const Trial& trial) {
   std::vector<std::string> out;
   const Experiments& each = scene.experiments.each;
-  if (trial.good < trial.rows)
+  if (trial.wedged > 0)
+    out.push_back(fmt::format(
+        "{} of {} rows of the press are wedged: their force stands more than 45 degrees off the "
+        "press, as in a groove narrower than the tool. Move the window (region), or take a smaller "
+        "probe.",
+        trial.wedged, trial.pressed));
+  if (trial.good + trial.wedged < trial.rows)
     out.push_back(fmt::format(
         "{} of {} rows are not good, the press ends at {:.3g} mm: press less deep (depth), or in "
         "smaller steps (press_steps, drag_steps).",
-        trial.rows - trial.good, trial.rows, 1e3 * trial.depth_m));
+        trial.rows - trial.good - trial.wedged, trial.rows, 1e3 * trial.depth_m));
   if (!std::isfinite(trial.force_error) || trial.force_error > kUsefulError)
     out.push_back(fmt::format(
         "rows state a force error of {:.2g} %: set force_tolerance = {} in [experiments].",

@@ -18,6 +18,7 @@ struct Trial {
   double half_space_N = 0;  ///< on a half-space of the body's material at that depth
   double force_error = 0;   ///< largest stated error of the good rows, relative
   std::size_t rows = 0, good = 0, pressed = 0;  ///< pressed: rows of the press
+  std::size_t wedged = 0;                       ///< of the press (RowStatus::wedged)
   std::size_t sticking = 0, slipping = 0;       ///< good rows of drags
   int nodes = 0;                                ///< of the mesh that its rows come from
   double cpu_s = 0;                             ///< of this thread

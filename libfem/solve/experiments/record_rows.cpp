@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "libfem/solve/experiments/richardson.hpp"
 #include "libfit/core/statistics.hpp"
 
 namespace palpate::fem {
 namespace {
+
+constexpr double kWedgedCosine = std::numbers::sqrt2 / 2;  // of 45 degrees
 
 /// Rows of one experiment from both meshes: force and torque extrapolated, with their error.
 void record_experiment(const std::vector<PathRow>& fine, const std::vector<PathRow>& coarse,
@@ -45,6 +48,13 @@ void record_rows(const std::vector<PathRow>& fine, const std::vector<PathRow>& c
       rows.push_back(begin);
     record_experiment(fine, coarse, ratio, min_error, rows, out);
   }
+}
+
+void mark_wedged(const Vec3& normal, std::vector<PointRow>& rows) {
+  for (PointRow& row : rows)
+    if (row.kind == ExperimentKind::press && row.status == RowStatus::good &&
+        row.force.dot(normal) < kWedgedCosine * row.force.norm())
+      row.status = RowStatus::wedged;
 }
 
 double achieved_error(const std::vector<PointRow>& rows) {

@@ -114,7 +114,7 @@ Samples gather(const Simulator& simulator, const TestPoints& points,
 PointRows scaled(PointRows pressed, double number, const QuickScale& quick) {
   for (PointRow& row : pressed.rows) {
     row.scale = number;
-    if (row.status != RowStatus::good || !quick) {
+    if (!is_solved(row.status) || !quick) {
       row.force_error = std::numeric_limits<double>::quiet_NaN();
       continue;
     }

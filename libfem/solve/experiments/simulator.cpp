@@ -89,9 +89,9 @@ struct Simulator::State {
 
 namespace {
 
-std::ptrdiff_t count_good(const std::vector<PointRow>& rows) {
+std::ptrdiff_t count_solved(const std::vector<PointRow>& rows) {
   return std::count_if(rows.begin(), rows.end(),
-                       [](const PointRow& row) { return row.status == RowStatus::good; });
+                       [](const PointRow& row) { return is_solved(row.status); });
 }
 
 Surface moved(Surface surface, const Vec3& by) {
@@ -343,6 +343,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     out.cost = {fine.nodes, coarse.nodes, fine.counts, coarse.counts};
     out.rows = plan.rows;
     record_rows(fine.rows, coarse.rows, ratio, min_error, out.rows);
+    mark_wedged(normal, out.rows);
     for (PointRow& row : out.rows) {
       row.force_error += base.error * row.force.norm();
       if (plan.is_in_time) row.force_error += kStepError * row.force.norm();
@@ -371,7 +372,7 @@ PointRows Simulator::State::experiment(const ExperimentPlan& plan, const Vec3& p
     coarsening /= ratio;
     fine = run_at(coarsening, setup.keeps_surface, &coarse);
     PointRows next = recorded(fine, coarse);
-    if (count_good(next.rows) < count_good(out.rows) && next.is_complete)
+    if (count_solved(next.rows) < count_solved(out.rows) && next.is_complete)
       break;  // what solved is not given up
     out = std::move(next);
   }
@@ -409,6 +410,7 @@ PointRows Simulator::State::quick_press(const ExperimentPlan& plan, const Vec3& 
     row.force_error = solved.penalty_error_N + solved.solver_error_N;
     if (!run.surface.empty()) row.surface = run.surface[i];
   }
+  mark_wedged(normal, out.rows);
   return out;
 }
 

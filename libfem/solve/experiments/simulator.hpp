@@ -60,10 +60,10 @@ struct SimulationSetup {
 };
 
 /// One row as experiments record it; see Samples. Force and torque are extrapolated to size
-/// zero and to a rigid probe (method, 10). force_error is NaN unless the row is good. step_check:
-/// of the step that failed, where the status is rejected or inverted. surface: 3V [m], displacement
-/// of the surface's vertices on the finest mesh, where SimulationSetup::keeps_surface asks for it
-/// and the row is good; empty elsewhere.
+/// zero and to a rigid probe (method, 10). force_error is NaN unless the row was solved.
+/// step_check: of the step that failed, where the status is rejected or inverted. surface: 3V [m],
+/// displacement of the surface's vertices on the finest mesh, where SimulationSetup::keeps_surface
+/// asks for it and the row is good; empty elsewhere.
 struct PointRow {
   ExperimentKind kind = ExperimentKind::press;
   int experiment = 0;  ///< within the test point: 0 the press, then the drags

@@ -135,6 +135,16 @@ TipPath read_tip_path(const std::filesystem::path& path) {
   return tip;
 }
 
+void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
+  CsvWriter csv(path, header(kTipPathRules, false));
+  for (std::size_t i = 0; i < tip.time_s.size(); ++i) {
+    csv.number(tip.time_s[i]);
+    put(csv, tip.position.row(static_cast<Eigen::Index>(i)));
+    csv.end_row();
+  }
+  csv.commit();
+}
+
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows) {
   CsvWriter csv(path, header(kForceRules));
   for (const auto& row : rows) {

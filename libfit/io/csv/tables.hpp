@@ -37,6 +37,7 @@ struct TipPath {
   Points position;
 };
 TipPath read_tip_path(const std::filesystem::path& path);
+void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
 
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
 /// triangle -1 without contact.

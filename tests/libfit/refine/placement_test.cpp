@@ -67,6 +67,22 @@ TEST(NextPoints, go_where_error_is_expected_and_spread_by_themselves) {
       EXPECT_GT((fine.vertices.row(picked[i]) - fine.vertices.row(picked[j])).norm(), 0.005);
 }
 
+TEST(ExpectedError, of_a_poor_point_draws_no_picks) {
+  const Surface fine = plate(24, 24, 0.1, 0.1), coarse = plate(6, 6, 0.1, 0.1);
+  constexpr std::size_t kPoor = 3 * 7 + 3;
+  const auto most = [&](FitStatus status) {
+    FittedCurves curves = curves_at(coarse, [](const Vec3& p) { return 2 + 10 * p.x(); });
+    curves.curves.control[0](kPoor, 1) *= 16;
+    curves.status[kPoor] = status;
+    RefineReport refined;
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &refined);
+    const auto errors = expected_errors(curves, model, refined, 1e-9);
+    return *std::max_element(errors.begin(), errors.end());
+  };
+  EXPECT_GT(most(FitStatus::good), 0.5) << "else this test tells nothing";
+  EXPECT_LT(most(FitStatus::poor), 1e-6);
+}
+
 TEST(NextPoints, run_out_when_every_vertex_is_a_point) {
   const Surface fine = plate(2, 2, 0.1, 0.1);
   std::vector<EdgePathSeeds> seeds;

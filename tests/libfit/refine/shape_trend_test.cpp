@@ -105,6 +105,31 @@ TEST(ShapeTrend, placement_expects_what_is_left_of_the_force_over_its_trend) {
   EXPECT_LT(2 * expected_sum(true), expected_sum(false));
 }
 
+// One press in a groove had kept the trend from a body that follows its shape.
+TEST(ShapeTrend, a_poor_point_speaks_for_its_own_place_alone) {
+  const Surface fine = wavy(60), coarse = wavy(10);
+  const Field force = [](const Vec3& p) { return 3 * std::exp(-0.01 * curvature_1_m(p)); };
+  constexpr Eigen::Index kPoor = 5 * 11 + 5, kItsVertex = 6 * 5 * 61 + 6 * 5;
+  const auto refined = [&](float factor, FitStatus status) {
+    FittedCurves curves = curves_at(coarse, force);
+    curves.curves.control[0](kPoor, 1) *= factor;
+    curves.status[kPoor] = status;
+    RefineReport report;
+    const Model model = refine(curves, fine, all(fine), coarse.triangles, {}, &report);
+    return std::pair(model.curves.control[0](kItsVertex, 1), report);
+  };
+  const auto [trusted_N, misled] = refined(16, FitStatus::good);
+  EXPECT_FALSE(misled.interpolation.follows_shape) << "else this test tells nothing";
+  const auto [kept_N, report] = refined(16, FitStatus::poor);
+  const auto [sound_N, without] = refined(1, FitStatus::poor);
+  EXPECT_TRUE(report.interpolation.follows_shape);
+  EXPECT_EQ(report.interpolation.points, misled.interpolation.points - 1);
+  EXPECT_EQ(report.interpolation.shape_error, without.interpolation.shape_error);
+  EXPECT_EQ(report.trend.at_vertex, without.trend.at_vertex) << "whatever its curve is";
+  EXPECT_EQ(kept_N, trusted_N) << "it stays in the model";
+  EXPECT_EQ(kept_N, 16 * sound_N);
+}
+
 TEST(ShapeTrend, keeps_curves_at_test_points_and_curves_that_rise) {
   const Surface fine = wavy(60), coarse = wavy(10);
   const FittedCurves curves =

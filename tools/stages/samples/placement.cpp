@@ -123,19 +123,29 @@ std::vector<Effort> first_drags(const Samples& samples) {
   return effort;
 }
 
-PlacementRound judge(const Samples& samples, const Model& model, const Grown& grown) {
-  const auto before = static_cast<std::int32_t>(samples.points()) -
-                      static_cast<std::int32_t>(grown.vertices.size());
-  Replayed predicted(samples);
-  for (std::size_t i = 0; i < grown.vertices.size(); ++i)
-    replay_point(samples, before + static_cast<std::int32_t>(i), model.curves, grown.vertices[i],
-                 predicted);
-  const Statement statement = summarize(compare(samples, predicted));
-  return {before, static_cast<int>(grown.vertices.size()), statement.median_rel, statement.p95_rel,
-          statement.max_rel};
-}
-
 }  // namespace
+
+PlacementRound judge_round(const Samples& samples, const Model& model,
+                           const std::vector<std::int32_t>& vertices,
+                           const std::vector<FitStatus>& fits) {
+  PlacementRound round;
+  round.new_points = static_cast<int>(vertices.size());
+  round.points = static_cast<int>(samples.points()) - round.new_points;
+  Replayed predicted(samples);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const std::int32_t point = round.points + static_cast<std::int32_t>(i);
+    if (fits[static_cast<std::size_t>(point)] == FitStatus::poor)
+      ++round.poor;
+    else
+      replay_point(samples, point, model.curves, vertices[i], predicted);
+  }
+  const Statement statement = summarize(compare(samples, predicted));
+  round.rows = static_cast<int>(statement.rows_above_floor);
+  round.median_rel = statement.median_rel;
+  round.p95_rel = statement.p95_rel;
+  round.max_rel = statement.max_rel;
+  return round;
+}
 
 Placement place_and_simulate(const Scene& scene, const Body& body, const SimulateRequest& request,
                              SampleCache known) {
@@ -200,17 +210,18 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
                   {!press_alone, quick.number()});
     simulate(grown.points);
     placement.points = grown.points;
-    PlacementRound round = judge(placement.samples, model, grown);
+    curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
+    PlacementRound round = judge_round(placement.samples, model, grown.vertices, curves.status);
     round.dragged = static_cast<int>(std::ranges::count_if(effort, &Effort::is_dragged));
     placement.rounds.push_back(round);
-    say("  {} points predict {} new ones to {} (median), {} (p95), {} (max); {} points are dragged",
+    say("  {} points predict {} new ones to {} (median), {} (p95), {} (max); {} points are "
+        "dragged{}",
         round.points, round.new_points, stated_percent(round.median_rel),
-        stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged);
+        stated_percent(round.p95_rel), stated_percent(round.max_rel), round.dragged,
+        round.poor > 0 ? fmt::format("; {} poor ones do not count", round.poor) : "");
     rounds_within = round.p95_rel <= wanted.tolerance ? rounds_within + 1 : 0;
     if (rounds_within == (quick ? kQuickRounds : 1))
       placement.ended = fmt::format("the tolerance of {:.3g} % is met", 100 * wanted.tolerance);
-    else
-      curves = fit_so_far(scene, placement.samples, request.jobs, &curves, cache);
   }
   say("  {} test points: {}", placement.points.position.rows(), placement.ended);
   return placement;
@@ -241,8 +252,8 @@ Samples simulate_scene(const Scene& scene, const Body& body, const SimulateReque
 }
 
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds) {
-  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel",
-                                                 "p95_rel", "max_rel",    "dragged"};
+  static constexpr std::string_view kHeader[] = {"points",  "new_points", "median_rel", "p95_rel",
+                                                 "max_rel", "dragged",    "poor",       "rows"};
   CsvWriter csv(path, kHeader);
   for (const PlacementRound& round : rounds) {
     if (std::isnan(round.p95_rel)) continue;  // no new point has a good row
@@ -252,6 +263,8 @@ void write_rounds(const std::filesystem::path& path, const std::vector<Placement
         .number(round.p95_rel)
         .number(round.max_rel)
         .integer(round.dragged)
+        .integer(round.poor)
+        .integer(round.rows)
         .end_row();
   }
   csv.commit();

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libfit/core/body.hpp"
+#include "libfit/core/curves.hpp"
 #include "libfit/core/samples.hpp"
 #include "tools/scene/scene.hpp"
 #include "tools/stages/samples/sample_cache.hpp"
@@ -19,7 +20,16 @@ struct PlacementRound {
   int new_points = 0;                               ///< that were predicted, then simulated
   double median_rel = 0, p95_rel = 0, max_rel = 0;  ///< of the force at the new points
   int dragged = 0;                                  ///< points with drags after it
+  int poor = 0;  ///< new points that the errors leave out: the fit calls them poor
+  int rows = 0;  ///< rows that the errors are of
 };
+
+/// How well a model predicted the points that were added to what it was made of: the last ones of
+/// samples, `vertices` of the model. fits: of all points, with the new ones; poor ones do not
+/// count.
+PlacementRound judge_round(const Samples& samples, const Model& model,
+                           const std::vector<std::int32_t>& vertices,
+                           const std::vector<FitStatus>& fits);
 
 struct Placement {
   TestPoints points;  ///< the body's first points, then those added, triangulated
@@ -31,7 +41,8 @@ struct Placement {
 /// Adds test points where interpolation fails (docs/method.md, section 7): from the body's own
 /// points on, each round predicts the experiments at places that promise the largest error,
 /// simulates there and adds them, until a round was predicted within the tolerance (p95 of force
-/// errors; two in a row where presses are quick) or the budget is spent. Says the error of each
+/// errors at points whose own fit is not poor; two in a row where presses are quick) or the budget
+/// is spent. Says the error of each
 /// round. With rings a few of the first points are dragged and all others pressed alone, new ones
 /// on one mesh where that is good enough (M13e). No experiment is simulated twice, in this run or a
 /// resumed one; the same scene gives the same points whatever the number of threads.
@@ -45,7 +56,7 @@ Placement place_and_simulate(const Scene& scene, const Body& body, const Simulat
 Samples simulate_scene(const Scene& scene, const Body& body, const SimulateRequest& request,
                        std::optional<Samples> known = std::nullopt);
 
-/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged.
+/// Rounds as a table: points, new_points, median_rel, p95_rel, max_rel, dragged, poor, rows.
 void write_rounds(const std::filesystem::path& path, const std::vector<PlacementRound>& rounds);
 
 }  // namespace palpate::tools

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numbers>
 
 #include "libfem/materials/relaxation.hpp"
 #include "libfem/mesh/grade/smooth_surface.hpp"
@@ -146,6 +147,12 @@ namespace {
 // "rejected: overlaps"
 std::string reason_of(const Samples& samples, std::size_t row) {
   std::string reason(kRowStatusNames[static_cast<std::size_t>(samples.status[row])]);
+  if (samples.status[row] == RowStatus::wedged) {
+    const auto at = static_cast<Eigen::Index>(row);
+    const Vec3 force = samples.force.row(at), inward = samples.point_normal.row(samples.point[row]);
+    reason += fmt::format(": its force stands {:.0f} degrees off the press",
+                          std::acos(force.normalized().dot(inward)) * 180 / std::numbers::pi);
+  }
   if (!samples.step_check.empty() && samples.step_check[row] != StepCheck::none &&
       samples.status[row] != RowStatus::inverted)
     reason +=
