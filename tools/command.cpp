@@ -49,7 +49,7 @@ class CliArguments final : public Arguments {
     auto* option = app_.add_option(flags, target, help);
     if (is_required) option->required();
     if (!target.empty()) option->capture_default_str();
-    texts_.push_back(&target);
+    (flags.starts_with("-o") ? folders_ : texts_).push_back(&target);
   }
   void output(const std::string& flags, std::string& target, const std::string& help,
               std::initializer_list<std::string_view> kinds, bool is_required) override {
@@ -105,6 +105,7 @@ class CliArguments final : public Arguments {
   void check_outputs() const {
     std::vector<std::string> inputs;
     for (const std::string* text : texts_) inputs.push_back(*text);
+    for (const std::string* folder : folders_) refuse_stdout(*folder);
     for (const auto& [target, kinds] : outputs_)
       if (!target->empty()) check_output(*target, kinds, inputs);
     const CLI::Option* force = app_.get_option_no_throw("--force");
@@ -124,7 +125,7 @@ class CliArguments final : public Arguments {
   };
 
   CLI::App& app_;
-  std::vector<const std::string*> texts_;
+  std::vector<const std::string*> texts_, folders_;  // what is given, and folders to write
   std::vector<OutputFile> outputs_;
   std::vector<FilesOfOutput> named_outputs_;
   OutputFlags flags_;

@@ -89,8 +89,15 @@ std::string kind_of_file(const fs::path& path) {
   return bytes.substr(0, bytes.find_first_of("\r\n"));
 }
 
+void refuse_stdout(const std::string& output) {
+  if (output == "-")
+    throw Error("-", "is no file, and nothing is written to stdout but answers",
+                "Give the output a name; --json prints the answer on stdout.");
+}
+
 void check_output(const fs::path& output, std::span<const std::string_view> kinds,
                   std::span<const std::string> inputs) {
+  refuse_stdout(output.string());
   std::error_code ignored;
   if (!fs::is_regular_file(output, ignored) || fs::is_empty(output, ignored)) return;
   const std::string found = kind_of_file(output);

@@ -31,6 +31,10 @@ struct NamedOutput {
 void check_named_outputs(const std::filesystem::path& target, std::span<const NamedOutput> files,
                          bool can_force);
 
+/// Refuses "-": a command writes whole files and no stream, and would make one of that name. Throws
+/// Error.
+void refuse_stdout(const std::string& output);
+
 /// Keeps a second writer from a file until this object or the program ends, however it ends: the
 /// lock is the system's, on `OUTPUT.lock`, and a file of that name that a killed program left locks
 /// nothing. Throws Error when another program writes the file, or its folder cannot be written.

@@ -35,4 +35,17 @@ const Exporter& find_exporter(std::string_view name) {
               "Choose one of: " + names + ".");
 }
 
+const Exporter& exporter_of_file(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  std::string known;
+  for (const Exporter& exporter : kExporters) {
+    if (exporter.extension == extension) return exporter;
+    known += (known.empty() ? "" : ", ") + std::string(exporter.extension);
+  }
+  throw Error(path.string(),
+              extension.empty() ? "its name does not say a format"
+                                : "nothing is exported as \"" + extension + "\"",
+              "The name says the format: let it end in one of " + known + ".");
+}
+
 }  // namespace palpate

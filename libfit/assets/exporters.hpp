@@ -51,6 +51,9 @@ std::span<const Exporter> exporters();
 /// The row called `name`. Throws Error listing the names when there is none.
 const Exporter& find_exporter(std::string_view name);
 
+/// The row whose extension a file's name has. Throws Error listing the extensions when none has it.
+const Exporter& exporter_of_file(const std::filesystem::path& path);
+
 /// The report of a file that holds all of the model's surface.
 ExportReport written(const Model& model, std::uint64_t bytes);
 

@@ -102,7 +102,10 @@ TEST_F(Answers, of_every_command_are_one_object_with_json_and_nothing_when_quiet
     SCOPED_TRACE(command);
     ASSERT_TRUE(all.contains(command)) << "give it a line";
     if (command == "bench") continue;  // its own program: below
-    const auto fresh = [&] { fs::remove(folder / "new.toml"); };
+    const auto fresh = [&] {
+      fs::remove(folder / "new.toml");
+      fs::remove(folder / "new.divided.off");
+    };
     fresh();
     const Outcome json = palpate(folder, command + " --json" + all.at(command));
     if (command == "report" && json.status == 1) continue;  // the page is not built

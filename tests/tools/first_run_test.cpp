@@ -57,19 +57,19 @@ TEST(new_scene, of_a_block_rests_on_one_broad_side_and_is_pressed_on_the_other) 
 
 TEST(new_scene, takes_the_choices_it_is_given) {
   const ProposedScene proposed =
-      propose_scene("block.off", block(8), {.unit = "cm", .tissue = "spleen", .held = "+z"});
+      propose_scene("block.off", block(24), {.unit = "cm", .tissue = "spleen", .held = "+z"});
   const Scene scene = parse_scene(proposed.text, "scene.toml");
   EXPECT_FALSE(std::get<HalfSpace>(scene.body.fixed[0]).is_below);
   EXPECT_EQ(scene.body.length_unit_m, 0.01);
   EXPECT_DOUBLE_EQ(scene.material->values[0], 2900);
-  EXPECT_THROW(propose_scene("block.off", block(8), {.tissue = "lver"}), Error);
-  EXPECT_THROW(propose_scene("block.off", block(8), {.held = "up"}), Error);
-  EXPECT_THROW(propose_scene("block.off", block(8), {.unit = "furlong"}), Error);
+  EXPECT_THROW(propose_scene("block.off", block(24), {.tissue = "lver"}), Error);
+  EXPECT_THROW(propose_scene("block.off", block(24), {.held = "up"}), Error);
+  EXPECT_THROW(propose_scene("block.off", block(24), {.unit = "furlong"}), Error);
 }
 
 TEST(new_scene, reads_back_the_name_of_a_mesh_whatever_it_holds) {
   for (const char* name : {"block.off", "C:\\tmp\\new.off", "o'brien \"left\" \\1.off"}) {
-    const ProposedScene proposed = propose_scene(name, block(8), {});
+    const ProposedScene proposed = propose_scene(name, block(24), {});
     EXPECT_EQ(parse_scene(proposed.text, "scene.toml").body.surface->filename(), name);
   }
 }

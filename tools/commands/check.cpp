@@ -10,6 +10,7 @@
 #include "tools/console.hpp"
 #include "tools/report/contents.hpp"
 #include "tools/report/page.hpp"
+#include "tools/setup/doubts.hpp"
 #include "tools/setup/trial.hpp"
 #include "tools/stages/body/open_scene.hpp"
 #include "tools/stages/body/plausibility.hpp"
@@ -99,7 +100,12 @@ class Check final : public Command {
     check_choices(scene);
     const Body body = prepare_body(scene, false);
     check_experiments(scene, body);
-    report_["warnings"] = implausible(scene, body);
+    std::vector<std::string> warnings = implausible(scene, body);
+    for (const std::string& doubt : doubts_of_body(scene, body.mended)) {
+      warn("{}", doubt);
+      warnings.push_back(doubt);
+    }
+    report_["warnings"] = warnings;
     report_["tets"] = body.volume.tets.rows();
     report_["test_points"] = body.test_points.position.rows();
     if (!vtu_.empty()) write_set_up(vtu_, scene, body);

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "libfit/assets/exporters.hpp"
 #include "libfit/core/error.hpp"
 #include "libfit/core/units.hpp"
 #include "libfit/io/files/files.hpp"
@@ -17,9 +18,10 @@ class Export final : public Command {
  public:
   explicit Export(Arguments& arguments) {
     arguments.positional("model", model_, "Model to export, model.h5");
-    arguments.output("-o,--output", output_, "File to write, such as asset.palp",
+    arguments.output("-o,--output", output_,
+                     "File to write, in the format of its name: asset.palp, or .vtu, .glb, .ply",
                      {"palp", "vtu", "glTF", "ply"});
-    arguments.option("--format", format_, "Format to write: palp, vtu, glb or ply");
+    arguments.option("--format", format_, "Format that the name of the file must have");
     arguments.option("--depth", depth_,
                      "Depth at which glb and ply show the stiffness, such as \"5 mm\"; half of the "
                      "curves' range if not given");
@@ -41,14 +43,15 @@ class Export final : public Command {
   }
 
   int run(Reply& reply) override {
+    const std::string format = settled_format();
     if (no_guard_) settings_.guard = false;
     if (has_repair_) {
-      if (format_ != "palp")
-        throw Error("--repair", format_ + " has nothing to repair", "Export palp.");
+      if (format != "palp")
+        throw Error("--repair", format + " has nothing to repair", "Export palp.");
       settings_.repair = "slides";
     }
     settle_puncture();
-    const ExportReport report = export_model(read_model(model_), output_, format_,
+    const ExportReport report = export_model(read_model(model_), output_, format,
                                              {.settings = settings_,
                                               .fingerprint = asset_fingerprint(settings_, model_),
                                               .map_depth_m = depth_m(),
@@ -62,6 +65,17 @@ class Export final : public Command {
   }
 
  private:
+  std::string settled_format() const {
+    if (!format_.empty()) find_exporter(format_);
+    const Exporter& named = exporter_of_file(output_);
+    if (!format_.empty() && format_ != named.name)
+      throw Error(
+          "--format",
+          fmt::format("is {}, and {} is the name of a {} file", format_, output_, named.name),
+          fmt::format("Leave it out, or let the name end in {}.",
+                      find_exporter(format_).extension));
+    return std::string(named.name);
+  }
   static double force_N(const char* option, const std::string& text) {
     const auto force = parse_quantity(text, Dimension::force);
     if (!force || !(*force >= 0 && *force <= runtime::kMaxPuncture_N))
@@ -101,7 +115,7 @@ class Export final : public Command {
     return *depth;
   }
 
-  std::string model_, output_, format_ = "palp", engine_, depth_, puncture_, cutting_, friction_;
+  std::string model_, output_, format_, engine_, depth_, puncture_, cutting_, friction_;
   ExportSection settings_;
   int jobs_ = 0;
   bool no_guard_ = false, has_repair_ = false;

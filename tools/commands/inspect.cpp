@@ -8,6 +8,7 @@
 #include "libfit/io/files/files.hpp"
 #include "libfit/runtime/asset/format.hpp"
 #include "tools/command.hpp"
+#include "tools/commands/asset_page.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -35,28 +36,11 @@ Reply answer_of(const FileDescription& file) {
   return {text, json};
 }
 
-Reply answer_of(const AssetFile& file) {
+Reply answer_of(const std::string& name, const AssetFile& file) {
   const runtime::Asset& asset = file.asset();
   const auto vertices_of = [&](int kind) {
     return std::count(asset.covered, asset.covered + asset.vertices, kind);
   };
-  const auto family = static_cast<CurveFamily>(asset.curves.family);
-  std::string text = fmt::format(
-      "palpate asset version {}, {} bytes\n"
-      "  {} vertices ({} measured, {} with the body's mean), {} triangles\n"
-      "  origin ({}, {}, {}) m, probe radius {} m, guard {}\n"
-      "  family {}",
-      asset.version, file.bytes(), asset.vertices, vertices_of(runtime::kMeasured),
-      vertices_of(runtime::kMean), asset.triangles, asset.origin_m[0], asset.origin_m[1],
-      asset.origin_m[2], asset.probe_radius_m, asset.has_guard ? "on" : "off", name_of(family));
-  for (std::size_t part = 0; part < parts_of(family).size(); ++part) {
-    const runtime::SplineView& spline = asset.curves.view[part];
-    if (spline.pieces > 0)
-      text += fmt::format("\n  {:<8} {} pieces of degree {} to {} m", parts_of(family)[part].name,
-                          spline.pieces, spline.degree, spline.knots[spline.pieces]);
-  }
-  text += fmt::format("\n  check path: {} ticks, reproduced bit for bit\n  meta: {}",
-                      asset.check_ticks, file.meta_json());
   const nlohmann::ordered_json json{
       {"schema", "palp"},
       {"version", asset.version},
@@ -65,12 +49,12 @@ Reply answer_of(const AssetFile& file) {
       {"measured_vertices", vertices_of(runtime::kMeasured)},
       {"mean_vertices", vertices_of(runtime::kMean)},
       {"triangles", asset.triangles},
-      {"family", name_of(family)},
+      {"family", name_of(static_cast<CurveFamily>(asset.curves.family))},
       {"range_m", asset.max_fitted_m},
       {"probe_radius_m", asset.probe_radius_m},
       {"has_guard", asset.has_guard},
       {"meta", nlohmann::ordered_json::parse(file.meta_json(), nullptr, false)}};
-  return {text, json};
+  return {page_of(name, file), json};
 }
 
 class Inspect final : public Command {
@@ -81,7 +65,8 @@ class Inspect final : public Command {
   }
 
   int run(Reply& reply) override {
-    reply = is_asset_file(file_) ? answer_of(read_asset_file(file_)) : answer_of(describe(file_));
+    reply = is_asset_file(file_) ? answer_of(file_, read_asset_file(file_))
+                                 : answer_of(describe(file_));
     return kDone;
   }
 

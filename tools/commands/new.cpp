@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -11,10 +11,13 @@
 #include "libfit/io/atomic_file.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
+#include "tools/outputs.hpp"
 #include "tools/scene/scene.hpp"
-#include "tools/scene/tissues.hpp"
+#include "tools/setup/divide.hpp"
 #include "tools/setup/propose.hpp"
 #include "tools/setup/propose_path.hpp"
+#include "tools/stages/body/open_scene.hpp"
+#include "tools/stages/body/prepare.hpp"
 
 namespace palpate::tools {
 namespace {
@@ -58,15 +61,29 @@ class New final : public Command {
     ask(choices_.unit, "Length unit of the mesh?", likely_unit(extent_m(surface.vertices)));
     ask(tissue_, "Tissue?", choices_.tissue);
     choices_.tissue = tissue_;
-    const fs::path folder = fs::absolute(output_).lexically_normal().parent_path();
+    const fs::path scene = fs::absolute(output_).lexically_normal(), folder = scene.parent_path();
+    choices_.divided_mesh = scene.stem().string() + ".divided.off";
     const ProposedScene proposed = propose_scene(
         fs::proximate(fs::absolute(mesh_).lexically_normal(), folder), surface, choices_);
     for (const std::string& note : proposed.notes) say("  {}", note);
-    parse_scene(proposed.text, output_);
+    for (const std::string& doubt : proposed.warnings) warn("{}", doubt);
+    const fs::path divided = folder / choices_.divided_mesh;
+    if (proposed.is_divided) {
+      check_output(divided, {}, {});
+      write_file_atomically(divided, off_text(proposed.surface));
+    }
+    try {
+      try_out(parse_scene(proposed.text, output_));
+    } catch (...) {
+      if (proposed.is_divided) fs::remove(divided);
+      throw;
+    }
     write_file_atomically(output_, proposed.text);
+    if (proposed.is_divided) say("wrote {}", divided.string());
     say("wrote {}; next: palpate check {}", output_, output_);
     reply.json = nlohmann::ordered_json{
         {"unit", choices_.unit}, {"tissue", choices_.tissue}, {"notes", proposed.notes}};
+    if (proposed.is_divided) reply.json["divided"] = divided.string();
     return kDone;
   }
 
@@ -90,6 +107,18 @@ class New final : public Command {
                                {"depth_m", path.depth_m},
                                {"slide_m", path.slide_m}};
     return kDone;
+  }
+
+  // What `check` does before its trial: what it would refuse is not proposed.
+  void try_out(const Scene& scene) const {
+    try {
+      say("  tried, as check does it:");
+      check_choices(scene);
+      check_experiments(scene, prepare_body(scene, false));
+    } catch (const Error& e) {
+      throw Error(mesh_, fmt::format("no scene of it that can be run was found: {}", e.fact()),
+                  e.remedy());
+    }
   }
 
   bool is_path_ = false;

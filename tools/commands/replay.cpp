@@ -1,11 +1,16 @@
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "libfit/assets/asset_file.hpp"
+#include "libfit/core/closest_point.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/misread_unit.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/vtu.hpp"
 #include "libfit/runtime/engine.hpp"
@@ -32,6 +37,64 @@ ForceRow to_row(double time_s, const runtime::Output& out) {
   row.is_in_debt = (out.flags & runtime::kFlagHeldBack) != 0;
   return row;
 }
+
+// Where a path stands to the surface that answers: what a user must know of forces that are zero.
+class PathOnBody {
+ public:
+  PathOnBody(const runtime::AssetView& asset, const TipPath& path, const std::string& file)
+      : asset_(asset), path_(path), body_(surface_of(asset)), boxes_(triangle_boxes(body_)) {
+    if (const auto unit = misread_unit(path.position, body_))
+      throw Error(file,
+                  fmt::format("its columns are in metres, and so it passes the body {:.3g} m away; "
+                              "in {} it would lie at the body",
+                              nearest_m(), *unit),
+                  fmt::format("Write x_m, y_m and z_m in metres: they look like {}.", *unit));
+  }
+
+  void say_begin() const {
+    const auto near = closest_point(body_, boxes_, path_.position.row(0));
+    if (near && near->distance_m > kTouching * extent_m(body_.vertices).norm() &&
+        is_in_body(path_.position.row(0), *near))
+      warn(
+          "the path begins {:.3g} mm inside the body, where nothing is felt until the tip has come "
+          "out and touches from outside: begin outside",
+          1e3 * near->distance_m);
+  }
+  void say_untouched() const {
+    warn(
+        "the path never touches the body from outside, so all forces are zero: its nearest row is "
+        "{:.3g} mm from surface that answers",
+        1e3 * nearest_m());
+  }
+
+ private:
+  static constexpr double kTouching = 1e-6;  // of the diagonal: an asset's floats
+
+  bool is_in_body(const Vec3& tip, const SurfacePoint& near) const {
+    const bool is_closed = std::none_of(asset_.neighbour, asset_.neighbour + 3 * asset_.triangles,
+                                        [](int other) { return other < 0; });
+    if (is_closed) return is_inside(body_, boxes_, tip);
+    const auto corner = body_.triangles.row(near.triangle);
+    const Vec3 a = body_.vertices.row(corner[0]), b = body_.vertices.row(corner[1]),
+               c = body_.vertices.row(corner[2]);
+    return (tip - near.position).dot((b - a).cross(c - a)) < 0;
+  }
+  double nearest_m() const {
+    double least_m = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < path_.position.rows(); ++i) {
+      const auto near =
+          closest_point(body_, boxes_, path_.position.row(i), least_m,
+                        [&](const SurfacePoint& p) { return asset_.is_solid(p.triangle); });
+      if (near) least_m = near->distance_m;
+    }
+    return least_m;
+  }
+
+  const runtime::AssetView& asset_;
+  const TipPath& path_;
+  Surface body_;
+  BoxTree boxes_;
+};
 
 /// The surface as it is shown every so many ticks, for ParaView: the surface moved, and the tool.
 class Frames {
@@ -102,25 +165,29 @@ class Replay final : public Command {
     if (rate_Hz_ != 0 && !surface_.empty())
       throw Error("--surface", "frames are not written in real time",
                   "Leave --realtime out: the forces are the same.");
+    const PathOnBody on_body(file.asset(), path, path_);
     std::optional<Frames> frames;
     if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);
     const std::vector<PlayedTick> played =
         rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path, frames);
     std::vector<ForceRow> rows;
     rows.reserve(played.size());
-    std::size_t faults = 0;
+    std::size_t faults = 0, touching = 0;
     for (std::size_t i = 0; i < played.size(); ++i) {
       if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
         say_failed("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
                    runtime::sentence(played[i].status));
       rows.push_back(to_row(path.time_s[i], played[i].out));
+      touching += rows.back().is_in_contact;
     }
+    on_body.say_begin();
+    if (touching == 0) on_body.say_untouched();
     write_forces(output_, rows);
     const std::int64_t guarded = played.empty() ? 0 : played.back().out.refused_ticks;
-    say("wrote {}: {} ticks, {} with a fault, {} where the guard acted", output_, rows.size(),
-        faults, guarded);
-    reply.json =
-        nlohmann::ordered_json{{"ticks", rows.size()}, {"faults", faults}, {"guarded", guarded}};
+    say("wrote {}: {} ticks, {} in contact, {} with a fault, {} where the guard acted", output_,
+        rows.size(), touching, faults, guarded);
+    reply.json = nlohmann::ordered_json{
+        {"ticks", rows.size()}, {"in_contact", touching}, {"faults", faults}, {"guarded", guarded}};
     if (frames) {
       reply.json["frames"] = frames->close();
       say("wrote {}/path.pvd: {} frames", surface_, reply.json["frames"].get<int>());

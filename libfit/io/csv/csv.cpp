@@ -68,6 +68,17 @@ std::vector<std::string> split(std::string_view line, const Place& place) {
   }
 }
 
+// A header whose names something else than commas separates, as spreadsheets write it where
+// numbers have a decimal comma.
+void refuse_other_separators(const std::vector<std::string>& header, const Place& place) {
+  if (header.size() != 1) return;
+  for (const auto& [separator, name] : {std::pair{';', "semicolons"}, std::pair{'\t', "tabs"}})
+    if (header[0].find(separator) != std::string::npos)
+      throw place.error(fmt::format("the columns are separated by {}", name),
+                        "Separate them by commas, and write numbers with a decimal point: 0.04, "
+                        "not 0,04.");
+}
+
 // "X_mm" -> "x": what two spellings of a column have in common, whatever their unit.
 std::string stem(std::string_view name) {
   std::string lower(name.substr(0, std::min(name.find('_'), name.size())));
@@ -200,6 +211,7 @@ CsvTable read_csv(const std::filesystem::path& path, std::span<const CsvColumnRu
     const auto fields = split(text, place);
     if (header.empty()) {
       header = fields;
+      refuse_other_separators(header, place);
       field_of = match_header(header, rules, place, table);
       for (std::size_t r = 0; r < rules.size(); ++r)
         if (field_of[r]) table.columns.push_back({std::string(rules[r].name), {}, {}});

@@ -82,6 +82,16 @@ TEST_F(Exporting, unknown_formats_are_refused_with_the_names) {
             "--format: there is no asset format \"obj\"\n  Choose one of: palp, vtu, glb, ply.");
 }
 
+TEST_F(Exporting, the_format_follows_the_name) {
+  for (const Exporter& row : exporters())
+    EXPECT_EQ(exporter_of_file("a.b" + std::string(row.extension)).name, row.name);
+  EXPECT_EQ(error_of([] { exporter_of_file("a.obj"); }),
+            "a.obj: nothing is exported as \".obj\"\n  The name says the format: let it end in one "
+            "of .palp, .vtu, .glb, .ply.");
+  EXPECT_NE(error_of([] { exporter_of_file("asset"); }).find("does not say a format"),
+            std::string::npos);
+}
+
 TEST_F(Exporting, an_asset_file_holds_the_model_rounded_to_float) {
   model.surface.vertices.rowwise() += Eigen::RowVector3d(120.5, -3.25, 7);  // far from the origin
   model.probe = sphere_spec(0.005);

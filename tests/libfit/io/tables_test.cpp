@@ -90,6 +90,12 @@ TEST_F(Tables, columns_without_their_unit_are_refused) {
   EXPECT_EQ(points_error("\n\n"), "P.csv:1: is empty");
 }
 
+TEST_F(Tables, other_separators_than_commas_are_named) {
+  EXPECT_EQ(points_error("x_m;y_m;z_m\n0,04;0,03;0\n"),
+            "P.csv:1: the columns are separated by semicolons");
+  EXPECT_EQ(points_error("x_m\ty_m\tz_m\n1\t2\t3\n"), "P.csv:1: the columns are separated by tabs");
+}
+
 TEST_F(Tables, bad_fields_are_named_by_file_line_and_column) {
   const std::string head = "x_m,y_m,z_m\r\n\r\n";
   EXPECT_EQ(points_error(head + "1,2,3\n1,two,3\n"),

@@ -10,6 +10,7 @@
 #include "libfem/probes/probes.hpp"
 #include "libfit/core/error.hpp"
 #include "tools/console.hpp"
+#include "tools/stages/body/misread.hpp"
 #include "tools/stages/samples/compound.hpp"
 #include "tools/stages/samples/pairs.hpp"
 #include "tools/stages/samples/tilt.hpp"
@@ -48,6 +49,7 @@ void read_region_file(Region& region, const BodySection& body) {
 
 Scene open_scene(const std::filesystem::path& path) {
   Scene scene = read_scene(path);
+  refuse_misread_lengths(scene);
   for (Region& region : scene.body.fixed) read_region_file(region, scene.body);
   for (Region& region : scene.body.symmetric) read_region_file(region, scene.body);
   for (InclusionSection& inclusion : scene.inclusions) {

@@ -226,7 +226,12 @@ void find_reachable(const Scene& scene, bool surface_only, const Points& named, 
                : fem::Probe{};
   body.is_reachable = body.in_region =
       region_of(scene, {named, body.surface.triangles}, probe.half_width_m);
-  refuse_few("Move the region onto the surface, and not into what is fixed.");
+  refuse_few(
+      "Move the region onto the surface, and not into what is fixed. If it is there and the "
+      "surface "
+      "is coarse, make the region larger, or divide the triangles there: `palpate new` writes such "
+      "a "
+      "mesh.");
   if (surface_only) return;
   const std::vector<char> wanted = body.in_region;
   std::vector<double> overlap_m;

@@ -12,6 +12,7 @@
 #include "libfem/solve/experiments/contact_relaxation.hpp"
 #include "libfem/solve/factor/blas.hpp"
 #include "libfit/core/error.hpp"
+#include "libfit/core/misread_unit.hpp"
 #include "tools/console.hpp"
 
 namespace palpate::tools {
@@ -236,14 +237,16 @@ TestPoints place_points(const PointTable& points, const Surface& surface,
   for (Eigen::Index i = 0; i < points.position.rows(); ++i) {
     const Vec3 given = points.position.row(i);
     const fem::SurfaceHit hit = smooth.closest(given);
-    if (!(hit.distance_m <= farthest_m))
+    if (!(hit.distance_m <= farthest_m)) {
+      const auto unit = misread_unit(Points(given.transpose()), surface);
       throw Error(
           fmt::format("{}: point {}", where, i + 1),
           fmt::format("({}, {}, {}) m lies {:.3g} m off the surface", given[0], given[1], given[2],
                       hit.distance_m),
           fmt::format(
-              "Give points within {:.3g} m of it, in metres and in the frame of the scaled mesh.",
-              farthest_m));
+              "{}Give points within {:.3g} m of it, in metres and in the frame of the scaled mesh.",
+              unit ? fmt::format("In {} it would lie at the body. ", *unit) : "", farthest_m));
+    }
     placed.position.row(i) = hit.on_facet;
     placed.normal.row(i) = points.normal.rows() ? Vec3(points.normal.row(i)) : Vec3(-hit.normal);
     placed.name.push_back(fmt::format("p{:04}", i + 1));

@@ -1,0 +1,65 @@
+// What commands on a finished run say: `inspect` as a page, `replay` of paths that feel nothing,
+// `export` by the name of the file.
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/kept_run.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+class AssetCommands : public KeptRun {
+ protected:
+  static Outcome replay(const std::string& rows) {
+    std::ofstream(path("path.csv")) << "t_s,x_m,y_m,z_m\n" << rows;
+    return palpate(*folder_, "replay --json " + path("out/asset.palp") + " " + path("path.csv") +
+                                 " -o " + path("f.csv"));
+  }
+};
+
+TEST_F(AssetCommands, inspect_is_a_page_that_a_person_reads) {
+  const Outcome outcome = palpate(*folder_, "inspect " + path("out/asset.palp"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  for (const char* line :
+       {"\n  body        80 x 80 x 30 mm, closed surface, 386 vertices and 768 triangles\n",
+        "\n              x 0 to 80, y 0 to 80, z 0 to 30 mm\n", "\n  window      ",
+        "\n  probe       sphere, friction 0.3, radius 8 mm\n", "\n  curves      family ",
+        "fitted to a depth of 4 mm\n", "\n  certificate ", "\n  statement   force error median ",
+        "of rows within what a hand notices", "\n  size        ", "\n  made by     palpate "})
+    EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
+  EXPECT_EQ(outcome.out.find('{'), std::string::npos) << outcome.out;
+  std::istringstream lines(outcome.out.substr(outcome.out.find("\n  body")));
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_TRUE(line.size() <= 100 || line.find("palpate check") != std::string::npos) << line;
+}
+
+TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
+  const Outcome good = replay("0,0.04,0.04,0.031\n0.1,0.04,0.04,0.028\n");
+  EXPECT_EQ(good.status, 0) << good.err;
+  EXPECT_EQ(nlohmann::json::parse(good.out).at("in_contact"), 1);
+  EXPECT_EQ(good.err.find("the path"), std::string::npos) << good.err;
+  const Outcome inside = replay("0,0.04,0.04,0.027\n0.1,0.04,0.04,0.026\n");
+  EXPECT_NE(inside.err.find("begins 3 mm inside the body"), std::string::npos) << inside.err;
+  EXPECT_NE(inside.err.find("never touches the body"), std::string::npos) << inside.err;
+  const Outcome away = replay("0,0.04,0.04,0.045\n0.1,0.04,0.04,0.042\n");
+  EXPECT_EQ(away.err.find("inside"), std::string::npos) << away.err;
+  EXPECT_NE(away.err.find("never touches the body"), std::string::npos) << away.err;
+  EXPECT_NE(away.err.find("its nearest row is 12 mm from"), std::string::npos) << away.err;
+  EXPECT_EQ(nlohmann::json::parse(away.out).at("warnings").size(), 1u) << away.out;
+}
+
+TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {
+  for (const auto& [name, begins] : {std::pair{"a.palp", "PALP"}, std::pair{"a.vtu", "<?xml"},
+                                     std::pair{"a.glb", "glTF"}, std::pair{"a.ply", "ply"}}) {
+    const Outcome outcome =
+        palpate(*folder_, "export " + path("out/model.h5") + " -o " + path(name));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(content_of(path(name)).starts_with(begins)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tools

@@ -1,0 +1,188 @@
+// What `new` proposes of meshes that are coarse, of another unit, or open: `check` takes it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libfit/core/closest_point.hpp"
+#include "tests/tools/block_scene.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/setup/divide.hpp"
+#include "tools/setup/doubts.hpp"
+#include "tools/setup/propose.hpp"
+#include "tools/setup/window.hpp"
+
+namespace palpate::tools {
+namespace {
+
+using namespace testing_support;
+
+// A block [m] of 12 triangles.
+Surface coarse_block(double x, double y, double z) {
+  Surface block;
+  block.vertices.resize(8, 3);
+  for (int v = 0; v < 8; ++v)
+    block.vertices.row(v) << (v & 1 ? x : 0), (v & 2 ? y : 0), (v & 4 ? z : 0);
+  block.triangles.resize(12, 3);
+  block.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4,
+      6, 0, 6, 2, 1, 3, 7, 1, 7, 5;
+  return block;
+}
+
+double smallest_angle(const Surface& surface) {
+  double least = 4;
+  for (const auto& t : surface.triangles.rowwise())
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 p = surface.vertices.row(t[k]);
+      const Vec3 a = surface.vertices.row(t[(k + 1) % 3]).transpose() - p,
+                 b = surface.vertices.row(t[(k + 2) % 3]).transpose() - p;
+      least = std::min(least, std::acos(a.normalized().dot(b.normalized())));
+    }
+  return least;
+}
+
+TEST(Dividing, keeps_the_shape_closed_and_the_angles_and_leaves_what_is_far) {
+  const Surface block = coarse_block(0.08, 0.08, 0.03);
+  const Vec3 top(0.04, 0.04, 0.03);
+  const Surface fine = divided_near(block, top, 0.015, 0.004);
+  EXPECT_NEAR(volume_m3(fine), volume_m3(block), 1e-15);
+  EXPECT_NEAR(area_m2(fine), area_m2(block), 1e-15);
+  std::map<std::pair<int, int>, int> sides;
+  std::size_t in_window = 0;
+  for (const auto& t : fine.triangles.rowwise()) {
+    Vec3 place[3];
+    for (int k = 0; k < 3; ++k) {
+      place[k] = fine.vertices.row(t[k]);
+      sides[{t[k], t[(k + 1) % 3]}] += 1;
+    }
+    const Vec3 w = nearest_weights(top, place[0], place[1], place[2]);
+    if ((w[0] * place[0] + w[1] * place[1] + w[2] * place[2] - top).norm() > 0.015) continue;
+    ++in_window;
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LE((place[k] - place[(k + 1) % 3]).norm(), 0.004 * (1 + 1e-12));
+  }
+  EXPECT_GT(in_window, 80u);
+  for (const auto& [side, count] : sides) {
+    EXPECT_EQ(count, 1);
+    EXPECT_TRUE(sides.contains({side.second, side.first}));
+  }
+  EXPECT_GE(smallest_angle(fine), 0.5 * smallest_angle(block));
+  EXPECT_LT(fine.triangles.rows(), 3 * static_cast<Eigen::Index>(in_window)) << "far ones stay";
+  EXPECT_EQ(divided_near(block, top, 0.015, 1).triangles.rows(), 12);
+}
+
+TEST(Windows, are_thick_by_their_area_and_not_along_one_ray) {
+  // A block with a pit of 24 mm in the middle of its top, where one ray would see 6 mm.
+  Surface block = divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 1, 0.004);
+  for (auto p : block.vertices.rowwise())
+    if (p[2] > 0.0299 && (p.head<2>().array() - 0.04).matrix().norm() < 0.003) p[2] -= 0.024;
+  const Window window = windows_of(block, "-z").front();
+  EXPECT_NEAR(window.centre[2], 0.006, 0.002) << "the ray through the middle ends in the pit";
+  Window above = window;
+  above.centre[2] = 0.03;
+  EXPECT_NEAR(thickness_under_m(above, block), 0.03, 1e-3);
+}
+
+TEST(Windows, are_pressed_with_balls_that_are_felt_where_the_body_is_thick_enough) {
+  const Surface block =
+      divided_near(coarse_block(0.08, 0.08, 0.03), Vec3(0.04, 0.04, 0.03), 0.03, 0.003);
+  const Window window = windows_of(block, "-z").front();
+  const double stiff_m = ball_for(window, block, 100e3, 0.49)->radius_m;
+  EXPECT_NEAR(stiff_m, 0.03 / 8, 1e-4);
+  const ProposedBall soft = *ball_for(window, block, 5.4e3, 0.49);
+  EXPECT_GT(soft.radius_m, stiff_m);
+  EXPECT_GT(soft.force_N * std::pow(3.0 / 7, 1.5), 0.95 * kFelt_N) << "rounded to two digits";
+  const ProposedBall softest = *ball_for(window, block, 200, 0.49);
+  EXPECT_LE(softest.radius_m, 0.03 / 4);
+  EXPECT_LT(softest.force_N, kFelt_N) << "and `new` says so";
+}
+
+TEST(Doubts, are_of_organs_that_are_too_large_or_too_small_and_name_a_unit) {
+  EXPECT_FALSE(doubt_of_size({194, 154, 156}, 1e-3));
+  EXPECT_NE(doubt_of_size({0.94, 0.7, 0.3}, 1)->find("--unit \"dm\" makes it 94 x 70 x 30 mm"),
+            std::string::npos)
+      << *doubt_of_size({0.94, 0.7, 0.3}, 1);
+  EXPECT_NE(doubt_of_size({2000, 900, 900}, 1e-3)->find("--unit \"0.1 mm\""), std::string::npos);
+  EXPECT_NE(doubt_of_size({30, 28, 25}, 1e-3)->find("--unit \"cm\""), std::string::npos);
+}
+
+// The block of block_scene.hpp without its top (held side first), as an open tray.
+std::string open_off(const std::string& closed, int cells) {
+  std::istringstream in(closed);
+  std::string off;
+  int vertices = 0, faces = 0, zero = 0;
+  in >> off >> vertices >> faces >> zero;
+  std::string line, text;
+  std::getline(in, line);
+  for (int v = 0; v < vertices; ++v) std::getline(in, line), text += line + "\n";
+  for (int f = 0; f < faces; ++f)
+    if (std::getline(in, line); f >= 2 * cells * cells) text += line + "\n";
+  return "OFF\n" + std::to_string(vertices) + " " + std::to_string(faces - 2 * cells * cells) +
+         " 0\n" + text;
+}
+
+TEST(Check, doubts_a_lid_as_wide_as_the_body_and_a_wrap_that_does_nothing) {
+  const Folder folder;
+  folder.write("block.off", open_off(block_off(8), 8));
+  folder.write("scene.toml", kScene);
+  const Outcome open =
+      palpate(folder, "check --no-trial --json " + (folder / "scene.toml").string());
+  EXPECT_EQ(open.status, 0) << open.err;
+  EXPECT_NE(open.err.find("closed by a lid 80 mm wide on a body of 80 mm"), std::string::npos)
+      << open.err;
+  EXPECT_EQ(nlohmann::json::parse(open.out).at("warnings").size(), 1u) << open.out;
+
+  folder.write("block.off", block_off(8));
+  std::string wrapped = kScene;
+  wrapped.replace(wrapped.find("mesh_size"), 0, "wrap = \"2 mm\"\n");
+  folder.write("scene.toml", wrapped);
+  const Outcome needless = palpate(folder, "check --no-trial " + (folder / "scene.toml").string());
+  EXPECT_EQ(needless.status, 0) << needless.err;
+  EXPECT_NE(needless.err.find("wrap changes nothing"), std::string::npos) << needless.err;
+  EXPECT_EQ(needless.err.find("a lid"), std::string::npos) << needless.err;
+}
+
+TEST(New, divides_a_window_of_twelve_triangles_and_check_takes_it) {
+  const Folder folder;
+  folder.write("block.off", box_off(80, 80, 30));
+  const std::string mesh = (folder / "block.off").string(), scene = (folder / "s.toml").string();
+  const Outcome made = palpate(folder, "new --json " + mesh + " -o " + scene + " </dev/null");
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto reply = nlohmann::json::parse(made.out);
+  EXPECT_EQ(reply.at("divided"), (folder / "s.divided.off").string());
+  EXPECT_NE(content_of(scene).find("surface = \"s.divided.off\""), std::string::npos);
+  const Outcome checked = palpate(folder, "check --no-trial " + scene);
+  EXPECT_EQ(checked.status, 0) << checked.err;
+  const Outcome again = palpate(folder, "new " + mesh + " -o " + (folder / "t.toml").string() +
+                                            " --tissue tendon-achilles-across </dev/null");
+  EXPECT_EQ(again.status, 0) << again.err;
+}
+
+TEST(New, doubts_the_unit_and_proposes_nothing_that_check_refuses) {
+  const Folder folder;
+  folder.write("block.off", block_off(8));
+  const std::string line = "new " + (folder / "block.off").string() + " -o ";
+  const Outcome large =
+      palpate(folder, line + (folder / "m.toml").string() + " --unit m </dev/null");
+  EXPECT_EQ(large.status, 0) << large.err;
+  EXPECT_NE(large.err.find("larger than most organs"), std::string::npos) << large.err;
+  EXPECT_NE(large.err.find("--unit \"mm\" makes it 80 x 80 x 30 mm"), std::string::npos)
+      << large.err;
+  // A sheet of 1 mm on which no ball can be pressed as deep as it is thick.
+  folder.write("sheet.off", box_off(200, 200, 0.01));
+  const fs::path scene = folder / "sheet.toml";
+  const Outcome sheet = palpate(folder, "new " + (folder / "sheet.off").string() + " -o " +
+                                            scene.string() + " --unit mm </dev/null");
+  if (sheet.status == 0) {
+    EXPECT_EQ(palpate(folder, "check --no-trial " + scene.string()).status, 0);
+  } else {
+    EXPECT_EQ(sheet.status, 1);
+    EXPECT_NE(sheet.err.find("\n  "), std::string::npos) << "a remedy";
+    EXPECT_FALSE(fs::exists(scene));
+    EXPECT_FALSE(fs::exists(folder / "sheet.divided.off"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate::tools
