@@ -21,7 +21,7 @@ enum class OtherRings {
 struct Balance {
   double ratio = 0;     ///< what a slip stores over what it pays; <= 1: it dissipates
   int sector = 0;       ///< of the direction
-  double friction = 0;  ///< mu
+  double friction = 0;  ///< mu(d)
   double paid = 0;      ///< by friction as it is
   double tilt = 0, mismatch = 0, turning = 0, rings = 0, sway = 0;  ///< what is stored, by cause
 };
@@ -30,10 +30,11 @@ struct Balance {
 /// be deflected. T: Interval, a bound; double, a place.
 template <class T, class Where>
 bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
-  const T lambda = where.blend(e.lambda),
-          mu = not_negative(where.blend(e.friction_slope) * depth.m + where.blend(e.friction));
+  const T lambda = where.blend(e.lambda);
   if (!(lower(lambda) > 0)) return false;
   const BedTerms<T> bed = bed_at(e, where, lambda, depth.m);
+  const T mu = not_negative(where.blend(e.friction_slope) * depth.m + where.blend(e.friction)) *
+               limit_share(bed, where.blend(depth.force));
   double cut = 0;  // how the share of a bed that is cut may pull
   if (bed.sinks > 0) {
     const double furthest = upper(mu / lambda) + e.overshoot_m / lower(depth.m);
@@ -61,10 +62,12 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   const T d = depth.m;
   const SurfaceTerms<T> frame = frame_at<T>(e, where);
   const T lambda = where.blend(e.lambda);
-  const T mu = not_negative(where.blend(e.friction_slope) * d + where.blend(e.friction));
-  worst.friction = lower(mu);
-  if (!(frame.least > kMinStretch && lower(lambda) > 0 && lower(mu) > 0)) return worst;
+  const T coefficient = not_negative(where.blend(e.friction_slope) * d + where.blend(e.friction));
+  worst.friction = lower(coefficient);
+  if (!(frame.least > kMinStretch && lower(lambda) > 0 && lower(coefficient) > 0)) return worst;
   const BedTerms<T> bed = bed_at(e, where, lambda, d);
+  const T mu = coefficient * limit_share(bed, where.blend(depth.force));  // of the limits (B3a)
+  if (!(lower(mu) > 0)) return worst;
   if (!(lower(bed.stiffness[0] * bed.share) > 0)) return worst;
   const SideTerms<T> side = side_at(e, where, frame, d);
   const auto& u = frame.u;

@@ -145,6 +145,7 @@ template <class T>
 struct BedTerms {
   T stiffness[kRings], touching[kRings], change[kRings][2];
   T others;       ///< sum of c_i h_i / d from ring 2 on
+  T sum;          ///< of all c_i h_i / d, also of rings that are cut
   T share;        ///< of what the rings bear (the engine's ring_share())
   double sinks;   ///< size of how that share falls with depth, times sum c_i h_i [N/m]
   double fades;   ///< and over the facet, / d [N/m^2]
@@ -194,6 +195,7 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
   out.share = T(1);
   out.sinks = out.fades = out.spread = 0;
   const T kept = out.stiffness[0] + out.others;
+  out.sum = kept - cut;
   if (!(cut_stiffness > 0) || !(lower(kept) > 0)) return out;
   const T ratio = cut / kept;
   out.share = not_negative(T(1) - ratio);
@@ -201,6 +203,19 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
   out.fades = upper(ratio) * turn + cut_turn;
   out.spread = stiffness / lower(kept);
   return out;
+}
+
+/// What the limits of the rings are times (B3a). force: f^z / d.
+template <class T>
+T limit_share(const BedTerms<T>& bed, const T& force) {
+  const double most = runtime::kMaxLimitShare;
+  if constexpr (std::is_same_v<T, Interval>) {
+    const double least = upper(bed.sum) > 0 ? not_negative(lower(force)) / upper(bed.sum) : 0;
+    if (!(lower(bed.sum) > 0)) return {std::min(least, 1.0), most};  // 1 where there is no bed
+    return {std::min(least, most), std::min(upper(force) / lower(bed.sum), most)};
+  } else {
+    return bed.sum > 0 ? std::min(force / bed.sum, most) : 1;
+  }
 }
 
 /// c(t) = q.(d kappa along t) q for q = L t, as a sum over cosine and sine of one and three angles.

@@ -68,7 +68,9 @@ Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPo
   const Vec3d over_facet = e.axis[0] * toward[0] + e.axis[1] * toward[1];
   const Vec3d along = normalized(tangential(over_facet, u) - turned * e.radius_m);
   const double lambda = place.blend(e.lambda),
-               mu = place.blend(e.friction) + place.blend(e.friction_slope) * depth_m;
+               mu = (place.blend(e.friction) + place.blend(e.friction_slope) * depth_m) *
+                    limit_share(bed_at(e, place, lambda, depth_m),
+                                place.blend(at_depth(asset, e, t, depth_m).force));
   Witness out;
   out.triangle = t;
   out.depth_m = depth_m;

@@ -64,12 +64,13 @@ CachedSpot cached_spot(const AssetView& asset, Contact& contact) noexcept {
 /// by: the anchors are then under it, and draw the contact point there at the next ticks.
 template <class F, bool kIsBall>
 void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangle,
-           const double n[3], double reach_m) noexcept {
+           const double n[3], const Arm& arm) noexcept {
   const CurveViews& views = asset.curves;
   contact.has_lifted = true;
   contact.hover = triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = n[k];
-  contact.arm.reach_m = reach_m;
+  contact.arm.reach_m = arm.reach_m;
+  put(make_vec3<double>(arm.pole_m), contact.arm.pole_m);
   auto memory = F::template load<double>(contact.memory, views.relaxation);
   const auto standing = [&]() noexcept {
     return MeshSurface<double, kIsBall>(contact.cache.corners, asset, triangle, n, contact.arm)
@@ -151,14 +152,11 @@ Status answer_from(const AssetView& asset, Contact& contact, const Vec3d& x, con
     kinematics = F::kinematics(views, cached_spot<F, kIsBall>(asset, contact), x, memory);
     const bool is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
     if (is_lifted || is_powerless(asset, contact)) {
-      const Vec3d pole = make_vec3<double>(contact.arm.pole_m);
-      const bool is_tip = dot(pole, pole) > 0;
+      const Arm arm = contact.arm;
       const int triangle = contact.triangle;
-      const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]},
-                   reach_m = contact.arm.reach_m;
+      const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]};
       release(contact, before_J);
-      if (kIsBall && is_lifted && !is_tip)
-        hover<F, kIsBall>(asset, contact, x, triangle, n, reach_m);
+      if (kIsBall && is_lifted) hover<F, kIsBall>(asset, contact, x, triangle, n, arm);
       out.state = ContactState::air;
       return Status::ok;
     }

@@ -22,12 +22,14 @@ constexpr double kMaxTimeStep_s = 1e6;
 struct Contact {
   bool has_tip = false;
   bool has_lifted = false;           ///< a ball that let go and has not come out of the surface
-  bool is_inside = false;            ///< a ball in the air began this tick in the surface
+  bool is_inside = false;            ///< a tool in the air began this tick in the surface
+  bool has_side = false;             ///< of a tip in the air: whether is_under is known
+  bool is_under = false;             ///< it is under the surface, and stays so until it comes out
   std::uint64_t asset_checksum = 0;  ///< of the asset that it is used with
   double tip_m[3] = {0, 0, 0};       ///< previous tip or centre, relative to the asset's origin
   int triangle = -1;                 ///< -1 in the air
-  int hover = -1;  ///< triangle over which a ball stands that has_lifted; weight, arm and memory
-                   ///< are then those with which it goes on
+  int hover = -1;  ///< triangle over which a ball (a tip: the ball that it stands for) stands that
+                   ///< has_lifted; weight, arm and memory are then those with which it goes on
   double weight[3] = {0, 0, 0};  ///< area coordinates of the contact point
   Arm arm;                       ///< of a ball in contact, or a tip that stands for one
   Ledger ledger;
@@ -96,6 +98,7 @@ inline void release(Contact& contact, double law_J = 0) noexcept {
   contact.law_J = 0;
   contact.untold_J = 0;
   contact.hole = ChannelContact();
+  contact.has_side = false;
   for (double& weight : contact.weight) weight = 0;
   contact.arm = Arm();
   for (double& number : contact.memory) number = 0;
@@ -117,33 +120,27 @@ inline bool is_powerless(const AssetView& asset, const Contact& contact) noexcep
   return true;
 }
 
-/// Begins contact where the way from p to x enters the body, if it does. The tip then stands for
-/// the ball that the body was measured with (M15a).
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
-                         const Vec3d& x) noexcept {
-  const Entry entry = first_entry(asset, p, x);
-  contact.triangle = entry.triangle;
-  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
-  if (entry.triangle < 0) return;
-  contact.arm.reach_m = asset.probe_radius_m;
-  put(blended_normal(asset, entry.triangle, entry.n) * asset.probe_radius_m, contact.arm.pole_m);
-}
-
-/// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
-/// its arm (M15). A ball that lifted off and has not come out of the facets since goes on from the
-/// place over which it stands: there nothing is deflected, so nothing is stored.
-inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
-                         double radius_m) noexcept {
-  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+/// Whether a ball at p that lifted off has not come out of the facets since. It goes on then from
+/// the place over which it stands: there nothing is deflected, so nothing is stored.
+inline bool goes_on(Contact& contact, const BallEntry& entry, double radius_m) noexcept {
   contact.is_inside = !entry.is_clear;
   const bool had_lifted = contact.has_lifted;
   contact.has_lifted = false;
   if (had_lifted && contact.is_inside) {
     contact.triangle = contact.hover;
     if (contact.arm.reach_m > radius_m) contact.arm.reach_m = radius_m;
-    return;
+    return true;
   }
   if (had_lifted) release(contact);
+  return false;
+}
+
+/// Begins contact where a ball on its way from p to x first touches the body, if it does; splits
+/// its arm (M15).
+inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p, const Vec3d& x,
+                         double radius_m) noexcept {
+  const BallEntry entry = first_ball_entry(asset, p, x, radius_m);
+  if (goes_on(contact, entry, radius_m)) return;
   if (entry.triangle < 0 || entry.is_inside) return;
   contact.triangle = entry.triangle;
   for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
@@ -151,6 +148,29 @@ inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& 
   contact.arm.reach_m = dot(entry.arm, u);
   const Vec3d skew = entry.arm - u * contact.arm.reach_m;
   put(skew, contact.arm.skew_m);
+}
+
+/// Begins contact where the way of a tip from p to x enters the body, if it does. The tip then
+/// stands for the ball that the body was measured with (M15a), and goes on being it until that ball
+/// has come out of the facets: where it lifted off, the tip itself may be below them, from where no
+/// way enters. A tip that is under the surface otherwise answers nothing, and says so.
+inline void seek_contact(const AssetView& asset, Contact& contact, const Vec3d& p,
+                         const Vec3d& x) noexcept {
+  if (contact.has_lifted) {
+    const Vec3d pole = make_vec3<double>(contact.arm.pole_m);
+    const BallEntry ball = first_ball_entry(asset, p - pole, x - pole, asset.probe_radius_m);
+    if (goes_on(contact, ball, asset.probe_radius_m)) return;
+  }
+  if (!contact.has_side) contact.is_under = is_under(asset, p);
+  contact.has_side = true;
+  contact.is_inside = contact.is_under;
+  if (contact.is_under) contact.has_side = first_entry(asset, x, p).triangle < 0;
+  const Entry entry = first_entry(asset, p, x);
+  contact.triangle = entry.triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = entry.n[k];
+  if (entry.triangle < 0) return;
+  contact.arm.reach_m = asset.probe_radius_m;
+  put(blended_normal(asset, entry.triangle, entry.n) * asset.probe_radius_m, contact.arm.pole_m);
 }
 
 }  // namespace runtime

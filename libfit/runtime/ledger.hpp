@@ -13,6 +13,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 

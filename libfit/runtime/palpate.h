@@ -83,7 +83,7 @@ enum {
   PALPATE_GROUP_WRONG = 15, /* palpate_group_tick: no such number of contacts, or one twice */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
-  PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 64 */
+  PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 8 */
   PALPATE_NOT_AN_ASSET = 22,     /* they do not begin with PALP */
   PALPATE_OTHER_ENDIANNESS = 23,
   PALPATE_OTHER_VERSION = 24,
@@ -250,8 +250,8 @@ PALPATE_API palpate_status palpate_sizes_fit(int32_t abi, const uint32_t bytes[8
 /* One sentence in English, never null, for any number. */
 PALPATE_API const char* palpate_sentence(palpate_status status) PALPATE_NOEXCEPT;
 
-/* Opens the asset in `bytes` [size], 64-byte aligned (a file map is), which must outlive it
-   unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte
+/* Opens the asset in `bytes` [size], 8-byte aligned (those of malloc and file maps are), which must
+   outlive it unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte
    is read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
 PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
                                         uint64_t size) PALPATE_NOEXCEPT;
@@ -298,7 +298,8 @@ PALPATE_API palpate_status palpate_body_open(palpate_asset* opened, const palpat
 PALPATE_API void palpate_close(palpate_asset* asset) PALPATE_NOEXCEPT;
 
 /* Copies bytes [size] to the first multiple of 64 within room [room_bytes]; size + 63 is always
-   enough. Returns where, for palpate_open; null when it does not fit. */
+   enough. Returns where, for palpate_open; null when it does not fit. For bytes that lie anywhere,
+   as in a string or a packet. */
 PALPATE_API void* palpate_copy_aligned(void* room, uint64_t room_bytes, const void* bytes,
                                        uint64_t size) PALPATE_NOEXCEPT;
 

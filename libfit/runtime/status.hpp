@@ -1,6 +1,8 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
+#include "rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 
@@ -70,7 +72,7 @@ inline const char* sentence(Status status) noexcept {
     case Status::bytes_missing:
       return "There are too few bytes for an asset's header.";
     case Status::bytes_misaligned:
-      return "The bytes do not begin at a multiple of 64.";
+      return "The bytes do not begin at a multiple of 8, as those of malloc do.";
     case Status::not_an_asset:
       return "The bytes do not begin with PALP.";
     case Status::other_endianness:
@@ -88,8 +90,8 @@ inline const char* sentence(Status status) noexcept {
     case Status::curves_wrong:
       return "A spline table is not a clamped basis on increasing knots, with its integrals.";
     case Status::controls_wrong:
-      return "Control values are not finite, zero at zero and increasing, or a vertex that "
-             "answers nothing has some.";
+      return "Control values are not finite, zero at zero and increasing, a side force is "
+             "more than the press bears, or a vertex that answers nothing has some.";
     case Status::vertices_wrong:
       return "A vertex is not finite or farther than 1 km from the origin.";
     case Status::triangles_wrong:

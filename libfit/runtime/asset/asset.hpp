@@ -46,7 +46,7 @@ class Asset : public AssetView {
  public:
   Asset() noexcept = default;
 
-  /// Opens the asset in `bytes` [size], 64-byte aligned; the bytes must outlive it unchanged.
+  /// Opens the asset in `bytes` [size], 8-byte aligned; the bytes must outlive it unchanged.
   /// Trusts nothing: sizes, offsets, checksum, indices, finite numbers, increasing controls, unit
   /// normals, tree, and the replay of the check path bit for bit. Safe on hostile bytes. On any
   /// fault *status says which and the asset is empty (is_open() is false). Call it outside the

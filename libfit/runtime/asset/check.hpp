@@ -23,7 +23,8 @@ inline bool is_within(double x, double bound) noexcept { return std::fabs(x) <= 
 /// Header, size, alignment, layout and checksum. Fills `header` when ok.
 inline Status check_envelope(const void* bytes, std::size_t size, Header& header) noexcept {
   if (bytes == nullptr || size < sizeof(Header)) return Status::bytes_missing;
-  if (reinterpret_cast<std::uintptr_t>(bytes) % kAlignment != 0) return Status::bytes_misaligned;
+  if (reinterpret_cast<std::uintptr_t>(bytes) % kByteAlignment != 0)
+    return Status::bytes_misaligned;
   std::memcpy(&header, bytes, sizeof(Header));
   if (std::memcmp(header.magic, "PALP", 4) != 0) return Status::not_an_asset;
   if (header.endian_mark != kEndianMark) return Status::other_endianness;
@@ -154,6 +155,11 @@ inline Status check_controls(const AssetView& view, const Header& h) noexcept {
       if (!is_good_part(family_of(h).part[part], control + view.control_offset[part],
                         part_size(h, part), !view.covered[v]))
         return Status::controls_wrong;
+    if (h.family == int(Family::rings) &&
+        !is_side_borne(view.curves.view[kNormal], control + view.control_offset[kNormal],
+                       control + view.control_offset[kSide2],
+                       control + view.control_offset[kSide3]))
+      return Status::controls_wrong;
     const int sway = sway_part_of(h.family);
     if (sway < 0) continue;
     double c[6];

@@ -55,6 +55,19 @@ inline Status check_damage(const Header& h, const void* bytes) noexcept {
   return is_good ? Status::ok : Status::numbers_wrong;
 }
 
+/// Whether the side force of a vertex is one that its press can bear: (M22) at the end of the
+/// curves, the lateral deflection as long as the depth, with room for what a fit leaves to
+/// `check --repair`. Beyond it forces have nothing to do with a body's.
+constexpr double kSideSlack = 100;
+inline bool is_side_borne(const SplineView& normal, const float* curve, const float* side2,
+                          const float* side3) noexcept {
+  const double d = normal.knots[normal.pieces], most_N = double(curve[normal.size() - 1]);
+  const auto length = [](const float* g) noexcept {
+    return std::sqrt(double(g[0]) * g[0] + double(g[1]) * g[1] + double(g[2]) * g[2]);
+  };
+  return d * d * (2 * length(side2) + 3 * length(side3) * d) <= kSideSlack * most_N;
+}
+
 /// Rising sines, and at every node of a vertex's lean curves that the family admits.
 inline Status check_leans(const AssetView& view, const Header& h, const void* bytes) noexcept {
   if (h.tilts == 0) return Status::ok;
@@ -76,7 +89,8 @@ inline Status check_leans(const AssetView& view, const Header& h, const void* by
       const float* curve = view.leans.control + (row + i) * (size + kLeanSideNumbers);
       if (!is_good_part(part[kNormal], curve, size, !view.covered[v]) ||
           !is_good_part(part[kSide2], curve + size, 1, !view.covered[v]) ||
-          !is_good_part(part[kSide3], curve + size + 3, 1, !view.covered[v]))
+          !is_good_part(part[kSide3], curve + size + 3, 1, !view.covered[v]) ||
+          !is_side_borne(view.curves.view[kNormal], curve, curve + size, curve + size + 3))
         return Status::controls_wrong;
     }
   }

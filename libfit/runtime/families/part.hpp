@@ -5,6 +5,8 @@
 // some numbers. Files, assets, blending and checks loop over the parts of a family and know no
 // family by name.
 
+#include "../rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 

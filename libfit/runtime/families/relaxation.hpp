@@ -4,6 +4,8 @@
 // The Prony series of a body (docs/method.md, section 24): at time t after a step a contact is
 // 1 + sum share_k e^{-t/time_k} times as stiff as in slow motion.
 
+#include "../rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 

@@ -158,6 +158,28 @@ RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
   return {T(1) - ratio, (ratio * kept_slope - cut_slope) / kept};
 }
 
+/// f^z(d) over sum c_i h_i, which the limits of the rings are times (B3a): all at their limits then
+/// bear mu(d) f^z(d) at every depth, also where few of them touch. normal_N: f^z(d).
+constexpr double kMaxLimitShare = 2;  ///< where a concave curve leaves hardly any bed
+template <class T, int N>
+T limit_share(const RingTable<N>& table, const RingBed<T, N>& bed, const T& depth_m,
+              const T& normal_N) noexcept {
+  if (!(value_of(depth_m) > 0)) return T(1);
+  T sum = bed.stiffness_N_m[0] * depth_m;
+  for (int i = 1; i < N; ++i) {
+    const T reach = depth_m - table.threshold_m[i];
+    if (!(value_of(reach) > 0)) break;
+    sum = sum + bed.stiffness_N_m[i] * reach;
+  }
+  for (int i = 0; bed.is_cut && i < N; ++i) {
+    const T reach = depth_m - table.threshold_m[i];
+    sum = sum - bed.excess_N_m[i] * (value_of(reach) > 0 ? reach : T(0));
+  }
+  const T bears = bed.limit.lambda * normal_N;
+  if (!(value_of(sum) > 0)) return T(1);
+  return value_of(bears) < kMaxLimitShare * value_of(sum) ? bears / sum : T(kMaxLimitShare);
+}
+
 /// g(d) and its slope.
 template <class T>
 struct SideForce {

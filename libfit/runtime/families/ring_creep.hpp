@@ -124,11 +124,12 @@ void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
 }
 
 /// How far a ring may be deflected beside where it would come to rest, times lambda / mu (M48): by
-/// its spring where it touches, and by its branches.
+/// its spring where it touches, and by its branches. share: limit_share(), of the spring.
 template <class T, int N>
 T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
-                 const RingCreep<T, N>& creep, const T& at_0, int i, const T& depth_m) noexcept {
-  const T touching = depth_m - table.threshold_m[i];
+                 const RingCreep<T, N>& creep, const T& at_0, int i, const T& depth_m,
+                 const T& share) noexcept {
+  const T touching = share * (depth_m - table.threshold_m[i]);
   const T spring = value_of(touching) > 0 ? touching : T(0);
   const T press = ring_press(table, at_0, i, depth_m).value_m;
   return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
@@ -142,7 +143,8 @@ T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
 template <bool kSlips, class T, int N, class Anchors>
 RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& table,
                           const RingBed<T, N>& bed, const RingDeflection<T>& at, Anchors& anchors,
-                          const RingCreep<T, N>& creep, const T& at_0) noexcept {
+                          const RingCreep<T, N>& creep, const T& at_0,
+                          const T& share_of_limit) noexcept {
   const double fast = relaxation.fast;
   const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
   const bool is_stiff = value_of(lambda) > 0;
@@ -156,7 +158,7 @@ RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& 
     Vec3<T> q = at.q - anchors.at(i) - creep.rest(i);
     T squared = dot(q, q);
     if (kSlips && i > 0) {
-      const T reach = creeping_reach(relaxation, table, creep, at_0, i, at.depth_m);
+      const T reach = creeping_reach(relaxation, table, creep, at_0, i, at.depth_m, share_of_limit);
       const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
       T share(0);
       if (ring_slips(limit_m, lambda * lambda, squared, share)) {

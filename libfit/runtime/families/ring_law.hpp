@@ -7,7 +7,7 @@
 //
 // over the tool's place alone, with the anchors of the rings as its memory. A ring is the part of
 // the contact that touches from the depth d_i on; its stiffness is read off the press curve. Each
-// holds until |q_i| = mu(d) (d - d_i) / lambda, then its anchor follows.
+// holds until |q_i| = share mu(d) (d - d_i) / lambda (B3a), then its anchor follows.
 //
 // One template for the engine (scalar double, or Jet3 for the tangent) and the fitter (double or
 // ceres::Jet). Forces are those of the tool ON the body.
@@ -35,10 +35,11 @@ RingDeflection<T> ring_deflection(const Spot& spot, const T* curvature, const Ve
   return {q, height - 0.5 * dot(q, curved), curved};
 }
 
-/// lambda |q| - mu(d + beyond) d [m] (B3): a slide of the contact point brings it to zero. Needs no
-/// curve. beyond_m: how much deeper the tool is than ring 1 sees it, where the body relaxes.
+/// lambda |q| - share mu(d + beyond) d [m] (B3): a slide of the contact point brings it to zero.
+/// Needs no curve. beyond_m: how much deeper the tool is than ring 1 sees it, where the body
+/// relaxes. share: limit_share() where the slide begins.
 template <class T, class Spot>
-T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m) noexcept {
+T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m, const T& share) noexcept {
   using std::sqrt;
   const RingNumbers<T> numbers = ring_numbers<T>(spot);
   const RingLimit<T>& limit = numbers.limit;
@@ -46,7 +47,7 @@ T ring_slip_excess(const Spot& spot, const Vec3<T>& x, const T& beyond_m) noexce
   const T squared = dot(at.q, at.q);
   const T size = value_of(squared) > kLateralZero_m * kLateralZero_m ? sqrt(squared) : T(0);
   const T depth = value_of(at.depth_m) > 0 ? at.depth_m : T(0);
-  return limit.lambda * size - limit.friction_at(depth + beyond_m) * depth;
+  return limit.lambda * size - share * limit.friction_at(depth + beyond_m) * depth;
 }
 
 /// Where the rings are anchored, relative to the contact point and tangential there [m]. Ring 1 is
@@ -123,13 +124,14 @@ bool ring_slips(const T& limit_m, const T& lambda_squared, const T& squared_m2, 
   return true;
 }
 
-/// After (B3) of rings 2 to N. Rings that do not touch are anchored under the tool. It shortens
-/// every |q_i|, so the stored energy falls whatever the tick.
+/// After (B3) of rings 2 to N; share_of_limit: limit_share(). Rings that do not touch are anchored
+/// under the tool. It shortens every |q_i|, so the stored energy falls whatever the tick.
 template <class T, int N>
 RingPull<T> slip_rings(const RingTable<N>& table, const RingBed<T, N>& bed,
-                       const RingDeflection<T>& at, RingAnchors<T, N>& anchors) noexcept {
+                       const RingDeflection<T>& at, const T& share_of_limit,
+                       RingAnchors<T, N>& anchors) noexcept {
   const T squared_lambda = bed.limit.lambda * bed.limit.lambda,
-          mu = bed.limit.friction_at(at.depth_m);
+          mu = share_of_limit * bed.limit.friction_at(at.depth_m);
   const Vec3<T> q1 = at.q - anchors.at(0);
   Vec3<T> force = q1 * bed.stiffness_N_m[0];
   T twice = bed.stiffness_N_m[0] * dot(q1, q1);
@@ -189,8 +191,9 @@ const Path& way_of_excess(const Path& path, const Vec3d&) noexcept {
   return path;
 }
 template <class Path>
-Dual ring_excess_along(const Path& path, const Vec3d& x, double s, double beyond_m) noexcept {
-  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x), Dual(beyond_m));
+Dual ring_excess_along(const Path& path, const Vec3d& x, double s, double beyond_m,
+                       double share) noexcept {
+  return ring_slip_excess(path.at(Dual(s, 1)), widened<Dual>(x), Dual(beyond_m), Dual(share));
 }
 
 }  // namespace runtime

@@ -32,6 +32,8 @@ struct RingKinematics {
   RingLimit<T> limit;
   Vec3<T> q1;  ///< deflection of ring 1
   T beyond_m;
+  T normal_N;  ///< f^z(d)
+  T share;     ///< limit_share() (B3a); of a body that relaxes 1, for `seen` has it
 };
 
 /// Anchors, and what a body that relaxes remembers of time.
@@ -107,7 +109,8 @@ struct Rings {
                       const Vec3<T>& x, Memory<T>& memory) noexcept {
     const T d = kinematics.at.depth_m,
             at_0 = share_at_0(views.rings, under(views, kinematics), kinematics.spot);
-    memory.beyond_m = d - creeping_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d);
+    memory.beyond_m = d - creeping_reach(views.relaxation, views.rings, memory.creep, at_0, 0, d,
+                                         share_at(views, kinematics.spot, d, kinematics.normal_N));
     return x - memory.creep.rest(0) - kinematics.spot.normal * memory.beyond_m;
   }
 
@@ -116,27 +119,29 @@ struct Rings {
     return !(value_of(spot.control(kLambda, 0)) > 0);
   }
   template <class T, class Spot>
-  static RingKinematics<T, Spot> kinematics(const CurveViews&, const Spot& spot, const Vec3<T>& x,
-                                            const Memory<T>& memory) noexcept {
+  static RingKinematics<T, Spot> kinematics(const CurveViews& views, const Spot& spot,
+                                            const Vec3<T>& x, const Memory<T>& memory) noexcept {
     using std::sqrt;
     const auto& numbers = ring_numbers<T>(spot);
     const RingDeflection<T> at = ring_deflection(spot, numbers.curvature, x);
-    const T squared = dot(at.q, at.q);
+    const T squared = dot(at.q, at.q), normal_N = curve_at(views, spot, kNormal, at.depth_m);
     const bool is_aside = value_of(squared) > kLateralZero_m * kLateralZero_m;
     return {spot,
             {at.depth_m, is_aside ? sqrt(squared) : T(0)},
             at,
             numbers.limit,
             at.q - memory.at(0),
-            memory.beyond_m};
+            memory.beyond_m,
+            normal_N,
+            relaxes(views) ? T(1) : share_at(views, spot, at.depth_m, normal_N)};
   }
 
   /// The same kinematics at a spot of the same place.
   template <class T, class Spot, class Other>
   static RingKinematics<T, Other> at_spot(const RingKinematics<T, Spot>& kinematics,
                                           const Other& spot) noexcept {
-    return {spot,          kinematics.d,       kinematics.at, kinematics.limit,
-            kinematics.q1, kinematics.beyond_m};
+    return {spot,          kinematics.d,        kinematics.at,       kinematics.limit,
+            kinematics.q1, kinematics.beyond_m, kinematics.normal_N, kinematics.share};
   }
 
   /// Whether ring 1 is beyond its limit.
@@ -162,16 +167,16 @@ struct Rings {
     return {kinematics.at.q * (1.0 / kinematics.d.lateral_m), kinematics.d.lateral_m};
   }
 
-  /// What a slip brings to zero (B3): lambda |q| - mu(d) d. It needs no curve.
+  /// What a slip brings to zero (B3): lambda |q| - share mu(d) d. It needs no curve.
   static constexpr bool kIsSmooth = true;
   template <class T>
   struct Excess {
-    T beyond_m;
+    T beyond_m, share;
   };
   template <class T, class Spot>
   static Excess<T> excess_kind(const CurveViews&,
                                const RingKinematics<T, Spot>& kinematics) noexcept {
-    return {kinematics.beyond_m};
+    return {kinematics.beyond_m, kinematics.share};
   }
   template <class T, class Spot>
   static double excess_scale(const CurveViews&, const RingKinematics<T, Spot>& kinematics,
@@ -188,7 +193,7 @@ struct Rings {
   template <class T, class Spot>
   static T excess(const CurveViews&, const Spot& spot, const Vec3<T>& x,
                   const Excess<T>& kind) noexcept {
-    return ring_slip_excess(spot, x, kind.beyond_m);
+    return ring_slip_excess(spot, x, kind.beyond_m, kind.share);
   }
   template <class Path>
   static decltype(auto) way(const Path& path, const Vec3d& x) noexcept {
@@ -197,7 +202,7 @@ struct Rings {
   template <class Way, class T>
   static Dual excess_along(const CurveViews&, const Way& way, const Vec3d& x, double s,
                            const Excess<T>& kind) noexcept {
-    return ring_excess_along(way, x, s, value_of(kind.beyond_m));
+    return ring_excess_along(way, x, s, value_of(kind.beyond_m), value_of(kind.share));
   }
   template <class Spot>
   static double lateral_m(const CurveViews&, const Spot& spot, const Vec3d& x) noexcept {
@@ -242,7 +247,8 @@ struct Rings {
                            const Memory<T>& memory) noexcept {
     if (relaxes(views))
       return creeping_pull<false>(views.relaxation, views.rings, bed, kinematics.at, memory,
-                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot));
+                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot),
+                                  T(1));
     return ring_pull(bed, kinematics.at, memory);
   }
   template <class T, class Spot>
@@ -250,9 +256,11 @@ struct Rings {
                           const RingKinematics<T, Spot>& kinematics, Memory<T>& memory) noexcept {
     RingPull<T> pull =
         relaxes(views)
-            ? creeping_pull<true>(views.relaxation, views.rings, bed, kinematics.at, memory,
-                                  memory.creep, share_at_0(views.rings, bed, kinematics.spot))
-            : slip_rings(views.rings, bed, kinematics.at, memory);
+            ? creeping_pull<true>(
+                  views.relaxation, views.rings, bed, kinematics.at, memory, memory.creep,
+                  share_at_0(views.rings, bed, kinematics.spot),
+                  share_at(views, kinematics.spot, kinematics.at.depth_m, kinematics.normal_N))
+            : slip_rings(views.rings, bed, kinematics.at, kinematics.share, memory);
     if (bed.is_cut)
       pull.lost_J *= value_of(ring_share(views.rings, bed, kinematics.at.depth_m).value);
     return pull;
@@ -279,12 +287,9 @@ struct Rings {
                           const RingKinematics<T, Spot>& kinematics,
                           const RingPull<T>& pull) noexcept {
     const T d = kinematics.at.depth_m;
-    T normal_N = T(0), normal_J = T(0);
-    if (value_of(d) > 0) {
-      const auto& piece = piece_under(views, kinematics.spot, kNormal, value_of(d), true);
-      normal_N = piece.force(d);
-      normal_J = piece.energy(d);
-    }
+    T normal_N = kinematics.normal_N, normal_J = T(0);
+    if (value_of(d) > 0)
+      normal_J = T(piece_under(views, kinematics.spot, kNormal, value_of(d), true).energy(d));
     const SideForce<T> side = side_under(views, bed, d, pull.flowed_m);
     if constexpr (IsUneven<Spot>::value) {
       RingPull<T> uneven = pull;
@@ -303,17 +308,24 @@ struct Rings {
   }
 
  private:
+  /// limit_share() of a spot.
+  template <class T, class Spot>
+  static T share_at(const CurveViews& views, const Spot& spot, const T& depth_m,
+                    const T& normal_N) noexcept {
+    return limit_share(views.rings, bed_under<T>(views, spot), depth_m, normal_N);
+  }
   template <class T>
   static SideForce<T> side_under(const CurveViews& views, const RingBed<T, kRings>& bed,
                                  const T& depth_m, const T* flowed_m) noexcept {
     return relaxes(views) ? creeping_side(views.relaxation, bed, depth_m, flowed_m)
                           : side_force(bed, depth_m);
   }
-  /// Longest lambda |q_1| before ring 1 slips: mu(d) d of (B3).
+  /// Longest lambda |q_1| before ring 1 slips: share mu(d) d of (B3).
   template <class T, class Spot>
   static T slip_limit_m(const RingKinematics<T, Spot>& kinematics) noexcept {
     if (!(value_of(kinematics.at.depth_m) > 0)) return T(0);
-    return kinematics.limit.friction_at(kinematics.at.depth_m + kinematics.beyond_m) *
+    return kinematics.share *
+           kinematics.limit.friction_at(kinematics.at.depth_m + kinematics.beyond_m) *
            kinematics.at.depth_m;
   }
 };

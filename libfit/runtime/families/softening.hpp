@@ -10,6 +10,8 @@
 
 #include <cmath>
 
+#include "../rounding.hpp"
+
 namespace palpate {
 namespace runtime {
 

@@ -248,9 +248,9 @@ class MeshWay {
     }
   }
 
-  /// lambda |q| - mu(d + beyond) d [m] (B3) and its slope by s. With the blended normal B and w
-  /// from c + skew to the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
-  Dual excess(double s, double beyond_m) const noexcept {
+  /// lambda |q| - share mu(d + beyond) d [m] (B3) and its slope by s. With the blended normal B and
+  /// w from c + skew to the tool, q = w - t B, t = w.B / B.B, and q.B = 0.
+  Dual excess(double s, double beyond_m, double share) const noexcept {
     double at[kSlipRow];
     for (int i = kNormalAt; i < kSlipRow; ++i) at[i] = value_[i] + s * rate_[i];
     const Vec3d way_rate = make_vec3<double>(rate_ + kPlaceAt) * -1.0, w = way_ + way_rate * s,
@@ -280,8 +280,9 @@ class MeshWay {
     Dual out(limit[0] * size, dlimit[0] * size + limit[0] * dsize);
     const double mu = limit[1] + limit[2] * (depth + beyond_m);
     if (!(depth > 0 && mu > 0)) return out;
-    out.a -= mu * depth;
-    out.v -= (dlimit[1] + dlimit[2] * (depth + beyond_m) + limit[2] * ddepth) * depth + mu * ddepth;
+    out.a -= share * mu * depth;
+    out.v -= share * ((dlimit[1] + dlimit[2] * (depth + beyond_m) + limit[2] * ddepth) * depth +
+                      mu * ddepth);
     return out;
   }
 
@@ -297,9 +298,9 @@ MeshWay<kIsBall> way_of_excess(const MeshPath<double, kIsBall>& path, const Vec3
   return {path, x};
 }
 template <bool kIsBall>
-Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d&, double s,
-                       double beyond_m) noexcept {
-  return way.excess(s, beyond_m);
+Dual ring_excess_along(const MeshWay<kIsBall>& way, const Vec3d&, double s, double beyond_m,
+                       double share) noexcept {
+  return way.excess(s, beyond_m, share);
 }
 
 }  // namespace runtime

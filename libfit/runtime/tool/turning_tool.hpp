@@ -80,7 +80,7 @@ inline double law_energy(const AssetView& asset, Contact& contact,
   const auto memory = Rings::load<double>(contact.memory, views.relaxation);
   const CachedSpot spot = cached_spot<Rings, true>(asset, contact);
   const RingKinematics<double, CachedSpot> kinematics{
-      spot, {at.depth_m, 0}, at, contact.cache.numbers.limit, at.q - memory.at(0), 0};
+      spot, {at.depth_m, 0}, at, contact.cache.numbers.limit, at.q - memory.at(0), 0, 0, 1};
   return Rings::stored_J(views, Rings::under(views, kinematics), kinematics, memory);
 }
 

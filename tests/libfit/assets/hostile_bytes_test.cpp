@@ -261,10 +261,47 @@ TEST(hostile_bytes, nothing_null_and_misaligned_are_refused) {
   EXPECT_FALSE(Asset::open(nullptr, 1000, &status).is_open());
   EXPECT_EQ(status, Status::bytes_missing);
   AssetBytes moved(bytes.size() + 64);
-  std::memcpy(moved.data() + 8, bytes.data(), bytes.size());
-  EXPECT_FALSE(Asset::open(moved.data() + 8, bytes.size(), &status).is_open());
+  std::memcpy(moved.data() + 4, bytes.data(), bytes.size());
+  EXPECT_FALSE(Asset::open(moved.data() + 4, bytes.size(), &status).is_open());
   EXPECT_EQ(status, Status::bytes_misaligned);
   EXPECT_TRUE(Asset::open(bytes.data(), bytes.size(), nullptr).is_open());
+}
+
+// palpate_open refused what fread had put where malloc said, and the README's lines felt nothing.
+TEST(hostile_bytes, bytes_that_begin_at_any_multiple_of_8_open) {
+  const AssetBytes bytes = small_asset();
+  for (std::size_t skip = 8; skip < 64; skip += 8) {
+    AssetBytes moved(bytes.size() + 64);
+    std::memcpy(moved.data() + skip, bytes.data(), bytes.size());
+    Status status;
+    EXPECT_TRUE(Asset::open(moved.data() + skip, bytes.size(), &status).is_open());
+    EXPECT_EQ(status, Status::ok) << skip << ": " << sentence(status);
+  }
+}
+
+// 10^15 N/m^2 was admitted: 4e10 N beside a press of 1 N.
+TEST(hostile_bytes, a_side_force_that_no_press_bears_is_refused) {
+  const auto open_with = [](int part, float number) {
+    AssetBytes bytes = golden_rings();
+    const Header header = header_of(bytes);
+    Status status;
+    const Asset asset = Asset::open(bytes.data(), bytes.size(), &status);
+    EXPECT_EQ(status, Status::ok);
+    int v = 0;
+    while (!asset.covered[v]) ++v;
+    const auto at =
+        reinterpret_cast<const unsigned char*>(asset.node(v) + asset.control_offset[part]) -
+        bytes.data();
+    std::memcpy(bytes.data() + at, &number, sizeof number);
+    fix_checksum(bytes, bytes.size());
+    EXPECT_EQ(header.family, int(runtime::Family::rings));
+    return Asset::open_without_replay(bytes.data(), bytes.size(), &status), status;
+  };
+  EXPECT_EQ(open_with(runtime::kSide2, 1e3F), Status::ok);
+  EXPECT_EQ(open_with(runtime::kSide2, 1e15F), Status::controls_wrong);
+  EXPECT_EQ(open_with(runtime::kSide2, -1e6F), Status::controls_wrong);
+  EXPECT_EQ(open_with(runtime::kSide3, 1e5F), Status::ok);
+  EXPECT_EQ(open_with(runtime::kSide3, 1e15F), Status::controls_wrong);
 }
 
 TEST(hostile_bytes, every_status_has_a_sentence) {

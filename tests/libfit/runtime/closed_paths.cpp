@@ -19,6 +19,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "tests/libfit/runtime/limits.hpp"
 #include "tests/libfit/runtime/models.hpp"
+#include "tests/libfit/runtime/outside_work.hpp"
 #include "tests/libfit/runtime/standing.hpp"
 
 namespace palpate::test {
@@ -31,6 +32,8 @@ constexpr double kTick_m = 5e-5, kSmall_m = 2e-5;  // 50 and 20 mm/s at 1 kHz
 constexpr double kSinks_m = 4 * kTick_m;           // of a tool that nothing answers
 constexpr double kRounding = 1e-6;
 constexpr double kSettles_N = 1e-3;  // a body that sways settles once more after its slips
+constexpr double kShare_N =
+    2e-4;  // limits are times a share of before the slide (B3a); 1.3e-4 seen
 
 struct Jumps {
   double edge_N = 0, inside_N = 0, touch_N = 0, release_N = 0, slide_in_N = 0;
@@ -41,15 +44,19 @@ struct Figures {
   long slid_off = 0, back_at_once = 0, lost = 0, inside = 0, unflagged_inside = 0;
   long above_friction = 0, above_range = 0, above_cap = 0, beside = 0;  // without a flag
   long blocked = 0, extrapolated = 0, outside = 0, capped = 0;          // flags
-  double most_above_N = 0;  // of the lateral force over what friction bears
-  double least_work = 0;    // of a way, over what it moved
+  double most_above_N = 0;          // of the lateral force over what friction bears
+  double least_work[kLevels] = {};  // of a way over what was put in, in so many times the ticks
 };
+
+bool has_rings(const AssetView& asset) {
+  return asset.curves.family == int(runtime::Family::rings);
+}
 
 // A tool on its ways over an asset.
 class Path {
  public:
-  Path(const AssetView& asset, double radius_m, double cap_N, Figures& out)
-      : asset_(asset), out_(out) {
+  Path(const AssetView& asset, double radius_m, double cap_N, Figures& out, int level = 0)
+      : asset_(asset), out_(out), level_(level) {
     tool_.shape.radius_m = radius_m;
     tool_.shape.max_force_N = cap_N;
     ++out.ways;
@@ -57,22 +64,29 @@ class Path {
   void go(const Vec3d& to, double step_m, bool slides_in = false) {
     const Vec3d from = x_, way = to - from;
     const double length = std::sqrt(dot(way, way));
-    const int steps = has_begun_ ? std::max(1, static_cast<int>(length / step_m)) : 1;
+    const int steps =
+        has_begun_ ? kFiner[level_] * std::max(1, static_cast<int>(length / step_m)) : 1;
     slides_in_ = slides_in;
     for (int i = 1; i <= steps; ++i)
       move(has_begun_ ? from + way * (double(i) / steps) : to, length / steps);
   }
   void end() {
-    const double work_J = before_.stored_J + before_.dissipated_J;
-    if (moved_J_ > 0) out_.least_work = std::min(out_.least_work, work_J / moved_J_);
+    double& least = out_.least_work[level_];
+    least = std::min(least, work_.share());
   }
 
  private:
   void move(const Vec3d& x, double step_m) {
     runtime::ToolOutput now;
     runtime::Pose pose, rest;
+    const Vec3d step = has_begun_ ? x - x_ : Vec3d{0, 0, 0};
     runtime::put(x_ = x, pose.position_m);
-    runtime::touch_tool(asset_, tool_, pose, rest, 1e-3, now);
+    runtime::touch_tool(asset_, tool_, pose, rest, 1e-3 / kFiner[level_], now);
+    work_.add(runtime::make_vec3<double>(now.body.force_on_tool_N), step);
+    if (level_ > 0) {
+      has_begun_ = true;
+      return;
+    }
     if (has_begun_) compare(now.body, step_m);
     has_begun_ = true;
     if (now.body.state == ContactState::air)
@@ -84,8 +98,6 @@ class Path {
   void compare(const Output& now, double step_m) {
     ++out_.moves;
     out_.small += step_m <= kSmall_m;
-    moved_J_ +=
-        std::fabs(now.stored_J + now.dissipated_J - before_.stored_J - before_.dissipated_J);
     const bool was = before_.state != ContactState::air, is = now.state != ContactState::air;
     if (!was && !is) return;
     const Vec3d step = runtime::make_vec3<double>(now.force_on_tool_N) -
@@ -146,8 +158,9 @@ class Path {
                 u = runtime::make_vec3<double>(now.normal), aside = tangential(force, u);
     const Limits most = limits_of(asset_, now);
     const double lateral_N = std::sqrt(dot(aside, aside)), noise = 1 + kRounding;
-    out_.above_friction +=
-        lateral_N > most.lateral_N * noise + (asset_.sways ? kSettles_N : kRounding);
+    out_.above_friction += lateral_N > most.lateral_N * noise + (asset_.sways        ? kSettles_N
+                                                                 : has_rings(asset_) ? kShare_N
+                                                                                     : kRounding);
     out_.most_above_N = std::max(out_.most_above_N, lateral_N - most.lateral_N);
     out_.above_range += dot(force, u) > most.normal_N * noise && !has(runtime::kFlagExtrapolated);
     const Vec3d shown = runtime::make_vec3<double>(tick.force_on_tool_N);
@@ -163,7 +176,9 @@ class Path {
   runtime::ToolContact tool_;
   Output before_;
   Vec3d x_{0, 0, 0};
-  double moved_J_ = 0, least_m_ = 0;
+  const int level_;  // of kFiner; above 0 work alone is measured
+  OutsideWork work_;
+  double least_m_ = 0;
   int ticks_out_ = 0;
   bool has_begun_ = false, slides_in_ = false, is_watched_ = false, was_deep_ = false;
 };
@@ -202,22 +217,28 @@ Figures walk(const AssetView& asset, double radius_m, int ways, unsigned seed) {
   const double cap_N = 0.5 * runtime::curve_value(asset.curves.view[runtime::kNormal],
                                                   asset.node(starts.measured[0]), depth_m);
   Figures out;
-  const auto closed_way = [&](double step_m, int legs) {
+  const auto closed_way = [&](double step_m, int legs, int levels) {
     const int v = one_of(starts.measured);
     const Vec3d u = asset.normal_at(v), p = foot(v), air = p - u * 0.002;
-    Path path(asset, radius_m, cap_N, out);
-    path.go(air, step_m);
+    std::vector<Vec3d> places{air};
     for (int leg = 0; leg < legs; ++leg) {
       const Vec3d side{unit() - 0.5, unit() - 0.5, unit() - 0.5};
-      path.go(
-          p + runtime::tangential(side, u) * (2 * depth_m) + u * (depth_m * (1.1 * unit() - 0.05)),
-          step_m);
+      places.push_back(p + runtime::tangential(side, u) * (2 * depth_m) +
+                       u * (depth_m * (1.1 * unit() - 0.05)));
     }
-    path.go(air, step_m);
-    path.end();
+    places.push_back(air);
+    Figures finer;
+    for (int level = 0; level < levels; ++level) {
+      Path path(asset, radius_m, cap_N, level == 0 ? out : finer, level);
+      for (const Vec3d& place : places) path.go(place, step_m);
+      path.end();
+    }
+    for (int level = 1; level < levels; ++level)
+      out.least_work[level] = std::min(out.least_work[level], finer.least_work[level]);
   };
-  for (int i = 0; i < ways; ++i) closed_way(2e-5 * std::pow(5, unit()), 5);
-  while (out.small < 500L * ways) closed_way(0.999 * kSmall_m, 5);
+  for (int i = 0; i < ways; ++i)
+    closed_way(2e-5 * std::pow(5, unit()), 5, i % 10 == 0 ? kLevels : 1);
+  while (out.small < 500L * ways) closed_way(0.999 * kSmall_m, 5, 1);
   // From beside the measured region into it and back, 16 mm long, 5 and 7 mm deep.
   Vec3d middle{0, 0, 0};
   for (const int v : starts.measured)
@@ -274,8 +295,8 @@ bool is_good(const Figures& f) {
     return std::max({j.edge_N, j.touch_N, j.release_N, j.slide_in_N}) <= 2 * j.inside_N;
   };
   const bool fits = f.blocked < f.in_contact / 100;  // into the body's hollows
-  return f.least_work >= -1e-12 && is_smooth(f.by_tick) && is_smooth(f.by_small) &&
-         (f.lost + f.unflagged_inside == 0 || !fits) &&
+  return f.least_work[kLevels - 1] >= -kMostGiven && is_smooth(f.by_tick) &&
+         is_smooth(f.by_small) && (f.lost + f.unflagged_inside == 0 || !fits) &&
          f.above_friction + f.above_range + f.above_cap + f.beside == 0 && f.capped > 0;
 }
 
@@ -283,7 +304,9 @@ void print(const std::vector<Row>& rows) {
   Figures sum;
   std::printf(
       "Largest change of the force [mN] at an edge, within a triangle, at touch, at release,\n"
-      "in a slide into the measured region; least work of a way over what it moved\n"
+      "in a slide into the measured region; least work of a way over what was put in, from "
+      "outside,\n"
+      "in as many ticks, in 4, 16 and 64 times as many\n"
       "%-20s %38s  %38s %8s\n",
       "", "in 50 um", "in 20 um", "work");
   for (const Row& row : rows) {
@@ -292,7 +315,8 @@ void print(const std::vector<Row>& rows) {
     for (const Jumps& j : {f.by_tick, f.by_small})
       std::printf("%7.1f %7.1f %7.1f %7.1f %7.1f  ", 1e3 * j.edge_N, 1e3 * j.inside_N,
                   1e3 * j.touch_N, 1e3 * j.release_N, 1e3 * j.slide_in_N);
-    std::printf("%7.1g%s\n", f.least_work, is_good(f) ? "" : "  not as promised");
+    for (const double least : f.least_work) std::printf(" %7.1g", least);
+    std::printf("%s\n", is_good(f) ? "" : "  not as promised");
     sum.ways += f.ways;
     sum.moves += f.moves;
     sum.small += f.small;

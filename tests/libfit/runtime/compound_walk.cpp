@@ -1,6 +1,7 @@
 // Random ways of rigid tools of two to six balls over an asset, whose contacts feel each other as
 // much as they may: each presses, slides, tips over, rolls or lifts. Fails where what a tool stores
-// and the tank rise without work. compound_walk ASSET TICKS SEED
+// and the tank rise without work, or a walk gives work as somebody beside it measures it: force
+// over motion and torque over turns. compound_walk ASSET TICKS SEED
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "libfit/runtime/tool/compound_tool.hpp"
+#include "tests/libfit/runtime/outside_work.hpp"
 #include "tests/libfit/runtime/random_share.hpp"
 
 namespace {
@@ -27,6 +29,16 @@ Frame frame_at(const Vec3d& place, const Vec3d& turn) {
   }
   Frame out;
   make_frame(pose, out);
+  return out;
+}
+
+// The turn from one frame to the next as a vector: half of what is skew in R now R before^T.
+Vec3d turn_between(const Frame& before, const Frame& now) {
+  Vec3d out{0, 0, 0};
+  for (int k = 0; k < 3; ++k) {  // the axes, columns of the rows
+    const Vec3d axis{k == 0 ? 1.0 : 0, k == 1 ? 1.0 : 0, k == 2 ? 1.0 : 0};
+    out = out + cross(before.turn(axis), now.turn(axis)) * 0.5;
+  }
   return out;
 }
 
@@ -54,11 +66,20 @@ int main(int argc, char** argv) {
   Random random{2 * std::strtoull(argv[3], nullptr, 10) + 1};
   const double depth_m = asset.max_fitted_m;
   long ticks = 0, walks = 0, several = 0, slipping = 0;
-  double refused_J = 0;
+  double refused_J = 0, worst[palpate::test::kLevels] = {};
   static CompoundTool tool;
   static CompoundOutput out;
+  // The same walk in finer ticks, every 20th: `level` of kFiner.
+  int level = 0;
+  Random again = random;
   while (ticks < std::atol(argv[2])) {
-    ++walks;
+    const bool is_measured = level == 0 && walks % 20 == 0;
+    if (level == 0) {
+      ++walks;
+      again = random;
+    } else {
+      random = again;
+    }
     tool = CompoundTool();
     tool.shape.balls = 2 + static_cast<int>(5 * random.share());
     tool.shape.radius_m = radius_m;
@@ -71,11 +92,21 @@ int main(int argc, char** argv) {
     Vec3d at = home, turn = direction(random) * 0.3;
     double lost_J = 0, peak_J = 0;
     bool is_passive = true;
+    palpate::test::OutsideWork by_force, by_torque;
+    Frame before = frame_at(at, turn);
+    double work_J = 0, in_J = 0;
     const auto tick = [&]() {
-      if (touch_compound(asset, tool, frame_at(at, turn), out) != Status::ok) return false;
-      ++ticks;
-      several += out.touching > 1;
-      for (int i = 0; i < tool.shape.balls; ++i)
+      const Frame now = frame_at(at, turn);
+      if (touch_compound(asset, tool, now, out) != Status::ok) return false;
+      const double until_J = by_force.work_J + by_torque.work_J;
+      by_force.add(make_vec3<double>(out.force_on_tool_N), now.origin - before.origin);
+      by_torque.add(make_vec3<double>(out.torque_on_tool_Nm), turn_between(before, now));
+      before = now;
+      work_J = by_force.work_J + by_torque.work_J;
+      in_J += std::max(work_J - until_J, 0.0);
+      ticks += level == 0;
+      several += level == 0 && out.touching > 1;
+      for (int i = 0; i < tool.shape.balls && level == 0; ++i)
         slipping += out.ball[i].state == ContactState::slip;
       peak_J = out.stored_J > peak_J ? out.stored_J : peak_J;
       const Ledger& ledger = tool.joint.ledger;
@@ -94,20 +125,27 @@ int main(int argc, char** argv) {
              tangential(direction(random) * (2 * depth_m), u);
       const Vec3d way = to - from;
       const double step_m = 1e-5 * (1 + 9 * random.share());
-      const long count = 1 + static_cast<long>(std::sqrt(dot(way, way)) / step_m);
+      const long count =
+          palpate::test::kFiner[level] * (1 + static_cast<long>(std::sqrt(dot(way, way)) / step_m));
       for (long k = 1; k <= count && is_passive; ++k) {
         at = from + way * (double(k) / double(count));
         turn = from_turn + (to_turn - from_turn) * (double(k) / double(count));
         is_passive = tick();
       }
     }
-    refused_J += tool.joint.ledger.refused_J;
+    if (level == 0) refused_J += tool.joint.ledger.refused_J;
+    if (in_J > 0) worst[level] = std::min(worst[level], work_J / in_J);
+    level = is_measured || (level > 0 && level + 1 < palpate::test::kLevels) ? level + 1 : 0;
     if (is_passive) continue;
     std::printf("walk %ld of seed %s is not passive or was refused\n", walks, argv[3]);
     return 1;
   }
   std::printf("%ld ticks in %ld walks, %ld of two balls and more, %ld balls slipping\n", ticks,
               walks, several, slipping);
-  std::printf("refused %.6g J\n", refused_J);
-  return several > ticks / 8 ? 0 : 1;
+  std::printf(
+      "refused %.6g J; least share of what was put in that a walk took, from outside, in\n"
+      "1, 4, 16 and 64 times as many ticks: %.3g %.3g %.3g %.3g\n",
+      refused_J, worst[0], worst[1], worst[2], worst[3]);
+  const bool gives = worst[palpate::test::kLevels - 1] < -palpate::test::kMostGiven;
+  return several > ticks / 8 && !gives ? 0 : 1;
 }

@@ -1,7 +1,7 @@
 // Random ways of one to four tools over an asset, which feel each other as much as they may: each
 // presses, slides, stands or lifts as it likes, 10 um to 0.2 mm a tick. Fails where what all store
-// and the tank rise without work, or a force changes by more than two ordinary ticks. joint_walk
-// ASSET TICKS SEED
+// and the tank rise without work, where a walk gives work as somebody beside it measures it, or a
+// force changes by more than two ordinary ticks. joint_walk ASSET TICKS SEED
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +10,7 @@
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
 #include "libfit/runtime/tool/several_tools.hpp"
+#include "tests/libfit/runtime/outside_work.hpp"
 #include "tests/libfit/runtime/random_share.hpp"
 
 namespace {
@@ -20,7 +21,7 @@ using palpate::test::Random;
 struct Sums {
   long ticks = 0, walks = 0, touching = 0, together = 0, slipping = 0, in_debt = 0, unfinished = 0,
        crowded = 0;
-  double refused_J = 0, jump = 0, work_J = 0, in_J = 0, worst = 0;
+  double refused_J = 0, jump = 0, work_J = 0, in_J = 0, worst[palpate::test::kLevels] = {};
 };
 
 }  // namespace
@@ -54,8 +55,17 @@ int main(int argc, char** argv) {
   Random random{2 * std::strtoull(argv[3], nullptr, 10) + 1};
   const double depth_m = asset.max_fitted_m;
   Sums sums;
+  // The same walk in finer ticks, every 20th: `level` of kFiner.
+  int level = 0;
+  Random again = random;
   while (sums.ticks < std::atol(argv[2])) {
-    ++sums.walks;
+    const bool is_measured = level == 0 && sums.walks % 20 == 0;
+    if (level == 0) {
+      ++sums.walks;
+      again = random;
+    } else {
+      random = again;
+    }
     const int n = 1 + static_cast<int>(4 * random.share());
     Contact contact[4];
     JointTool tool[4];
@@ -84,7 +94,7 @@ int main(int argc, char** argv) {
         put(to[i], tool[i].place_m);
       }
       touch_together(asset, joint, tool, n);
-      ++sums.ticks;
+      sums.ticks += level == 0;
       double stored_J = 0, work = 0;
       int touching = 0;
       for (int i = 0; i < n; ++i) {
@@ -92,7 +102,7 @@ int main(int argc, char** argv) {
         if (tool[i].status != Status::ok) return false;
         const Vec3d now = make_vec3<double>(out.force_on_tool_N) * -1.0, change = now - force[i];
         work += 0.5 * dot(now + force[i], to[i] - at[i]);
-        if (moved > 0)
+        if (moved > 0 && level == 0)
           sums.jump = std::max(sums.jump, std::sqrt(dot(change, change)) / (stiffest_N_m * moved));
         force[i] = now;
         at[i] = to[i];
@@ -131,7 +141,8 @@ int main(int argc, char** argv) {
         longest_m = std::max(longest_m, std::sqrt(dot(way, way)));
       }
       const double step_m = 1e-5 * (1 + 19 * random.share() * random.share());
-      const long ticks = std::max(1L, static_cast<long>(longest_m / step_m));
+      const long ticks =
+          palpate::test::kFiner[level] * std::max(1L, static_cast<long>(longest_m / step_m));
       for (long k = 1; k <= ticks && is_passive; ++k) {
         Vec3d here[4];
         for (int i = 0; i < n; ++i)
@@ -139,10 +150,13 @@ int main(int argc, char** argv) {
         is_passive = tick(here);
       }
     }
-    sums.work_J += work_J;
-    sums.in_J += in_J;
-    sums.refused_J += joint.ledger.refused_J;
-    if (in_J > 0) sums.worst = std::min(sums.worst, work_J / in_J);
+    if (in_J > 0) sums.worst[level] = std::min(sums.worst[level], work_J / in_J);
+    if (level == 0) {
+      sums.work_J += work_J;
+      sums.in_J += in_J;
+      sums.refused_J += joint.ledger.refused_J;
+    }
+    level = is_measured || (level > 0 && level + 1 < palpate::test::kLevels) ? level + 1 : 0;
     if (is_passive) continue;
     std::printf("walk %ld of seed %s is not passive or was refused\n", sums.walks, argv[3]);
     return 1;
@@ -151,12 +165,15 @@ int main(int argc, char** argv) {
       "%ld ticks in %ld walks, %ld in contact, %ld of two and more, %ld slipping, %ld tools "
       "crowded\n",
       sums.ticks, sums.walks, sums.touching, sums.together, sums.slipping, sums.crowded);
-  std::printf("put in %.6g J, lost %.6g J, least share lost in a walk %.3g\n", sums.in_J,
-              sums.work_J, sums.worst);
+  std::printf(
+      "put in %.6g J, lost %.6g J; least share of it that a walk took, from outside, in\n"
+      "1, 4, 16 and 64 times as many ticks: %.3g %.3g %.3g %.3g\n",
+      sums.in_J, sums.work_J, sums.worst[0], sums.worst[1], sums.worst[2], sums.worst[3]);
   std::printf("refused %.6g J, %ld ticks in debt, %ld unfinished\n", sums.refused_J, sums.in_debt,
               sums.unfinished);
   std::printf(
       "largest change of a force, over the stiffest curve times the ways of all tools: %.3f\n",
       sums.jump);
-  return sums.together > sums.ticks / 8 && sums.jump < 2 ? 0 : 1;
+  const bool gives = sums.worst[palpate::test::kLevels - 1] < -palpate::test::kMostGiven;
+  return sums.together > sums.ticks / 8 && sums.jump < 2 && !gives ? 0 : 1;
 }

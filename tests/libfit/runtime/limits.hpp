@@ -12,12 +12,12 @@ struct Limits {
 };
 
 /// normal_N: the normal curve at the end of the depths that were fitted. lateral_N: what friction
-/// bears, L or mu(d) sum c_i h_i (B3), and of rings the side force and what curvature tilts (B2).
+/// bears, L or mu(d) f^z (B3a), and of rings the side force and what curvature tilts (B2).
 /// Not of bodies that relax.
 inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& out) {
   const double d = out.normal_m;
   const bool has_rings = asset.curves.family == int(runtime::Family::rings);
-  double normal_N = 0, force_N = 0, limit_N = 0, number[3] = {}, c[runtime::kRings] = {};
+  double normal_N = 0, force_N = 0, limit_N = 0, number[3] = {};
   double side2[3] = {}, side3[3] = {}, curvature[6] = {};
   for (int k = 0; k < 3; ++k) {
     const float* node = asset.node(asset.corner(out.triangle, k));
@@ -35,9 +35,6 @@ inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& 
     const runtime::CornerSpot spot{node, asset.control_offset};
     number[0] += w * spot.control(runtime::kFriction, 0);
     number[1] += w * spot.control(runtime::kFrictionSlope, 0);
-    double stiffness[runtime::kRings];
-    runtime::ring_stiffness(asset.curves.rings, spot, stiffness);
-    for (int i = 0; i < runtime::kRings; ++i) c[i] += w * stiffness[i];
     for (int i = 0; i < 3; ++i) side2[i] += w * spot.control(runtime::kSide2, i);
     for (int i = 0; i < 3; ++i) side3[i] += w * spot.control(runtime::kSide3, i);
     for (int i = 0; i < 6; ++i) curvature[i] += w * spot.control(runtime::kCurvature, i);
@@ -45,8 +42,7 @@ inline Limits limits_of(const runtime::AssetView& asset, const runtime::Output& 
   if (!has_rings) return {limit_N, normal_N};
   const auto size = [](const double* v) { return std::hypot(v[0], v[1], v[2]); };
   const double mu = std::max(number[0] + number[1] * d, 0.0), D = std::max(asset.max_fitted_m, d);
-  for (int i = 0; i < runtime::kRings; ++i)
-    limit_N += mu * c[i] * std::max(d - asset.curves.rings.threshold_m[i], 0.0);
+  limit_N = mu * force_N;
   const double pull_N_m = 2 * size(side2) * D + 3 * size(side3) * D * D,  // |g'|
       bend = std::sqrt(2.0) * std::hypot(size(curvature), size(curvature + 3)) * out.lateral_m;
   return {limit_N + size(side2) * d * d + size(side3) * d * d * d +
