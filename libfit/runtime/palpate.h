@@ -251,8 +251,8 @@ PALPATE_API palpate_status palpate_sizes_fit(int32_t abi, const uint32_t bytes[8
 PALPATE_API const char* palpate_sentence(palpate_status status) PALPATE_NOEXCEPT;
 
 /* Opens the asset in `bytes` [size], 8-byte aligned (those of malloc and file maps are), which must
-   outlive it unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread: every byte
-   is read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
+   outlive it unchanged. Trusts nothing and is safe on hostile bytes. Not for the real-time thread:
+   every byte is read once or twice, about 1 ms per 2 MB. On any fault *asset is closed. */
 PALPATE_API palpate_status palpate_open(palpate_asset* asset, const void* bytes,
                                         uint64_t size) PALPATE_NOEXCEPT;
 
