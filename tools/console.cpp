@@ -14,6 +14,8 @@
 #include <thread>
 #include <utility>
 
+#include "libfit/core/error.hpp"
+
 namespace palpate::tools {
 namespace {
 
@@ -98,6 +100,10 @@ std::string in_words(double seconds) {
 }
 
 int job_count(int jobs) {
+  constexpr int kMaxJobs = 1024;  // threads beyond it end for want of memory, not of work
+  if (jobs < 0 || jobs > kMaxJobs)
+    throw Error("--jobs", fmt::format("{} is no number of threads", jobs),
+                fmt::format("Give a whole number from 1 to {}; 0 takes all cores.", kMaxJobs));
   return jobs > 0 ? jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

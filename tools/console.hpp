@@ -85,7 +85,8 @@ double wall_seconds();
 /// "3.2 s", "4 min 10 s".
 std::string in_words(double seconds);
 
-/// Threads to use: `jobs` where positive, else all cores.
+/// Threads to use: `jobs` where positive, all cores where it is 0. Throws Error below 0 and above
+/// 1024.
 int job_count(int jobs);
 
 }  // namespace palpate::tools

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "libfit/io/files/files.hpp"
 #include "tests/tools/kept_run.hpp"
 
 namespace palpate::tools {
@@ -49,6 +50,17 @@ TEST_F(AssetCommands, a_replay_that_feels_nothing_says_why) {
   EXPECT_NE(away.err.find("never touches the body"), std::string::npos) << away.err;
   EXPECT_NE(away.err.find("its nearest row is 12 mm from"), std::string::npos) << away.err;
   EXPECT_EQ(nlohmann::json::parse(away.out).at("warnings").size(), 1u) << away.out;
+}
+
+TEST_F(AssetCommands, curves_of_another_body_are_no_model) {
+  FittedCurves curves = read_curves(path("out/curves.h5"));
+  curves.position.col(2).array() += 0.1;
+  write_curves(path("far.h5"), curves, {});
+  const Outcome outcome = palpate(*folder_, "refine " + path("far.h5") + " --body " +
+                                                path("out/body.h5") + " -o " + path("m.h5"));
+  EXPECT_EQ(outcome.status, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("lies on this body"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(path("m.h5")));
 }
 
 TEST_F(AssetCommands, export_writes_the_format_that_the_name_says) {

@@ -382,6 +382,8 @@ std::vector<BadInput> bad_inputs() {
       {"a report of a folder that is missing", "report none -o r.html"},
       {"a report of a folder without a run", "report empty_folder -o r.html"},
       {"a benchmark that is none", "bench speed", 2},
+      {"fewer threads than none", "fit out/samples.h5 -o c.h5 --jobs -1"},
+      {"more threads than a machine has", "fit out/samples.h5 -o c.h5 --jobs 100000"},
       {"a device as a scene", "check /dev/null"},
       in_manifest("depth and force of the other sign, in and out", kManifest, press_of(-1, -1)),
       in_manifest("forces in mN said to be in N", kManifest, press_of(1, 1e3)),

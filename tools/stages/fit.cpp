@@ -210,6 +210,12 @@ std::size_t list_bad_points(const FittedCurves& curves, bool is_quick) {
 Model refine_body(const FittedCurves& curves, const Body& body, const RefineOptions& options) {
   RefineReport report;
   Model model = refine(curves, body, options, &report);
+  if (static_cast<Eigen::Index>(report.left_out.size()) == curves.position.rows())
+    throw Error("curves",
+                fmt::format("none of the {} test points lies on this body with curves of its own",
+                            curves.position.rows()),
+                "Name the body.h5 that the samples were taken on; `fit` lists points without "
+                "curves.");
   say("  {} test points spread over {} triangles{}; largest distance of a vertex {:.2f} mm",
       curves.position.rows() - static_cast<Eigen::Index>(report.left_out.size()),
       report.triangles.rows(), report.is_own_triangulation ? " made for them" : "",
