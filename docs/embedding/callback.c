@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   fseek(file, 0, SEEK_END);
   size = ftell(file);
   rewind(file);
-  bytes = aligned_alloc(64, ((size_t)size + 63) / 64 * 64);
+  bytes = malloc((size_t)size);
   if (bytes == NULL || fread(bytes, 1, (size_t)size, file) != (size_t)size) return 1;
   fclose(file);
   if (palpate_open(&the_asset, bytes, (uint64_t)size) != PALPATE_OK) return 1;

@@ -29,7 +29,7 @@ Vector to_force(const double newtons[3]) noexcept { return {newtons[0], -newtons
 /// A soft body in the world. The game thread places it, the force thread asks for forces.
 class PalpateComponent {
  public:
-  /// BeginPlay: bytes at a multiple of 64 that outlive the component.
+  /// BeginPlay: bytes at a multiple of 8 that outlive the component.
   bool begin_play(const void* bytes, std::uint64_t size, const palpate_tool& tool) noexcept {
     status_ = palpate_open(&asset_, bytes, size);
     if (status_ == PALPATE_OK) status_ = palpate_start(&contact_, &tool);
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   std::fseek(file, 0, SEEK_END);
   const auto size = static_cast<std::size_t>(std::ftell(file));
   std::rewind(file);
-  void* bytes = std::aligned_alloc(64, (size + 63) / 64 * 64);
+  void* bytes = std::malloc(size);
   if (std::fread(bytes, 1, size, file) != size) return 1;
   std::fclose(file);
   PalpateComponent body;

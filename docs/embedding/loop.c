@@ -5,8 +5,8 @@
 
 #include "palpate.h"
 
-/* The asset's bytes at a multiple of 64, as palpate_open wants them. A file map does as well. */
-static void* read_aligned(const char* path, size_t* size) {
+/* The asset's bytes. A file map does as well. */
+static void* read_file(const char* path, size_t* size) {
   FILE* file = fopen(path, "rb");
   void* bytes = NULL;
   long length;
@@ -14,7 +14,7 @@ static void* read_aligned(const char* path, size_t* size) {
   if (fseek(file, 0, SEEK_END) == 0 && (length = ftell(file)) > 0 &&
       fseek(file, 0, SEEK_SET) == 0) {
     *size = (size_t)length;
-    bytes = aligned_alloc(64, (*size + 63) / 64 * 64);
+    bytes = malloc(*size);
     if (bytes != NULL && fread(bytes, 1, *size, file) != *size) {
       free(bytes);
       bytes = NULL;
@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
   size_t size = 0;
   double touch_z = 0;
   int tick;
-  void* bytes = argc == 2 ? read_aligned(argv[1], &size) : NULL;
+  void* bytes = argc == 2 ? read_file(argv[1], &size) : NULL;
   if (bytes == NULL) return fprintf(stderr, "usage: loop ASSET.palp\n"), 2;
   status = palpate_open(&asset, bytes, size);
   if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;

@@ -7,7 +7,7 @@
 
 #include "palpate.h"
 
-static void* read_aligned(const char* path, size_t* size) {
+static void* read_file(const char* path, size_t* size) {
   FILE* file = fopen(path, "rb");
   void* bytes = NULL;
   long length;
@@ -15,7 +15,7 @@ static void* read_aligned(const char* path, size_t* size) {
   if (fseek(file, 0, SEEK_END) == 0 && (length = ftell(file)) > 0 &&
       fseek(file, 0, SEEK_SET) == 0) {
     *size = (size_t)length;
-    bytes = aligned_alloc(64, (*size + 63) / 64 * 64);
+    bytes = malloc(*size);
     if (bytes != NULL && fread(bytes, 1, *size, file) != *size) {
       free(bytes);
       bytes = NULL;
@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
   double x, y, top, radius;
   size_t size = 0;
   int tick, i;
-  void* bytes = argc == 2 ? read_aligned(argv[1], &size) : NULL;
+  void* bytes = argc == 2 ? read_file(argv[1], &size) : NULL;
   if (bytes == NULL) return fprintf(stderr, "usage: tools ASSET.palp\n"), 2;
   status = palpate_open(&asset, bytes, size);
   if (status != PALPATE_OK) return complain(status);

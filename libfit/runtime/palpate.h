@@ -164,8 +164,9 @@ enum {
       128,                     /* deeper than range_m: the curves go on along their last slope */
   PALPATE_FLAG_CAPPED = 256,   /* the force was brought down to max_force_N */
   PALPATE_FLAG_RAMP = 512,     /* the tool's ramp is not over */
-  PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, and
-                                  nothing answers until it is out or, having lifted off, sinks */
+  PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, or
+                                  a tip under it, and nothing answers until it is out or, having
+                                  lifted off, sinks */
   PALPATE_FLAG_CHANNEL = 2048, /* the tool is in a hole: normal is its axis, normal_m the depth */
   PALPATE_FLAG_PUNCTURED = 4096, /* at this tick it made one */
   PALPATE_FLAG_CROWDED = 8192 /* of a group: the tool stands in another one. What they feel of each

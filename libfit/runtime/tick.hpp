@@ -178,19 +178,19 @@ Status tick(const AssetView& asset, Contact& contact, const double tip_m[3], dou
 /// The force on a tool whose tip (reference point) is at tip_m [m], in body coordinates.
 /// Call once per tick, at any rate, with the Contact of that tool. The first tick only learns where
 /// the tip is. Where the curves were measured with a ball, the tip is that ball's lowest point, and
-/// the ball does not turn (M15a). A tip that starts inside the body feels nothing until it has come
-/// out and entered again through a triangle that answers; so does one that slid off over the rim of
-/// a surface that fades to zero. Touch is swept from the previous tip, so nothing tunnels. Refuses
-/// (status, zero force, contact reset): a tip that is not finite or moved farther than
-/// asset.max_step_m in one tick; a contact of another asset; a force that is not finite.
-/// Work: in the air the tree nodes along the way; in contact at most kMaxSegments segments of
-/// kMaxRootSteps + 3 evaluations of the law's slip, and two of its energy. What does not fit into a
-/// tick goes on at the next. Deterministic: the same bytes and tips give the same bits.
-/// tangent_N_m: optional, row-major 3 x 3, d(force on the body)/d(tip): the exact derivative of the
-/// branches this tick took; zero without force. Asking for it makes a tick several times as
-/// long and changes no other bit.
-/// dt_s [s], kMinTimeStep_s to kMaxTimeStep_s: since the tick before; read where the body relaxes
-/// (section 24), and refused there where it is not in range.
+/// the ball does not turn (M15a). A tip that starts inside the body feels nothing (kFlagInside)
+/// until it has come out and entered again through a triangle that answers; so does one that slid
+/// off over the rim of a surface that fades to zero. One that lifts off goes on as touch_ball()
+/// does. Touch is swept from the previous tip, so nothing tunnels. Refuses (status, zero force,
+/// contact reset): a tip that is not finite or moved farther than asset.max_step_m in one tick; a
+/// contact of another asset; a force that is not finite. Work: in the air the tree nodes along the
+/// way; in contact at most kMaxSegments segments of kMaxRootSteps + 3 evaluations of the law's
+/// slip, and two of its energy. What does not fit into a tick goes on at the next. Deterministic:
+/// the same bytes and tips give the same bits. tangent_N_m: optional, row-major 3 x 3, d(force on
+/// the body)/d(tip): the exact derivative of the branches this tick took; zero without force.
+/// Asking for it makes a tick several times as long and changes no other bit. dt_s [s],
+/// kMinTimeStep_s to kMaxTimeStep_s: since the tick before; read where the body relaxes (section
+/// 24), and refused there where it is not in range.
 inline Status touch(const AssetView& asset, Contact& contact, const double tip_m[3], Output& out,
                     TangentOut tangent_N_m = nullptr, double dt_s = 0) noexcept {
   return asset.probe_radius_m > 0 ? tick<true>(asset, contact, tip_m, 0, out, tangent_N_m, dt_s)

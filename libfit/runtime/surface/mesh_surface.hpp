@@ -29,7 +29,7 @@ constexpr unsigned kFlagOutside = 64;  ///< where no test point answers, or in t
 constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fitted
 constexpr unsigned kFlagCapped = 256;      ///< the force was brought down to the tool's max_force_N
 constexpr unsigned kFlagRamp = 512;        ///< the tool's ramp is not over
-constexpr unsigned kFlagInside = 1024;     ///< a ball stands in the surface and no contact answers
+constexpr unsigned kFlagInside = 1024;     ///< the tool stands in the surface and nothing answers
 constexpr unsigned kFlagChannel = 2048;    ///< the tool is in a hole that it or another one made
 constexpr unsigned kFlagPunctured = 4096;  ///< at this tick it made one
 

@@ -93,7 +93,7 @@ public static unsafe class Palpate
     [DllImport(Library)] public static extern int palpate_abi();
     [DllImport(Library)] static extern int palpate_sizes_fit(int abi, uint* bytes);
     [DllImport(Library)] static extern IntPtr palpate_sentence(int status);
-    // bytes: at a multiple of 64 (palpate_copy_aligned), unchanged while in use.
+    // bytes: at a multiple of 8 (palpate_copy_aligned), unchanged while in use.
     [DllImport(Library)] public static extern int palpate_open(Asset* asset, void* bytes, ulong size);
     [DllImport(Library)] public static extern void palpate_close(Asset* asset);
     [DllImport(Library)]
