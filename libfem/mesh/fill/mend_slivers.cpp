@@ -35,7 +35,7 @@ struct Change {
 };
 
 /// The tets around an edge, in order: nodes[i] and nodes[i + 1] belong to tets[i].
-struct Ring {
+struct EdgeRing {
   std::vector<std::int32_t> nodes;
   Indices tets;
   bool is_closed = false;
@@ -156,14 +156,14 @@ class Mender {
   }
 
   /// Nothing where the tets around an edge hang together in more than one piece.
-  std::optional<Ring> ring_of(std::int32_t a, std::int32_t b) const;
+  std::optional<EdgeRing> ring_of(std::int32_t a, std::int32_t b) const;
 
   Change remove_edge(std::int32_t a, std::int32_t b) const;
   Change remove_face(std::int32_t a, std::int32_t b, std::int32_t c) const;
   Change collapse(std::int32_t v, std::int32_t onto) const;
   Change split_edge(std::int32_t a, std::int32_t b) const;
   bool may_move(std::int32_t v, std::int32_t onto, double near_m) const;
-  bool may_give_way(const Ring& ring, std::int32_t a, std::int32_t b) const;
+  bool may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const;
   bool mend(std::size_t tet, double deg);
 
   std::vector<Vec3> nodes_;
@@ -172,7 +172,7 @@ class Mender {
   std::vector<Indices> around_;
 };
 
-std::optional<Ring> Mender::ring_of(std::int32_t a, std::int32_t b) const {
+std::optional<EdgeRing> Mender::ring_of(std::int32_t a, std::int32_t b) const {
   const Indices tets = with(a, b);
   std::vector<std::array<std::int32_t, 2>> links;  // tet (a, b, from, to) is positive
   for (const std::size_t t : tets) {
@@ -189,7 +189,7 @@ std::optional<Ring> Mender::ring_of(std::int32_t a, std::int32_t b) const {
   auto link = links.begin();  // an open ring begins where nothing arrives
   for (auto l = links.begin(); l != links.end(); ++l)
     if (leaves_to((*l)[0], 1) == links.end()) link = l;
-  Ring ring;
+  EdgeRing ring;
   while (link != links.end() && ring.tets.size() < tets.size()) {
     ring.nodes.push_back((*link)[0]);
     ring.tets.push_back(tets[static_cast<std::size_t>(link - links.begin())]);
@@ -205,7 +205,7 @@ std::optional<Ring> Mender::ring_of(std::int32_t a, std::int32_t b) const {
 
 /// Whether a boundary edge may go: flat across it and no dent, and what replaces it was not on the
 /// boundary.
-bool Mender::may_give_way(const Ring& ring, std::int32_t a, std::int32_t b) const {
+bool Mender::may_give_way(const EdgeRing& ring, std::int32_t a, std::int32_t b) const {
   const std::int32_t from = ring.nodes.front(), to = ring.nodes.back();
   const Vec3 edge = at(b) - at(a), in = edge.cross(at(from) - at(a)),
              out = edge.cross(at(to) - at(a));
