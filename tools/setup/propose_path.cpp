@@ -24,14 +24,14 @@ constexpr double kMinFacing = 0.64;  // cosine of 50 degrees: a slide ends where
 constexpr double kDown_s = 0.6, kHold_s = 0.2, kSlide_s = 1, kLift_s = 0.4;
 
 /// The asset's surface, and which triangles its test points answer for.
-struct Window {
+struct PathWindow {
   Surface surface;
   BoxTree boxes;
   std::vector<char> is_measured;  // of a triangle: it can be slid over, and so are all its corners
 };
 
-Window window_of(const runtime::AssetView& asset) {
-  Window out{surface_of(asset), {}, {}};
+PathWindow window_of(const runtime::AssetView& asset) {
+  PathWindow out{surface_of(asset), {}, {}};
   out.boxes = triangle_boxes(out.surface);
   for (int t = 0; t < asset.triangles; ++t) {
     bool is_measured = asset.is_solid(t);
@@ -47,7 +47,7 @@ struct Spot {
   Vec3 place, inward;
 };
 
-Spot spot_of(const runtime::AssetView& asset, const Window& window,
+Spot spot_of(const runtime::AssetView& asset, const PathWindow& window,
              const std::vector<Eigen::Index>& corners) {
   Spot spot{Vec3::Zero(), Vec3::Zero()};
   for (const Eigen::Index v : corners) {
@@ -61,7 +61,7 @@ Spot spot_of(const runtime::AssetView& asset, const Window& window,
 
 // The vertex among measured triangles alone that is farthest from all others; the first one where
 // all are, none where none is.
-std::optional<Eigen::Index> middle_vertex(const Window& window) {
+std::optional<Eigen::Index> middle_vertex(const PathWindow& window) {
   const Triangles& triangles = window.surface.triangles;
   std::vector<char> is_inner(static_cast<std::size_t>(window.surface.vertices.rows()), 0);
   for (const char wanted : {1, 0})
@@ -80,7 +80,7 @@ std::optional<Eigen::Index> middle_vertex(const Window& window) {
 }
 
 // In a window too coarse to have such a vertex, the middle of its largest triangle.
-Spot middle_of(const runtime::AssetView& asset, const Window& window) {
+Spot middle_of(const runtime::AssetView& asset, const PathWindow& window) {
   if (const auto vertex = middle_vertex(window)) return spot_of(asset, window, {*vertex});
   int largest = -1;
   double largest_m4 = 0;
@@ -116,7 +116,7 @@ struct Slide {
 
 // How far a slide along a tangent stays on measured triangles that face the tool; its last step is
 // not taken.
-Slide slide_along(const Window& window, const Vec3& spot, const Vec3& inward, const Vec3& along,
+Slide slide_along(const PathWindow& window, const Vec3& spot, const Vec3& inward, const Vec3& along,
                   double depth_m) {
   Slide slide{along, depth_m / kStepsPerDepth};
   const auto steps = static_cast<int>(kLongestSlide * kStepsPerDepth);
@@ -137,7 +137,8 @@ Slide slide_along(const Window& window, const Vec3& spot, const Vec3& inward, co
   return slide;
 }
 
-Slide longest_slide(const Window& window, const Vec3& spot, const Vec3& inward, double depth_m) {
+Slide longest_slide(const PathWindow& window, const Vec3& spot, const Vec3& inward,
+                    double depth_m) {
   const Vec3 first = inward.unitOrthogonal(), second = inward.cross(first);
   Slide best;
   for (int k = 0; k < kDirections; ++k) {
@@ -155,7 +156,7 @@ double eased(double share) { return share * share * share * (10 + share * (-15 +
 }  // namespace
 
 ProposedPath propose_path(const runtime::AssetView& asset) {
-  const Window window = window_of(asset);
+  const PathWindow window = window_of(asset);
   const Spot middle = middle_of(asset, window);
   const Vec3 spot = middle.place, inward = middle.inward;
   ProposedPath out;
