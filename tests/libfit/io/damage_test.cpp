@@ -222,8 +222,8 @@ TEST_F(Damage, indices_and_codes_out_of_range_are_named) {
             "s.h5:rows/point: row 5 holds index -1, not 0..2");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/kind", H5T_NATIVE_INT, 0, 3); }),
             "s.h5:rows/kind: row 0 has code 3 without a name");
-  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/status", H5T_NATIVE_INT, 1, 6); }),
-            "s.h5:rows/status: row 1 has code 6 without a name");
+  EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/status", H5T_NATIVE_INT, 1, 7); }),
+            "s.h5:rows/status: row 1 has code 7 without a name");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/experiment", H5T_NATIVE_INT, 5, 0); }),
             "s.h5:rows/experiment: row 5 goes back to experiment 0");
   EXPECT_EQ(samples_error([](Tamper& t) { t.poke("rows/point", H5T_NATIVE_INT, 1, 1); }),

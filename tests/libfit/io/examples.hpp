@@ -64,8 +64,8 @@ inline Samples example_samples() {
   s.torque = awkward_points(6, 5);
   s.force_error = Eigen::VectorXd::LinSpaced(6, 0, 0.1);
   s.force_error[2] = std::numeric_limits<double>::quiet_NaN();
-  s.status = {RowStatus::wedged,   RowStatus::not_converged, RowStatus::inverted,
-              RowStatus::rejected, RowStatus::no_contact,    RowStatus::not_reached};
+  s.status = {RowStatus::good,     RowStatus::wedged,     RowStatus::inverted,
+              RowStatus::rejected, RowStatus::no_contact, RowStatus::not_reached};
   s.force.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
   s.torque.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
   return s;
