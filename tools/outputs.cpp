@@ -14,6 +14,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/files/files.hpp"
+#include "libfit/io/hdf5/hdf5.hpp"
 
 namespace palpate::tools {
 namespace fs = std::filesystem;
@@ -26,11 +27,21 @@ constexpr std::string_view kHdf5Magic = "\x89HDF";
 constexpr std::pair<std::string_view, std::string_view> kCommonFormats[] = {
     {"glTF", "glTF"}, {"ply", "ply"}, {"<svg", "svg"}, {"<VTKFile", "vtu"}};
 constexpr std::string_view kForeign = "another program's ";
-constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "svg", "vtu", "HDF5"};
+constexpr std::string_view kDamagedHdf5 = "damaged HDF5";
+constexpr std::string_view kNamed[] = {"palp", "glTF", "ply", "svg", "vtu", "HDF5", kDamagedHdf5};
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
   return fs::equivalent(a, b, ignored);
+}
+
+bool can_be_opened(const fs::path& hdf5) {
+  try {
+    h5::Reader(hdf5, "");
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 std::string in_words(const std::string& kind) {
@@ -80,7 +91,7 @@ std::string kind_of_file(const fs::path& path) {
     try {
       return schema_of(path);
     } catch (const Error&) {
-      return "HDF5";
+      return can_be_opened(path) ? "HDF5" : std::string(kDamagedHdf5);
     }
   }
   if (bytes.starts_with("PALP")) return "palp";
@@ -124,7 +135,9 @@ void check_named_outputs(const fs::path& target, std::span<const NamedOutput> fi
     std::error_code ignored;
     if (!fs::exists(file, ignored) || fs::is_empty(file, ignored)) continue;
     const std::string found = kind_of_file(file);
-    if (found.starts_with(kind)) continue;
+    // A file of ours that was cut short is made again.
+    if (found.starts_with(kind) || (found == kDamagedHdf5 && kind.starts_with("palpate-")))
+      continue;
     throw Error(file.string(), in_words(found) + ", and Palpate did not write it",
                 can_force ? "Move it away, choose another output, or let --force replace it."
                           : "Move it away, or choose another output.");
