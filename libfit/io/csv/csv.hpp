@@ -41,8 +41,8 @@ struct CsvTable {
 /// Byte-order mark, CRLF, blank lines and spaces around fields are accepted. Columns may come in
 /// any order. Throws Error naming file, line and column when a required column is missing, a column
 /// lacks its unit or carries another one (`x` or `x_mm` for `x_m`), a name comes twice, a row has
-/// another number of fields than the header, something else than commas separates the names, or a number is not one, not finite or out of range.
-/// Safe on untrusted bytes.
+/// another number of fields than the header, something else than commas separates the names, or a
+/// number is not one, not finite or out of range. Safe on untrusted bytes.
 CsvTable read_csv(const std::filesystem::path& path, std::span<const CsvColumnRule> rules);
 
 /// Writes a table row by row, stored whole or not at all (AtomicFile). Numbers read back to the
