@@ -164,15 +164,17 @@ Site find_site(const Surface& surface, const std::string& mesh, const SceneChoic
                const Tissue& tissue) {
   for (const Window& window : windows_of(surface, choices.held))
     if (auto site = site_of(surface, window, tissue)) return std::move(*site);
-  throw Error(mesh,
-              choices.held.empty()
-                  ? "no side of it has a window that a ball can press"
-                  : fmt::format("opposite its {} side it has no window that a ball can press",
-                                choices.held),
-              choices.held.empty()
-                  ? "Write a scene by hand, with a region of its surface that a tool comes to; "
-                    "docs/formats.md has the keys."
-                  : "Give another side, or leave --held out.");
+  const std::string side =
+      choices.held.empty() ? "no side of it" : fmt::format("opposite its {} side it", choices.held);
+  throw Error(
+      mesh,
+      fmt::format(
+          "{} has {} that a ball can press: it is a sheet there, or too little of it can be "
+          "touched",
+          side, choices.held.empty() ? "a window" : "no window"),
+      choices.held.empty() ? "Give a closed surface with both its sides, or write a scene by hand "
+                             "with a region that a tool comes to (docs/formats.md)."
+                           : "Give another side, or leave --held out.");
 }
 
 void note_site(const Site& site, const Tissue& tissue, ProposedScene& scene) {

@@ -21,11 +21,12 @@ constexpr double kWindowShare = 0.22;    // window's radius over the extents acr
 constexpr double kProbeShare = 1.0 / 8;  // of the thickness; presses go one radius deep
 constexpr double kLargestShare = 1.0 / 4;
 constexpr double kLargestProbe_m = 0.01;
-constexpr double kWindowBalls = 3;      // radii of the ball that a window's has at least
-constexpr double kFeltFrom = 3.0 / 7;   // of the depth, from which on rows are to be felt
-constexpr double kOverlapShare = 0.1;   // of the depth, as find_reachable has it
-constexpr double kReachedShare = 0.5;   // of the window's vertices
-constexpr double kSmallestShare = 0.3;  // of the first ball, that one is shrunk to
+constexpr double kWindowBalls = 3;       // radii of the ball that a window's has at least
+constexpr double kFeltFrom = 3.0 / 7;    // of the depth, from which on rows are to be felt
+constexpr double kOverlapShare = 0.1;    // of the depth, as find_reachable has it
+constexpr double kReachedShare = 0.5;    // of the window's vertices
+constexpr double kThinnest = 1.0 / 300;  // of the largest extent; a sheet takes minutes to fill
+constexpr double kSmallestShare = 0.3;   // of the first ball, that one is shrunk to
 constexpr double kShrink = 0.8;
 
 struct TriangleArea {
@@ -164,7 +165,9 @@ double thickness_under_m(const Window& window, const Surface& surface) {
 std::optional<ProposedBall> ball_for(const Window& window, const Surface& surface, double young_Pa,
                                      double poisson) {
   const double thickness_m = thickness_under_m(window, surface);
-  if (!(thickness_m > 0)) return std::nullopt;
+  // Across, too: the rim of a sheet is as thick as the sheet is wide.
+  const double thinnest_m = kThinnest * extent_m(surface.vertices).maxCoeff();
+  if (!(thickness_m > thinnest_m && window.radius_m > thinnest_m)) return std::nullopt;
   // Hertz with the contact radius sqrt(R d): F = 4/3 E* sqrt(R) d^1.5, of d = R at the end.
   const double hertz_Pa = 4.0 / 3 * young_Pa / (1 - poisson * poisson);
   const double felt_m = std::sqrt(kFelt_N / (hertz_Pa * std::pow(kFeltFrom, 1.5)));

@@ -43,7 +43,8 @@ struct ProposedBall {
 
 /// Of an eighth of the thickness, 10 mm at most; larger, up to a quarter of it, where half of the
 /// rows would be below what a hand feels; and smaller until it reaches most of the window. Nothing
-/// where no ball reaches kFewestVertices. young_Pa, poisson: of the material at rest.
+/// where no ball reaches kFewestVertices, and under a sheet of a 300th of the body's extent.
+/// young_Pa, poisson: of the material at rest.
 std::optional<ProposedBall> ball_for(const Window& window, const Surface& surface, double young_Pa,
                                      double poisson);
 
