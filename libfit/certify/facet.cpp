@@ -64,6 +64,35 @@ Interval over(const double* c, int terms, double from, double to) {
   return {shifted[0] - reach, shifted[0] + reach};
 }
 
+/// h_i of the law, and over the depth.
+double reach_m(const Facet& e, int ring, double d) {
+  return ring == 0 ? d : std::max(d - e.threshold[ring], 0.0);
+}
+double share_touching(const Facet& e, int ring, double d) {
+  return ring == 0 ? 1 : d > 0 ? reach_m(e, ring, d) / d : 0;
+}
+/// What limit_share() reads of corner l over a range of depths.
+void put_bearing(const Facet& e, int l, const Polynomials& p, Depth<Interval>& out) {
+  const double middle_m = 0.5 * (out.m.lo + out.m.hi), from = out.m.lo - p.knot,
+               to = out.m.hi - p.knot;
+  double slope[runtime::kMaxDegree + 1] = {};
+  for (int m = 1; m < p.order; ++m) slope[m - 1] = m * p.force[m];
+  out.half_m = 0.5 * (out.m.hi - out.m.lo);
+  out.force_there[l] = over(p.force, p.order, middle_m - p.knot, middle_m - p.knot).lo;
+  out.force_rise[l] = over(slope, std::max(p.order - 1, 1), from, to);
+  out.bed_there[l] = 0;
+  out.bed_rise[l] = out.bed[l] = Interval(0);
+  for (int i = 0; i < kRings; ++i) {
+    const double c = e.stiffness[i][l];
+    out.bed_there[l] += c * reach_m(e, i, middle_m);
+    out.bed[l] =
+        out.bed[l] + Interval(share_touching(e, i, out.m.lo), share_touching(e, i, out.m.hi)) * c;
+    const bool all_touch = i == 0 || out.m.lo >= e.threshold[i],
+               some_touch = i == 0 || out.m.hi > e.threshold[i];
+    out.bed_rise[l] = out.bed_rise[l] + Interval(all_touch, some_touch) * c;
+  }
+}
+
 }  // namespace
 
 Facet facet_of(const AssetView& asset, int t, const FacetOptions& options) {
@@ -119,7 +148,8 @@ double range_of(const AssetView& asset, int t) {
 }
 
 Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) {
-  Depth<double> out{d, {}, {}, {}, {}};
+  Depth<double> out;
+  out.m = d;
   double energy[3];
   for (int l = 0; l < 3; ++l) {
     const Polynomials p = polynomials_of(asset, asset.corner(t, l), d);
@@ -127,6 +157,8 @@ Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) 
     out.force[l] = over(p.force, p.order, s, s).lo / d;
     energy[l] = over(p.area, p.order + 1, s, s).lo / d;
     out.energy[l] = energy[l] / d;
+    out.bed[l] = 0;
+    for (int i = 0; i < kRings; ++i) out.bed[l] += e.stiffness[i][l] * share_touching(e, i, d);
   }
   for (int j = 0; j < 2; ++j) {
     out.force_slope[j] = (out.force[1] - out.force[0]) * e.gradient[1][j] +
@@ -139,7 +171,8 @@ Depth<double> at_depth(const AssetView& asset, const Facet& e, int t, double d) 
 
 Depth<Interval> over_depths(const AssetView& asset, const Facet& e, int t, double from_m,
                             double to_m) {
-  Depth<Interval> out{{from_m, to_m}, {}, {}, {}, {}};
+  Depth<Interval> out;
+  out.m = {from_m, to_m};
   Polynomials p[3];
   for (int l = 0; l < 3; ++l)
     p[l] = polynomials_of(asset, asset.corner(t, l), 0.5 * (from_m + to_m));
@@ -160,6 +193,7 @@ Depth<Interval> over_depths(const AssetView& asset, const Facet& e, int t, doubl
       difference[l] = over(area + 1, p[l].order, from, to);
       stiffer[l] = over(force + 1, p[l].order - 1, from, to);
     }
+    put_bearing(e, l, p[l], out);
   }
   for (int j = 0; j < 2; ++j) {
     out.force_slope[j] = stiffer[1] * e.gradient[1][j] + stiffer[2] * e.gradient[2][j];

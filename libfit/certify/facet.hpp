@@ -60,6 +60,11 @@ struct Depth {
   T force_slope[2];   ///< of the blended f^z over the facet, / d [N/m^2]
   T energy_slope[2];  ///< of the blended Z over the facet, / d [N/m]
   T energy[3];        ///< Z / d^2 [N/m]
+  T bed[3];           ///< sum of c_i h_i / d [N/m], of all rings
+  /// f^z and the sum of c_i h_i at the middle of the range [N], and their slopes over it [N/m]; of
+  /// a depth, nothing.
+  double half_m = 0, force_there[3] = {}, bed_there[3] = {};
+  T force_rise[3], bed_rise[3];
 };
 
 /// Triangle t, with a covered corner, of a body of rings.

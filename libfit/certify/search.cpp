@@ -98,7 +98,7 @@ class Search {
         closed = std::max(closed, box.ratio);
         continue;
       }
-      const double range = 2 * (box.to_m - box.from_m) / box.to_m,
+      const double range = 5 * (box.to_m - box.from_m) / box.to_m,
                    width = std::pow(0.7, box.halvings);  // about their weights in the bound
       const bool halves_depth = can_halve_depth && (!can_halve_patch || range > width);
       for (int half = 0; half < 2; ++half) {
@@ -150,6 +150,7 @@ class Search {
     depth_m_ = depth_m;
   }
   bool is_tight(double ratio) const {
+    if (ratio > 1 && found_.ratio <= 1) return false;  // it says nothing yet
     return ratio <= std::max(std::min(options_.far, 1.0), kTight * found_.ratio);
   }
   const AssetView& asset_;

@@ -34,7 +34,7 @@ bool pushes(const Facet& e, const Where& where, const Depth<T>& depth) {
   if (!(lower(lambda) > 0)) return false;
   const BedTerms<T> bed = bed_at(e, where, lambda, depth.m);
   const T mu = not_negative(where.blend(e.friction_slope) * depth.m + where.blend(e.friction)) *
-               limit_share(bed, where.blend(depth.force));
+               limit_share(where, depth);
   double cut = 0;  // how the share of a bed that is cut may pull
   if (bed.sinks > 0) {
     const double furthest = upper(mu / lambda) + e.overshoot_m / lower(depth.m);
@@ -66,7 +66,7 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   worst.friction = lower(coefficient);
   if (!(frame.least > kMinStretch && lower(lambda) > 0 && lower(coefficient) > 0)) return worst;
   const BedTerms<T> bed = bed_at(e, where, lambda, d);
-  const T mu = coefficient * limit_share(bed, where.blend(depth.force));  // of the limits (B3a)
+  const T share = limit_share(where, depth), mu = coefficient * share;  // of the limits (B3a)
   if (!(lower(mu) > 0)) return worst;
   if (!(lower(bed.stiffness[0] * bed.share) > 0)) return worst;
   const SideTerms<T> side = side_at(e, where, frame, d);
@@ -77,6 +77,11 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
   // Where the normal curve is concave, rings are cut and bear a share: by sizes, with all rings as
   // long as they may be, how that share presses and how it fades over the facet.
   const double cut = 0.5 * upper(sigma * mu);
+  // All rings at such limits bear mu(d) f^z.
+  const double all_slide_N_m = others == OtherRings::sliding && lower(where.blend(depth.bed)) > 0 &&
+                                       upper(share) < runtime::kMaxLimitShare
+                                   ? lower(coefficient * where.blend(depth.force))
+                                   : 0;
   T force = where.blend(depth.force);
   if constexpr (kIsBound) force = force + Interval(-cut * bed.sinks, cut * bed.sinks);
   const T pays = bed.share *
@@ -191,7 +196,8 @@ Balance balance(const Facet& e, const Where& where, const Depth<T>& depth, Other
                      std::sqrt(std::max(std::min(a.stretch_min, b.stretch_min), frame.least)),
                  longest = std::sqrt(std::max(a.stretch_max, b.stretch_max)),
                  over = 1 / (shortest * shortest);
-    const double friction = lower(mu * pays) * shortest, ring = std::max(a.ring, b.ring);
+    const double friction = std::max(lower(mu * pays), all_slide_N_m) * shortest,
+                 ring = std::max(a.ring, b.ring);
     const double least_q = std::min(a.q, b.q);
     const double q = least_q / (least_q > 0 ? longest : shortest),
                  turning = q * (q > 0 ? lower(sigma) : upper(sigma));

@@ -6,7 +6,8 @@
 
 namespace palpate::certify {
 
-constexpr int kSectors = 48;  ///< of directions
+constexpr int kSectors = 48;    ///< of directions
+constexpr int kSlopeTurns = 3;  ///< of limit_share(): each squares what is left of its width
 
 template <class T>
 struct Symmetric {
@@ -145,7 +146,6 @@ template <class T>
 struct BedTerms {
   T stiffness[kRings], touching[kRings], change[kRings][2];
   T others;       ///< sum of c_i h_i / d from ring 2 on
-  T sum;          ///< of all c_i h_i / d, also of rings that are cut
   T share;        ///< of what the rings bear (the engine's ring_share())
   double sinks;   ///< size of how that share falls with depth, times sum c_i h_i [N/m]
   double fades;   ///< and over the facet, / d [N/m^2]
@@ -195,7 +195,6 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
   out.share = T(1);
   out.sinks = out.fades = out.spread = 0;
   const T kept = out.stiffness[0] + out.others;
-  out.sum = kept - cut;
   if (!(cut_stiffness > 0) || !(lower(kept) > 0)) return out;
   const T ratio = cut / kept;
   out.share = not_negative(T(1) - ratio);
@@ -205,17 +204,34 @@ BedTerms<T> bed_at(const Facet& e, const Where& where, const T& lambda, const T&
   return out;
 }
 
-/// What the limits of the rings are times (B3a). force: f^z / d.
-template <class T>
-T limit_share(const BedTerms<T>& bed, const T& force) {
+/// What the limits of the rings are times (B3a), f^z over the sum of c_i h_i, at a place.
+inline double limit_share(const PatchPoint& place, const Depth<double>& depth) {
+  const double bed = place.blend(depth.bed);
+  return bed > 0 ? std::min(place.blend(depth.force) / bed, runtime::kMaxLimitShare) : 1;
+}
+/// And over a patch and a range of depths: within the patch the quotient of two blends is between
+/// those of its corners, and along the depth it is bounded by its slope.
+inline Interval limit_share(const Patch& patch, const Depth<Interval>& depth) {
   const double most = runtime::kMaxLimitShare;
-  if constexpr (std::is_same_v<T, Interval>) {
-    const double least = upper(bed.sum) > 0 ? not_negative(lower(force)) / upper(bed.sum) : 0;
-    if (!(lower(bed.sum) > 0)) return {std::min(least, 1.0), most};  // 1 where there is no bed
-    return {std::min(least, most), std::min(upper(force) / lower(bed.sum), most)};
-  } else {
-    return bed.sum > 0 ? std::min(force / bed.sum, most) : 1;
+  const Interval step(-depth.half_m, depth.half_m);
+  Interval out(most, 0);
+  for (const PatchPoint& corner : patch.corner) {
+    const Interval force = not_negative(corner.blend(depth.force)), bed = corner.blend(depth.bed);
+    if (!(bed.lo > 0))  // 1 where there is no bed
+      return {
+          bed.hi > 0 ? std::min(lower(not_negative(patch.blend(depth.force))) / bed.hi, 1.0) : 0,
+          most};
+    Interval here = force / bed;
+    const double f = corner.blend(depth.force_there), sum = corner.blend(depth.bed_there);
+    const Interval rises = corner.blend(depth.force_rise), sinks = corner.blend(depth.bed_rise),
+                   within = sinks * step + sum;
+    for (int turn = 0; turn < kSlopeTurns && within.lo > 0; ++turn) {
+      const Interval slope = (rises - here * sinks) / within, steep = slope * step + f / sum;
+      here = {std::max(here.lo, steep.lo), std::min(here.hi, steep.hi)};
+    }
+    out = hull(out, here);
   }
+  return {std::min(not_negative(out.lo), most), std::min(out.hi, most)};
 }
 
 /// c(t) = q.(d kappa along t) q for q = L t, as a sum over cosine and sine of one and three angles.

@@ -69,8 +69,7 @@ Witness replay_slip(const AssetView& asset, const Facet& e, int t, const PatchPo
   const Vec3d along = normalized(tangential(over_facet, u) - turned * e.radius_m);
   const double lambda = place.blend(e.lambda),
                mu = (place.blend(e.friction) + place.blend(e.friction_slope) * depth_m) *
-                    limit_share(bed_at(e, place, lambda, depth_m),
-                                place.blend(at_depth(asset, e, t, depth_m).force));
+                    limit_share(place, at_depth(asset, e, t, depth_m));
   Witness out;
   out.triangle = t;
   out.depth_m = depth_m;

@@ -37,9 +37,11 @@ std::vector<Element> parse_xml(const std::string& text) {
         fail("a bare & in " + between);
     if (open >= 0) all[static_cast<std::size_t>(open)].text += between;
     if (tag == std::string::npos) break;
-    const std::size_t end = text.find('>', tag);
+    const bool is_comment = text.compare(tag, 4, "<!--") == 0;
+    const std::size_t end = is_comment ? text.find("-->", tag) : text.find('>', tag);
     if (end == std::string::npos) fail("a tag without an end");
-    at = end + 1;
+    at = end + (is_comment ? 3 : 1);
+    if (is_comment) continue;
     std::string inside = text.substr(tag + 1, end - tag - 1);
     if (inside.front() == '/') {
       if (open < 0 || all[static_cast<std::size_t>(open)].name != inside.substr(1))
