@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/assets/asset_bytes.hpp"
-#include "libfit/runtime/asset/asset.hpp"
+#include "libfit/runtime/asset.hpp"
 
 namespace palpate {
 

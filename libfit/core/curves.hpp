@@ -12,9 +12,9 @@
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/probe.hpp"
 #include "libfit/core/relaxation.hpp"
-#include "libfit/runtime/families/coupling.hpp"
-#include "libfit/runtime/families/families.hpp"
-#include "libfit/runtime/families/softening.hpp"
+#include "libfit/runtime/law/coupling.hpp"
+#include "libfit/runtime/law/families.hpp"
+#include "libfit/runtime/law/softening.hpp"
 
 namespace palpate {
 

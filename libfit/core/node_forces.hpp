@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/runtime/families/families.hpp"
+#include "libfit/runtime/law/families.hpp"
 
 namespace palpate {
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "libfit/runtime/families/relaxation.hpp"
+#include "libfit/runtime/law/relaxation.hpp"
 
 namespace palpate {
 

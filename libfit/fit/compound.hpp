@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libfit/core/samples.hpp"
-#include "libfit/runtime/tool/compound_tool.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libfit/fit/walk.hpp"
-#include "libfit/runtime/tool/several_tools.hpp"
+#include "libfit/runtime/series/tick.hpp"
 
 namespace palpate {
 namespace {

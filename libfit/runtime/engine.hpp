@@ -12,8 +12,8 @@
 // for bit across compilers and optimization levels, which opening an asset verifies.
 // One Contact must not be used by two threads at once; assets may be shared freely.
 
-#include "asset/asset.hpp"
-#include "body/body.hpp"
-#include "deform.hpp"
-#include "tick.hpp"
+#include "asset.hpp"
+#include "contact/body.hpp"
+#include "contact/deform.hpp"
+#include "series/tick.hpp"
 #include "tool/tool.hpp"

@@ -37,8 +37,8 @@ const char* palpate_sentence(palpate_status status) noexcept {
       return rt::sentence(rt::Status::tool_wrong);
     case PALPATE_BODY_WRONG:
       return "The bytes are no body of this asset, or nothing damages its bodies.";
-    case PALPATE_GROUP_WRONG:
-      return "A group has 1 to 8 contacts, each once; forces are zero.";
+    case PALPATE_COUNT_WRONG:
+      return "1 to 8 tools are ticked together, with 8 balls at most between them; forces are zero.";
     case PALPATE_HEADER_WRONG:
       return "The program was built with the header of another version of the engine.";
     case PALPATE_VERTICES_WRONG:
@@ -83,8 +83,6 @@ palpate_status palpate_describe(const palpate_asset* asset, palpate_info* info) 
   info->has_shape = a.shape.points > 0;
   info->relaxes = a.curves.relaxation.branches > 0;
   info->softens = a.damage.softens();
-  info->punctures = a.damage.punctures();
-  info->tilts = a.leans.nodes.tilts;
   info->couples = a.coupling != nullptr;
   info->meta_json = a.meta;
   info->meta_bytes = a.meta_bytes;
@@ -110,7 +108,7 @@ palpate_status palpate_read_mesh(const palpate_asset* asset, palpate_mesh* mesh)
 
 std::uint64_t palpate_body_bytes(const palpate_asset* asset) noexcept {
   const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
-  return opened != nullptr && opened->asset.damage.is_any() ? rt::body_bytes(opened->asset) : 0;
+  return opened != nullptr && opened->asset.damage.softens() ? rt::body_bytes(opened->asset) : 0;
 }
 
 palpate_status palpate_body_start(const palpate_asset* asset, void* body,
@@ -156,7 +154,7 @@ palpate_status palpate_start(palpate_contact* contact, const palpate_tool* tool)
   if (contact == nullptr) return PALPATE_NULL_ARGUMENT;
   *contact = palpate_contact();
   if (tool == nullptr) return PALPATE_NULL_ARGUMENT;
-  StartedContact started{kContactMark, rt::ToolContact()};
+  StartedContact started{kContactMark, rt::Tool()};
   const rt::Status status = to_shape(*tool, started.tool.shape);
   if (status == rt::Status::ok) std::memcpy(contact->storage, &started, sizeof started);
   return to_c(status);
@@ -166,116 +164,43 @@ palpate_status palpate_release(palpate_contact* contact) noexcept {
   if (contact == nullptr) return PALPATE_NULL_ARGUMENT;
   auto* started = held<StartedContact>(contact, kContactMark);
   if (started == nullptr) return PALPATE_NOT_STARTED;
-  rt::forget(started->tool.contact);
+  rt::forget(started->tool);
   return PALPATE_OK;
 }
 
-palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
-                            const palpate_input* in, palpate_output* out) noexcept {
-  if (out != nullptr) {
-    *out = palpate_output();
-    out->triangle = -1;
-  }
-  if (asset == nullptr || contact == nullptr || in == nullptr || out == nullptr)
-    return refuse(out, PALPATE_NULL_ARGUMENT);
+palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contacts,
+                            std::int32_t count, const palpate_input* in,
+                            palpate_output* out) noexcept {
+  const bool is_count = count >= 1 && count <= PALPATE_MAX_BALLS;
+  if (!is_count) return PALPATE_COUNT_WRONG;
+  if (asset == nullptr || contacts == nullptr || in == nullptr || out == nullptr)
+    return refuse(out, count, PALPATE_NULL_ARGUMENT);
   const auto* opened = held<OpenAsset>(asset, kAssetMark);
-  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
-  auto* started = held<StartedContact>(contact, kContactMark);
-  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
-  rt::ToolOutput answer;
-  const rt::Status status =
-      rt::touch_tool(opened->asset, started->tool, to_pose(in->tool), to_pose(in->body), in->dt_s,
-                     answer, in->wants_tangent != 0 ? out->stiffness_N_m : nullptr);
-  fill(answer, *out);
-  return refuse(out, to_c(status));
-}
-
-palpate_status palpate_turning_start(palpate_turning* turning, const palpate_tool* tool) noexcept {
-  if (turning == nullptr) return PALPATE_NULL_ARGUMENT;
-  *turning = palpate_turning();
-  if (tool == nullptr) return PALPATE_NULL_ARGUMENT;
-  StartedTurning started{kTurningMark, rt::TurningTool()};
-  rt::Status status = to_shape(*tool, started.tool.shape);
-  if (started.tool.shape.has_damper() || !(started.tool.shape.radius_m > 0))
-    status = rt::Status::tool_wrong;
-  if (status == rt::Status::ok) std::memcpy(turning->storage, &started, sizeof started);
-  return to_c(status);
-}
-
-palpate_status palpate_turning_release(palpate_turning* turning) noexcept {
-  if (turning == nullptr) return PALPATE_NULL_ARGUMENT;
-  auto* started = held<StartedTurning>(turning, kTurningMark);
-  if (started == nullptr) return PALPATE_NOT_STARTED;
-  rt::forget(started->tool.turning);
-  return PALPATE_OK;
-}
-
-palpate_status palpate_turning_tick(const palpate_asset* asset, palpate_turning* turning,
-                                    const palpate_input* in, palpate_output* out) noexcept {
-  if (out != nullptr) {
-    *out = palpate_output();
-    out->triangle = -1;
-  }
-  if (asset == nullptr || turning == nullptr || in == nullptr || out == nullptr)
-    return refuse(out, PALPATE_NULL_ARGUMENT);
-  const auto* opened = held<OpenAsset>(asset, kAssetMark);
-  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
-  auto* started = held<StartedTurning>(turning, kTurningMark);
-  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
-  rt::TurningToolOutput answer;
-  const rt::Status status = rt::touch_turning_tool(opened->asset, started->tool, to_pose(in->tool),
-                                                   to_pose(in->body), in->dt_s, answer);
-  fill(answer, *out);
-  return refuse(out, to_c(status));
-}
-
-palpate_status palpate_group_start(palpate_group* group) noexcept {
-  if (group == nullptr) return PALPATE_NULL_ARGUMENT;
-  *group = palpate_group();
-  const StartedGroup started{kGroupMark, rt::Joint()};
-  std::memcpy(group->storage, &started, sizeof started);
-  return PALPATE_OK;
-}
-
-palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* group,
-                                  palpate_contact* const* contacts, const palpate_input* in,
-                                  palpate_output* out, std::int32_t count) noexcept {
-  if (out == nullptr) return PALPATE_NULL_ARGUMENT;
-  const bool is_count = count >= 1 && count <= PALPATE_MAX_TOOLS;
-  const auto refuse_all = [&](palpate_status status) noexcept {
-    for (std::int32_t i = 0; is_count && i < count; ++i) {
-      out[i] = palpate_output();
-      out[i].triangle = -1;
-      out[i].status = status;
-    }
-    return status;
-  };
-  if (!is_count) return PALPATE_GROUP_WRONG;
-  if (asset == nullptr || group == nullptr || contacts == nullptr || in == nullptr)
-    return refuse_all(PALPATE_NULL_ARGUMENT);
-  const auto* opened = held<OpenAsset>(asset, kAssetMark);
-  if (opened == nullptr) return refuse_all(PALPATE_ASSET_NOT_OPEN);
-  auto* started = held<StartedGroup>(group, kGroupMark);
-  if (started == nullptr) return refuse_all(PALPATE_NOT_STARTED);
-  rt::ToolContact* tool[rt::kMaxTools];
+  if (opened == nullptr) return refuse(out, count, PALPATE_ASSET_NOT_OPEN);
+  rt::Tool* tool[PALPATE_MAX_BALLS];
+  int balls = 0;
   for (std::int32_t i = 0; i < count; ++i) {
-    if (contacts[i] == nullptr) return refuse_all(PALPATE_NULL_ARGUMENT);
-    for (std::int32_t j = 0; j < i; ++j)
-      if (contacts[i] == contacts[j]) return refuse_all(PALPATE_GROUP_WRONG);
-    auto* contact = held<StartedContact>(contacts[i], kContactMark);
-    if (contact == nullptr) return refuse_all(PALPATE_NOT_STARTED);
-    tool[i] = &contact->tool;
+    auto* started = held<StartedContact>(contacts + i, kContactMark);
+    if (started == nullptr) return refuse(out, count, PALPATE_NOT_STARTED);
+    tool[i] = &started->tool;
+    balls += tool[i]->shape.balls;
   }
-  rt::ToolOutput answer[rt::kMaxTools];
-  rt::Status status[rt::kMaxTools];
-  rt::Pose pose[rt::kMaxTools];
-  for (std::int32_t i = 0; i < count; ++i) pose[i] = to_pose(in[i].tool);
-  rt::touch_tools_together(opened->asset, started->joint, tool, pose, to_pose(in[0].body),
-                           in[0].dt_s, answer, status, count);
-  palpate_status first = PALPATE_OK;
+  if (balls > PALPATE_MAX_BALLS) return refuse(out, count, PALPATE_COUNT_WRONG);
+  rt::Room<rt::ToolInput, PALPATE_MAX_BALLS> input;
+  rt::Room<rt::ToolOutput, PALPATE_MAX_BALLS> answer;
+  rt::Status status[PALPATE_MAX_BALLS];
   for (std::int32_t i = 0; i < count; ++i) {
     out[i] = palpate_output();
-    out[i].triangle = -1;
+    rt::ToolInput& asked = input.make(i);
+    asked.pose = to_pose(in[i].tool);
+    asked.body = to_pose(in[i].body);
+    asked.dt_s = in[i].dt_s;
+    if (in[i].wants_tangent != 0) asked.tangent_N_m = out[i].stiffness_N_m;
+    answer.make(i);
+  }
+  rt::touch_tools(opened->asset, tool, input.begin(), answer.begin(), status, count);
+  palpate_status first = PALPATE_OK;
+  for (std::int32_t i = 0; i < count; ++i) {
     fill(answer[i], out[i]);
     out[i].status = to_c(status[i]);
     if (first == PALPATE_OK) first = out[i].status;
@@ -283,68 +208,27 @@ palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* gro
   return first;
 }
 
-palpate_status palpate_compound_start(palpate_compound* compound, const palpate_tool* balls,
-                                      std::int32_t count) noexcept {
-  if (compound == nullptr) return PALPATE_NULL_ARGUMENT;
-  *compound = palpate_compound();
-  if (balls == nullptr) return PALPATE_NULL_ARGUMENT;
-  if (count < 1 || count > PALPATE_MAX_TOOLS) return PALPATE_TOOL_WRONG;
-  StartedCompound started{kCompoundMark, rt::CompoundTool()};
-  rt::CompoundShape& shape = started.tool.shape;
-  shape.balls = count;
-  for (std::int32_t i = 0; i < count; ++i) {
-    rt::ToolShape ball;
-    if (to_shape(balls[i], ball) != rt::Status::ok || ball.has_damper() || !(ball.radius_m > 0) ||
-        ball.radius_m != balls[0].radius_m)
-      return PALPATE_TOOL_WRONG;
-    copy3(ball.offset_m, shape.centre_m[i]);
-    if (i == 0) shape.limits = ball;
-  }
-  shape.radius_m = shape.limits.radius_m;
-  std::memcpy(compound->storage, &started, sizeof started);
-  return PALPATE_OK;
-}
-
-palpate_status palpate_compound_release(palpate_compound* compound) noexcept {
-  if (compound == nullptr) return PALPATE_NULL_ARGUMENT;
-  auto* started = held<StartedCompound>(compound, kCompoundMark);
-  if (started == nullptr) return PALPATE_NOT_STARTED;
-  rt::forget(started->tool);
-  return PALPATE_OK;
-}
-
-palpate_status palpate_compound_tick(const palpate_asset* asset, palpate_compound* compound,
-                                     const palpate_input* in, palpate_output* out) noexcept {
-  if (out != nullptr) {
-    *out = palpate_output();
-    out->triangle = -1;
-  }
-  if (asset == nullptr || compound == nullptr || in == nullptr || out == nullptr)
-    return refuse(out, PALPATE_NULL_ARGUMENT);
-  const auto* opened = held<OpenAsset>(asset, kAssetMark);
-  if (opened == nullptr) return refuse(out, PALPATE_ASSET_NOT_OPEN);
-  auto* started = held<StartedCompound>(compound, kCompoundMark);
-  if (started == nullptr) return refuse(out, PALPATE_NOT_STARTED);
-  rt::CompoundOutput answer;
-  const rt::Status status = rt::touch_compound_tool(opened->asset, started->tool, to_pose(in->tool),
-                                                    to_pose(in->body), in->dt_s, answer);
-  fill(answer, started->tool.shape.balls, *out);
-  return refuse(out, to_c(status));
-}
-
-palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact* contact,
-                              std::int32_t first, std::int32_t count,
+palpate_status palpate_deform(const palpate_asset* asset, const palpate_contact* contacts,
+                              std::int32_t count, std::int32_t first, std::int32_t vertices,
                               float* displacement_m) noexcept {
   if (displacement_m == nullptr) return PALPATE_NULL_ARGUMENT;
-  if (first < 0 || count < 0) return PALPATE_VERTICES_WRONG;
+  if (first < 0 || vertices < 0) return PALPATE_VERTICES_WRONG;
   const auto* opened = asset != nullptr ? held<OpenAsset>(asset, kAssetMark) : nullptr;
-  if (opened != nullptr && count > opened->asset.vertices - first) return PALPATE_VERTICES_WRONG;
-  for (std::int64_t i = 0; i < 3 * std::int64_t{count}; ++i) displacement_m[i] = 0;
-  if (asset == nullptr || contact == nullptr) return PALPATE_NULL_ARGUMENT;
+  if (opened != nullptr && vertices > opened->asset.vertices - first) return PALPATE_VERTICES_WRONG;
+  for (std::int64_t i = 0; i < 3 * std::int64_t{vertices}; ++i) displacement_m[i] = 0;
+  if (asset == nullptr || contacts == nullptr) return PALPATE_NULL_ARGUMENT;
   if (opened == nullptr) return PALPATE_ASSET_NOT_OPEN;
-  const auto* started = held<StartedContact>(contact, kContactMark);
-  if (started == nullptr) return PALPATE_NOT_STARTED;
-  const rt::ToolContact& tool = started->tool;
-  return to_c(
-      rt::deform(opened->asset, tool.contact, tool.shape.radius_m, first, count, displacement_m));
+  if (count < 1 || count > PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
+  rt::Dent dent[PALPATE_MAX_BALLS];
+  int dents = 0;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const auto* started = held<StartedContact>(contacts + i, kContactMark);
+    if (started == nullptr) return PALPATE_NOT_STARTED;
+    const rt::Tool& tool = started->tool;
+    for (int k = 0; k < tool.shape.balls; ++k) {
+      if (dents == PALPATE_MAX_BALLS) return PALPATE_COUNT_WRONG;
+      dent[dents++] = {&tool.contact[k], tool.shape.ball[k].radius_m};
+    }
+  }
+  return to_c(rt::deform(opened->asset, dent, dents, first, vertices, displacement_m));
 }

@@ -15,7 +15,7 @@
      palpate_start(&contact, &tool);                                 once per tool
      palpate_input in = palpate_input_at(x, y, z);
      palpate_output out;
-     palpate_tick(&asset, &contact, &in, &out);                      every tick: out.force_on_tool_N
+     palpate_tick(&asset, &contact, 1, &in, &out);                   every tick: out.force_on_tool_N
 
    Units are SI: metres, newtons, newton metres, joules, seconds. Coordinates are right-handed and
    those of the world in which both poses are given; with the body's pose left at rest, the world is
@@ -75,12 +75,13 @@ enum {
   PALPATE_FORCE_NOT_FINITE = 7, /* overflow at absurd depths; the contact was reset */
   PALPATE_POSE_WRONG = 8,       /* not finite, or a quaternion whose length is off by 0.001 */
   PALPATE_TIME_STEP_WRONG = 9,  /* something reads dt_s, and it is not in range */
-  PALPATE_TOOL_WRONG = 10,      /* palpate_start: a number of the tool is out of its range */
+  PALPATE_TOOL_WRONG = 10,      /* a number of the tool is out of its range; palpate_tick: several
+                                   balls, and the asset does not couple */
   PALPATE_NO_SHAPE = 11,        /* palpate_deform: the asset does not say how its surface moves */
   PALPATE_VERTICES_WRONG = 12,  /* palpate_deform: not all of these vertices exist */
   PALPATE_HEADER_WRONG = 13,    /* palpate_header_fits: the program has another library's header */
   PALPATE_BODY_WRONG = 14,  /* palpate_body_open: no body of this asset, which must be damaged */
-  PALPATE_GROUP_WRONG = 15, /* palpate_group_tick: no such number of contacts, or one twice */
+  PALPATE_COUNT_WRONG = 15, /* not 1 to PALPATE_MAX_BALLS tools, or more balls between them */
   /* palpate_open refused the bytes. */
   PALPATE_BYTES_MISSING = 20,    /* null, or too few for a header */
   PALPATE_BYTES_MISALIGNED = 21, /* they do not begin at a multiple of 8 */
@@ -94,24 +95,17 @@ enum {
   PALPATE_REPLAY_DIFFERS = 29  /* this build of the engine has other bits than the exporter's */
 };
 
+enum { PALPATE_MAX_BALLS = 8 }; /* of one tool, and of all that are ticked together */
+
 /* Storage that the engine fills; treat it as opaque. Static, on a stack or in an array: nothing is
    owned, nothing needs to be freed, and a plain copy is a copy. */
 typedef struct palpate_asset {
   uint64_t storage[192];
 } palpate_asset;
+/* What one tool remembers on one body. A tick reads and writes what its balls need, 4 kB each. */
 typedef struct palpate_contact {
-  uint64_t storage[512];
+  uint64_t storage[3840];
 } palpate_contact;
-typedef struct palpate_turning {
-  uint64_t storage[1536];
-} palpate_turning;
-typedef struct palpate_group {
-  uint64_t storage[128];
-} palpate_group;
-enum { PALPATE_MAX_TOOLS = 8 }; /* of a group; also the balls of a compound */
-typedef struct palpate_compound {
-  uint64_t storage[4096];
-} palpate_compound;
 
 /* Rotation, then translation: world = R(orientation) local + position_m. */
 typedef struct palpate_pose {
@@ -119,18 +113,24 @@ typedef struct palpate_pose {
   double orientation[4]; /* unit quaternion w, x, y, z; q and -q are the same */
 } palpate_pose;
 
-/* What touches: a point or a ball fixed to the tool. The asset's curves were measured with a ball
-   of palpate_info.probe_radius_m; another radius changes where contact begins, not the curves.
-   The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against motion
-   along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m). It never pulls
-   the tool in. Its energy is damped_J. Last of all the force is brought up over ramp_s from the
-   first tick on and down to max_force_N; energies stay those of the whole force. Zero a tool before
-   you fill it. */
+/* What touches: 1 to PALPATE_MAX_BALLS balls fixed to each other. A tip or a ball is one; a lying
+   capsule, a finger, a grasper's jaw are several, each with a radius of its own. Several are for
+   assets that couple (palpate_info.couples). The asset's curves were measured with a ball of
+   palpate_info.probe_radius_m: another radius changes where contact begins, not the curves, and is
+   flagged PALPATE_FLAG_OTHER_RADIUS. What a turn of the tool drags along under its balls counts.
+   The damper acts parallel to the curves: b(dz) = b min(1, dz / damper_depth_m) against the tool's
+   motion along the contact's normal (damping_Ns_m) and across it (lateral_damping_Ns_m), shared
+   among the balls. It never pulls the tool in. Its energy is damped_J. Last of all force and torque
+   are brought up over ramp_s from the first tick on and down to max_force_N; energies stay those of
+   the whole force. palpate_tip() and palpate_ball() begin one; zero a tool that you fill yourself. */
 typedef struct palpate_tool {
-  double offset_m[3];  /* of the tip or the ball's centre in the tool's frame; each within 1000 */
-  double radius_m;     /* up to 1000. 0: a tip. On curves that were measured with a ball it is that
-                          ball's lowest point at first touch, and the ball does not turn */
-  double damping_Ns_m; /* N s/m, 0 to 1e4; 0: none */
+  int32_t balls;
+  int32_t reserved_0;
+  double centre_m[PALPATE_MAX_BALLS][3]; /* of each in the tool's frame; within 1000 */
+  double radius_m[PALPATE_MAX_BALLS];    /* up to 1000. 0: a tip. On curves that were measured with
+                                            a ball it is that ball's lowest point at first touch,
+                                            and that ball does not turn */
+  double damping_Ns_m;         /* N s/m, 0 to 1e4; 0: none */
   double damper_depth_m;       /* depth at which it is whole; > 0 where there is damping */
   double lateral_damping_Ns_m; /* 0 to 1e4; 0: none */
   double max_force_N;          /* what the device can bear; 0: no cap */
@@ -167,27 +167,29 @@ enum {
   PALPATE_FLAG_INSIDE = 1024,  /* in the air: a ball, its centre outside, stands in the surface, or
                                   a tip under it, and nothing answers until it is out or, having
                                   lifted off, sinks */
-  PALPATE_FLAG_CHANNEL = 2048, /* the tool is in a hole: normal is its axis, normal_m the depth */
-  PALPATE_FLAG_PUNCTURED = 4096, /* at this tick it made one */
-  PALPATE_FLAG_CROWDED = 8192 /* of a group: the tool stands in another one. What they feel of each
-                                 other is then bounded and passive, but not measured */
+  PALPATE_FLAG_OTHER_RADIUS = 2048, /* the curves were measured with a ball of another radius: the
+                                       force is off by as much as the radii differ */
+  PALPATE_FLAG_CROWDED = 4096 /* the tool stands in another one. What they do to each other is then
+                                 bounded and passive, but not measured */
 };
 
 /* Or-ed together in events, each at the one tick at which it happens. */
-enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2, PALPATE_PUNCTURED = 4 };
+enum { PALPATE_TOUCHED = 1, PALPATE_RELEASED = 2 };
 
 /* One tick's answer, in world coordinates. In the air, and with any status but PALPATE_OK, force,
    torque and stiffness are exactly zero and triangle is -1. Energies are sums since
-   palpate_start. */
+   palpate_start. Of a tool of several balls force and torque are sums over them; contact_m,
+   acts_at_m and normal are means, each ball by what it bears; triangle, weight, normal_m and
+   lateral_m are those of the ball that bears most. */
 typedef struct palpate_output {
   double force_on_tool_N[3];   /* what a device displays; the body feels the negative */
-  double torque_on_tool_Nm[3]; /* of that force about tool.position_m: it acts at the tip, or one
-                                  radius from a ball's centre along the contact's normal */
+  double torque_on_tool_Nm[3]; /* of that force about the tool's position: it acts at the tip, or
+                                  one radius from a ball's centre along the contact's normal */
   double contact_m[3];         /* the point of the resting surface that the tool holds on to */
   double normal[3];            /* unit, into the body, at that point */
   double weight[3];            /* its area coordinates in the triangle, sum 1 */
   double normal_m;             /* deflection along the normal, > 0 in contact */
-  double lateral_m;            /* deflection across it, >= 0; leaning: from the lean */
+  double lateral_m;            /* deflection across it, >= 0 */
   double stored_J;             /* elastic energy now */
   double dissipated_J;     /* by slips, less what they took; of rings while PALPATE_STICK, too */
   double refused_J;        /* that slips would have created, each joule once; see HELD_BACK */
@@ -204,8 +206,9 @@ typedef struct palpate_output {
   double deflection_m[3];  /* from contact_m to acts_at_m */
   double acts_at_m[3];     /* where the force acts */
   double approach_m_s;     /* of the tick of a touch: into the body, along the normal */
-  uint32_t events;         /* PALPATE_TOUCHED, _RELEASED, _PUNCTURED */
-  uint32_t reserved[7];    /* 0 */
+  uint32_t events;         /* PALPATE_TOUCHED, PALPATE_RELEASED: the tool as a whole */
+  int32_t touching;        /* balls in contact */
+  uint32_t reserved[6];    /* 0 */
 } palpate_output;
 
 /* What an opened asset says about itself. */
@@ -221,10 +224,8 @@ typedef struct palpate_info {
   int32_t has_shape;                 /* palpate_deform answers */
   int32_t relaxes;                   /* forces depend on time: every tick needs dt_s */
   int32_t softens;                   /* a body of it softens: palpate_body_start */
-  int32_t punctures;                 /* a body of it breaks under a tool: palpate_body_start */
-  int32_t tilts;                     /* leans beside upright that forces differ at; 0: none */
-  int32_t couples;                   /* tools feel each other: palpate_group_tick */
-  int32_t reserved[7];               /* 0 */
+  int32_t couples;                   /* balls, and tools, move each other */
+  int32_t reserved[1];               /* 0 */
   const char* meta_json; /* error statement, scene; within the caller's bytes, NOT terminated */
   uint64_t meta_bytes;
 } palpate_info;
@@ -265,28 +266,21 @@ PALPATE_API palpate_status palpate_describe(const palpate_asset* asset,
 PALPATE_API palpate_status palpate_read_mesh(const palpate_asset* asset,
                                              palpate_mesh* mesh) PALPATE_NOEXCEPT;
 
-/* A body that contacts damage (palpate_info.softens, punctures): what each of its vertices has
-   borne and the holes that tools made in it, in memory of the caller's beside the asset. Any number
-   of bodies may share an asset. palpate_tick on the asset itself is that of a body that nothing
-   damages.
+/* A body that contacts damage (palpate_info.softens): what each of its vertices has borne, in memory
+   of the caller's beside the asset. Any number of bodies may share an asset. palpate_tick on the
+   asset itself is that of a body that nothing damages.
 
    palpate_body_bytes: how much memory, 8-byte aligned; 0 where the asset is not open or nothing
    damages its bodies. palpate_body_start: a new body in it; a body that is there already is healed.
    palpate_body_open: *opened is the asset with this body, to be used in place of the asset; ticks
    on it write to the memory, so contacts of one body belong to one thread.
 
-   Any number of contacts may touch one body; each feels what the others did to it.
+   Any number of contacts may touch one body; each meets what the others did to it.
 
    The bytes are plain and may be copied at any time between ticks to save them, and put back: what
    is opened on them goes on from there, with the contacts that were saved with them; release others
    (palpate_release), and all contacts of a body that is healed. After a restart open them again;
    that checks them, and is safe on hostile bytes.
-
-   A body that breaks (palpate_info.punctures): where a contact's force along the normal comes to
-   what the body bears, the tick says PALPATE_PUNCTURED, and the tool is in a hole along its way.
-   There friction grows with the depth, its wall holds the tool sideways, and going on past the
-   hole's end takes the force of cutting. A tool that has left finds the hole again. A body keeps
-   its 64 newest holes.
 
    PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN or PALPATE_BODY_WRONG. */
 PALPATE_API uint64_t palpate_body_bytes(const palpate_asset* asset) PALPATE_NOEXCEPT;
@@ -314,94 +308,47 @@ PALPATE_API palpate_status palpate_start(palpate_contact* contact,
    tick only learns where the tool is. The sums stay. */
 PALPATE_API palpate_status palpate_release(palpate_contact* contact) PALPATE_NOEXCEPT;
 
-/* One tick: call it at any rate. The first tick only learns where the tool is. Contact begins where
-   the tip or ball first touches on its straight way from the previous tick, at any speed up to
-   max_step_m. A tool that starts inside the body feels nothing until it has come out.
-   Writes *out whatever happens, and returns out->status.
-   Work, in evaluations of three curves (about 25 to 60 multiply-adds each): stick 2; slip at most
-   16 segments of 15 evaluations and 2 energies, usually one segment of 2 and 2; in the air the
-   tree boxes near the way, 2 log2(triangles) for a tip in free space and never more than
-   2 x triangles. No data-dependent loop is longer. */
-PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contact,
-                                        const palpate_input* in,
+/* One tick of the tools on one body: contacts, in and out [count], 1 to PALPATE_MAX_BALLS with no
+   more balls between them, always the same tools in the same order (others begin anew). Call it at
+   any rate. The first tick only learns where the tools are. Contact begins where a tip or ball first
+   touches on its straight way from the previous tick, at any speed up to max_step_m. One that starts
+   inside the body feels nothing until it has come out.
+
+   On an asset that couples (palpate_info.couples) what one ball bears moves the surface under the
+   others: of the same tool, and of the others. Then the stored_J add up to what all store together,
+   dissipated_J, refused_J and refused_ticks are of all tools, and tools are passive as a whole: one
+   may give back what another has put in. Inputs say the same body and the same dt_s. On other assets
+   each tool is by itself. A tool that is refused is out of contact, and the others go on.
+
+   Writes all of out whatever happens, each with its status, and returns the first that is not
+   PALPATE_OK.
+   Work of each ball, in evaluations of three curves (about 25 to 60 multiply-adds each): stick 2;
+   slip at most 16 segments of 15 evaluations and 2 energies, usually one segment of 2 and 2; where
+   the body sways or balls move each other at most 54 of these, usually 3 to 7; where it relaxes 2
+   more. A first loading of a body that softens visits at most 96 triangles. In the air the tree
+   boxes near the way, 2 log2(triangles) for a tip in free space and never more than 2 x triangles.
+   No data-dependent loop is longer. */
+PALPATE_API palpate_status palpate_tick(const palpate_asset* asset, palpate_contact* contacts,
+                                        int32_t count, const palpate_input* in,
                                         palpate_output* out) PALPATE_NOEXCEPT;
 
-/* A tool that turns, with a round end: its orientation counts, and torque_on_tool_Nm is that of a
-   tool that leans, rolls and spins. Its z axis is the shaft, away from the end; tool.offset_m is
-   the end's centre and radius_m must be palpate_info.probe_radius_m, tool and asset otherwise as
-   for palpate_start and palpate_tick. The asset is of the law "rings". Where palpate_info.tilts is
-   0 forces do not differ by the lean; rolling and spinning are felt all the same. It has no damper,
-   takes no body that tools puncture (both PALPATE_TOOL_WRONG) and fills no stiffness_N_m. A tick
-   takes 2 to 4 times as long as one of palpate_tick. palpate_turning_release: as palpate_release.
- */
-PALPATE_API palpate_status palpate_turning_start(palpate_turning* turning,
-                                                 const palpate_tool* tool) PALPATE_NOEXCEPT;
-PALPATE_API palpate_status palpate_turning_release(palpate_turning* turning) PALPATE_NOEXCEPT;
-PALPATE_API palpate_status palpate_turning_tick(const palpate_asset* asset,
-                                                palpate_turning* turning, const palpate_input* in,
-                                                palpate_output* out) PALPATE_NOEXCEPT;
-
-/* Tools that feel each other on one body (palpate_info.couples): what one bears moves the surface
-   under the others. A group is started once; then one call of palpate_group_tick takes the place of
-   palpate_tick for all of its contacts, 1 to PALPATE_MAX_TOOLS started ones, always the same in the
-   same order (with another number all begin anew):
-
-     palpate_group group;
-     palpate_group_start(&group);
-     palpate_contact* contacts[2] = {&thumb, &finger};
-     palpate_group_tick(&asset, &group, contacts, in, out, 2);      in [2], out [2]
-
-   The first input says the body's pose and dt_s for all. out[i] is what palpate_tick would write of
-   tool i, but: the stored_J add up to what all store together, dissipated_J, refused_J and
-   refused_ticks are of all tools, and there is no stiffness_N_m. A tool whose status is not
-   PALPATE_OK is out of contact, and the others go on. A group is passive as a whole: one tool may
-   give back what another has put in. On an asset that does not couple each tool is ticked by
-   itself, bit for bit. Returns the first status that is not PALPATE_OK. A group belongs to the
-   thread of its contacts. Work: where all stick about 5 ticks of each tool, where one slides 15,
-   never more than 54. */
-PALPATE_API palpate_status palpate_group_start(palpate_group* group) PALPATE_NOEXCEPT;
-PALPATE_API palpate_status palpate_group_tick(const palpate_asset* asset, palpate_group* group,
-                                              palpate_contact* const* contacts,
-                                              const palpate_input* in, palpate_output* out,
-                                              int32_t count) PALPATE_NOEXCEPT;
-
-/* A rigid tool of several balls that turns: a lying capsule, a finger, a rod. `balls` [count], 1 to
-   PALPATE_MAX_TOOLS, have the balls' centres as offset_m, in the tool's frame, and all the
-   palpate_info.probe_radius_m of the asset; cap and ramp of the first one are the whole tool's, and
-   there is no damper. The asset couples (palpate_info.couples) where there is more than one ball.
-   One palpate_input is one tick: force and torque of *out are sums over the balls, the torque about
-   the tool's position; contact_m, acts_at_m and normal are means by what each ball bears; state is
-   the most any ball does; stored_J and the sums are of the whole tool; there is no stiffness_N_m.
-   What the tool's turns drag along under its balls counts. Refused as palpate_tick, and wherever
-   one of its balls is (PALPATE_TOOL_WRONG: another radius, no coupling, or a body that tools
-   puncture). Work: that of a group of its balls. palpate_compound_start: PALPATE_OK,
-   PALPATE_NULL_ARGUMENT or PALPATE_TOOL_WRONG; palpate_compound_release: as palpate_release. */
-PALPATE_API palpate_status palpate_compound_start(palpate_compound* compound,
-                                                  const palpate_tool* balls,
-                                                  int32_t count) PALPATE_NOEXCEPT;
-PALPATE_API palpate_status palpate_compound_release(palpate_compound* compound) PALPATE_NOEXCEPT;
-PALPATE_API palpate_status palpate_compound_tick(const palpate_asset* asset,
-                                                 palpate_compound* compound,
-                                                 const palpate_input* in,
-                                                 palpate_output* out) PALPATE_NOEXCEPT;
-
-/* How far a tool has moved vertices first to first + count - 1 of the surface, in metres and in the
-   body's frame: displacement_m [3 count], x, y, z of each; add it to palpate_read_mesh's vertices.
-   For the thread that draws. `contact` is a copy that the force thread made after a tick (a plain
-   copy of the structure, handed over as the program likes); it is only read. All zero in the air.
-   Continuous in the tool's place while it touches and slides. No vertex is left inside the tool's
-   ball, or inside the ball that the curves were measured with where the tool is a tip; triangles
-   between vertices may cut into it by about (edge length)^2 / (8 radius). Displacements of several
-   tools are added by the caller, an approximation. The error that an asset states for it is
-   shape_error of its meta_json.
-   Work: at most 9 test points' numbers once, then some 0.1 us a vertex. Vertices may be shared out
-   over calls and threads.
+/* How far tools have moved vertices first to first + vertices - 1 of the surface, in metres and in
+   the body's frame: displacement_m [3 vertices], x, y, z of each; add it to palpate_read_mesh's
+   vertices. For the thread that draws. `contacts` [count] is a copy that the force thread made after
+   a tick (a plain copy of the structures, handed over as the program likes); it is only read. All
+   zero in the air. Continuous in the tools' places while they touch and slide. No vertex is left
+   inside the one ball of a tool, or inside the ball that the curves were measured with where it is a
+   tip; triangles between vertices may cut into it by about (edge length)^2 / (8 radius). The error
+   that an asset states for it is shape_error of its meta_json.
+   Work: of each ball at most 9 test points' numbers once, then some 0.1 us a vertex. Vertices may be
+   shared out over calls and threads.
    PALPATE_OK, PALPATE_NULL_ARGUMENT, PALPATE_ASSET_NOT_OPEN, PALPATE_NOT_STARTED,
-   PALPATE_CONTACT_FOREIGN, PALPATE_NO_SHAPE or PALPATE_VERTICES_WRONG, which writes nothing; all
-   others but a null displacement_m write zeros. */
+   PALPATE_CONTACT_FOREIGN, PALPATE_COUNT_WRONG, PALPATE_NO_SHAPE or PALPATE_VERTICES_WRONG, which
+   writes nothing; all others but a null displacement_m write zeros. */
 PALPATE_API palpate_status palpate_deform(const palpate_asset* asset,
-                                          const palpate_contact* contact, int32_t first,
-                                          int32_t count, float* displacement_m) PALPATE_NOEXCEPT;
+                                          const palpate_contact* contacts, int32_t count,
+                                          int32_t first, int32_t vertices,
+                                          float* displacement_m) PALPATE_NOEXCEPT;
 
 /* Whether the library is the one that this header belongs to. Structures grow within what they
    reserve; where that is not enough PALPATE_ABI is raised. */
@@ -413,14 +360,15 @@ static inline palpate_status palpate_header_fits(void) {
 }
 
 /* The commonest tools and inputs, ready to pass. */
-static inline palpate_tool palpate_tip(void) {
-  const palpate_tool tool = {{0, 0, 0}, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}};
-  return tool;
-}
 static inline palpate_tool palpate_ball(double radius_m) {
-  const palpate_tool tool = {{0, 0, 0}, radius_m, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}};
+  palpate_tool tool;
+  unsigned char* bytes = (unsigned char*)&tool;
+  for (size_t i = 0; i < sizeof tool; ++i) bytes[i] = 0;
+  tool.balls = 1;
+  tool.radius_m[0] = radius_m;
   return tool;
 }
+static inline palpate_tool palpate_tip(void) { return palpate_ball(0); }
 static inline palpate_input palpate_input_at(double x_m, double y_m, double z_m) {
   const palpate_input in = {
       {{x_m, y_m, z_m}, {1, 0, 0, 0}}, {{0, 0, 0}, {1, 0, 0, 0}}, 0.001, 0, {0}};

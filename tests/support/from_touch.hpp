@@ -1,6 +1,6 @@
 #pragma once
 
-#include "libfit/runtime/families/families.hpp"
+#include "libfit/runtime/law/families.hpp"
 
 namespace palpate::test {
 

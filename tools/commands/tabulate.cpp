@@ -8,7 +8,7 @@
 #include "libfit/fit/spline/monotone_least_squares.hpp"
 #include "libfit/io/csv/tables.hpp"
 #include "libfit/io/files/files.hpp"
-#include "libfit/runtime/spline.hpp"
+#include "libfit/runtime/base/spline.hpp"
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 

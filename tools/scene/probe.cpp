@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "libfem/probes/probes.hpp"
-#include "libfit/runtime/tool/joint_root.hpp"
+#include "libfit/runtime/series/root.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/toml_table.hpp"
 

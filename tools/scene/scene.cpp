@@ -8,7 +8,7 @@
 
 #include "libfit/core/error.hpp"
 #include "libfit/io/atomic_file.hpp"
-#include "libfit/runtime/families/softening.hpp"
+#include "libfit/runtime/law/softening.hpp"
 #include "libfit/runtime/tool/tilt.hpp"
 #include "tools/scene/fields.hpp"
 #include "tools/scene/material.hpp"

@@ -6,7 +6,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/fit/rows/experiments.hpp"
 #include "libfit/fit/spline/monotone_least_squares.hpp"
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 
 namespace palpate::fit {
 

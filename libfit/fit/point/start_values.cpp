@@ -6,7 +6,7 @@
 
 #include "libfit/core/text.hpp"
 #include "libfit/fit/point/replay.hpp"
-#include "libfit/runtime/response.hpp"
+#include "libfit/runtime/law/response.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "libfit/runtime/response.hpp"
+#include "libfit/runtime/law/response.hpp"
 
 namespace palpate::fit {
 namespace {

@@ -6,7 +6,7 @@
 #include "libfit/core/curve_basis.hpp"
 #include "libfit/core/statistics.hpp"
 #include "libfit/fit/options.hpp"
-#include "libfit/runtime/spline.hpp"
+#include "libfit/runtime/base/spline.hpp"
 
 namespace palpate::fit {
 

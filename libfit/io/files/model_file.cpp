@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "libfit/io/files/columns.hpp"
-#include "libfit/runtime/shape.hpp"
+#include "libfit/runtime/asset/shape.hpp"
 
 namespace palpate {
 

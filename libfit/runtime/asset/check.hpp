@@ -4,9 +4,9 @@
 // What is checked before the engine trusts an asset's bytes. Safe on any bytes: every index is
 // tested before it is used, and all work is bounded by the counts.
 
-#include "../shape.hpp"
-#include "../status.hpp"
-#include "../sway.hpp"
+#include "shape.hpp"
+#include "../base/status.hpp"
+#include "../law/compliance.hpp"
 #include "check_blocks.hpp"
 #include "view.hpp"
 
@@ -32,8 +32,7 @@ inline Status check_envelope(const void* bytes, std::size_t size, Header& header
     return Status::other_version;
   if (header.file_bytes != size) return Status::size_wrong;
   if (!has_possible_counts(header)) return Status::layout_wrong;
-  if ((header.flags & ~(kFlagGuard | kFlagShape | kFlagRelaxation | kFlagDamage | kFlagCoupling)) !=
-      0)
+  if ((header.flags & ~(kFlagGuard | kFlagShape | block_flags(Blocks()))) != 0)
     return Status::layout_wrong;
   std::uint64_t offset[kSections];
   const std::uint64_t end = lay_out(header, offset);
@@ -318,17 +317,14 @@ inline Status check_tree(const AssetView& view, int nodes, int items) noexcept {
 inline Status check_sections(const AssetView& view, const Header& header,
                              const void* bytes) noexcept {
   Status status = check_numbers(view);
-  if (status == Status::ok) status = check_relaxation(view, header, bytes);
-  if (status == Status::ok) status = check_damage(header, bytes);
   for (const SplineView& spline : view.curves.view)
     if (status == Status::ok && spline.pieces > 0) status = check_spline(spline);
   if (status == Status::ok) status = check_controls(view, header);
-  if (status == Status::ok) status = check_leans(view, header, bytes);
   if (status == Status::ok) status = check_vertices(view);
   if (status == Status::ok) status = check_triangles(view);
   if (status == Status::ok) status = check_normals(view);
   if (status == Status::ok) status = check_tree(view, header.tree_nodes, header.tree_items);
-  if (status == Status::ok) status = check_coupling(view, header, bytes);
+  if (status == Status::ok) status = check_blocks(view, header, bytes, Blocks());
   if (status == Status::ok && view.shape.points > 0) status = check_shape(view);
   return status;
 }

@@ -3,18 +3,16 @@
 
 // The bytes of an asset (.palp), version 1. Little-endian or big-endian as the writer's
 // machine; the mark tells. A header, then the sections of `Section` in order, each beginning at the
-// next multiple of 64 with zeros between, with kFlagRelaxation a RelaxationBlock, with kFlagDamage
-// a DamageBlock, with kFlagCoupling a CouplingBlock, with tilts a LeanBlock and its numbers, and
-// with kFlagShape a shape response
-// (shape.hpp); the whole size is a multiple of 64. Nothing else is allowed.
+// next multiple of 64 with zeros between, then the blocks of `Blocks` that the flags name, and with
+// kFlagShape a shape response (shape.hpp); the whole size is a multiple of 64. Nothing else is
+// allowed.
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
-#include "../families/coupling.hpp"
-#include "../families/families.hpp"
-#include "../tool/tilt.hpp"
+#include "../law/coupling.hpp"
+#include "../law/families.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -28,9 +26,6 @@ constexpr std::uint64_t kAlignment = 64;
 constexpr std::uint64_t kByteAlignment = 8;   ///< of the bytes in memory: what any malloc gives
 constexpr std::uint32_t kFlagGuard = 1;       ///< refuse the energy-creating part of slips
 constexpr std::uint32_t kFlagShape = 2;       ///< a shape response follows the sections
-constexpr std::uint32_t kFlagRelaxation = 4;  ///< a RelaxationBlock does, before it
-constexpr std::uint32_t kFlagDamage = 8;      ///< a DamageBlock does, right before it
-constexpr std::uint32_t kFlagCoupling = 16;   ///< a CouplingBlock does, right before it
 
 // What a vertex answers with; 0: nothing, its controls are zero.
 constexpr std::uint8_t kMeasured = 1;  ///< its own curves
@@ -74,30 +69,33 @@ struct TreeNode {
   std::int32_t at, items;
 };
 
-/// The Prony series of a body that relaxes: 64 bytes right behind the sections.
+// Blocks of what only some bodies have; numbers that are not used are 0.
+
+/// The Prony series of a body that relaxes.
 struct RelaxationBlock {
+  static constexpr std::uint32_t kFlag = 4;
   std::int64_t branches;                             ///< 1 to kMaxBranches
   double share[kMaxBranches], time_s[kMaxBranches];  ///< 0 of branches that are not
-  double reserved;                                   ///< 0
+  double reserved;
 };
-/// How the body softens and is punctured (families/softening.hpp): 64 bytes behind the relaxation.
+/// How the body softens (law/softening.hpp).
 struct DamageBlock {
-  double r, scale, beta, reach_m;                       ///< all 0 where it does not soften
-  double puncture_N, cutting_N, friction_N_m, mouth_m;  ///< all 0 where nothing punctures it
+  static constexpr std::uint32_t kFlag = 8;
+  double r, scale, beta, reach_m;
+  double reserved[4];
 };
-/// How tools feel each other (families/coupling.hpp): 128 bytes behind damage.
+/// How contacts on the body move each other (law/coupling.hpp).
 struct CouplingBlock {
+  static constexpr std::uint32_t kFlag = 16;
   CouplingView coupling;
-  double reserved[3];  ///< 0
+  double reserved[3];
 };
-/// Curves over the lean of a tool (tilt.hpp): sines of the tilts beside upright, 0 of those that
-/// are not. Behind it float R x nodes x (the normal curve's control values, g_2, g_3), filled up to
-/// a multiple of 64 bytes with zeros.
-struct LeanBlock {
-  double sine[kMaxTilts];
-  double reserved[8 - kMaxTilts];  ///< 0
-};
-constexpr int kLeanSideNumbers = 6;
+
+template <class... Each>
+struct BlockList {};
+/// In the order in which they lie in the file.
+using Blocks = BlockList<RelaxationBlock, DamageBlock, CouplingBlock>;
+
 constexpr double kCheckTick_s = 1e-3;  ///< between two ticks of the check path
 
 struct CheckTick {
@@ -116,7 +114,7 @@ struct Header {
   std::int32_t vertices, triangles, tree_nodes, tree_items;
   std::int32_t check_ticks, check_path_ticks;  ///< a fresh Contact every check_path_ticks ticks
   std::int32_t family, law_revision;           ///< row of families/families.hpp; kLawRevision
-  std::int32_t records, tilts;                 ///< R: rows of kControls; of a LeanBlock, 0: none
+  std::int32_t records, reserved;              ///< R: rows of kControls; 0
   std::int32_t degree[kMaxParts], pieces[kMaxParts];  ///< of each part's basis; 0 where none is
   double origin_m[3];                                 ///< body coordinates are origin + vertex
   double max_step_m;      ///< a tip that moves farther in one tick has teleported
@@ -129,7 +127,6 @@ static_assert(sizeof(CheckTick) == 48, "check ticks are packed");
 static_assert(sizeof(RelaxationBlock) == 64, "the block of relaxation is packed");
 static_assert(sizeof(DamageBlock) == 64, "the block of damage is packed");
 static_assert(sizeof(CouplingBlock) == 128, "the block of coupling is packed");
-static_assert(sizeof(LeanBlock) == 64, "the block of leans is packed");
 static_assert(sizeof(Header) == 184 + 8 * kSections, "the header is packed");
 static_assert(offsetof(Header, file_bytes) == 16, "the checksum covers all from byte 16 on");
 
@@ -193,22 +190,29 @@ inline std::uint64_t aligned(std::uint64_t bytes) noexcept {
   return (bytes + (kAlignment - 1)) / kAlignment * kAlignment;
 }
 
-/// Numbers of the curves over the lean.
-inline std::uint64_t lean_numbers(const Header& h) noexcept {
-  if (h.tilts == 0) return 0;
-  return static_cast<std::uint64_t>(h.records) *
-         static_cast<std::uint64_t>(1 + kTiltDirections * h.tilts) *
-         static_cast<std::uint64_t>(part_size(h, kNormal) + kLeanSideNumbers);
+/// Bytes of the blocks that an asset with these flags has, up to the one of that flag; of all where
+/// there is none.
+template <class... Each>
+constexpr std::uint64_t block_bytes(std::uint32_t flags, std::uint32_t until,
+                                    BlockList<Each...>) noexcept {
+  std::uint64_t sum = 0;
+  bool is_past = false;
+  ((is_past = is_past || Each::kFlag == until,
+    sum += !is_past && (flags & Each::kFlag) != 0 ? sizeof(Each) : 0),
+   ...);
+  return sum;
 }
-inline std::uint64_t lean_bytes(const Header& h) noexcept {
-  return h.tilts == 0 ? 0 : sizeof(LeanBlock) + aligned(4 * lean_numbers(h));
+template <class... Each>
+constexpr std::uint32_t block_flags(BlockList<Each...>) noexcept {
+  static_assert(((sizeof(Each) % kAlignment == 0) && ...), "blocks are packed");
+  return (Each::kFlag | ...);
 }
 
 /// Whether all counts are possible, so that sizes can be computed from them.
 inline bool has_possible_counts(const Header& h) noexcept {
   if (h.vertices < 3 || h.vertices > kMaxVertices) return false;
   if (h.records < 1 || h.records > h.vertices) return false;
-  if (h.tilts < 0 || h.tilts > (h.family == int(Family::rings) ? kMaxTilts : 0)) return false;
+  if (h.reserved != 0) return false;
   if (h.triangles < 1 || h.triangles > kMaxTriangles) return false;
   if (h.tree_nodes < 1 || h.tree_items < 1 || h.tree_items > h.triangles) return false;
   if (h.tree_nodes >= 2 * h.tree_items) return false;
@@ -225,42 +229,25 @@ inline bool has_possible_counts(const Header& h) noexcept {
   return true;
 }
 
-/// Fills `offset` from the counts and returns the whole size without a shape response: the one
-/// layout there is. The blocks of relaxation, damage, coupling and leans, where there are any, are
-/// the last that it counts.
+/// Fills `offset` from the counts and returns where the blocks end: the one layout there is, but for
+/// the shape response behind them.
 inline std::uint64_t lay_out(const Header& h, std::uint64_t offset[kSections]) noexcept {
   std::uint64_t at = aligned(sizeof(Header));
   for (int section = 0; section < kSections; ++section) {
     offset[section] = at;
     at += aligned(section_bytes(h, section));
   }
-  return at + ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0) +
-         ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0) +
-         ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0) + lean_bytes(h);
-}
-/// Where the blocks begin that there are; end: of lay_out().
-inline std::uint64_t leans_at(const Header& h, std::uint64_t end) noexcept {
-  return end - lean_bytes(h);
-}
-inline std::uint64_t coupling_block_at(const Header& h, std::uint64_t end) noexcept {
-  return leans_at(h, end) - ((h.flags & kFlagCoupling) != 0 ? sizeof(CouplingBlock) : 0);
-}
-inline std::uint64_t damage_at(const Header& h, std::uint64_t end) noexcept {
-  return coupling_block_at(h, end) - ((h.flags & kFlagDamage) != 0 ? sizeof(DamageBlock) : 0);
-}
-inline std::uint64_t relaxation_at(const Header& h, std::uint64_t end) noexcept {
-  return damage_at(h, end) - ((h.flags & kFlagRelaxation) != 0 ? sizeof(RelaxationBlock) : 0);
+  return at + block_bytes(h.flags, 0, Blocks());
 }
 
-/// A copy of one of these blocks, which `at` finds; whole bytes of an asset that has it.
+/// A block of whole bytes of an asset; null where it has none.
 template <class Block>
-Block block_at(const void* bytes, const Header& h,
-               std::uint64_t (*at)(const Header&, std::uint64_t) noexcept) noexcept {
+const Block* block_of(const void* bytes, const Header& h) noexcept {
+  if ((h.flags & Block::kFlag) == 0) return nullptr;
   std::uint64_t offset[kSections];
-  Block block;
-  std::memcpy(&block, static_cast<const unsigned char*>(bytes) + at(h, lay_out(h, offset)),
-              sizeof block);
-  return block;
+  const std::uint64_t begin = lay_out(h, offset) - block_bytes(h.flags, 0, Blocks());
+  return reinterpret_cast<const Block*>(static_cast<const unsigned char*>(bytes) + begin +
+                                        block_bytes(h.flags, Block::kFlag, Blocks()));
 }
 
 /// FNV-1a on 64-bit words of the machine's byte order, each followed by h ^= h >> 32 so that high

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "../families/softening.hpp"
+#include "../law/softening.hpp"
 #include "format.hpp"
 
 namespace palpate {
@@ -22,14 +22,7 @@ struct ShapeView {
   const float* mode = nullptr;
 };
 
-/// Curves over the lean of the tool (lean_spot.hpp); no tilts where the asset has none.
-struct LeanView {
-  TiltNodes nodes;
-  const float* control = nullptr;  ///< of each record, node by node: normal curve, g_2, g_3
-};
-
 struct DamagedVertex;
-struct ChannelList;
 
 /// What the engine reads at a tick. Immutable; any number of threads and tools may share it.
 /// Made by Asset::open, which has checked every index and number.
@@ -64,11 +57,9 @@ struct AssetView {
   bool has_guard = true;
   bool sways = false;  ///< some vertex gives as a whole (sway.hpp)
   ShapeView shape;
-  LeanView leans;
-  const CouplingView* coupling = nullptr;  ///< how tools feel each other (several_tools.hpp)
-  DamageView damage;                       ///< what contacts do to a body of this asset (body.hpp)
-  DamagedVertex* body = nullptr;    ///< of with_body(): what it has borne; null: it does not soften
-  ChannelList* channels = nullptr;  ///< of with_body(): its holes; null: nothing punctures it
+  const CouplingView* coupling = nullptr;  ///< how contacts move each other; null: they do not
+  DamageView damage;                       ///< how a body of this asset softens (contact/body.hpp)
+  DamagedVertex* body = nullptr;  ///< of with_body(): what it has borne; null: it does not soften
 
   Vec3d vertex_at(int v) const noexcept {
     return {double(vertex[3 * v]), double(vertex[3 * v + 1]), double(vertex[3 * v + 2])};
@@ -110,10 +101,6 @@ inline DamageView damage_of(const DamageBlock& block) noexcept {
   out.scale = block.scale;
   out.beta = block.beta;
   out.reach_m = block.reach_m;
-  out.puncture_N = block.puncture_N;
-  out.cutting_N = block.cutting_N;
-  out.friction_N_m = block.friction_N_m;
-  out.mouth_m = block.mouth_m;
   return out;
 }
 
@@ -152,22 +139,10 @@ inline AssetView view_of(const void* bytes, const Header& h) noexcept {
     spline.integrals = spline.weights + rows * order * order;
   }
   prepare(view.curves);
-  if ((h.flags & kFlagRelaxation) != 0)
-    view.curves.relaxation = relaxation_of(block_at<RelaxationBlock>(bytes, h, relaxation_at));
-  if ((h.flags & kFlagDamage) != 0)
-    view.damage = damage_of(block_at<DamageBlock>(bytes, h, damage_at));
-  std::uint64_t offset[kSections];
-  const std::uint64_t end = lay_out(h, offset);
-  if (h.tilts > 0) {
-    const auto block = block_at<LeanBlock>(bytes, h, leans_at);
-    view.leans.nodes.tilts = h.tilts;
-    for (int j = 0; j < h.tilts; ++j) view.leans.nodes.sine[j + 1] = block.sine[j];
-    view.leans.control = reinterpret_cast<const float*>(base + leans_at(h, end) + sizeof block);
-  }
-  if ((h.flags & kFlagCoupling) != 0) {
-    const auto* block = reinterpret_cast<const CouplingBlock*>(base + coupling_block_at(h, end));
-    view.coupling = &block->coupling;
-  }
+  if (const auto* block = block_of<RelaxationBlock>(bytes, h))
+    view.curves.relaxation = relaxation_of(*block);
+  if (const auto* block = block_of<DamageBlock>(bytes, h)) view.damage = damage_of(*block);
+  if (const auto* block = block_of<CouplingBlock>(bytes, h)) view.coupling = &block->coupling;
   view.check = reinterpret_cast<const CheckTick*>(at(kCheckTicks));
   view.check_ticks = h.check_ticks;
   view.check_path_ticks = h.check_path_ticks;

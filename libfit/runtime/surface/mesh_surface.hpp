@@ -30,8 +30,8 @@ constexpr unsigned kFlagExtrapolated = 128;  ///< deeper than the curves were fi
 constexpr unsigned kFlagCapped = 256;      ///< the force was brought down to the tool's max_force_N
 constexpr unsigned kFlagRamp = 512;        ///< the tool's ramp is not over
 constexpr unsigned kFlagInside = 1024;     ///< the tool stands in the surface and nothing answers
-constexpr unsigned kFlagChannel = 2048;    ///< the tool is in a hole that it or another one made
-constexpr unsigned kFlagPunctured = 4096;  ///< at this tick it made one
+constexpr unsigned kFlagOtherRadius = 2048;  ///< the curves were measured with another ball
+constexpr unsigned kFlagCrowded = 4096;      ///< the ball stands in one of another tool
 
 /// T: double, or a scalar with derivatives for the tangent; decisions read values only.
 template <class T, bool kIsBall>

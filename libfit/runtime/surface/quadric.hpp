@@ -1,14 +1,13 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// The fitter's view of the body around a test point: a quadric surface on which the stick/slip law
-// of slide.hpp replays a whole experiment, with derivatives when the scalar carries them.
-// All positions are relative to the test point.
+// The fitter's view of the body around a test point: a quadric surface on which the contact point of
+// slide.hpp moves, with derivatives when the scalar carries them. All positions are relative to the
+// test point.
 
 #include <type_traits>
 
-#include "../families/families.hpp"
-#include "../sway.hpp"
+#include "../law/families.hpp"
 
 namespace palpate {
 namespace runtime {
@@ -141,163 +140,6 @@ inline Vec3d entry_shadow(const Quadric& quadric, Vec3d outside, Vec3d inside) n
       outside = middle;
   }
   return inside - quadric.u0 * dot(inside, quadric.u0);
-}
-
-/// A contact on a quadric between two rows of a replay.
-template <class F, class T>
-struct QuadricContact {
-  QuadricSurface<T> surface;
-  typename F::template Memory<T> memory;
-  bool is_first = true, in_contact = true, has_slipped = false;
-  Vec3d before{0, 0, 0};
-  Vec3<T> tool{T(0), T(0), T(0)};  ///< where it was last
-
-  QuadricContact(const CurveViews& views, const Quadric& quadric,
-                 const ControlPointers<T>& controls) noexcept
-      : surface{&quadric, controls, {T(0), T(0), T(0)}},
-        memory(F::template load<T>(no_memory(), views.relaxation)) {}
-
-  /// The force on the body of a tool that goes to x. left: of half of the time that this takes,
-  /// where the body relaxes.
-  Vec3<T> go_to(const CurveViews& views, const Vec3<T>& x, const Decay& left) noexcept {
-    const Quadric& quadric = *surface.quadric;
-    const Vec3<T> nothing{T(0), T(0), T(0)};
-    const Vec3d tip = values_of(x);
-    has_slipped = false;
-    if (!in_contact && depth_below(quadric, before) <= 0 && depth_below(quadric, tip) > 0) {
-      surface.p = widened<T>(entry_shadow(quadric, before, tip));
-      memory = F::template load<T>(no_memory(), views.relaxation);
-      tool = widened<T>(before);
-      in_contact = true;
-    }
-    before = tip;
-    if (!in_contact) return nothing;
-    if constexpr (F::kCanRelax)
-      if (F::relaxes(views))
-        F::relax(views, F::kinematics(views, surface.standing(), tool, memory), left, memory);
-    tool = x;
-    auto kinematics = F::kinematics(views, surface.standing(), x, memory);
-    const Vec3<T> from = kinematics.spot.point;
-    Vec3<T> seen = x;
-    if constexpr (F::kCanRelax)
-      if (F::relaxes(views)) {
-        F::relax(views, kinematics, left, memory);
-        seen = F::seen(views, kinematics, x, memory);
-        kinematics = F::kinematics(views, surface.standing(), seen, memory);
-      }
-    if (slide<F>(views, seen, surface, kinematics, memory) != SlideEnd::stick) {
-      has_slipped = true;
-      F::carry(views, memory, kinematics.spot.point - from, kinematics.spot.normal);
-    }
-    if (has_slipped || F::relaxes(views))
-      kinematics = F::kinematics(views, surface.standing(), x, memory);
-    const auto& under = F::under(views, kinematics);
-    const Vec3<T> force =
-        F::answer(views, under, kinematics, F::slip(views, under, kinematics, memory)).force_N;
-    in_contact = value_of(kinematics.d.normal_m) > 0 || is_first;
-    is_first = false;
-    return force;
-  }
-};
-
-/// The compliance among a point's numbers, with plain numbers; with derivatives none: rows that a
-/// fit replays are without the sway.
-template <class F, class T>
-Compliance compliance_of(const ControlPointers<T>& controls) noexcept {
-  Compliance out;
-  if constexpr (F::kSwayPart >= 0 && std::is_same<T, double>::value)
-    for (int i = 0; i < 6; ++i) out.c[i] = controls.part[F::kSwayPart][i];
-  return out;
-}
-
-/// Into how many ticks a replay divides a row in which the tool moves: the law lets dashpots flow
-/// for half of a tick at either end, so a branch's force errs by 1/24 (dt/time)^2, 1/1500 of it at
-/// these. The cap is for branches that are over long before the row is.
-constexpr double kTicksPerRelaxation = 8;
-constexpr int kMaxReplayTicks = 64;
-inline int replay_ticks(const RelaxationView& relaxation, double dt_s, bool moves) noexcept {
-  if (relaxation.branches == 0 || !moves) return 1;
-  const double wanted = kTicksPerRelaxation * dt_s / relaxation.time_s[0];
-  return wanted < kMaxReplayTicks ? 1 + static_cast<int>(wanted) : kMaxReplayTicks;
-}
-
-/// What is replayed: rows x 3 [m], tool position relative to the test point, in order, and when
-/// each was reached [s] since first touch. time_s: null where rows are of slow motion.
-struct ReplayedRows {
-  const double* deflection_m;
-  int rows;
-  const double* time_s = nullptr;
-};
-
-/// Forces of the tool on the body along one press, drag or path: the law predicting a record. The
-/// first touch is at the test point, later ones (after a lift) where the way enters the body.
-/// deeper_m: how much deeper along the inward normal the tool was. force_N: rows results. The
-/// contact is carried from row to row; each row is one tick of the engine, or more where the body
-/// relaxes, so steps should not be much longer than the lateral deflection at which the tool slips.
-/// A body that relaxes answers rows without time as in slow motion. Returns how many rows slipped.
-/// Derivatives flow through every slip's root.
-template <class F, class T>
-int replay_as(const CurveViews& any_time, const ControlPointers<T>& controls,
-              const Quadric& quadric, const ReplayedRows& record, const T* deeper_m,
-              Vec3<T>* force_N) noexcept {
-  CurveViews slow;
-  const bool is_slow = record.time_s == nullptr && F::relaxes(any_time);
-  if (is_slow) {
-    slow = any_time;
-    slow.relaxation = RelaxationView();
-  }
-  const CurveViews& views = is_slow ? slow : any_time;
-  QuadricContact<F, T> contact(views, quadric, controls);
-  const Compliance give = compliance_of<F>(controls);
-  Sway sway;
-  int slipped = 0;
-  Vec3<T> from{T(0), T(0), T(0)};
-  for (int row = 0; row < record.rows; ++row) {
-    Vec3<T> x = widened<T>(make_vec3<double>(record.deflection_m + 3 * row));
-    if (deeper_m != nullptr) x = x + widened<T>(quadric.u0) * *deeper_m;
-    const Vec3<T> way = x - from;
-    const double dt_s =
-        record.time_s == nullptr ? 0 : record.time_s[row] - (row > 0 ? record.time_s[row - 1] : 0);
-    const int ticks =
-        F::relaxes(views) ? replay_ticks(views.relaxation, dt_s, value_of(dot(way, way)) > 0) : 1;
-    const Decay left = decay_over(views.relaxation, 0.5 * dt_s / ticks);
-    bool has_slipped = false;
-    for (int tick = 1; tick <= ticks; ++tick) {
-      const Vec3<T> at = tick == ticks ? x : from + way * (double(tick) / ticks);
-      bool is_done = false;
-      if constexpr (std::is_same<T, double>::value) {
-        if (give.is_any()) {
-          let_creep(views.relaxation, left, sway);
-          const Vec3d rest = at - give.times(rest_force(views.relaxation, sway));
-          const Compliance fast = give.over(views.relaxation.fast);
-          const QuadricContact<F, T> start = contact;
-          settle(fast, sway, [&](const Vec3d& f) noexcept {
-            contact = start;
-            return force_N[row] = contact.go_to(views, rest - fast.times(f), left);
-          });
-          is_done = true;
-        }
-      }
-      if (!is_done) force_N[row] = contact.go_to(views, at, left);
-      has_slipped |= contact.has_slipped;
-    }
-    from = x;
-    slipped += has_slipped;
-  }
-  return slipped;
-}
-template <class T>
-int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
-                const ReplayedRows& record, const T* deeper_m, Vec3<T>* force_N) noexcept {
-  return with_family(views, [&](auto f) noexcept {
-    return replay_as<decltype(f)>(views, controls, quadric, record, deeper_m, force_N);
-  });
-}
-
-template <class T>
-int replay_drag(const CurveViews& views, const ControlPointers<T>& controls, const Quadric& quadric,
-                const double* deflection_m, int rows, Vec3<T>* force_N) noexcept {
-  return replay_drag<T>(views, controls, quadric, {deflection_m, rows}, nullptr, force_N);
 }
 
 }  // namespace runtime

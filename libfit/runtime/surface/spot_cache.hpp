@@ -6,7 +6,6 @@
 // of its own; every number is the one that mesh_surface.hpp would bring, bit for bit, so the cache
 // may be dropped at any time.
 
-#include "../tool/lean_spot.hpp"
 #include "mesh_surface.hpp"
 
 namespace palpate {
@@ -24,7 +23,6 @@ struct SpotCache {
   RingNumbers<double> numbers = {};   ///< of a body of rings
   RingBed<double, kRings> bed = {};   ///< likewise
   Corners corners;
-  LeanSpot* lean = nullptr;  ///< of a tool that leans (turning_tool.hpp): it brings what leans
 };
 
 inline void clear(SpotCache& cache) noexcept { cache.of = cache.corners.of = nullptr; }
@@ -52,15 +50,7 @@ struct CachedSpot {
             {at[0].node, at[1].node, at[2].node},
             asset->control_offset};
   }
-  double control(int part, int j) const noexcept {
-    const bool leans = part == kNormal || part == kSide2 || part == kSide3;
-    if (cache->lean != nullptr && leans) {
-      cache->lean->stand(*asset, cache->triangle, cache->weight);
-      cache->lean->weigh(*asset, normal);
-      return cache->lean->control(*asset, part, j);
-    }
-    return mesh_spot().control(part, j);
-  }
+  double control(int part, int j) const noexcept { return mesh_spot().control(part, j); }
 };
 
 inline bool covers(const CurvePiece<double>& piece, const SplineView& view, double x) noexcept {
@@ -74,13 +64,6 @@ inline const CurvePiece<double>& piece_under(const CurveViews& views, const Cach
   const SplineView& view = views.view[curve];
   CurvePiece<double>& out = spot.cache->curve[curve];
   if (covers(out, view, x)) return out;
-  if (spot.cache->lean != nullptr) {
-    LeanSpot& lean = *spot.cache->lean;
-    lean.stand(*spot.asset, spot.cache->triangle, spot.cache->weight);
-    lean.weigh(*spot.asset, spot.normal);
-    lean.put_piece(*spot.asset, find_piece(view, x), out);
-    return out;
-  }
   const CurvePiece<double>* corner[3];
   for (int k = 0; k < 3; ++k) {
     Corner& at = spot.cache->corners[k];
@@ -129,27 +112,8 @@ void fill(SpotCache& cache, const AssetView& asset, int triangle, const double w
     const double* number = row + kNumbersAt;
     cache.numbers.limit = {number[0], number[1], number[2]};
     for (int i = 0; i < 6; ++i) cache.numbers.curvature[i] = number[3 + i];
-    if (cache.lean == nullptr) {
-      make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row + kSideAt, spot.normal, cache.bed);
-      return;
-    }
-    cache.lean->stand(asset, triangle, weight);
-    cache.lean->weigh(asset, spot.normal);
-    cache.lean->put_bed(asset, cache.numbers.limit, cache.bed);
+    make_ring_bed(row + kStiffnessAt, cache.numbers.limit, row + kSideAt, spot.normal, cache.bed);
   }
-}
-
-/// The tool's shaft turned to `shaft`: what leans is blended anew at a contact point that stays.
-inline void turn(SpotCache& cache, const AssetView& asset, const Vec3d& shaft) noexcept {
-  LeanSpot& lean = *cache.lean;
-  if (lean.shaft.x == shaft.x && lean.shaft.y == shaft.y && lean.shaft.z == shaft.z) return;
-  lean.turn(shaft);
-  if (cache.of != asset.control) return;
-  lean.stand(asset, cache.triangle, cache.weight);
-  lean.weigh(asset, cache.normal);
-  lean.put_bed(asset, cache.numbers.limit, cache.bed);
-  CurvePiece<double>& curve = cache.curve[kNormal];
-  if (curve.piece >= 0) lean.put_piece(asset, curve.piece, curve);
 }
 
 }  // namespace runtime

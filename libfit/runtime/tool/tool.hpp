@@ -1,85 +1,40 @@
 // Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
 #pragma once
 
-// A rigid tool against a rigid motion of the body: poses in, wrench out, with an optional damper.
-// palpate.h is this file's face for C and every other language.
+// Rigid tools against a rigid motion of the body: poses in, wrenches out. A tool is 1 to
+// kMaxContacts balls fixed to each other, each with a place and a radius of its own (docs/method.md,
+// section 29): a tip or a ball, a lying capsule, a finger, a grasper whose jaw ends in a point. Its
+// force and torque are the sums over the balls
+//
+//     F = sum_i f_i        T = sum_i (p_i + R u_i - O) x f_i                               (M70)
+//
+// with p_i the centres, O the tool's origin and u_i the inward normals at the contacts. What a turn
+// dA of the tool drags along under a ball, dA x R u_i, moves the place that its contact is fed, so T
+// dA works on what is stored as F dp does, and one ledger (section 18) books the rest. palpate.h is
+// this file's face for C and every other language.
 
-#include "../asset/check.hpp"
-#include "../tick.hpp"
+#include "../base/frame.hpp"
+#include "../series/tick.hpp"
 
 namespace palpate {
 namespace runtime {
 
-constexpr double kQuaternionTolerance = 1e-3;  ///< of its length: floats drift, angles must not
-
-/// Rotation, then translation: world = R(orientation) local + position_m.
-struct Pose {
-  double position_m[3] = {0, 0, 0};
-  double orientation[4] = {1, 0, 0, 0};  ///< unit quaternion w, x, y, z; either sign
-};
-
-/// A frame as the engine computes with it. rows: of the rotation matrix.
-struct Frame {
-  Vec3d row[3], origin;
-  Vec3d turn(const Vec3d& p) const noexcept {
-    return {dot(row[0], p), dot(row[1], p), dot(row[2], p)};
-  }
-  Vec3d turn_back(const Vec3d& p) const noexcept {
-    return row[0] * p.x + row[1] * p.y + row[2] * p.z;
-  }
-  Vec3d place(const Vec3d& p) const noexcept { return turn(p) + origin; }
-  Vec3d place_back(const Vec3d& p) const noexcept { return turn_back(p - origin); }
-};
-
-/// False when a number is not finite or the quaternion's length is off by kQuaternionTolerance;
-/// what is within is made exactly unit.
-inline bool make_frame(const Pose& pose, Frame& out) noexcept {
-  out.origin = make_vec3<double>(pose.position_m);
-  const double* q = pose.orientation;
-  const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  if (!is_finite(out.origin) || !(std::fabs(squared - 1) <= 2 * kQuaternionTolerance)) return false;
-  const double s = 2 / squared;
-  const double w = q[0], x = q[1], y = q[2], z = q[3];
-  out.row[0] = {1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)};
-  out.row[1] = {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)};
-  out.row[2] = {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)};
-  return true;
-}
-
-/// A tool's frame as a body sees it: body^T tool.
-inline Frame seen_from(const Frame& body, const Frame& tool) noexcept {
-  Frame out;
-  out.origin = body.place_back(tool.origin);
-  const Vec3d a = body.turn_back({tool.row[0].x, tool.row[1].x, tool.row[2].x}),
-              b = body.turn_back({tool.row[0].y, tool.row[1].y, tool.row[2].y}),
-              c = body.turn_back({tool.row[0].z, tool.row[1].z, tool.row[2].z});
-  out.row[0] = {a.x, b.x, c.x};
-  out.row[1] = {a.y, b.y, c.y};
-  out.row[2] = {a.z, b.z, c.z};
-  return out;
-}
-
-/// The turn of a tool since the tick before, whose rows were `before`: its axis times the sine of
-/// its angle.
-inline Vec3d turn_since(const double before[3][3], const Frame& now) noexcept {
-  const Vec3d p[3] = {make_vec3<double>(before[0]), make_vec3<double>(before[1]),
-                      make_vec3<double>(before[2])};  // now before^T is the turn
-  return Vec3d{dot(now.row[2], p[1]) - dot(now.row[1], p[2]),
-               dot(now.row[0], p[2]) - dot(now.row[2], p[0]),
-               dot(now.row[1], p[0]) - dot(now.row[0], p[1])} *
-         0.5;
-}
-
 constexpr double kMaxDamping_Ns_m = 1e4;
 
-/// What touches: a point or a ball fixed to the tool, and a damper parallel to the curves,
-/// b(dz) = b min(1, dz / damper_depth_m) [N s/m] against the motion along u and across it, each
-/// with its own b. It fades to nothing at the surface, so contact begins and ends without a pop; it
-/// never pulls the tool in. Last of all the force is brought up over ramp_s from the first tick on,
-/// and down to max_force_N; energies are those of the whole force.
-struct ToolShape {
-  double offset_m[3] = {0, 0, 0};  ///< of the tip or the ball's centre, in the tool's frame
+struct Ball {
+  double centre_m[3] = {0, 0, 0};  ///< of the tip or the ball, in the tool's frame
   double radius_m = 0;             ///< 0: a tip
+};
+
+/// What touches, and a damper parallel to the curves, b(dz) = b min(1, dz / damper_depth_m)
+/// [N s/m] against the tool's own motion along u and across it, each with its own b; of several
+/// balls each has its share of it. It fades to nothing at the surface, so contact begins and ends
+/// without a pop; it never pulls the tool in, and as it resists the tool's own motion its work is
+/// never negative, whatever other tools do to the surface. Last of all the force is brought up over
+/// ramp_s from the first tick on, and down to max_force_N; energies are those of the whole force.
+struct ToolShape {
+  int balls = 1;
+  Ball ball[kMaxContacts];
   double damping_Ns_m = 0;
   double damper_depth_m = 0;  ///< > 0 where there is damping
   double lateral_damping_Ns_m = 0;
@@ -90,41 +45,73 @@ struct ToolShape {
 };
 
 inline Status check_tool(const ToolShape& shape) noexcept {
-  for (double x : shape.offset_m)
-    if (!is_within(x, 1e3)) return Status::tool_wrong;
+  bool is_good = shape.balls >= 1 && shape.balls <= kMaxContacts;
+  for (int i = 0; is_good && i < shape.balls; ++i) {
+    for (double x : shape.ball[i].centre_m) is_good = is_good && std::fabs(x) <= 1e3;
+    is_good = is_good && is_possible_radius(shape.ball[i].radius_m);
+  }
   const auto is_size = [](double x, double most) noexcept { return x >= 0 && x <= most; };
-  const bool is_good =
-      is_size(shape.radius_m, 1e3) && is_size(shape.damping_Ns_m, kMaxDamping_Ns_m) &&
-      is_size(shape.lateral_damping_Ns_m, kMaxDamping_Ns_m) && is_size(shape.damper_depth_m, 1e3) &&
-      is_size(shape.max_force_N, 1e6) && is_size(shape.ramp_s, 1e3) &&
-      (!shape.has_damper() || shape.damper_depth_m > 0);
+  is_good = is_good && is_size(shape.damping_Ns_m, kMaxDamping_Ns_m) &&
+            is_size(shape.lateral_damping_Ns_m, kMaxDamping_Ns_m) &&
+            is_size(shape.damper_depth_m, 1e3) && is_size(shape.max_force_N, 1e6) &&
+            is_size(shape.ramp_s, 1e3) && (!shape.has_damper() || shape.damper_depth_m > 0);
   return is_good ? Status::ok : Status::tool_wrong;
 }
 
 /// One tool on one body: what is remembered between ticks. Plain data.
-struct ToolContact {
+struct Tool {
   ToolShape shape;
-  Contact contact;
   double damped_J = 0;  ///< taken by the damper since the start, never falling
   double since_start_s = 0;
+  bool has_pose = false;
+  double row[3][3] = {};  ///< of the turn from the tool's axes to the body's
+  Together together;      ///< of the first of the tools that are ticked together: of all
+  double roll_m[kMaxContacts][3] = {};  ///< how far each ball's surface has dragged its contact
+  double normal[kMaxContacts][3] = {};  ///< of each contact at the last tick
+  Contact contact[kMaxContacts];
 };
 
-/// A tick in world coordinates; `body` is the tick of the tip or ball in body coordinates.
+/// Contacts end, and where the tool was is forgotten; sums stay.
+inline void forget(Tool& tool) noexcept {
+  for (int i = 0; i < tool.shape.balls; ++i) {
+    forget(tool.contact[i]);
+    for (double& r : tool.roll_m[i]) r = 0;
+  }
+  tool.has_pose = false;
+}
+
+/// A tick in world coordinates. Of several balls contact_m, acts_at_m and normal are means by what
+/// each bears; triangle, weight, normal_m and lateral_m are of the one that bears most.
 struct ToolOutput {
-  Output body;
   double force_on_tool_N[3] = {0, 0, 0};
   double torque_on_tool_Nm[3] = {0, 0, 0};  ///< about the tool pose's position
   double contact_m[3] = {0, 0, 0};
-  double normal[3] = {0, 0, 0};        ///< inward at the contact point
-  double deflection_m[3] = {0, 0, 0};  ///< from contact_m to the tip or the ball's lowest point
+  double normal[3] = {0, 0, 0};        ///< inward at the contact point, unit
+  double deflection_m[3] = {0, 0, 0};  ///< from contact_m to acts_at_m
   double acts_at_m[3] = {0, 0, 0};     ///< where the force acts
-  double damper_N = 0;                 ///< part of the force on the body along u
+  int triangle = -1;
+  double weight[3] = {0, 0, 0};
+  double normal_m = 0, lateral_m = 0;
+  double stored_J = 0, dissipated_J = 0, refused_J = 0;
+  std::int64_t refused_ticks = 0;
+  double damper_N = 0;  ///< part of the force on the body along the normals
   double damped_J = 0;
+  int touching = 0;  ///< balls in contact
+  ContactState state = ContactState::air;
+  unsigned flags = 0;
   bool has_touched = false, has_released = false;  ///< at this tick
   double approach_m_s = 0;                         ///< along u, of the tick of a touch
 };
 
-/// The damper's force on the body [N] for a motion `step` [m] in dt_s. Its work on the body, force
+/// One tool's question at a tick. tangent_N_m: as of touch_ball(), in world coordinates, without
+/// the damper and for tools that do not turn; null: not wanted.
+struct ToolInput {
+  Pose pose, body;
+  double dt_s = 0;
+  TangentOut tangent_N_m = nullptr;
+};
+
+/// The damper's force on the body [N] at a ball for a motion `step` [m] in dt_s. Its work, force
 /// times step, is never negative.
 struct DamperForce {
   double along_N;  ///< u
@@ -135,7 +122,8 @@ inline DamperForce damper_force(const ToolShape& shape, const Output& out, const
   if (!shape.has_damper()) return {0, {0, 0, 0}};
   const Vec3d u = make_vec3<double>(out.normal);
   const double depth = out.normal_m > 0 ? out.normal_m : 0;
-  const double rate = (depth < shape.damper_depth_m ? depth / shape.damper_depth_m : 1) / dt_s;
+  const double rate = (depth < shape.damper_depth_m ? depth / shape.damper_depth_m : 1) /
+                      (dt_s * shape.balls);
   const double wanted = shape.damping_Ns_m * rate * dot(step, u);
   const double elastic = -dot(make_vec3<double>(out.force_on_tool_N), u);
   const double least = elastic > 0 ? -elastic : 0;
@@ -143,9 +131,9 @@ inline DamperForce damper_force(const ToolShape& shape, const Output& out, const
           tangential(step, u) * (shape.lateral_damping_Ns_m * rate)};
 }
 
-/// Brings a force up over the ramp and down to the cap.
-inline Vec3d limited(const ToolShape& shape, double since_start_s, const Vec3d& force,
-                     unsigned& flags) noexcept {
+/// What the ramp and the cap leave of a force of that size.
+inline double limit_share(const ToolShape& shape, double since_start_s, const Vec3d& force,
+                          unsigned& flags) noexcept {
   double share = 1;
   if (since_start_s < shape.ramp_s) {
     share = since_start_s / shape.ramp_s;
@@ -156,99 +144,255 @@ inline Vec3d limited(const ToolShape& shape, double since_start_s, const Vec3d& 
     share *= shape.max_force_N / size;
     flags |= kFlagCapped;
   }
-  return force * share;
+  return share;
 }
 
-/// A tick of a tool before its contact answers: the frames, and where the tip is in the body's.
-struct ToolPlace {
-  Frame tool, body;
-  double tip_m[3];
-  Vec3d before;  ///< the tip at the tick before
-  bool was_touching;
+inline bool is_time_step(double dt_s) noexcept {
+  return dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
+}
+
+/// A tool at a tick, before and after its contacts answer.
+class ToolTick {
+ public:
+  /// Refuses a bad pose or time step, and a tool whose balls the asset cannot have together;
+  /// contacts are forgotten then.
+  Status begin(const AssetView& asset, Tool& tool, const ToolInput& in, BallTick* ball,
+               int number) noexcept {
+    asset_ = &asset;
+    tool_ = &tool;
+    in_ = &in;
+    ball_ = ball;
+    const ToolShape& shape = tool.shape;
+    const bool needs_time =
+        shape.has_damper() || shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
+    status_ = shape.balls > 1 && asset.coupling == nullptr ? Status::tool_wrong
+              : needs_time && !is_time_step(in.dt_s)       ? Status::time_step_wrong
+              : !make_frame(in.pose, frame_) || !make_frame(in.body, body_) ? Status::pose_wrong
+                                                                            : Status::ok;
+    if (status_ != Status::ok) forget(tool);
+    if (status_ == Status::ok && is_time_step(in.dt_s)) tool.since_start_s += in.dt_s;
+    if (status_ == Status::ok) roll();
+    for (int i = 0; i < shape.balls; ++i) place(i, number);
+    return status_;
+  }
+
+  /// Gathers what the balls answered. Where one is refused the whole tool is out of contact.
+  Status end(ToolOutput& out) noexcept {
+    Tool& tool = *tool_;
+    out = ToolOutput();
+    for (int i = 0; status_ == Status::ok && i < tool.shape.balls; ++i) status_ = ball_[i].status;
+    if (status_ != Status::ok) forget(tool);
+    gather_sums(out);
+    out.has_released = was_touching_ && (status_ != Status::ok || out.touching == 0);
+    if (status_ != Status::ok || out.touching == 0) return silent(out);
+    out.has_touched = !was_touching_;
+    Vec3d whole[kMaxContacts], total{0, 0, 0};
+    bool is_first = true;
+    for (int i = 0; i < tool.shape.balls; ++i) {
+      if (ball_[i].out.state == ContactState::air) continue;
+      whole[i] = damped(i, out);
+      total = is_first ? whole[i] : total + whole[i];
+      is_first = false;
+    }
+    const double share = limit_share(tool.shape, tool.since_start_s, total, out.flags);
+    out.damped_J = tool.damped_J;
+    put_wrench(whole, share, out);
+    put_place(whole, out);
+    turn_tangent();
+    return Status::ok;
+  }
+
+ private:
+  /// The turn since the tick before drags contacts along under the balls.
+  void roll() noexcept {
+    Tool& tool = *tool_;
+    const Frame seen = seen_from(body_, frame_);
+    const Vec3d turned = tool.has_pose ? turn_since(tool.row, seen) : Vec3d{0, 0, 0};
+    for (int i = 0; i < tool.shape.balls; ++i) {
+      const Contact& contact = tool.contact[i];
+      if (contact.triangle < 0 || !(tool.shape.ball[i].radius_m > 0)) continue;
+      const Vec3d lever = make_vec3<double>(tool.normal[i]) * contact.arm.reach_m;
+      put(make_vec3<double>(tool.roll_m[i]) + cross(turned, lever), tool.roll_m[i]);
+    }
+    for (int k = 0; k < 3; ++k) put(seen.row[k], tool.row[k]);
+    tool.has_pose = true;
+  }
+  void place(int i, int number) noexcept {
+    Tool& tool = *tool_;
+    BallTick& b = ball_[i];
+    b.contact = &tool.contact[i];
+    b.radius_m = tool.shape.ball[i].radius_m;
+    b.tool = number;
+    b.tangent_N_m = in_->tangent_N_m != nullptr ? tangent_ : nullptr;
+    b.status = status_;
+    was_touching_ = was_touching_ || tool.contact[i].triangle >= 0;
+    before_[i] = make_vec3<double>(tool.contact[i].tip_m);
+    if (status_ != Status::ok) {  // no place at all is refused, like any that is not finite
+      for (double& x : b.place_m) x = std::numeric_limits<double>::infinity();
+      return;
+    }
+    const Vec3d centre = body_.place_back(
+        frame_.place(make_vec3<double>(tool.shape.ball[i].centre_m)));
+    put(centre + make_vec3<double>(tool.roll_m[i]), b.place_m);
+  }
+
+  void gather_sums(ToolOutput& out) noexcept {
+    out.damped_J = tool_->damped_J;
+    for (int i = 0; i < tool_->shape.balls; ++i) {
+      const Output& ball = ball_[i].out;
+      out.flags |= ball.flags;
+      out.stored_J += ball.stored_J;
+      out.dissipated_J = ball.dissipated_J;
+      out.refused_J = ball.refused_J;
+      out.refused_ticks = ball.refused_ticks;
+      if (ball.state == ContactState::air)
+        end_roll(i);
+      else
+        ++out.touching;
+      if (ball.state == ContactState::slip || out.state == ContactState::air)
+        out.state = ball.state;
+    }
+  }
+  /// A ball in the air is where it is, and hovers there.
+  void end_roll(int i) noexcept {
+    Contact& contact = tool_->contact[i];
+    const Vec3d roll = make_vec3<double>(tool_->roll_m[i]);
+    for (double& r : tool_->roll_m[i]) r = 0;
+    if (!(dot(roll, roll) > 0) || !contact.has_tip) return;
+    const Vec3d x = make_vec3<double>(contact.tip_m) - roll;
+    put(x, contact.tip_m);
+    if (!contact.has_lifted) return;
+    with_family(asset_->curves, [&](auto f) noexcept {
+      hover_at<decltype(f), true>(*asset_, contact,
+                                  x - make_vec3<double>(contact.series.aside_m));
+    });
+  }
+  Status silent(ToolOutput& out) noexcept {
+    if (TangentOut tangent = in_->tangent_N_m)
+      for (int k = 0; k < 9; ++k) tangent[k] = 0;
+    if (status_ == Status::ok) return status_;
+    out.flags = 0;
+    out.state = ContactState::air;
+    out.stored_J = 0;
+    out.touching = 0;
+    return status_;
+  }
+
+  /// The force on the tool at a ball, with its share of the damper.
+  Vec3d damped(int i, ToolOutput& out) noexcept {
+    const Output& ball = ball_[i].out;
+    const Vec3d u = make_vec3<double>(ball.normal);
+    const Vec3d step = make_vec3<double>(tool_->contact[i].tip_m) - before_[i];
+    put(u, tool_->normal[i]);
+    if (out.has_touched && is_time_step(in_->dt_s)) {
+      const double approach_m_s = dot(step, u) / in_->dt_s;
+      if (approach_m_s > out.approach_m_s || out.approach_m_s == 0) out.approach_m_s = approach_m_s;
+    }
+    const DamperForce damper = damper_force(tool_->shape, ball, step, in_->dt_s);
+    out.damper_N += damper.along_N;
+    tool_->damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
+    return make_vec3<double>(ball.force_on_tool_N) - u * damper.along_N - damper.lateral_N;
+  }
+
+  Vec3d acts_at(int i) const noexcept {
+    return make_vec3<double>(ball_[i].out.acts_at_m) - make_vec3<double>(tool_->roll_m[i]);
+  }
+  void put_wrench(const Vec3d* whole, double share, ToolOutput& out) const noexcept {
+    Vec3d force{0, 0, 0}, torque{0, 0, 0};
+    bool is_first = true;
+    for (int i = 0; i < tool_->shape.balls; ++i) {
+      if (ball_[i].out.state == ContactState::air) continue;
+      const Vec3d f = body_.turn(whole[i] * share);
+      const Vec3d t = cross(body_.place(acts_at(i)) - frame_.origin, f);
+      force = is_first ? f : force + f;
+      torque = is_first ? t : torque + t;
+      is_first = false;
+    }
+    put(force, out.force_on_tool_N);
+    put(torque, out.torque_on_tool_Nm);
+  }
+  void put_place(const Vec3d* whole, ToolOutput& out) const noexcept {
+    Vec3d contact{0, 0, 0}, acts{0, 0, 0}, normal{0, 0, 0};
+    double most = -1, sum = 0;
+    for (int i = 0; i < tool_->shape.balls; ++i) {
+      const Output& ball = ball_[i].out;
+      if (ball.state == ContactState::air) continue;
+      const double size =
+          out.touching == 1 ? 1 : std::sqrt(dot(whole[i], whole[i])) + kSettleZero_N;
+      sum += size;
+      contact = contact + make_vec3<double>(ball.contact_m) * size;
+      acts = acts + acts_at(i) * size;
+      normal = normal + make_vec3<double>(ball.normal) * size;
+      if (!(size > most)) continue;
+      most = size;
+      out.triangle = ball.triangle;
+      for (int k = 0; k < 3; ++k) out.weight[k] = ball.weight[k];
+      out.normal_m = ball.normal_m;
+      out.lateral_m = ball.lateral_m;
+    }
+    if (out.touching > 1) {
+      const double length = std::sqrt(dot(normal, normal));
+      contact = contact * (1 / sum);
+      acts = acts * (1 / sum);
+      if (length > 0) normal = normal * (1 / length);
+    }
+    const Vec3d at = body_.place(acts);
+    put(body_.place(contact), out.contact_m);
+    put(body_.turn(normal), out.normal);
+    put(at, out.acts_at_m);
+    put(at - make_vec3<double>(out.contact_m), out.deflection_m);
+  }
+  void turn_tangent() const noexcept {  // R K R^T
+    if (in_->tangent_N_m == nullptr) return;
+    Vec3d turned[3];
+    for (int k = 0; k < 3; ++k)
+      turned[k] = body_.turn({tangent_[k], tangent_[3 + k], tangent_[6 + k]});
+    for (int i = 0; i < 3; ++i) {
+      const Vec3d& r = body_.row[i];
+      const Vec3d column = turned[0] * r.x + turned[1] * r.y + turned[2] * r.z;
+      in_->tangent_N_m[i] = column.x;
+      in_->tangent_N_m[3 + i] = column.y;
+      in_->tangent_N_m[6 + i] = column.z;
+    }
+  }
+
+  const AssetView* asset_ = nullptr;
+  Tool* tool_ = nullptr;
+  const ToolInput* in_ = nullptr;
+  BallTick* ball_ = nullptr;
+  Status status_ = Status::ok;
+  Frame frame_, body_;
+  Vec3d before_[kMaxContacts];  ///< of each ball, at the tick before
+  bool was_touching_ = false;
+  double tangent_[9];
 };
 
-/// Refuses a bad pose or time step, and forgets the contact then.
-inline Status place_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
-                         const Pose& body, double dt_s, ToolPlace& out) noexcept {
-  Contact& contact = state.contact;
-  const bool needs_time =
-      state.shape.has_damper() || state.shape.ramp_s > 0 || asset.curves.relaxation.branches > 0;
-  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
-  const bool is_timed = !needs_time || has_time;
-  if (!is_timed || !make_frame(tool, out.tool) || !make_frame(body, out.body)) {
-    forget(contact);
-    return is_timed ? Status::pose_wrong : Status::time_step_wrong;
+/// One tick of 1 to kMaxContacts tools on one body, of kMaxContacts balls at most between them:
+/// always the same tools in the same order, or all begin anew. Between ticks balls move straight as
+/// the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of a ball's
+/// distance from its axis. A tool that is refused is out of contact (zero force and a status), and
+/// the others go on. Where contacts move each other, stored_J of the outputs add up to what all
+/// store together, the other sums are of all tools, and tools are passive as a whole: one may give
+/// back what another has put in. Otherwise each tool is by itself.
+inline void touch_tools(const AssetView& asset, Tool* const* tool, const ToolInput* in,
+                        ToolOutput* out, Status* status, int count) noexcept {
+  Room<ToolTick, kMaxContacts> tick;
+  Room<BallTick, kMaxContacts> ball;
+  int balls = 0;
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < tool[i]->shape.balls; ++k) ball.make(balls + k);
+    tick.make(i).begin(asset, *tool[i], in[i], &ball[balls], i);
+    balls += tool[i]->shape.balls;
   }
-  put(out.body.place_back(out.tool.place(make_vec3<double>(state.shape.offset_m))), out.tip_m);
-  if (has_time) state.since_start_s += dt_s;
-  out.before = make_vec3<double>(contact.tip_m);
-  out.was_touching = contact.triangle >= 0;
-  return Status::ok;
+  touch_together(asset, tool[0]->together, ball.begin(), balls, in[0].dt_s);
+  for (int i = 0; i < count; ++i) status[i] = tick[i].end(out[i]);
 }
-
-/// What out.body says, in world coordinates, with the damper, the ramp and the cap.
-inline void tell_tool(ToolContact& state, const ToolPlace& place, double dt_s,
-                      ToolOutput& out) noexcept {
-  const Contact& contact = state.contact;
-  const bool has_time = dt_s >= kMinTimeStep_s && dt_s <= kMaxTimeStep_s;
-  out.damped_J = state.damped_J;
-  out.has_released = place.was_touching && out.body.state == ContactState::air;
-  if (out.body.state == ContactState::air) return;
-  const Vec3d step = make_vec3<double>(contact.tip_m) - place.before;
-  const Vec3d u = make_vec3<double>(out.body.normal);
-  out.has_touched = !place.was_touching;
-  if (out.has_touched && has_time) out.approach_m_s = dot(step, u) / dt_s;
-  const DamperForce damper = damper_force(state.shape, out.body, step, dt_s);
-  out.damper_N = damper.along_N;
-  state.damped_J += damper.along_N * dot(step, u) + dot(damper.lateral_N, step);
-  out.damped_J = state.damped_J;
-  const Vec3d elastic = make_vec3<double>(out.body.force_on_tool_N);
-  const Vec3d whole = elastic - u * damper.along_N - damper.lateral_N;
-  const Vec3d force =
-      place.body.turn(limited(state.shape, state.since_start_s, whole, out.body.flags));
-  const Vec3d at = place.body.place(make_vec3<double>(out.body.acts_at_m));
-  put(force, out.force_on_tool_N);
-  put(cross(at - place.tool.origin, force), out.torque_on_tool_Nm);
-  put(place.body.place(make_vec3<double>(out.body.contact_m)), out.contact_m);
-  put(place.body.turn(u), out.normal);
-  put(at, out.acts_at_m);
-  put(at - make_vec3<double>(out.contact_m), out.deflection_m);
-}
-
-/// One tick of a tool at `tool` against a body at `body`, both in world coordinates. dt_s [s] is
-/// read by damper, ramp, approach_m_s and a body that relaxes. Between ticks the tip moves straight
-/// as the body sees it; a body that turns by an angle a in a tick is off by at most a^2/8 of the
-/// tip's distance from its axis. tangent_N_m: as touch(), in world coordinates, without the damper
-/// and for tools that do not turn. Refuses as touch_ball(), and bad poses and time steps: zero
-/// force and a status.
-inline Status touch_tool(const AssetView& asset, ToolContact& state, const Pose& tool,
-                         const Pose& body, double dt_s, ToolOutput& out,
-                         TangentOut tangent_N_m = nullptr) noexcept {
-  out = ToolOutput();
-  out.damped_J = state.damped_J;
-  if (tangent_N_m != nullptr)
-    for (int k = 0; k < 9; ++k) tangent_N_m[k] = 0;
-  ToolPlace place;
-  const Status placed = place_tool(asset, state, tool, body, dt_s, place);
-  if (placed != Status::ok) {
-    tell_sums(state.contact, out.body);
-    return placed;
-  }
-  double local[9];
-  const Status status = touch_ball(asset, state.contact, place.tip_m, state.shape.radius_m,
-                                   out.body, tangent_N_m != nullptr ? local : nullptr, dt_s);
-  tell_tool(state, place, dt_s, out);
-  if (out.body.state == ContactState::air) return status;
-  if (tangent_N_m == nullptr) return status;
-  Vec3d turned[3];  // columns of R K
-  for (int k = 0; k < 3; ++k) turned[k] = place.body.turn({local[k], local[3 + k], local[6 + k]});
-  for (int i = 0; i < 3; ++i) {
-    const Vec3d& r = place.body.row[i];
-    const Vec3d column = turned[0] * r.x + turned[1] * r.y + turned[2] * r.z;  // of R K R^T
-    tangent_N_m[i] = column.x;
-    tangent_N_m[3 + i] = column.y;
-    tangent_N_m[6 + i] = column.z;
-  }
+/// The same of one.
+inline Status touch_tool(const AssetView& asset, Tool& tool, const ToolInput& in,
+                         ToolOutput& out) noexcept {
+  Tool* const only = &tool;
+  Status status = Status::ok;
+  touch_tools(asset, &only, &in, &out, &status, 1);
   return status;
 }
 

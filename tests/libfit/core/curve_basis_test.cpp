@@ -6,7 +6,7 @@
 #include <random>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/spline.hpp"
+#include "libfit/runtime/base/spline.hpp"
 
 namespace palpate {
 namespace {

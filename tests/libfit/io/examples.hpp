@@ -8,7 +8,7 @@
 #include "libfit/core/curves.hpp"
 #include "libfit/core/geometry.hpp"
 #include "libfit/core/samples.hpp"
-#include "libfit/runtime/shape.hpp"
+#include "libfit/runtime/asset/shape.hpp"
 
 // Small content of every file kind, with the awkward values that must survive: denormals, the
 // largest double, a negative zero, names in UTF-8, empty names, NaN where it is allowed.

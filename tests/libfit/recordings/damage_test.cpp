@@ -6,7 +6,7 @@
 #include <random>
 
 #include "libfit/recordings/placing/assemble.hpp"
-#include "libfit/runtime/families/softening.hpp"
+#include "libfit/runtime/law/softening.hpp"
 
 namespace palpate::recordings {
 namespace {

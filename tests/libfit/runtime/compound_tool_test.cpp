@@ -1,7 +1,7 @@
 // A rigid tool of several balls (docs/method.md, section 29): force and torque are derivatives of
 // what it stores, and no motion creates anything. Failures print the seed.
 
-#include "libfit/runtime/tool/compound_tool.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/runtime/tool/compound_tool.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 #include "tests/libfit/runtime/outside_work.hpp"
 #include "tests/libfit/runtime/random_share.hpp"
 

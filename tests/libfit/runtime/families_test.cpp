@@ -8,7 +8,7 @@
 #include <random>
 
 #include "libfit/core/curves.hpp"
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/support/from_touch.hpp"
 
 namespace palpate::test {

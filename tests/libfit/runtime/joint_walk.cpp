@@ -9,7 +9,7 @@
 
 #include "libfit/assets/asset_file.hpp"
 #include "libfit/runtime/engine.hpp"
-#include "libfit/runtime/tool/several_tools.hpp"
+#include "libfit/runtime/series/tick.hpp"
 #include "tests/libfit/runtime/outside_work.hpp"
 #include "tests/libfit/runtime/random_share.hpp"
 

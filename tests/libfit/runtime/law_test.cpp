@@ -1,6 +1,6 @@
 // The stick/slip law by itself, in double and with derivatives.
 
-#include "libfit/runtime/surface/slide.hpp"
+#include "libfit/runtime/law/slide.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libfit/core/curve_basis.hpp"
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/models.hpp"
 #include "tests/support/from_touch.hpp"
 

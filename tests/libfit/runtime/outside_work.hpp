@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "libfit/runtime/scalar.hpp"
+#include "libfit/runtime/base/scalar.hpp"
 
 namespace palpate::test {
 

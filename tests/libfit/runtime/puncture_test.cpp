@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libfit/runtime/palpate.h"
-#include "libfit/runtime/tool/compound_tool.hpp"
+#include "libfit/runtime/tool/tool.hpp"
 #include "libfit/runtime/tool/turning_tool.hpp"
 #include "tests/libfit/runtime/damaged_body.hpp"
 

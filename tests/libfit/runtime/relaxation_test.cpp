@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/models.hpp"
 
 namespace palpate::test {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/flat_rings.hpp"
 
 namespace palpate::runtime {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "tests/libfit/runtime/flat_rings.hpp"
 
 namespace palpate::runtime {

@@ -1,7 +1,7 @@
 // Several tools that feel each other (docs/method.md, section 28): forces are derivatives of what
 // all store together, and nothing is created. Failures print the seed.
 
-#include "libfit/runtime/tool/several_tools.hpp"
+#include "libfit/runtime/series/tick.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "libfit/core/error.hpp"
-#include "libfit/runtime/surface/quadric.hpp"
+#include "libfit/runtime/series/quadric_replay.hpp"
 #include "libfit/validation/causes.hpp"
 #include "libfit/validation/replay.hpp"
 #include "libfit/validation/substitute.hpp"

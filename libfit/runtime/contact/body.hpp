@@ -1,0 +1,232 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// A body that contacts damage: what it has borne, in memory of the caller's beside the asset, and
+// how it softens (docs/method.md, section 26). Any number of bodies may share an asset; contacts
+// that press one body belong to one thread. The bytes are plain: copy them to save, put them back
+// and open them again to restore, start them again to heal.
+
+#include "contact.hpp"
+
+namespace palpate {
+namespace runtime {
+
+constexpr std::uint64_t kBodyMark = 0x70616c70626f6479u;
+
+/// The first bytes of a body.
+struct BodyHeader {
+  std::uint64_t mark;
+  std::uint64_t asset_checksum;
+  std::int64_t vertices;
+  std::uint64_t reserved[5];  ///< 0
+};
+static_assert(sizeof(BodyHeader) == 64, "the header of a body is packed");
+
+/// Of a vertex. Energies are over unit_J, the law's at the end of the vertex's normal curve, so
+/// that stiff and soft places that were strained alike are damaged alike.
+struct DamagedVertex {
+  float most;  ///< the largest so far
+  float unit_J;
+};
+
+inline std::uint64_t body_bytes(const AssetView& asset) noexcept {
+  const auto softening = static_cast<std::uint64_t>(asset.damage.softens() ? asset.vertices : 0);
+  return sizeof(BodyHeader) + sizeof(DamagedVertex) * softening;
+}
+
+/// Energy under a vertex's normal curve [J].
+inline double unit_energy(const AssetView& asset, int vertex) noexcept {
+  const SplineView& spline = asset.curves.view[kNormal];
+  return curve_energy(spline, asset.node(vertex) + asset.control_offset[kNormal],
+                      spline.knots[spline.pieces]);
+}
+
+/// The asset with a body in `memory`, which is_body(): touch() it in place of the asset. The memory
+/// must outlive it.
+inline AssetView with_body(const AssetView& asset, void* memory) noexcept {
+  AssetView out = asset;
+  auto* bytes = static_cast<unsigned char*>(memory);
+  if (asset.damage.softens())
+    out.body = reinterpret_cast<DamagedVertex*>(bytes + sizeof(BodyHeader));
+  return out;
+}
+
+/// A new body in `memory` [body_bytes(asset)], 8-byte aligned. One that was there is healed; its
+/// contacts must be forgotten.
+inline void start_body(const AssetView& asset, void* memory) noexcept {
+  BodyHeader header = {};
+  header.mark = kBodyMark;
+  header.asset_checksum = asset.checksum;
+  header.vertices = asset.vertices;
+  std::memcpy(memory, &header, sizeof header);
+  const AssetView body = with_body(asset, memory);
+  if (body.body != nullptr)
+    for (int v = 0; v < asset.vertices; ++v)
+      body.body[v] = {0, static_cast<float>(unit_energy(asset, v))};
+}
+
+/// Whether bytes [size], 8-byte aligned, are a body of the asset. Safe on hostile bytes.
+inline bool is_body(const AssetView& asset, const void* memory, std::uint64_t size) noexcept {
+  if (memory == nullptr || asset.vertices <= 0 || size != body_bytes(asset) ||
+      reinterpret_cast<std::uintptr_t>(memory) % 8 != 0)
+    return false;
+  BodyHeader header;
+  std::memcpy(&header, memory, sizeof header);
+  if (header.mark != kBodyMark || header.asset_checksum != asset.checksum ||
+      header.vertices != asset.vertices)
+    return false;
+  for (const std::uint64_t reserved : header.reserved)
+    if (reserved != 0) return false;
+  const AssetView body = with_body(asset, const_cast<void*>(memory));
+  for (int v = 0; body.body != nullptr && v < asset.vertices; ++v)
+    if (!(body.body[v].most >= 0 && body.body[v].most <= 1e30F) ||
+        body.body[v].unit_J != static_cast<float>(unit_energy(asset, v)))
+      return false;
+  return true;
+}
+
+/// What a place of a body has borne (M55).
+struct Borne {
+  double unit_J = 0, most_J = 0;
+};
+inline Borne borne_at(const AssetView& asset, int triangle, const double weight[3]) noexcept {
+  double unit = 0, most = 0;
+  for (int k = 0; k < 3; ++k) {
+    const DamagedVertex& v = asset.body[asset.corner(triangle, k)];
+    unit += weight[k] * double(v.unit_J);
+    most += weight[k] * double(v.most);
+  }
+  return {unit, unit * most};
+}
+
+constexpr int kMaxDamagedTriangles = 96;
+/// Least reach, over the longest edge at the contact point: a place between vertices is told by all
+/// that are near.
+constexpr double kLeastReach = 1.5;
+
+/// A vertex must not forget in rounding what was borne: a contact would store more for it.
+constexpr double kRoundedUp = 1 + 3e-7;
+
+/// Triangles that a walk has come to, in a table that stays less than half full.
+class VisitedTriangles {
+ public:
+  VisitedTriangles() noexcept {
+    for (int& t : slot_) t = -1;
+  }
+  /// Whether it is new.
+  bool add(int triangle) noexcept {
+    unsigned i = static_cast<unsigned>(triangle) * 2654435761u >> 24;
+    for (; slot_[i] >= 0; i = (i + 1) % kSlots)
+      if (slot_[i] == triangle) return false;
+    slot_[i] = triangle;
+    return true;
+  }
+
+ private:
+  static constexpr unsigned kSlots = 256;
+  static_assert(kSlots > 2 * kMaxDamagedTriangles, "there is a free slot");
+  int slot_[kSlots];
+};
+
+/// How much of what a contact bears counts at a squared distance from it, over that of its reach
+/// (M57).
+inline double damage_kernel(double squared) noexcept {
+  const double left = 1 - squared;
+  return left > 0 ? left * left : 0;
+}
+
+/// The contact at a place and depth stores law_J > M: the place and those around it have now borne
+/// as much, those around less by distance (M57). Nothing heals.
+inline void damage(const AssetView& asset, int triangle, const double weight[3], double depth_m,
+                   double law_J, double unit_J) noexcept {
+  Vec3d corner[3], c{0, 0, 0};
+  for (int k = 0; k < 3; ++k) {
+    corner[k] = asset.vertex_at(asset.corner(triangle, k));
+    c = c + corner[k] * weight[k];
+  }
+  double squared = asset.damage.reach_m * asset.damage.reach_m * (depth_m / asset.max_fitted_m);
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d edge = corner[(k + 1) % 3] - corner[k];
+    const double least = kLeastReach * kLeastReach * dot(edge, edge);
+    squared = squared > least ? squared : least;
+  }
+  const double per = 1 / squared;
+  // What is borne here that makes M = E: corners that have borne more keep what they have.
+  double share[3], most = 0;
+  bool is_raised[3] = {true, true, true};
+  for (int k = 0; k < 3; ++k) share[k] = damage_kernel(dot(corner[k] - c, corner[k] - c) * per);
+  for (int round = 0; round < 3; ++round) {
+    double wanted = law_J / unit_J, sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (is_raised[k])
+        sum += weight[k] * share[k];
+      else
+        wanted -= weight[k] * double(asset.body[asset.corner(triangle, k)].most);
+    }
+    if (!(sum > 0)) return;
+    most = wanted / sum;
+    for (int k = 0; k < 3; ++k)
+      is_raised[k] =
+          is_raised[k] && double(asset.body[asset.corner(triangle, k)].most) < most * share[k];
+  }
+  int found[kMaxDamagedTriangles], count = 1;
+  VisitedTriangles visited;
+  found[0] = triangle;
+  visited.add(triangle);
+  for (int i = 0; i < count; ++i) {
+    bool is_in[3];
+    for (int k = 0; k < 3; ++k) {
+      const int v = asset.corner(found[i], k);
+      const Vec3d away = asset.vertex_at(v) - c;
+      const double part = damage_kernel(dot(away, away) * per);
+      is_in[k] = part > 0;
+      const float now = static_cast<float>(most * part * kRoundedUp);
+      if (now > asset.body[v].most) asset.body[v].most = now;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int next = asset.neighbour[3 * found[i] + k];
+      if (next < 0 || !(is_in[k] || is_in[(k + 1) % 3]) || count == kMaxDamagedTriangles) continue;
+      if (visited.add(next)) found[count++] = next;
+    }
+  }
+}
+
+/// What is borne is loaded on the vertices when it is so much above M, over w of (M56), or about to
+/// fall: it rises a little at every tick of a first loading, and loading it takes several ticks'
+/// time. While M stays, a contact is elastic.
+constexpr double kLoaded = 0.05;
+
+/// Softening as a memory of the body (memories.hpp).
+struct Softening {
+  static bool is_any(const AssetView& asset) noexcept { return asset.body != nullptr; }
+
+  /// Psi of what the law stores at a place (M56).
+  static Softened energy(const AssetView& asset, const ContactPoint& at, double law_J) noexcept {
+    const Borne here = borne_at(asset, at.triangle, at.weight);
+    return softened(asset.damage, here.unit_J, here.most_J, law_J);
+  }
+  /// The place has borne law_J at depth_m; returns energy() of it from now on.
+  static Softened load(const AssetView& asset, ContactPoint& at, double depth_m,
+                       double law_J) noexcept {
+    Borne here = borne_at(asset, at.triangle, at.weight);
+    const double loaded_J = here.most_J + kLoaded * (asset.damage.scale * here.unit_J +
+                                                     asset.damage.beta * here.most_J);
+    const double most_J = law_J > at.unloaded_J ? law_J : at.unloaded_J;
+    if (most_J > here.most_J && here.unit_J > 0 && depth_m > 0) {
+      if (most_J > loaded_J || law_J < most_J) {
+        damage(asset, at.triangle, at.weight, depth_m, most_J, here.unit_J);
+        here.most_J = most_J;  // as the vertices now say, but for their rounding
+        at.unloaded_J = 0;
+      } else {
+        at.unloaded_J = most_J;
+      }
+    }
+    return softened(asset.damage, here.unit_J, here.most_J, law_J);
+  }
+  /// Nothing heals with time.
+  template <class F, class Kinematics, class Memory>
+  static void flow(const AssetView&, const Kinematics&, const Decay&, Memory&) noexcept {}
+};
+
+}  // namespace runtime
+}  // namespace palpate

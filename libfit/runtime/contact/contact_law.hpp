@@ -1,0 +1,269 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What one contact answers to a tool at x, for the series to ask (series/series.hpp): hold(),
+// where nothing slips; slip(), where its contact point slides and its rings let go; and rest(),
+// where time passes. None of them books energy or touches what other contacts read.
+
+#include <utility>
+
+#include "../base/status.hpp"
+#include "../law/step.hpp"
+#include "memories.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// The surface point under a ball's rest position, or a tip's contact point itself.
+template <bool kIsBall, class Spot>
+Vec3d surface_point(const Spot& spot, const Arm& arm) noexcept {
+  if (!kIsBall) return spot.point;
+  const Vec3d skew = make_vec3<double>(arm.skew_m);
+  return spot.point + skew + spot.normal * (arm.reach_m - dot(skew, spot.normal));
+}
+
+/// After a slip the skew lies across the new normal; the rest position stays what it is.
+inline void lay_skew(Arm& arm, const Vec3d& normal) noexcept {
+  const Vec3d skew = make_vec3<double>(arm.skew_m);
+  put(skew - normal * dot(skew, normal), arm.skew_m);
+}
+
+/// How deep and how far aside a tool stands.
+struct Depth {
+  double normal_m = 0, lateral_m = 0;
+};
+
+/// What a slip says beside forces.
+struct Said {
+  unsigned flags = 0;
+  ContactState state = ContactState::stick;
+};
+
+/// Fills the output of a contact whose ball's centre or tip is at x, but for forces and energies.
+/// cache: of where it stands.
+inline void describe(const AssetView& asset, const ContactPoint& at, const SpotCache& cache,
+                     const Depth& depth, const Vec3d& x, const Said& said, Output& out) noexcept {
+  const Vec3d origin = make_vec3<double>(asset.origin_m);
+  const Vec3d c = cache.is_ball ? surface_point<true>(cache, at.arm) : cache.point;
+  put(c + origin, out.contact_m);
+  put(cache.is_ball ? x + cache.normal * at.arm.reach_m + origin : x + origin, out.acts_at_m);
+  put(cache.normal, out.normal);
+  out.triangle = at.triangle;
+  for (int k = 0; k < 3; ++k) out.weight[k] = at.weight[k];
+  out.normal_m = depth.normal_m;
+  out.lateral_m = depth.lateral_m;
+  out.state = said.state;
+  out.flags |= said.flags;
+  if (depth.normal_m > double(asset.max_depth_m[at.triangle])) out.flags |= kFlagTooDeep;
+  if (cache.is_frictionless) out.flags |= kFlagFrictionless;
+  if (depth.normal_m > asset.max_fitted_m) out.flags |= kFlagExtrapolated;
+  for (int k = 0; k < 3; ++k)
+    if (asset.covered[asset.corner(at.triangle, k)] != kMeasured) out.flags |= kFlagOutside;
+}
+
+/// The standing spot of a contact, cached.
+template <class F, bool kIsBall>
+CachedSpot cached_spot(const AssetView& asset, const ContactPoint& at, SpotCache& cache) noexcept {
+  if (!is_good(cache, asset, at.triangle, at.weight, kIsBall)) {
+    const MeshSurface<double, kIsBall> surface(cache.corners, asset, at.triangle, at.weight,
+                                               at.arm);
+    fill<F>(cache, asset, at.triangle, at.weight, kIsBall, surface.standing());
+  }
+  return {cache.point, cache.normal, &cache, &asset};
+}
+
+/// Lets a ball hover that has let go over a place [area coordinates n of a triangle], its centre at
+/// x: its contact goes on from there with nothing deflected. The normal there may pass the centre
+/// by: the anchors are then under it, and draw the contact point there at the next ticks.
+template <class F, bool kIsBall>
+void hover(const AssetView& asset, Contact& contact, const Vec3d& x, int triangle,
+           const double n[3], const Arm& arm) noexcept {
+  const CurveViews& views = asset.curves;
+  contact.has_lifted = true;
+  contact.hover = triangle;
+  for (int k = 0; k < 3; ++k) contact.weight[k] = n[k];
+  contact.arm.reach_m = arm.reach_m;
+  put(make_vec3<double>(arm.pole_m), contact.arm.pole_m);
+  auto memory = F::template load<double>(contact.memory, views.relaxation);
+  const auto standing = [&]() noexcept {
+    return MeshSurface<double, kIsBall>(contact.cache.corners, asset, triangle, n, contact.arm)
+        .standing();
+  };
+  contact.arm.reach_m -= F::kinematics(views, standing(), x, memory).d.normal_m;
+  auto kinematics = F::kinematics(views, standing(), x, memory);
+  F::let_go(views, kinematics, memory);
+  F::slip(views, F::under(views, kinematics), kinematics, memory);
+  F::save(memory, contact.memory, views.relaxation);
+}
+
+/// A ball (a tip: the ball that it stands for) that hovers since it let go with its centre at
+/// another place: over the same triangle, now with its centre at x.
+template <class F, bool kIsBall>
+void hover_at(const AssetView& asset, Contact& contact, const Vec3d& x) noexcept {
+  const Arm arm = contact.arm;
+  const int triangle = contact.hover;
+  const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]};
+  for (double& number : contact.memory) number = 0;
+  contact.arm = Arm();
+  hover<F, kIsBall>(asset, contact, x, triangle, n, arm);
+}
+
+/// How far the contact point may go in a tick in which the tool moves by `step`.
+template <class T>
+T slip_budget_m(const ContactPoint& at, const Vec3<T>& step) noexcept {
+  using std::sqrt;
+  const T squared = dot(step, step);
+  const T moved = value_of(squared) > 0 ? sqrt(squared) : T(0);
+  return kSlipPerStep * moved + (kFreeSlip_m + at.slip_left_m);
+}
+
+/// Lets the contact point slide; its spot is then in `cache`.
+template <class F, bool kIsBall, class Kinematics, class Memory>
+SlideEnd follow(const AssetView& asset, ContactPoint& at, SpotCache& cache, const Vec3d& x,
+                const Vec3d& step, const Kinematics& kinematics, Memory& memory,
+                Said& said) noexcept {
+  MeshSurface<double, kIsBall> surface(cache.corners, asset, at.triangle, at.weight, at.arm,
+                                       slip_budget_m(at, step));
+  auto mesh_kinematics = F::at_spot(kinematics, kinematics.spot.mesh_spot());
+  const SlideEnd end = slide<F>(asset.curves, x, surface, mesh_kinematics, memory);
+  at.slip_left_m = end == SlideEnd::unfinished && !surface.is_spent() ? surface.budget_m() : 0;
+  at.triangle = surface.triangle();
+  for (int k = 0; k < 3; ++k) at.weight[k] = surface.weight(k);
+  if (end != SlideEnd::stick) {
+    at.unloaded_J = 0;
+    F::carry(asset.curves, memory, mesh_kinematics.spot.point - kinematics.spot.point,
+             mesh_kinematics.spot.normal);
+    if constexpr (kIsBall) {  // its rest position is the same but for rounding
+      lay_skew(at.arm, mesh_kinematics.spot.normal);
+      mesh_kinematics.spot = surface.standing();
+    }
+    fill<F>(cache, asset, at.triangle, at.weight, kIsBall, mesh_kinematics.spot);
+  }
+  said.flags |= surface.flags();
+  if (end == SlideEnd::unfinished) said.flags |= kFlagUnfinished;
+  if (end == SlideEnd::stopped) said.flags |= kFlagBlocked;
+  if (end != SlideEnd::stick) said.state = ContactState::slip;
+  return end;
+}
+
+/// What slip() brings.
+struct Slipped {
+  Answer<double> law{{0, 0, 0}, 0};  ///< force on the body and E of the law
+  Depth depth;
+  double before_J = 0;     ///< what the contact stored before anything slipped
+  bool is_booked = false;  ///< something slipped or flowed
+  bool has_moved = false;  ///< the contact point, to where the other cache is
+  bool has_let_go = false, is_lifted = false;
+};
+
+/// The contact at x lets its contact point slide, then lets go or answers: the order matters (no
+/// pop at lift-off). Where the body relaxes half of the tick's time passes first (M47). from: where
+/// the spot of `at` is cached; to: where that of the new one is. step: of the tool, as the law sees
+/// it.
+template <class F, bool kIsBall, class Memory>
+Slipped slip(const AssetView& asset, ContactPoint& at, SpotCache& from, SpotCache& to,
+             const Decay& left, const Vec3d& x, const Vec3d& step, Memory& memory,
+             Said& said) noexcept {
+  const CurveViews& views = asset.curves;
+  auto kinematics =
+      F::kinematics(views, cached_spot<F, kIsBall>(asset, at, from), x, memory);
+  Slipped slipped;
+  const auto stored_J = [&]() noexcept {
+    return stored_in(asset, at,
+                     F::stored_J(views, F::under(views, kinematics), kinematics, memory), Memories())
+        .stored_J;
+  };
+  const bool relaxes = F::relaxes(views);
+  Vec3d seen = x;
+  auto slipping = kinematics;
+  if constexpr (F::kCanRelax)
+    if (relaxes) {
+      slipped.before_J = stored_J();
+      flow<F>(asset, kinematics, left, memory, Memories());
+      seen = F::seen(views, kinematics, x, memory);
+      slipping = F::kinematics(views, kinematics.spot, seen, memory);
+    }
+  const bool moves =
+      !(kinematics.d.normal_m > 0) || F::is_out(memory) || F::is_slipping(views, slipping);
+  if (moves) {
+    if (!relaxes) slipped.before_J = stored_J();
+    if (&to != &from) to.corners = from.corners;
+    const SlideEnd end = follow<F, kIsBall>(asset, at, to, seen, step, slipping, memory, said);
+    slipped.has_moved = end != SlideEnd::stick;
+    kinematics = F::kinematics(
+        views, cached_spot<F, kIsBall>(asset, at, slipped.has_moved ? to : from), x, memory);
+    slipped.is_lifted = !(kinematics.d.normal_m > 0) && end != SlideEnd::unfinished;
+    slipped.has_let_go = slipped.is_lifted || is_powerless(asset, at);
+    if (slipped.has_let_go) return slipped;
+  }
+  const auto& under = F::under(views, kinematics);
+  const auto pull = F::slip(views, under, kinematics, memory);
+  slipped.law = F::answer(views, under, kinematics, pull);
+  slipped.depth = {kinematics.d.normal_m, kinematics.d.lateral_m};
+  slipped.is_booked = moves || relaxes || pull.lost_J > 0;
+  if (!moves && !relaxes)
+    slipped.before_J =
+        stored_in(asset, at, slipped.law.stored_J + pull.lost_J, Memories()).stored_J;
+  return slipped;
+}
+
+/// The law at x with nothing slipping.
+template <class F, bool kIsBall>
+Answer<double> hold(const AssetView& asset, const ContactPoint& at, SpotCache& cache,
+                    const Vec3d& x, Depth& depth) noexcept {
+  const CurveViews& views = asset.curves;
+  const auto memory = F::template load<double>(at.memory, views.relaxation);
+  const auto kinematics =
+      F::kinematics(views, cached_spot<F, kIsBall>(asset, at, cache), x, memory);
+  depth = {kinematics.d.normal_m, kinematics.d.lateral_m};
+  const auto& under = F::under(views, kinematics);
+  return F::answer(views, under, kinematics, F::stick(views, under, kinematics, memory));
+}
+
+/// Half of a tick's time passes before the tool leaves x, where the law saw it at the tick before
+/// (M47). Whether anything flowed; law_J: what the law then stores.
+template <class F, bool kIsBall>
+bool rest(const AssetView& asset, Contact& contact, const Vec3d& x, double& law_J) noexcept {
+  const CurveViews& views = asset.curves;
+  auto memory = F::template load<double>(contact.memory, views.relaxation);
+  const auto kinematics =
+      F::kinematics(views, cached_spot<F, kIsBall>(asset, contact, contact.cache), x, memory);
+  if (!(kinematics.d.normal_m > 0)) return false;
+  flow<F>(asset, kinematics, contact.left, memory, Memories());
+  law_J = F::stored_J(views, F::under(views, kinematics), kinematics, memory);
+  F::save(memory, contact.memory, views.relaxation);
+  return true;
+}
+
+/// Where tangents go, row-major 3 x 3 [N/m]; null: none is computed.
+using TangentOut = double*;
+
+/// Derivative of the law's force ON THE BODY with respect to the place of the tip or centre, of the
+/// branches that slip() takes from this contact: the slip's way, its ends, its roots. At the tick
+/// of first touch the contact point found counts as fixed.
+template <class F, bool kIsBall>
+void law_tangent(const AssetView& asset, const ContactPoint& at, const Decay& left, const Vec3d& x,
+                 const Vec3d& step, double tangent_N_m[9]) noexcept {
+  const Vec3<Jet3> tip{Jet3(x.x, 1, 0, 0), Jet3(x.y, 0, 1, 0), Jet3(x.z, 0, 0, 1)};
+  Corners corners;
+  MeshSurface<Jet3, kIsBall> surface(corners, asset, at.triangle, at.weight, at.arm,
+                                     slip_budget_m(at, tip - widened<Jet3>(x - step)));
+  auto memory = F::template load<Jet3>(at.memory, asset.curves.relaxation);
+  const Vec3<Jet3> force = law_step<F>(asset.curves, tip, left, surface, memory).answer.force_N;
+  for (int k = 0; k < 3; ++k) {
+    tangent_N_m[k] = force.x.v[k];
+    tangent_N_m[3 + k] = force.y.v[k];
+    tangent_N_m[6 + k] = force.z.v[k];
+  }
+}
+
+/// K becomes eta K + eta' f f^T: the tangent of what is left of a force f that is multiplied by
+/// eta(E).
+inline void scale_tangent(double share, double slope, const Vec3d& f, double K[9]) noexcept {
+  const double v[3] = {f.x, f.y, f.z};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) K[3 * i + j] = share * K[3 * i + j] + slope * (v[i] * v[j]);
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,86 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What a body remembers of a contact, as a table. A memory brings
+//   is_any   whether this body has it
+//   flow     half of a tick's time passes while the tool rests: what that does to the law's memory
+//   energy   what the contact stores, by what the law stores: Psi(E), its slope eta by which the
+//            law's force is multiplied, and d eta / dE. eta is in [0, 1] and rises with E
+//   load     the contact has come to rest with the law at E: what the body keeps of that; it may
+//            lower Psi(E), never raise it
+// and the block of the asset that it is read from (asset/format.hpp, asset/check_blocks.hpp). To
+// add one: its header, its block, and its row here.
+
+#include "body.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// A body's Prony series: dashpots of the rings, whose law has their energy in E.
+struct Relaxation {
+  static bool is_any(const AssetView& asset) noexcept {
+    return asset.curves.relaxation.branches > 0;
+  }
+  static Softened energy(const AssetView&, const ContactPoint&, double law_J) noexcept {
+    return {law_J, 1, 0};
+  }
+  static Softened load(const AssetView&, ContactPoint&, double, double law_J) noexcept {
+    return {law_J, 1, 0};
+  }
+  template <class F, class Kinematics, class Memory>
+  static void flow(const AssetView& asset, const Kinematics& kinematics, const Decay& left,
+                   Memory& memory) noexcept {
+    if constexpr (F::kCanRelax) F::relax(asset.curves, kinematics, left, memory);
+  }
+};
+
+template <class... Each>
+struct MemoryList {};
+using Memories = MemoryList<Relaxation, Softening>;
+
+template <class... Each>
+bool has_memory(const AssetView& asset, MemoryList<Each...>) noexcept {
+  return (Each::is_any(asset) || ...);
+}
+
+/// Psi_2(Psi_1(E)) and its slopes.
+inline Softened chain(const Softened& inner, const Softened& outer) noexcept {
+  return {outer.stored_J, outer.share * inner.share,
+          outer.slope * (inner.share * inner.share) + outer.share * inner.slope};
+}
+
+/// What a contact stores where the law stores law_J, by all memories in turn.
+template <class... Each>
+Softened stored_in(const AssetView& asset, const ContactPoint& at, double law_J,
+                   MemoryList<Each...>) noexcept {
+  Softened out{law_J, 1, 0};
+  const auto take = [&](auto memory) noexcept {
+    using Memory = decltype(memory);
+    if (Memory::is_any(asset)) out = chain(out, Memory::energy(asset, at, out.stored_J));
+  };
+  (take(Each()), ...);
+  return out;
+}
+
+/// The same once the body has kept what it keeps.
+template <class... Each>
+Softened load(const AssetView& asset, ContactPoint& at, double depth_m, double law_J,
+              MemoryList<Each...>) noexcept {
+  Softened out{law_J, 1, 0};
+  const auto take = [&](auto memory) noexcept {
+    using Memory = decltype(memory);
+    if (Memory::is_any(asset)) out = chain(out, Memory::load(asset, at, depth_m, out.stored_J));
+  };
+  (take(Each()), ...);
+  return out;
+}
+
+/// Half of a tick's time passes on all memories.
+template <class F, class Kinematics, class Memory, class... Each>
+void flow(const AssetView& asset, const Kinematics& kinematics, const Decay& left, Memory& memory,
+          MemoryList<Each...>) noexcept {
+  ((Each::is_any(asset) ? Each::template flow<F>(asset, kinematics, left, memory) : void()), ...);
+}
+
+}  // namespace runtime
+}  // namespace palpate

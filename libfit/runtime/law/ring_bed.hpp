@@ -1,0 +1,201 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// What a spot of a body of rings gives (docs/method.md, section 17): its numbers, and the bed of
+// rings under it.
+
+#include "response.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// Parts of a node beside its normal curve.
+constexpr int kLambda = 1;         ///< lateral over normal stiffness of a ring [1]
+constexpr int kFriction = 2;       ///< mu_0 [1]
+constexpr int kFrictionSlope = 3;  ///< mu_1 [1/m]: a ball ploughs
+constexpr int kSide2 = 4;          ///< g_2 [N/m^2]
+constexpr int kSide3 = 5;          ///< g_3 [N/m^3]
+constexpr int kCurvature = 6;      ///< kappa = -du/dc [1/m]
+constexpr int kSway = 7;           ///< C [m/N] of sway.hpp
+
+constexpr int kRingNumbers = 15;  ///< of these, in turn
+
+/// How far a ring may be deflected at a depth.
+template <class T>
+struct RingLimit {
+  T lambda, friction, friction_slope;
+
+  /// mu(d) [1], never below 0.
+  T friction_at(const T& depth_m) const noexcept {
+    const T mu = friction + friction_slope * depth_m;
+    return value_of(mu) > 0 ? mu : T(0);
+  }
+};
+
+/// What the slip of a contact point reads of a spot.
+template <class T>
+struct RingNumbers {
+  RingLimit<T> limit;
+  T curvature[6];
+};
+/// A spot that has them at hand brings an overload.
+template <class T, class Spot>
+RingNumbers<T> ring_numbers(const Spot& spot) noexcept {
+  RingNumbers<T> out{
+      {spot.control(kLambda, 0), spot.control(kFriction, 0), spot.control(kFrictionSlope, 0)}, {}};
+  copy_controls(spot, kCurvature, 0, 6, out.curvature);
+  return out;
+}
+template <class T>
+Vec3<T> curvature_times(const T* kappa, const Vec3<T>& q) noexcept {
+  return {kappa[0] * q.x + kappa[3] * q.y + kappa[4] * q.z,
+          kappa[3] * q.x + kappa[1] * q.y + kappa[5] * q.z,
+          kappa[4] * q.x + kappa[5] * q.y + kappa[2] * q.z};
+}
+
+/// The rings under a spot and the side force there.
+template <class T, int N>
+struct RingBed {
+  RingLimit<T> limit;
+  T stiffness_N_m[N];  ///< lambda c_i >= 0
+  /// lambda c_i that was cut at 0 where the normal curve is concave, as its size, where is_cut; see
+  /// ring_share().
+  T excess_N_m[N];
+  bool is_cut;
+  Vec3<T> side2, side3;  ///< g = side2 d^2 + side3 d^3, tangential
+};
+
+/// f^z' at the edges [N/m]; with the order known the compiler unrolls it.
+template <int kOrder, class T, int N, class Spot>
+void edge_slopes(const RingTable<N>& table, const Spot& spot, T* slope) noexcept {
+  constexpr int kBatch = 16;  // control values that are read in one go
+  T row[kBatch];
+  int begin = 0, end = 0;
+  for (int i = 0; i < N; ++i) {
+    const int first = table.first[i], size = table.first[N - 1] + kOrder;
+    if (first + kOrder > end) {
+      begin = first;
+      end = size - begin < kBatch ? size : begin + kBatch;
+      copy_controls(spot, kNormal, begin, end - begin, row);
+    }
+    const T* b = row + (first - begin);
+    slope[i] = b[0] * table.slope[i][0];
+    for (int k = 1; k < kOrder; ++k) slope[i] = slope[i] + b[k] * table.slope[i][k];
+  }
+}
+
+/// c_i [N/m] (B0) of a spot.
+template <class T, int N, class Spot>
+void ring_stiffness(const RingTable<N>& table, const Spot& spot, T* c) noexcept {
+  switch (table.order) {
+    case 2:
+      edge_slopes<2>(table, spot, c);
+      break;
+    case 3:
+      edge_slopes<3>(table, spot, c);
+      break;
+    case 4:
+      edge_slopes<4>(table, spot, c);
+      break;
+    default:
+      edge_slopes<5>(table, spot, c);
+  }
+  for (int i = N - 1; i > 0; --i) c[i] = c[i] - c[i - 1];
+}
+
+/// Of the c_i of a spot; side: g_2, g_3.
+template <class T, int N>
+void make_ring_bed(const T* c, const RingLimit<T>& limit, const T* side, const Vec3<T>& normal,
+                   RingBed<T, N>& bed) noexcept {
+  bed.limit = limit;
+  bed.is_cut = false;
+  for (int i = 0; i < N; ++i) {
+    bed.stiffness_N_m[i] = limit.lambda * c[i];
+    bed.is_cut |= !(value_of(bed.stiffness_N_m[i]) >= 0);
+  }
+  for (int i = 0; bed.is_cut && i < N; ++i) {
+    const T stiffness = bed.stiffness_N_m[i];
+    const bool is_cut = !(value_of(stiffness) >= 0);
+    bed.stiffness_N_m[i] = is_cut ? T(0) : stiffness;
+    bed.excess_N_m[i] = is_cut ? T(0) - stiffness : T(0);
+  }
+  bed.side2 = tangential<T>({side[0], side[1], side[2]}, normal);
+  bed.side3 = tangential<T>({side[3], side[4], side[5]}, normal);
+}
+template <class T, int N, class Spot>
+RingBed<T, N> ring_bed(const RingTable<N>& table, const Spot& spot) noexcept {
+  RingBed<T, N> bed;
+  T c[N], side[6];
+  ring_stiffness(table, spot, c);
+  copy_controls(spot, kSide2, 0, 3, side);
+  copy_controls(spot, kSide3, 0, 3, side + 3);
+  make_ring_bed(c, ring_numbers<T>(spot).limit, side, spot.normal, bed);
+  return bed;
+}
+
+/// 1 where every ring has the stiffness that the curve says. Where the curve is concave, rings that
+/// would be negative are none, and the others bear sum c_i h_i / sum max(c_i, 0) h_i of theirs, so
+/// that the whole bed still bears f^z. Its slope belongs to the energy.
+template <class T>
+struct RingShare {
+  T value, slope;
+};
+template <class T, int N>
+RingShare<T> ring_share(const RingTable<N>& table, const RingBed<T, N>& bed,
+                        const T& depth_m) noexcept {
+  if (!bed.is_cut) return {T(1), T(0)};
+  T kept = T(0), cut = T(0), kept_slope = T(0), cut_slope = T(0);
+  for (int i = 0; i < N; ++i) {
+    const T reach = depth_m - table.threshold_m[i];
+    if (!(value_of(reach) > 0)) break;
+    kept = kept + bed.stiffness_N_m[i] * reach;
+    cut = cut + bed.excess_N_m[i] * reach;
+    kept_slope = kept_slope + bed.stiffness_N_m[i];
+    cut_slope = cut_slope + bed.excess_N_m[i];
+  }
+  if (!(value_of(kept) > value_of(cut))) return {T(value_of(kept) > 0 ? 0 : 1), T(0)};
+  const T ratio = cut / kept;
+  return {T(1) - ratio, (ratio * kept_slope - cut_slope) / kept};
+}
+
+/// f^z(d) over sum c_i h_i, which the limits of the rings are times (B3a): all at their limits then
+/// bear mu(d) f^z(d) at every depth, also where few of them touch. normal_N: f^z(d).
+constexpr double kMaxLimitShare = 2;  ///< where a concave curve leaves hardly any bed
+template <class T, int N>
+T limit_share(const RingTable<N>& table, const RingBed<T, N>& bed, const T& depth_m,
+              const T& normal_N) noexcept {
+  if (!(value_of(depth_m) > 0)) return T(1);
+  T sum = bed.stiffness_N_m[0] * depth_m;
+  for (int i = 1; i < N; ++i) {
+    const T reach = depth_m - table.threshold_m[i];
+    if (!(value_of(reach) > 0)) break;
+    sum = sum + bed.stiffness_N_m[i] * reach;
+  }
+  for (int i = 0; bed.is_cut && i < N; ++i) {
+    const T reach = depth_m - table.threshold_m[i];
+    sum = sum - bed.excess_N_m[i] * (value_of(reach) > 0 ? reach : T(0));
+  }
+  const T bears = bed.limit.lambda * normal_N;
+  if (!(value_of(sum) > 0)) return T(1);
+  return value_of(bears) < kMaxLimitShare * value_of(sum) ? bears / sum : T(kMaxLimitShare);
+}
+
+/// g(d) and its slope.
+template <class T>
+struct SideForce {
+  Vec3<T> value_N, slope_N_m;
+};
+template <class T, int N>
+SideForce<T> side_force(const RingBed<T, N>& bed, const T& depth_m) noexcept {
+  const T d = depth_m, dd = d * d;
+  return {bed.side2 * dd + bed.side3 * (dd * d), bed.side2 * (2.0 * d) + bed.side3 * (3.0 * dd)};
+}
+
+/// The rings under a spot. A spot that has them at hand brings an overload.
+template <class T, class Spot>
+RingBed<T, kRings> bed_under(const CurveViews& views, const Spot& spot) noexcept {
+  return ring_bed<T>(views.rings, spot);
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,199 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// Rings that relax (docs/method.md, section 24). Beside its spring c_i each ring has Maxwell
+// branches, springs share_k c_i in series with dashpots that have flowed by v_k along the normal
+// and by w_k across it. A ring stores
+//
+//     1/2 c_i (y^2 + sum share_k (y - v_k)^2) + 1/2 lambda c_i (|q|^2 + sum share_k |q - w_k|^2)
+//
+// with y >= h_i the place of the surface: where the tool retracts faster than the ring follows, y
+// is where the ring would come to rest, and the ring bears nothing (M46).
+
+#include "relaxation.hpp"
+#include "ring_law.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// What a ring remembers of time, and where that would bring it to rest; N rings, [m].
+template <class T, int N>
+struct RingCreep {
+  T flow[kMaxBranches][4][N];  ///< of each branch v_k, then x, y, z of w_k
+  // sum share_k v_k / fast and likewise w; what is stored though the ring bears nothing, over half
+  // its normal and its lateral stiffness [m^2].
+  T rests[4][N], locked[2][N];
+  T first[kMaxBranches];  ///< v_k of ring 1
+
+  Vec3<T> rest(int i) const noexcept { return {rests[1][i], rests[2][i], rests[3][i]}; }
+};
+/// Below it a flow is over: what halves for ever ends in numbers that processors are slow with.
+constexpr double kFlowed_m = 1e-30;
+constexpr int kCreepNumbers = 4 * kMaxBranches * kRings;  ///< of a contact
+
+/// How far the springs of a ring are pressed, on average, if they lie evenly between its edges, and
+/// the slope of that by depth; of ring 1 the share at_0 lies at depth 0. So what rings bear in slow
+/// motion is never more than the curve says, and a body never pulls.
+template <class T>
+struct RingPress {
+  T value_m, slope;
+};
+template <class T, int N>
+RingPress<T> ring_press(const RingTable<N>& table, const T& at_0, int i,
+                        const T& depth_m) noexcept {
+  const double from = i > 0 ? table.edge_m[i - 1] : 0, width = table.edge_m[i] - from;
+  const T in = depth_m - from;
+  if (!(value_of(in) > 0)) return {T(0), T(0)};
+  const bool is_part = value_of(in) < width;
+  const RingPress<T> even{is_part ? in * in * (0.5 / width) : in - 0.5 * width,
+                          is_part ? in * (1 / width) : T(1)};
+  if (i > 0) return even;
+  return {at_0 * in + (T(1) - at_0) * even.value_m, at_0 + (T(1) - at_0) * even.slope};
+}
+/// The share of ring 1 that lies at depth 0: f^z'(0) of f^z'(e_1).
+template <class T, int N, class Spot>
+T share_at_0(const RingTable<N>& table, const RingBed<T, N>& bed, const Spot& spot) noexcept {
+  const T slope = bed.limit.lambda * spot.control(kNormal, 1) * table.slope_at_0,
+          all = bed.stiffness_N_m[0];
+  if (!(value_of(slope) > 0)) return T(0);
+  return value_of(slope) < value_of(all) ? slope / all : T(1);
+}
+
+/// Brings the rests up to the branches. Ring by ring within a component: compilers then take
+/// several rings at once.
+template <class T, int N>
+void find_rests(const RelaxationView& relaxation, RingCreep<T, N>& creep) noexcept {
+  const double scale = 1 / relaxation.fast;
+  for (int c = 0; c < 4; ++c) {
+    T sum[N], square[N];
+    for (int i = 0; i < N; ++i) sum[i] = square[i] = T(0);
+    for (int k = 0; k < relaxation.branches; ++k) {
+      const double share = relaxation.share[k];
+      for (int i = 0; i < N; ++i) {
+        const T part = creep.flow[k][c][i] * share;
+        sum[i] = sum[i] + part;
+        square[i] = square[i] + part * creep.flow[k][c][i];
+      }
+    }
+    T* const locked = creep.locked[c > 0];
+    for (int i = 0; i < N; ++i) {
+      const T more = square[i] - sum[i] * sum[i] * scale;
+      locked[i] = c < 2 ? more : locked[i] + more;
+      creep.rests[c][i] = sum[i] * scale;
+    }
+  }
+  for (int k = 0; k < relaxation.branches; ++k) creep.first[k] = creep.flow[k][0][0];
+}
+
+/// The dashpots flow while the tool rests (M47): v_k nears y, w_k nears q, by the share of each
+/// branch's force that `left` does not leave. What rings store falls.
+template <class T, int N>
+void let_creep(const RelaxationView& relaxation, const Decay& left, const RingTable<N>& table,
+               const T& at_0, const RingDeflection<T>& at, const RingAnchors<T, N>& anchors,
+               RingCreep<T, N>& creep) noexcept {
+  T to[4][N];
+  for (int i = 0; i < N; ++i) {
+    const T h = ring_press(table, at_0, i, at.depth_m).value_m;
+    const bool bears = value_of(h) > value_of(creep.rests[0][i]);
+    const Vec3<T> q = bears ? at.q - anchors.at(i) : creep.rest(i);
+    to[0][i] = bears ? h : creep.rests[0][i];
+    to[1][i] = q.x;
+    to[2][i] = q.y;
+    to[3][i] = q.z;
+  }
+  for (int k = 0; k < relaxation.branches; ++k) {
+    const double share = left.share[k];
+    for (int c = 0; c < 4; ++c)
+      for (int i = 0; i < N; ++i) {
+        const T left_m = (to[c][i] - creep.flow[k][c][i]) * share;
+        creep.flow[k][c][i] = std::fabs(value_of(left_m)) > kFlowed_m ? to[c][i] - left_m : to[c][i];
+      }
+  }
+  find_rests(relaxation, creep);
+}
+
+/// The contact point went to a place of this normal: what dashpots flowed across the old one.
+template <class T, int N>
+void turn_creep(const RelaxationView& relaxation, const Vec3<T>& normal,
+                RingCreep<T, N>& creep) noexcept {
+  for (int k = 0; k < relaxation.branches; ++k)
+    for (int i = 0; i < N; ++i) {
+      const Vec3<T> w =
+          tangential<T>({creep.flow[k][1][i], creep.flow[k][2][i], creep.flow[k][3][i]}, normal);
+      creep.flow[k][1][i] = w.x;
+      creep.flow[k][2][i] = w.y;
+      creep.flow[k][3][i] = w.z;
+    }
+  find_rests(relaxation, creep);
+}
+
+/// How far a ring may be deflected beside where it would come to rest, times lambda / mu (M48): by
+/// its spring where it touches, and by its branches. share: limit_share(), of the spring.
+template <class T, int N>
+T creeping_reach(const RelaxationView& relaxation, const RingTable<N>& table,
+                 const RingCreep<T, N>& creep, const T& at_0, int i, const T& depth_m,
+                 const T& share) noexcept {
+  const T touching = share * (depth_m - table.threshold_m[i]);
+  const T spring = value_of(touching) > 0 ? touching : T(0);
+  const T press = ring_press(table, at_0, i, depth_m).value_m;
+  return (spring + press * (relaxation.fast - 1)) * (1 / relaxation.fast) - creep.rests[0][i];
+}
+
+/// ring_pull(), or with kSlips slip_rings(), of rings that relax: forces and energy of springs and
+/// branches, over what the normal curve says of slow motion. A ring slips where its traction is
+/// above the friction of what it bears, |q - rest| > mu(d) (h - rest) / lambda (M48); dashpots hold
+/// still in a slip, so it shortens |q - rest| and what is stored falls; the caller books by
+/// energies, so lost_J is 0.
+template <bool kSlips, class T, int N, class Anchors>
+RingPull<T> creeping_pull(const RelaxationView& relaxation, const RingTable<N>& table,
+                          const RingBed<T, N>& bed, const RingDeflection<T>& at, Anchors& anchors,
+                          const RingCreep<T, N>& creep, const T& at_0,
+                          const T& share_of_limit) noexcept {
+  const double fast = relaxation.fast;
+  const T lambda = bed.limit.lambda, mu = bed.limit.friction_at(at.depth_m);
+  const bool is_stiff = value_of(lambda) > 0;
+  Vec3<T> force{T(0), T(0), T(0)};
+  T twice(0), along(0);
+  for (int i = 0; i < N; ++i) {
+    const T stiffness = bed.stiffness_N_m[i], normal = is_stiff ? stiffness / lambda : T(0);
+    const RingPress<T> press = ring_press(table, at_0, i, at.depth_m);
+    const T h = press.value_m, rest = creep.rests[0][i];
+    const T borne = value_of(h) > value_of(rest) ? h - rest : T(0);
+    Vec3<T> q = at.q - anchors.at(i) - creep.rest(i);
+    T squared = dot(q, q);
+    if (kSlips && i > 0) {
+      const T reach = creeping_reach(relaxation, table, creep, at_0, i, at.depth_m, share_of_limit);
+      const T limit_m = value_of(reach) > 0 ? mu * reach : T(0);
+      T share(0);
+      if (ring_slips(limit_m, lambda * lambda, squared, share)) {
+        q = q * share;
+        squared = squared * (share * share);
+        if constexpr (kSlips) anchors.set(i, at.q - creep.rest(i) - q);
+      }
+    }
+    force = force + q * (stiffness * fast);
+    along = along + normal * (borne * fast - h) * press.slope;
+    twice = twice + stiffness * (squared * fast + creep.locked[1][i]) +
+            normal * (borne * borne * fast + creep.locked[0][i] - h * h);
+  }
+  return {force, at.q - anchors.at(0), 0.5 * twice, 0, along, creep.first};
+}
+
+/// g(d), and for each branch its share of g at the depth that is left to its dashpot of ring 1: the
+/// side force right after a step and at rest, and smooth between (M49).
+template <class T, int N>
+SideForce<T> creeping_side(const RelaxationView& relaxation, const RingBed<T, N>& bed,
+                           const T& depth_m, const T* flowed_m) noexcept {
+  SideForce<T> out = side_force(bed, depth_m);
+  for (int k = 0; k < relaxation.branches; ++k) {
+    const T left = depth_m - flowed_m[k];
+    if (!(value_of(left) > 0)) continue;
+    const SideForce<T> side = side_force(bed, left);
+    out.value_N = out.value_N + side.value_N * relaxation.share[k];
+    out.slope_N_m = out.slope_N_m + side.slope_N_m * relaxation.share[k];
+  }
+  return out;
+}
+
+}  // namespace runtime
+}  // namespace palpate

@@ -1,0 +1,203 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// How a contact point slides (docs/method.md, section 4), one template for the engine (scalar
+// double, the surface is a mesh) and the fitter (scalar double or ceres::Jet, the surface is the
+// quadric of quadric.hpp, which also has replay_drag).
+//
+// A Path is a way the contact point can slide, with parameter s >= 0 [m] measured laterally:
+//   path.at(s)   -> Spot of deflection.hpp
+//   path.end()   -> where the path leaves its triangle or the tick's slip budget ends, may be
+//                   infinite
+//   path.plain() -> the same path with plain numbers; path.is_blocked(): no way to go;
+//                   path.is_straight(): not along a border
+// A Surface holds the contact point:
+//   surface.standing()      -> Spot at the contact point
+//   surface.aim(spot, direction) -> Path from there (the standing spot) along the lateral unit
+//                              vector, projected obliquely along the spot's normal so that the
+//                              lateral deflection shrinks by s
+//   surface.move(path, s)   the contact point goes to path(s), s <= end, over the edge at its end
+//   surface.is_spent()      whether the slip budget is why a path is blocked
+// What a family brings is in families/families.hpp.
+
+#include "response.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// Newton needs 1 to 3, by the guess; 12 bisections leave 1/4096 of a slip.
+constexpr int kMaxRootSteps = 12;
+constexpr int kMaxSegments =
+    16;  ///< straight pieces of one slip per tick; 14 seen on 800 k triangles
+constexpr double kSlipTolerance = 1e-10;  ///< of the limit: keeps a solved slip from slipping again
+constexpr double kRootTolerance = 1e-12;  ///< of excess_scale: where Newton stops
+constexpr double kInside =
+    1 - 1e-9;  ///< where a path's end is judged: at a skirt's rim all is zero
+
+/// How a slip ended. stopped: a border, a hollow or the body's own shape left no way to go on.
+/// unfinished: budget or segments ran out, the next tick goes on from the state.
+enum class SlideEnd { stick, slid, stopped, unfinished };
+
+/// Where the contact point is drawn.
+template <class T>
+struct Pull {
+  Vec3<T> along;  ///< lateral unit vector
+  T reach_m;      ///< how far at most
+};
+/// Of a lateral vector [m] longer than kLateralZero_m.
+template <class T>
+Pull<T> pull_of(const Vec3<T>& lateral) noexcept {
+  using std::sqrt;
+  const T size = sqrt(dot(lateral, lateral));
+  return {lateral * (1.0 / size), size};
+}
+
+/// Root of what a slip brings to zero, and its slope there; s < 0: none on the path.
+struct SlipRoot {
+  double s;      ///< [m]
+  double slope;  ///< < 0 where it can be trusted
+};
+
+/// First root of excess(s) on [0, end] by Newton with exact slopes, within a bracket that ends
+/// where the excess is known to be negative. start: excess(0) > 0. guess: its mean slope to the
+/// root, as of the slip before; 0: unknown, Newton begins at 0. scale: of the excess, what the
+/// tolerance is a share of. The last step goes by the parabola of s over the excess through the
+/// last two places and the last slope, without looking where it led; its error is of third order
+/// and estimated by how far that slope is from the mean one; where the excess has knots (not
+/// is_smooth), by the fall alone. At most kMaxRootSteps + 1 evaluations, whatever the guess;
+/// unfinished, it returns the side that holds.
+template <class Excess>
+SlipRoot first_root(const Excess& excess, double start, double guess, double end, double scale,
+                    bool is_smooth) noexcept {
+  const double guessed = guess < 0 ? -start / guess : 0;
+  double lo = 0, hi = end, s = guessed < end ? guessed : 0, before_s = 0;
+  double before = s > 0 ? start : 0;  // 0: there is no place before
+  Dual at(0);
+  bool is_bracket = false;
+  if (guessed >= end) {
+    if (!(excess(end).a < 0)) return {-1, 0};
+    is_bracket = true;
+  }
+  for (int i = 0; i < kMaxRootSteps; ++i) {
+    at = excess(s);
+    if (std::fabs(at.a) <= kRootTolerance * scale) return {s, at.v};
+    if (at.a > 0) {
+      lo = s;
+    } else {
+      hi = s;
+      is_bracket = true;
+    }
+    const double step = -at.a / at.v, newton = s + step;
+    const bool is_inside = newton > lo && newton < hi;
+    if (!is_inside && !is_bracket) {
+      if (!(excess(end).a < 0)) return {-1, 0};
+      is_bracket = true;
+    }
+    if (is_inside && before != 0) {
+      const double fall = before - at.a, mean = fall / (before_s - s), bend = 1 - at.v / mean;
+      const double share = at.a / before;
+      if (std::fabs(at.a * share) * (is_smooth ? 4 * bend * bend : 1) <= kRootTolerance * scale) {
+        const double root = newton + step * (at.a / fall * bend);
+        if (root > lo && root < hi)
+          return {root, at.v + 2 * (at.v - mean) * (step / (s - before_s))};
+      }
+    }
+    before = at.a;
+    before_s = s;
+    s = is_inside ? newton : 0.5 * (lo + hi);
+  }
+  if (!is_bracket && !(excess(end).a < 0)) return {-1, 0};
+  return {hi, at.v};
+}
+
+/// How far along a path the contact point slides until it holds (M8), (B3): the first root of the
+/// family's excess, or the whole path. One Newton step in T brings the implicit derivatives, since
+/// the value is converged. slope: the excess's mean slope over the last slip, 0 before the first;
+/// it becomes that of this one.
+template <class T>
+struct Slip {
+  T s;
+  bool holds_within;
+  bool flees;  ///< the end of the path is farther from the tool than its beginning
+};
+template <class F, class T, class Path, class Kinematics>
+Slip<T> slip_along(const CurveViews& views, const Path& path, const Kinematics& kinematics,
+                   const Pull<T>& pull, const Vec3<T>& x, double& slope) noexcept {
+  const double reach = value_of(pull.reach_m), path_end = value_of(path.end());
+  const double end = path_end < reach ? path_end : reach;
+  const auto& plain = path.plain();
+  const Vec3d tip = values_of(x);
+  const auto& way = F::way(plain, tip);
+  const auto kind = F::excess_kind(views, kinematics);
+  const double start = F::excess_here(views, kinematics, kind),
+               scale = F::excess_scale(views, kinematics, kind);
+  const bool has_limit = start < scale;  // a limit that begins on the way makes a bend
+  const SlipRoot root =
+      first_root([&](double s) noexcept { return F::excess_along(views, way, tip, s, kind); },
+                 start, slope, kInside * end, scale, F::kIsSmooth && has_limit);
+  if (root.s < 0) {
+    const bool flees = end > 0 && F::lateral_m(views, plain.at(end), tip) > reach;
+    return {path_end < reach ? T(path.end()) : pull.reach_m, false, flees};
+  }
+  slope = root.s > 0 ? -start / root.s : 0;
+  if constexpr (std::is_same<T, double>::value) {
+    return {root.s, true, false};
+  } else {
+    if (!(root.slope < 0)) return {T(root.s), true, false};
+    const T s = T(root.s) - F::excess(views, path.at(T(root.s)), x, kind) / root.slope;
+    return {s, true, false};
+  }
+}
+
+/// Lets the contact point slide until it holds the tool at x [m]. kinematics: those of
+/// surface.standing() at x on entry; on return its .spot is where the contact point stands and the
+/// rest is used up. memory: the family's. Where the contact point
+/// may not go (a border, a hollow, the slip budget) its anchor slips without it and comes to rest
+/// beside it, so the limit always holds; it is drawn there at the next ticks. A slip is made of
+/// straight segments: a new one begins where the path crosses into another triangle. Work: at most
+/// kMaxSegments segments, each with at most kMaxRootSteps + 3 evaluations. Derivatives are those of
+/// the branches taken. Stops where sliding would not bring it nearer: deeper than the centre of a
+/// convex body's curvature the contact point would flee (the elements' max_depth_m keeps well
+/// below).
+template <class F, class T, class Surface, class Kinematics, class Memory>
+SlideEnd slide(const CurveViews& views, const Vec3<T>& x, Surface& surface, Kinematics& kinematics,
+               Memory& memory) noexcept {
+  SlideEnd end = SlideEnd::stick;
+  for (int segment = 0;; ++segment) {
+    const bool is_out = F::is_out(memory);
+    if (!is_out && !F::is_slipping(views, kinematics)) return end;
+    end = SlideEnd::unfinished;
+    if (segment == kMaxSegments) break;
+    if (is_out) F::let_go(views, kinematics, memory);
+    const Pull<T> pull = is_out ? pull_of(F::rest(memory)) : F::pull(kinematics);
+    const auto path = surface.aim(kinematics.spot, pull.along);
+    if (path.is_blocked()) {
+      if (!surface.is_spent()) end = SlideEnd::stopped;
+      break;
+    }
+    const double path_end = value_of(path.end());
+    const Slip<T> slip = !is_out
+                             ? slip_along<F>(views, path, kinematics, pull, x, memory.slip_slope)
+                         : path_end < value_of(pull.reach_m) ? Slip<T>{T(path.end()), false, false}
+                                                             : Slip<T>{pull.reach_m, true, false};
+    if (slip.flees) {
+      end = SlideEnd::stopped;
+      break;
+    }
+    const Vec3<T> from = kinematics.spot.point;
+    surface.move(path, slip.s);
+    const auto spot = surface.standing();
+    if (is_out)
+      F::carry_rest(memory, spot.point - from, spot.normal,
+                    slip.holds_within && path.is_straight());
+    end = SlideEnd::slid;
+    kinematics.spot = spot;
+    if (slip.holds_within && !is_out) return end;
+    kinematics = F::kinematics(views, spot, x, memory);
+  }
+  F::let_go(views, kinematics, memory);
+  return end;
+}
+
+}  // namespace runtime
+}  // namespace palpate

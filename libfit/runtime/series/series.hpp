@@ -1,0 +1,519 @@
+// Copyright (c) Palpate contributors. SPDX-License-Identifier: MIT
+#pragma once
+
+// The contacts of a tick on one body, in series with how it gives (docs/method.md, section 28).
+// Where nothing slips they store
+//
+//     E = sum_i E_i + 1/2 sum_ij f_i . C_ij f_j                                         (M64)
+//
+// whose gradient by the places of the balls are the forces. It is found with the slips, with
+// nothing slipping, and once more where a contact point has moved, for there C is another; one
+// ledger (section 18) books what slips did to E. A contact by itself on a body that does not give
+// is tick_alone().
+
+#include "../base/room.hpp"
+#include "../contact/contact_law.hpp"
+#include "give.hpp"
+
+namespace palpate {
+namespace runtime {
+
+/// One ball or tip at a tick.
+struct SeriesContact {
+  Contact* contact = nullptr;
+  Output* out = nullptr;
+  double radius_m = 0;  ///< 0: a tip
+  Vec3d x{0, 0, 0};     ///< of the tip or the ball's centre, from the asset's origin
+  Vec3d step{0, 0, 0};  ///< of the tool itself since the tick before
+  Status status = Status::ok;
+  int tool = 0;                   ///< contacts of one tool move together
+  double* tangent_N_m = nullptr;  ///< of the tool, 3 x 3; null: not wanted
+};
+
+/// act(F(), kIsBall) of a contact's law: of a ball, of its own or of the one that its tip stands for.
+template <class Act>
+auto with_law(const AssetView& asset, double radius_m, const Act& act) noexcept {
+  const bool is_ball = radius_m > 0 || asset.probe_radius_m > 0;
+  return with_family(asset.curves, [&](auto f) noexcept {
+    return is_ball ? act(f, std::true_type()) : act(f, std::false_type());
+  });
+}
+
+/// A slide that nothing pays may leave a contact with next to none of its force, and for long: debt
+/// falls as work comes in, and there is none where there is no force. With less than this share of
+/// a force that is deeper than kDeepShare of the curves, contact begins anew where the ball stands,
+/// with nothing deflected. What was stored is lost, so nothing is created.
+constexpr double kLeastShare = 0.5, kDeepShare = 0.01;
+inline bool is_held_too_far_back(const AssetView& asset, const Ledger& ledger, double law_J,
+                                 double depth_m) noexcept {
+  return ledger.debt_J > 0 && ledger.share(law_J) < kLeastShare &&
+         depth_m > kDeepShare * asset.max_fitted_m;
+}
+
+/// Contact ends where its ball's centre or tip is at x; a ball that has lifted hovers there.
+inline void let_go(const AssetView& asset, const SeriesContact& at, bool hovers,
+                   const Vec3d& x) noexcept {
+  Contact& contact = *at.contact;
+  const Arm arm = contact.arm;
+  const int triangle = contact.triangle;
+  const double n[3] = {contact.weight[0], contact.weight[1], contact.weight[2]};
+  release(contact);
+  at.out->state = ContactState::air;
+  if (!hovers) return;
+  with_law(asset, at.radius_m, [&](auto f, auto is_ball) noexcept {
+    if constexpr (is_ball)
+      hover<decltype(f), true>(asset, contact, x - make_vec3<double>(arm.pole_m), triangle, n, arm);
+  });
+}
+
+/// Time passes for a contact on a body that does not give.
+template <class F, bool kIsBall>
+void rest_alone(const AssetView& asset, Contact& contact, const Vec3d& before,
+                Ledger& ledger) noexcept {
+  if (!F::relaxes(asset.curves) || contact.is_rested) return;
+  contact.is_rested = true;
+  double law_J = contact.law_J;
+  if (rest<F, kIsBall>(asset, contact, before, law_J))
+    ledger.book(stored_in(asset, contact, contact.law_J, Memories()).stored_J,
+                stored_in(asset, contact, law_J, Memories()).stored_J, asset.has_guard);
+}
+
+/// The tick of a contact by itself on a body that does not give.
+template <class F, bool kIsBall>
+Status tick_alone(const AssetView& asset, const SeriesContact& at, Ledger& ledger,
+                  TangentOut tangent_N_m) noexcept {
+  Contact& contact = *at.contact;
+  Output& out = *at.out;
+  const Vec3d x = at.x - make_vec3<double>(contact.arm.pole_m);
+  const Vec3d step = at.step + make_vec3<double>(contact.series.aside_m);  // others have let go
+  put({0, 0, 0}, contact.series.aside_m);
+  rest_alone<F, kIsBall>(asset, contact, x - step, ledger);
+  if (tangent_N_m != nullptr)
+    law_tangent<F, kIsBall>(asset, contact, contact.left, x, step, tangent_N_m);
+  auto memory = F::template load<double>(contact.memory, asset.curves.relaxation);
+  Said said;
+  const Slipped slipped = slip<F, kIsBall>(asset, contact, contact.cache, contact.cache,
+                                           contact.left, x, step, memory, said);
+  if (slipped.has_let_go) {
+    ledger.close(slipped.before_J);
+    let_go(asset, at, slipped.is_lifted, at.x);
+    return Status::ok;
+  }
+  const Answer<double>& law = slipped.law;
+  if (!is_finite(law.force_N) || !is_finite(law.stored_J)) {
+    ledger.close(0);
+    forget(contact);
+    out.state = ContactState::air;
+    return Status::force_not_finite;
+  }
+  const Softened held = load(asset, contact, slipped.depth.normal_m, law.stored_J, Memories());
+  if (slipped.is_booked || asset.body != nullptr)
+    ledger.book(slipped.before_J, held.stored_J, asset.has_guard);
+  if (is_held_too_far_back(asset, ledger, held.stored_J, slipped.depth.normal_m)) {
+    ledger.close(held.stored_J);
+    let_go(asset, at, true, at.x);
+    return Status::ok;
+  }
+  F::save(memory, contact.memory, asset.curves.relaxation);
+  contact.law_J = law.stored_J;
+  put(law.force_N, contact.series.force_N);
+  describe(asset, contact, contact.cache, slipped.depth, x, said, out);
+  if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+  const double share = ledger.share(held.stored_J);
+  put(law.force_N * -(share * held.share), out.force_on_tool_N);
+  out.stored_J = ledger.stored_J(held.stored_J);
+  if (tangent_N_m == nullptr) return Status::ok;
+  scale_tangent(held.share, held.slope, law.force_N, tangent_N_m);
+  scale_tangent(share, ledger.share_slope(held.stored_J), law.force_N * held.share, tangent_N_m);
+  return Status::ok;
+}
+
+/// A slip of one contact, tried from where it stands.
+struct Trial {
+  ContactPoint at;  ///< of its memory what the law uses
+  SpotCache cache;  ///< of where it has moved
+  Slipped slipped;
+  Said said;
+};
+
+/// The contacts of a tick that touch, while their series is solved.
+class Series {
+ public:
+  Series(const AssetView& asset, SeriesContact* at, int count) noexcept
+      : asset_(asset), relaxation_(asset.curves.relaxation) {
+    give_.count = 0;
+    for (int i = 0; i < count; ++i) {
+      if (at[i].status != Status::ok || at[i].contact->triangle < 0) continue;
+      Member& m = member_.make(give_.count++);
+      const Contact& contact = *at[i].contact;
+      m.at = &at[i];
+      m.whole = at[i].x - make_vec3<double>(contact.arm.pole_m);
+      m.before = m.whole - at[i].step - make_vec3<double>(contact.series.aside_m);
+      m.now.force = contact.series.force();
+      has_tangents_ = has_tangents_ || at[i].tangent_N_m != nullptr;
+    }
+  }
+
+  void tick(Ledger& ledger) noexcept {
+    couple();
+    rest(ledger);
+    Vec3d guess[kMaxContacts];
+    for (int i = 0; i < count(); ++i) guess[i] = member_[i].now.force;
+    bool is_settled = settle_slipping();
+    const bool is_booked = has_slipped() || asset_.body != nullptr;
+    double before_J = 0;
+    if (is_booked) is_settled = settle_before(guess, before_J) && is_settled;
+    if (has_tangents_) find_tangents();
+    if (commit()) {
+      couple();
+      is_settled = settle_holding() && is_settled;
+    }
+    double each_J[kMaxContacts];
+    const double after_J = load_all(each_J);
+    if (is_booked) ledger.book(before_J, after_J, asset_.has_guard);
+    if (count() == 0) ledger.close(0);
+    for (int i = 0; i < count(); ++i) tell(i, ledger, after_J, each_J[i], is_settled);
+    if (has_tangents_) tell_tangents(ledger, after_J);
+    if (count() == 1 && is_held_too_far_back(asset_, ledger, after_J, member_[0].now.depth.normal_m)) {
+      ledger.close(after_J);
+      *member_[0].at->out = Output();
+      let_go(asset_, *member_[0].at, true, member_[0].at->x);
+    }
+  }
+
+ private:
+  /// What a law answers in a trial.
+  struct State {
+    Vec3d force;  ///< of the contact on the body, with which the law saw its tool
+    Vec3d off, more;  ///< what the law answers more, and what the root's force is more
+    Vec3d seen;   ///< where the law saw the tool
+    Softened held;  ///< what the memories leave of E
+    double law_J;   ///< E
+    Depth depth;
+  };
+  struct Member {
+    SeriesContact* at;
+    Vec3d whole;   ///< where the tool is: its law sees it there under no force
+    Vec3d before;  ///< where the law saw it at the tick before
+    State now;
+    Said said;
+    double tangent_N_m[9];
+  };
+
+  int count() const noexcept { return give_.count; }
+  Contact& contact(int i) const noexcept { return *member_[i].at->contact; }
+  template <class Act>
+  auto with_law_of(int i, const Act& act) const noexcept {
+    return with_law(asset_, member_[i].at->radius_m, act);
+  }
+
+  /// C where the contacts stand.
+  void couple() noexcept {
+    const bool is_together = asset_.coupling != nullptr && count() > 1;
+    CouplingPlace place[kMaxContacts];
+    for (int i = 0; i < count(); ++i) {
+      const ContactPoint& at = contact(i);
+      const Compliance sway = compliance_at(asset_, at.triangle, at.weight);
+      const double* c = sway.c;
+      const double own[9] = {c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2]};
+      std::memcpy(give_.block[i][i], own, sizeof own);
+      if (!is_together) continue;
+      place[i] = coupling_place(asset_, at);
+      for (int j = 0; j < i; ++j)
+        runtime::couple(asset_, place[i], place[j], give_.block[i][j], give_.block[j][i]);
+    }
+  }
+
+  /// What gives stores under the forces (M49a), and the part of each contact.
+  double give_J(double* each_J) const noexcept {
+    Vec3d slow[kMaxContacts], left[kMaxContacts];
+    for (int i = 0; i < count(); ++i)
+      slow[i] = slow_force(relaxation_, contact(i).series, member_[i].now.force);
+    double sum = 0;
+    for (int i = 0; i < count(); ++i) each_J[i] = 0.5 * dot(slow[i], give_.sunk(i, slow));
+    for (int k = 0; k < relaxation_.branches; ++k) {
+      for (int i = 0; i < count(); ++i) left[i] = slow[i] - contact(i).series.flowed(k);
+      for (int i = 0; i < count(); ++i)
+        each_J[i] += relaxation_.share[k] * (0.5 * dot(left[i], give_.sunk(i, left)));
+    }
+    for (int i = 0; i < count(); ++i) sum += each_J[i];
+    return sum;
+  }
+
+  /// Before the tools leave where they were, half of the tick's time passes for the rings and all
+  /// of it for the dashpots of what gives, which stays where it is (M47).
+  void rest(Ledger& ledger) noexcept {
+    if (relaxation_.branches == 0) return;
+    double each_J[kMaxContacts], after_J = 0;
+    double before_J = give_J(each_J);
+    bool has_flowed = false;
+    for (int i = 0; i < count(); ++i) {
+      Contact& at = contact(i);
+      before_J += stored_in(asset_, at, at.law_J, Memories()).stored_J;
+      double law_J = at.law_J;
+      const bool is_due = !at.is_rested;
+      at.is_rested = true;
+      const bool flows = is_due && with_law_of(i, [&](auto f, auto is_ball) noexcept {
+        using F = decltype(f);
+        return runtime::rest<F, is_ball>(asset_, at, member_[i].before, law_J);
+      });
+      after_J += stored_in(asset_, at, law_J, Memories()).stored_J;
+      if (!flows) continue;
+      has_flowed = true;
+      Vec3d& force = member_[i].now.force;
+      const Vec3d slow = slow_force(relaxation_, at.series, force);
+      let_creep(relaxation_, at.left, slow, at.series);
+      force = (slow - rest_force(relaxation_, at.series)) * relaxation_.fast;
+    }
+    if (has_flowed) ledger.book(before_J, after_J + give_J(each_J), asset_.has_guard);
+  }
+
+  /// A root from the forces that there are. answered: where each law answered these.
+  template <class Respond>
+  bool settle_from(const Vec3d* answered, double (SeriesMemory::*stiffness)[9],
+                   const Respond& respond) noexcept {
+    SeriesForces s;
+    s.give = &give_;
+    s.share = 1 / relaxation_.fast;
+    Vec3d flowed[kMaxContacts];
+    for (int i = 0; i < count(); ++i) {
+      flowed[i] = rest_force(relaxation_, contact(i).series);
+      s.force[i] = member_[i].now.force;
+      s.stiffness[i] = contact(i).series.*stiffness;
+    }
+    for (int i = 0; i < count(); ++i)
+      s.rest[i] = relaxation_.branches > 0 ? member_[i].whole - give_.sunk(i, flowed)
+                                           : member_[i].whole;
+    const bool is_root = settle(s, answered, [&](int i, const Vec3d& y) noexcept {
+      State& now = member_[i].now;
+      now.seen = y;
+      const Answer<double> law = respond(i, y);
+      now.law_J = law.stored_J;
+      return law.force_N * now.held.share;
+    });
+    for (int i = 0; i < count(); ++i) {
+      member_[i].now.force = s.force[i];
+      member_[i].now.off = s.off[i];
+      member_[i].now.more = s.more[i];
+    }
+    return is_root;
+  }
+
+  /// With slips, each from where its contact stands.
+  bool settle_slipping() noexcept {
+    Vec3d before[kMaxContacts];
+    for (int i = 0; i < count(); ++i) before[i] = member_[i].before;
+    return settle_from(before, &SeriesMemory::slipping_N_m,
+                       [&](int i, const Vec3d& y) noexcept { return try_slip(i, y); });
+  }
+  Answer<double> try_slip(int i, const Vec3d& y) noexcept {
+    Contact& from = contact(i);
+    Trial& trial = trial_[i];
+    static_cast<ContactPlace&>(trial.at) = from;
+    trial.said = Said();
+    with_law_of(i, [&](auto f, auto is_ball) noexcept {
+      using F = decltype(f);
+      auto memory = F::template load<double>(from.memory, relaxation_);
+      trial.slipped = slip<F, is_ball>(asset_, trial.at, from.cache, trial.cache, from.left, y,
+                                       y - member_[i].before, memory, trial.said);
+      F::save(memory, trial.at.memory, relaxation_);
+    });
+    const Answer<double>& law = trial.slipped.law;
+    member_[i].now.held = stored_in(asset_, trial.at, law.stored_J, Memories());
+    return law;
+  }
+  /// With nothing slipping, where contacts stand.
+  bool settle_holding(const Vec3d* answered) noexcept {
+    return settle_from(answered, &SeriesMemory::holding_N_m, [&](int i, const Vec3d& y) noexcept {
+      Contact& at = contact(i);
+      State& now = member_[i].now;
+      const Answer<double> law = with_law_of(i, [&](auto f, auto is_ball) noexcept {
+        return hold<decltype(f), is_ball>(asset_, at, at.cache, y, now.depth);
+      });
+      now.held = stored_in(asset_, at, law.stored_J, Memories());
+      return law;
+    });
+  }
+  bool settle_holding() noexcept {
+    Vec3d seen[kMaxContacts];
+    for (int i = 0; i < count(); ++i) seen[i] = member_[i].now.seen;
+    return settle_holding(seen);
+  }
+
+  bool has_slipped() const noexcept {
+    for (int i = 0; i < count(); ++i)
+      if (trial_[i].slipped.is_booked || trial_[i].slipped.has_let_go) return true;
+    return false;
+  }
+
+  /// What was stored with nothing slipped: with the tools where they are, contacts as they stood.
+  bool settle_before(const Vec3d* guess, double& before_J) noexcept {
+    State slipping[kMaxContacts];
+    Vec3d before[kMaxContacts];
+    double each_J[kMaxContacts];
+    for (int i = 0; i < count(); ++i) {
+      slipping[i] = member_[i].now;
+      before[i] = member_[i].before;
+      member_[i].now.force = guess[i];
+    }
+    const bool is_root = settle_holding(before);
+    before_J = give_J(each_J) - shortfall_J();
+    for (int i = 0; i < count(); ++i) {
+      before_J += member_[i].now.held.stored_J;
+      member_[i].now = slipping[i];
+    }
+    return is_root;
+  }
+
+  /// E at forces beside the root is above its least by no more than this where laws are convex: with
+  /// it a root that was not quite found never counts as energy that was there.
+  double shortfall_J() const noexcept {
+    Vec3d off[kMaxContacts];
+    for (int i = 0; i < count(); ++i) off[i] = member_[i].now.off;
+    return give_.stored_J(off) / relaxation_.fast;
+  }
+
+  /// The trials are what happened: contacts stand where they slid to, and those that let go leave
+  /// the series. Whether C may be another.
+  bool commit() noexcept {
+    bool has_moved = false, stays[kMaxContacts];
+    for (int i = 0; i < count(); ++i) {
+      const Slipped& slipped = trial_[i].slipped;
+      const bool is_number = is_finite(slipped.law.force_N) && is_finite(slipped.law.stored_J);
+      take(trial_[i], contact(i));
+      member_[i].now.depth = slipped.depth;
+      member_[i].said = trial_[i].said;
+      has_moved = has_moved || slipped.has_moved;
+      stays[i] = is_number && !slipped.has_let_go;
+      if (!stays[i]) leave(i, is_number, slipped.is_lifted);
+    }
+    int kept = 0;
+    for (int i = 0; i < count(); ++i)
+      if (stays[i]) member_[kept++] = member_[i];
+    has_moved = has_moved || kept < count();
+    give_.count = kept;
+    return has_moved;
+  }
+  void take(const Trial& trial, Contact& to) noexcept {
+    static_cast<ContactPlace&>(to) = trial.at;
+    with_family(asset_.curves, [&](auto f) noexcept {
+      const auto numbers = static_cast<std::size_t>(decltype(f)::numbers(relaxation_));
+      std::memcpy(to.memory, trial.at.memory, numbers * sizeof(double));
+    });
+    if (trial.slipped.has_moved) to.cache = trial.cache;
+  }
+  /// The body under it stays where the others have moved it.
+  void leave(int i, bool is_number, bool hovers) noexcept {
+    SeriesContact& at = *member_[i].at;
+    if (!is_number) {
+      at.status = Status::force_not_finite;
+      at.out->state = ContactState::air;
+      forget(*at.contact);
+      return;
+    }
+    Vec3d aside{0, 0, 0};
+    for (int j = 0; j < count(); ++j)
+      if (j != i)
+        aside = aside + times(give_.block[i][j],
+                              slow_force(relaxation_, contact(j).series, member_[j].now.force));
+    let_go(asset_, at, hovers, at.x - aside);
+    put(aside, at.contact->series.aside_m);
+  }
+
+  /// The body keeps of each contact what its memories keep; returns what is stored then.
+  double load_all(double* each_J) noexcept {
+    double sum = give_J(each_J);
+    for (int i = 0; i < count(); ++i) {
+      State& now = member_[i].now;
+      const Softened held =
+          load(asset_, contact(i), now.depth.normal_m, now.law_J, Memories());
+      each_J[i] += held.stored_J;
+      sum += held.stored_J;
+    }
+    return sum;
+  }
+
+  void tell(int i, const Ledger& ledger, double all_J, double own_J, bool is_settled) noexcept {
+    const Member& m = member_[i];
+    Contact& at = contact(i);
+    Output& out = *m.at->out;
+    const Vec3d force = m.now.force + m.now.more;
+    put(force, at.series.force_N);
+    put(m.whole - m.now.seen, at.series.aside_m);
+    at.law_J = m.now.law_J;
+    describe(asset_, at, at.cache, m.now.depth, m.whole, m.said, out);
+    if (!is_settled) out.flags |= kFlagUnfinished;
+    if (ledger.debt_J > 0) out.flags |= kFlagHeldBack;
+    put(force * -ledger.share(all_J), out.force_on_tool_N);
+    out.stored_J = all_J > 0 ? own_J * (ledger.stored_J(all_J) / all_J) : own_J;
+  }
+
+  /// Stiffness of each law along the branches that its slip took, as the memories let it through.
+  void find_tangents() noexcept {
+    for (int i = 0; i < count(); ++i)
+      with_law_of(i, [&](auto f, auto is_ball) noexcept {
+        Member& m = member_[i];
+        law_tangent<decltype(f), is_ball>(asset_, contact(i), contact(i).left, m.now.seen,
+                                          m.now.seen - m.before, m.tangent_N_m);
+        scale_tangent(m.now.held.share, m.now.held.slope, trial_[i].slipped.law.force_N,
+                      m.tangent_N_m);
+      });
+  }
+  /// (1 + K C)^-1 K of the contacts of each tool that wants it, which move together.
+  void tell_tangents(const Ledger& ledger, double all_J) noexcept {
+    SeriesMatrix matrix;
+    const double* K[kMaxContacts];
+    for (int i = 0; i < count(); ++i) K[i] = member_[i].tangent_N_m;
+    matrix.factor(give_, 1 / relaxation_.fast, K);
+    for (int i = 0; i < count(); ++i) {
+      double* const out = member_[i].at->tangent_N_m;
+      if (out == nullptr || (i > 0 && out == member_[i - 1].at->tangent_N_m)) continue;
+      const int tool = member_[i].at->tool;
+      Vec3d force{0, 0, 0};
+      for (int c = 0; c < 3; ++c) {
+        Vec3d column[kMaxContacts], sum{0, 0, 0};
+        for (int j = 0; j < count(); ++j) {
+          const bool moves = member_[j].at->tool == tool;
+          column[j] = moves ? Vec3d{K[j][c], K[j][3 + c], K[j][6 + c]} : Vec3d{0, 0, 0};
+          if (c == 0 && moves) force = force + member_[j].now.force + member_[j].now.more;
+        }
+        matrix.solve(column);
+        for (int j = 0; j < count(); ++j)
+          if (member_[j].at->tool == tool) sum = sum + column[j];
+        out[c] = sum.x;
+        out[3 + c] = sum.y;
+        out[6 + c] = sum.z;
+      }
+      scale_tangent(ledger.share(all_J), ledger.share_slope(all_J), force, out);
+    }
+  }
+
+  const AssetView& asset_;
+  const RelaxationView& relaxation_;
+  GiveBetween give_;
+  Room<Member, kMaxContacts> member_;
+  Room<Trial, kMaxContacts> trial_;
+  bool has_tangents_ = false;
+};
+
+/// A body's ledger and contacts at one tick: at [count], which have been brought here by approach().
+inline void tick_contacts(const AssetView& asset, Ledger& ledger, SeriesContact* at,
+                          int count) noexcept {
+  SeriesContact* only = nullptr;
+  int touching = 0;
+  for (int i = 0; i < count; ++i)
+    if (at[i].status == Status::ok && at[i].contact->triangle >= 0) {
+      only = &at[i];
+      ++touching;
+    }
+  if (touching == 0) return ledger.close(0);
+  const bool gives =
+      asset.sways && compliance_at(asset, only->contact->triangle, only->contact->weight).is_any();
+  if (touching > 1 || gives) return Series(asset, at, count).tick(ledger);
+  only->status = with_law(asset, only->radius_m, [&](auto f, auto is_ball) noexcept {
+    return tick_alone<decltype(f), is_ball>(asset, *only, ledger, only->tangent_N_m);
+  });
+}
+
+}  // namespace runtime
+}  // namespace palpate
