@@ -16,7 +16,7 @@ static void palpate_force(const double pos_m[3], const double vel_m_s[3], double
   palpate_input in = palpate_input_at(pos_m[0], pos_m[1], pos_m[2]);
   palpate_output out;
   (void)vel_m_s; /* the damper differences positions: a driver's velocity is filtered, late */
-  palpate_tick(&the_asset, &the_contact, &in, &out);
+  palpate_tick(&the_asset, &the_contact, 1, &in, &out);
   memcpy(force_N, out.force_on_tool_N, sizeof out.force_on_tool_N); /* zero unless all is well */
 }
 

@@ -52,7 +52,7 @@ class PalpateComponent {
     in.body = to_pose(slot_[reading_]);
     in.dt_s = dt_s;
     palpate_output out;
-    palpate_tick(&asset_, &contact_, &in, &out);
+    palpate_tick(&asset_, &contact_, 1, &in, &out);
     return to_force(out.force_on_tool_N);
   }
 

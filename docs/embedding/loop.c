@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     palpate_input in = palpate_input_at(x + aside, y, above - down);
     if (touch_z != 0 && in.tool.position_m[2] < touch_z - 0.003)
       in.tool.position_m[2] = touch_z - 0.003;
-    status = palpate_tick(&asset, &contact, &in, &out);
+    status = palpate_tick(&asset, &contact, 1, &in, &out);
     if (status != PALPATE_OK) return fprintf(stderr, "%s\n", palpate_sentence(status)), 1;
     if (touch_z == 0 && out.state != PALPATE_AIR) touch_z = in.tool.position_m[2];
     if (tick % 100 == 0)
