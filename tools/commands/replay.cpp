@@ -17,12 +17,26 @@
 #include "tools/command.hpp"
 #include "tools/console.hpp"
 #include "tools/realtime/play.hpp"
+#include "tools/scene/scene.hpp"
+#include "tools/stages/samples/compound.hpp"
 
 namespace palpate::tools {
 namespace {
 
-ForceRow to_row(double time_s, const runtime::Output& out) {
+static_assert(kMaxPathTools == runtime::kMaxContacts, "one bound");
+
+/// What one tool felt at one time.
+struct Felt {
+  runtime::Status status = runtime::Status::ok;
   ForceRow row;
+  std::int64_t guarded = 0;
+};
+
+template <class Out>
+Felt to_felt(double time_s, int tool, runtime::Status status, const Out& out,
+             const Vec3& torque_Nm) {
+  Felt felt{status, {}, out.refused_ticks};
+  ForceRow& row = felt.row;
   row.time_s = time_s;
   row.force_N = Vec3(out.force_on_tool_N[0], out.force_on_tool_N[1], out.force_on_tool_N[2]);
   row.is_in_contact = out.state != runtime::ContactState::air;
@@ -35,15 +49,121 @@ ForceRow to_row(double time_s, const runtime::Output& out) {
   row.is_extrapolated = (out.flags & runtime::kFlagExtrapolated) != 0;
   row.is_blocked = (out.flags & runtime::kFlagBlocked) != 0;
   row.is_in_debt = (out.flags & runtime::kFlagHeldBack) != 0;
-  return row;
+  row.tool = tool;
+  row.torque_Nm = torque_Nm;
+  return felt;
 }
+Felt to_felt(double time_s, const PlayedTick& tick, const Vec3& tip) {
+  const Vec3 force = Vec3::Map(tick.out.force_on_tool_N);
+  const Vec3 torque = (Vec3::Map(tick.out.acts_at_m) - tip).cross(force);
+  const bool acts = tick.out.state != runtime::ContactState::air;
+  return to_felt(time_s, 0, tick.status, tick.out, acts ? torque : Vec3(Vec3::Zero()));
+}
+
+runtime::Pose pose_at(const PosePath& path, std::size_t row) {
+  runtime::Pose pose;
+  const auto r = static_cast<Eigen::Index>(row);
+  for (int k = 0; k < 3; ++k) pose.position_m[k] = path.position(r, k);
+  if (path.orientation.rows() > 0)
+    for (int k = 0; k < 4; ++k) pose.orientation[k] = path.orientation(r, (k + 3) % 4);
+  return pose;
+}
+
+double step_s(const PosePath& path, std::size_t i) {
+  return i > 0 ? path.time_s[i] - path.time_s[i - 1] : runtime::kCheckTick_s;
+}
+
+// What touches. A path without a scene is of tips.
+class ToolSet {
+ public:
+  /// scenes: one for all tools, or one each.
+  ToolSet(const std::string& scenes, int tools) : tool_(static_cast<std::size_t>(tools)) {
+    if (scenes.empty()) return;
+    std::vector<runtime::ToolShape> shape;
+    for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+      end = scenes.find(',', at);
+      shape.push_back(shape_of(read_scene(scenes.substr(at, end - at))));
+    }
+    if (shape.size() != 1 && shape.size() != tool_.size())
+      throw Error("--tool",
+                  fmt::format("names {} scenes for {} tools", shape.size(), tool_.size()),
+                  "Name one for all tools of the path, or one for each.");
+    for (std::size_t k = 0; k < tool_.size(); ++k)
+      tool_[k].shape = shape.size() == 1 ? shape[0] : shape[k];
+    is_tip_ = false;
+  }
+
+  bool is_one_tip() const { return is_tip_ && tool_.size() == 1; }
+  int balls() const {
+    int balls = 0;
+    for (const runtime::Tool& tool : tool_) balls += tool.shape.balls;
+    return balls;
+  }
+  std::vector<runtime::Tool>& tools() { return tool_; }
+
+  void check(const runtime::AssetView& asset) const {
+    if (balls() > runtime::kMaxContacts)
+      throw Error("--tool", fmt::format("the path's tools have {} balls between them", balls()),
+                  fmt::format("The engine takes {}.", runtime::kMaxContacts));
+    const bool is_row = std::any_of(tool_.begin(), tool_.end(), [](const runtime::Tool& tool) {
+      return tool.shape.balls > 1;
+    });
+    if (is_row && asset.coupling == nullptr)
+      throw Error("--tool", "it is played as several balls, and contacts of this asset feel nothing "
+                            "of each other",
+                  "Make the asset by `palpate run` of a scene with [tool], or with pairs.");
+  }
+
+  /// The centres of all balls along a path, and a radius each.
+  struct Places {
+    Points centre_m;
+    std::vector<double> radius_m;
+    std::size_t of_a_time = 1;
+  };
+  Places along(const PosePath& path) const {
+    Places out{Points(static_cast<Eigen::Index>(path.time_s.size()) * balls(), 3), {},
+               static_cast<std::size_t>(balls())};
+    Eigen::Index at = 0;
+    for (std::size_t row = 0; row < static_cast<std::size_t>(path.position.rows()); ++row) {
+      const runtime::ToolShape& shape = tool_[row % tool_.size()].shape;
+      runtime::Frame frame;
+      make_frame(pose_at(path, row), frame);
+      for (int i = 0; i < shape.balls; ++i) {
+        const runtime::Vec3d centre =
+            frame.place(runtime::make_vec3<double>(shape.ball[i].centre_m));
+        out.centre_m.row(at++) << centre.x, centre.y, centre.z;
+        out.radius_m.push_back(shape.ball[i].radius_m);
+      }
+    }
+    return out;
+  }
+
+ private:
+  // [tool] as it is played; else the ball of [probe], whose lowest point takes the path.
+  static runtime::ToolShape shape_of(const Scene& scene) {
+    if (scene.tool) return tool_shape(scene);
+    runtime::ToolShape ball;
+    ball.ball[0].radius_m = ball_radius_m(scene.probe.spec);
+    ball.ball[0].centre_m[2] = ball.ball[0].radius_m;
+    if (!(ball.ball[0].radius_m > 0))
+      throw Error("--tool", scene.path.string() + " has no [tool], and its [probe] is no ball",
+                  "Give a scene with [tool], or with a ball in [probe].");
+    return ball;
+  }
+
+  std::vector<runtime::Tool> tool_;
+  bool is_tip_ = true;
+};
 
 // Where a path stands to the surface that answers: what a user must know of forces that are zero.
 class PathOnBody {
  public:
-  PathOnBody(const runtime::AssetView& asset, const TipPath& path, const std::string& file)
-      : asset_(asset), path_(path), body_(surface_of(asset)), boxes_(triangle_boxes(body_)) {
-    if (const auto unit = misread_unit(path.position, body_))
+  PathOnBody(const runtime::AssetView& asset, ToolSet::Places places, const std::string& file)
+      : asset_(asset),
+        places_(std::move(places)),
+        body_(surface_of(asset)),
+        boxes_(triangle_boxes(body_)) {
+    if (const auto unit = misread_unit(places_.centre_m, body_))
       throw Error(file,
                   fmt::format("its columns are in metres, and so it passes the body {:.3g} m away; "
                               "in {} it would lie at the body",
@@ -52,13 +172,18 @@ class PathOnBody {
   }
 
   void say_begin() const {
-    const auto near = closest_point(body_, boxes_, path_.position.row(0));
-    if (near && near->distance_m > kTouching * extent_m(body_.vertices).norm() &&
-        is_in_body(path_.position.row(0), *near))
+    for (std::size_t i = 0; i < places_.of_a_time; ++i) {
+      const Vec3 at = places_.centre_m.row(static_cast<Eigen::Index>(i));
+      const auto near = closest_point(body_, boxes_, at);
+      if (!near || near->distance_m <= kTouching * extent_m(body_.vertices).norm() ||
+          !is_in_body(at, *near))
+        continue;
       warn(
           "the path begins {:.3g} mm inside the body, where nothing is felt until the tip has come "
           "out and touches from outside: begin outside",
           1e3 * near->distance_m);
+      return;
+    }
   }
   void say_untouched() const {
     warn(
@@ -81,22 +206,23 @@ class PathOnBody {
   }
   double nearest_m() const {
     double least_m = std::numeric_limits<double>::infinity();
-    for (Eigen::Index i = 0; i < path_.position.rows(); ++i) {
+    for (Eigen::Index i = 0; i < places_.centre_m.rows(); ++i) {
+      const double radius_m = places_.radius_m[static_cast<std::size_t>(i)];
       const auto near =
-          closest_point(body_, boxes_, path_.position.row(i), least_m,
+          closest_point(body_, boxes_, places_.centre_m.row(i), least_m + radius_m,
                         [&](const SurfacePoint& p) { return asset_.is_solid(p.triangle); });
-      if (near) least_m = near->distance_m;
+      if (near) least_m = std::min(least_m, std::max(near->distance_m - radius_m, 0.0));
     }
     return least_m;
   }
 
   const runtime::AssetView& asset_;
-  const TipPath& path_;
+  ToolSet::Places places_;
   Surface body_;
   BoxTree boxes_;
 };
 
-/// The surface as it is shown every so many ticks, for ParaView: the surface moved, and the tool.
+/// The surface as it is shown every so many ticks, for ParaView: the surface moved, and the tools.
 class Frames {
  public:
   Frames(const runtime::AssetView& asset, const std::string& folder, int every)
@@ -108,13 +234,17 @@ class Frames {
     std::filesystem::create_directories(folder);
   }
 
-  void add(std::size_t tick, double time_s, const Vec3& tip, const runtime::Contact& contact,
-           const runtime::Output& out) {
+  /// position_m, felt: of each tool.
+  void add(std::size_t tick, const Points& position_m, const std::vector<runtime::Dent>& dents,
+           std::span<const Felt> felt) {
     if (tick % static_cast<std::size_t>(every_) != 0) return;
     Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> moved(rest_.vertices.rows(), 3);
-    runtime::deform(asset_, contact, 0, 0, asset_.vertices, moved.data());
-    const std::vector<double> place(tip.data(), tip.data() + 3),
-        force(out.force_on_tool_N, out.force_on_tool_N + 3);
+    runtime::deform(asset_, dents.data(), static_cast<int>(dents.size()), 0, asset_.vertices,
+                    moved.data());
+    const double time_s = felt[0].row.time_s;
+    std::vector<double> place(position_m.data(), position_m.data() + position_m.size()), force;
+    for (const Felt& each : felt)
+      force.insert(force.end(), each.row.force_N.data(), each.row.force_N.data() + 3);
     VtuWriter surface, tool;
     for (VtuWriter* part : {&surface, &tool}) part->add_field("TimeValue", {time_s});
     surface.add_field("tool_position_m", place);
@@ -123,7 +253,7 @@ class Frames {
     series_.add(time_s, "surface", frames_,
                 surface.text({rest_.vertices + moved.cast<double>(), rest_.triangles}, {}));
     tool.add("force_on_tool_N", 3, force);
-    series_.add(time_s, "tool", frames_++, tool.text({Points(tip.transpose()), {}}, {}));
+    series_.add(time_s, "tool", frames_++, tool.text({position_m, {}}, {}));
   }
   int close() const {
     series_.close();
@@ -141,14 +271,67 @@ class Frames {
 constexpr NamedOutput kFrames[] = {
     {"path.pvd", "vtu"}, {"surface_000000.vtu", "vtu"}, {"tool_000000.vtu", "vtu"}};
 
+// Today's path of one tip, tick by tick.
+std::vector<Felt> play_tip(const runtime::AssetView& asset, const PosePath& path,
+                           std::optional<Frames>& frames) {
+  runtime::Contact contact;
+  std::vector<Felt> felt(path.time_s.size());
+  for (std::size_t i = 0; i < felt.size(); ++i) {
+    const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
+    PlayedTick played;
+    played.status =
+        runtime::touch(asset, contact, tip.data(), played.out, nullptr, step_s(path, i));
+    felt[i] = to_felt(path.time_s[i], played, tip);
+    if (frames) frames->add(i, Points(tip.transpose()), {{&contact, 0}}, {&felt[i], 1});
+  }
+  return felt;
+}
+
+// Any tools, all of them at each time.
+std::vector<Felt> play_tools(const runtime::AssetView& asset, const PosePath& path,
+                             std::vector<runtime::Tool>& tool, std::optional<Frames>& frames) {
+  const std::size_t tools = tool.size();
+  std::vector<runtime::Tool*> all;
+  std::vector<runtime::Dent> dents;
+  for (runtime::Tool& each : tool) {
+    all.push_back(&each);
+    for (int i = 0; i < each.shape.balls; ++i)
+      dents.push_back({&each.contact[i], each.shape.ball[i].radius_m});
+  }
+  std::vector<runtime::ToolInput> in(tools);
+  std::vector<runtime::ToolOutput> out(tools);
+  std::vector<runtime::Status> status(tools);
+  std::vector<Felt> felt;
+  for (std::size_t i = 0; i < path.time_s.size(); ++i) {
+    for (std::size_t k = 0; k < tools; ++k) {
+      in[k].pose = pose_at(path, i * tools + k);
+      in[k].dt_s = step_s(path, i);
+    }
+    runtime::touch_tools(asset, all.data(), in.data(), out.data(), status.data(),
+                         static_cast<int>(tools));
+    for (std::size_t k = 0; k < tools; ++k)
+      felt.push_back(to_felt(path.time_s[i], static_cast<int>(k), status[k], out[k],
+                             Vec3::Map(out[k].torque_on_tool_Nm)));
+    const auto rows = static_cast<Eigen::Index>(tools);
+    if (frames)
+      frames->add(i, path.position.middleRows(static_cast<Eigen::Index>(i) * rows, rows), dents,
+                  std::span(felt).last(tools));
+  }
+  return felt;
+}
+
 class Replay final : public Command {
  public:
   explicit Replay(Arguments& arguments) {
     arguments.positional("asset", asset_, "Asset to play, asset.palp");
     arguments.positional("path", path_,
-                         "Path of the tip in seconds and metres, PATH.csv: t_s,x_m,y_m,z_m");
+                         "Path of the tools in seconds and metres, PATH.csv: "
+                         "t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]");
     arguments.output("-o,--output", output_,
                      "FORCES.csv to write, with forces on the tool in newtons", {"t_s,fx_N"});
+    arguments.option("--tool", tool_,
+                     "Scene whose [tool], or the ball of its [probe], takes the path in place of a "
+                     "tip; of several tools one scene each, with commas");
     arguments.option("--realtime", rate_Hz_,
                      "Rate in Hz at which rows are played on the real-time clock, with a second "
                      "thread for first "
@@ -161,29 +344,24 @@ class Replay final : public Command {
 
   int run(Reply& reply) override {
     const AssetFile file = read_asset_file(asset_);
-    const TipPath path = read_tip_path(path_);
-    if (rate_Hz_ != 0 && !surface_.empty())
-      throw Error("--surface", "frames are not written in real time",
-                  "Leave --realtime out: the forces are the same.");
-    const PathOnBody on_body(file.asset(), path, path_);
+    const PosePath path = read_pose_path(path_);
+    ToolSet tools(tool_, path.tools);
+    check(file.asset(), tools);
+    const PathOnBody on_body(file.asset(), tools.along(path), path_);
     std::optional<Frames> frames;
     if (!surface_.empty()) frames.emplace(file.asset(), surface_, every_);
-    const std::vector<PlayedTick> played =
-        rate_Hz_ != 0 ? play_live(file.asset(), path) : play(file.asset(), path, frames);
+    const std::vector<Felt> felt = play(file.asset(), path, tools, frames);
     std::vector<ForceRow> rows;
-    rows.reserve(played.size());
     std::size_t faults = 0, touching = 0;
-    for (std::size_t i = 0; i < played.size(); ++i) {
-      if (played[i].status != runtime::Status::ok && ++faults <= kFaultsShown)
-        say_failed("{}: tick {} at {} s: {}", path_, i + 1, path.time_s[i],
-                   runtime::sentence(played[i].status));
-      rows.push_back(to_row(path.time_s[i], played[i].out));
-      touching += rows.back().is_in_contact;
+    for (const Felt& each : felt) {
+      if (each.status != runtime::Status::ok && ++faults <= kFaultsShown) say_fault(each, rows, path);
+      rows.push_back(each.row);
+      touching += each.row.is_in_contact;
     }
     on_body.say_begin();
     if (touching == 0) on_body.say_untouched();
     write_forces(output_, rows);
-    const std::int64_t guarded = played.empty() ? 0 : played.back().out.refused_ticks;
+    const std::int64_t guarded = felt.empty() ? 0 : felt.back().guarded;
     say("wrote {}: {} ticks, {} in contact, {} with a fault, {} where the guard acted", output_,
         rows.size(), touching, faults, guarded);
     reply.json = nlohmann::ordered_json{
@@ -196,19 +374,28 @@ class Replay final : public Command {
   }
 
  private:
-  static std::vector<PlayedTick> play(const runtime::AssetView& asset, const TipPath& path,
-                                      std::optional<Frames>& frames) {
-    runtime::Contact contact;
-    std::vector<PlayedTick> played(path.time_s.size());
-    for (std::size_t i = 0; i < played.size(); ++i) {
-      const Vec3 tip = path.position.row(static_cast<Eigen::Index>(i));
-      const double dt_s = i > 0 ? path.time_s[i] - path.time_s[i - 1] : runtime::kCheckTick_s;
-      played[i].status = runtime::touch(asset, contact, tip.data(), played[i].out, nullptr, dt_s);
-      if (frames) frames->add(i, path.time_s[i], tip, contact, played[i].out);
-    }
-    return played;
+  void check(const runtime::AssetView& asset, const ToolSet& tools) const {
+    tools.check(asset);
+    if (rate_Hz_ != 0 && !surface_.empty())
+      throw Error("--surface", "frames are not written in real time",
+                  "Leave --realtime out: the forces are the same.");
+    if (rate_Hz_ != 0 && !tools.is_one_tip())
+      throw Error("--realtime", "it plays one tip, and this path is of other tools",
+                  "Leave --realtime out: the forces are the same.");
   }
-  std::vector<PlayedTick> play_live(const runtime::AssetView& asset, const TipPath& path) const {
+  void say_fault(const Felt& felt, const std::vector<ForceRow>& before,
+                 const PosePath& path) const {
+    const std::size_t tick = before.size() / static_cast<std::size_t>(path.tools) + 1;
+    say_failed("{}: tick {} at {} s{}: {}", path_, tick, felt.row.time_s,
+               path.tools > 1 ? fmt::format(", tool {}", felt.row.tool) : "",
+               runtime::sentence(felt.status));
+  }
+  std::vector<Felt> play(const runtime::AssetView& asset, const PosePath& path, ToolSet& tools,
+                         std::optional<Frames>& frames) const {
+    if (!tools.is_one_tip()) return play_tools(asset, path, tools.tools(), frames);
+    return rate_Hz_ != 0 ? play_live(asset, path) : play_tip(asset, path, frames);
+  }
+  std::vector<Felt> play_live(const runtime::AssetView& asset, const PosePath& path) const {
     std::vector<PlayedTick> played;
     const RealtimeReport report =
         play_in_real_time(asset, path.position, rate_Hz_, played, is_interrupted);
@@ -219,11 +406,15 @@ class Replay final : public Command {
         report.worst_touch_delay);
     say("{}", histogram("jitter of the clock", report.jitter_ns));
     say("{}", histogram("time of a tick", report.tick_ns));
-    return played;
+    std::vector<Felt> felt;
+    for (std::size_t i = 0; i < played.size(); ++i)
+      felt.push_back(to_felt(path.time_s[i], played[i],
+                             path.position.row(static_cast<Eigen::Index>(i))));
+    return felt;
   }
 
   static constexpr std::size_t kFaultsShown = 10;
-  std::string asset_, path_, output_, surface_;
+  std::string asset_, path_, output_, surface_, tool_;
   int rate_Hz_ = 0, every_ = 20;
 };
 

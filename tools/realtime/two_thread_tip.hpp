@@ -154,7 +154,7 @@ class TwoThreadTip {
   }
   void report_air(PlayedTick& played) const noexcept {
     played = PlayedTick();
-    tell_sums(contact_, played.out);
+    runtime::put_sums(contact_.ledger, played.out);
   }
 
   const runtime::AssetView& asset_;

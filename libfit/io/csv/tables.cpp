@@ -19,7 +19,17 @@ constexpr std::array<CsvColumnRule, 6> kPointRules{
 constexpr std::array<CsvColumnRule, 7> kToolPathRules{
     {{"path", true, true}, {"x_m"}, {"y_m"}, {"z_m"}, {"dx_m"}, {"dy_m"}, {"dz_m"}}};
 constexpr std::array<CsvColumnRule, 4> kTipPathRules{{{"t_s"}, {"x_m"}, {"y_m"}, {"z_m"}}};
-constexpr std::array<CsvColumnRule, 16> kForceRules{{{"t_s"},
+constexpr std::array<CsvColumnRule, 9> kPosePathRules{{{"t_s"},
+                                                       {"x_m"},
+                                                       {"y_m"},
+                                                       {"z_m"},
+                                                       {"qx", false},
+                                                       {"qy", false},
+                                                       {"qz", false},
+                                                       {"qw", false},
+                                                       {"tool", false}}};
+constexpr double kQuaternionTolerance = 1e-3;  // of its length, as the engine's
+constexpr std::array<CsvColumnRule, 20> kForceRules{{{"t_s"},
                                                      {"fx_N"},
                                                      {"fy_N"},
                                                      {"fz_N"},
@@ -34,7 +44,11 @@ constexpr std::array<CsvColumnRule, 16> kForceRules{{{"t_s"},
                                                      {"outside"},
                                                      {"extrapolated"},
                                                      {"blocked"},
-                                                     {"in_debt"}}};
+                                                     {"in_debt"},
+                                                     {"tool"},
+                                                     {"tx_Nm"},
+                                                     {"ty_Nm"},
+                                                     {"tz_Nm"}}};
 constexpr std::array<CsvColumnRule, 7> kCurveRules{{{"point"},
                                                     {"name", true, true},
                                                     {"curve", true, true},
@@ -126,13 +140,76 @@ std::vector<PathInTable> read_tool_paths(const std::filesystem::path& path) {
   return paths;
 }
 
-TipPath read_tip_path(const std::filesystem::path& path) {
-  const CsvTable table = read_rows(path, kTipPathRules);
-  TipPath tip{table.number("t_s"), columns(table, "x_m", "y_m", "z_m")};
-  for (std::size_t i = 1; i < tip.time_s.size(); ++i)
-    if (!(tip.time_s[i] > tip.time_s[i - 1]))
+namespace {
+
+// How many tools a path has: as many as rows have its first time.
+std::size_t tools_of(const CsvTable& table) {
+  if (!table.has("tool")) return 1;
+  const auto& time_s = table.number("t_s");
+  const auto other = std::find_if(time_s.begin(), time_s.end(),
+                                  [&](double t) { return t != time_s.front(); });
+  const auto tools = static_cast<std::size_t>(other - time_s.begin());
+  if (tools > kMaxPathTools)
+    throw error_at(table, kMaxPathTools,
+                   fmt::format("more than {} rows have the same time", kMaxPathTools),
+                   fmt::format("Give {} tools at most.", kMaxPathTools));
+  return tools;
+}
+
+// Times increase, and each has tools 0, 1, ... in this order.
+void check_times(const CsvTable& table, std::size_t tools) {
+  const auto& time_s = table.number("t_s");
+  const char* const remedy =
+      "Give the rows of a time one after another: tools 0, 1, ... in this order, all at every time.";
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const std::size_t tool = i % tools;
+    if (table.has("tool") && table.number("tool")[i] != static_cast<double>(tool))
+      throw error_at(table, i,
+                     fmt::format("column `tool` is {} where tool {} is due", table.number("tool")[i],
+                                 tool),
+                     remedy);
+    if (tool > 0 && time_s[i] != time_s[i - tool])
+      throw error_at(table, i, fmt::format("tool {} has another time than tool 0", tool), remedy);
+    if (tool == 0 && i > 0 && !(time_s[i] > time_s[i - 1]))
       throw error_at(table, i, "column `t_s` does not increase", "Sort the rows by time.");
-  return tip;
+  }
+  if (table.rows() % tools != 0)
+    throw error_at(table, table.rows() - 1, "the last time has not all tools", remedy);
+}
+
+Quaternions unit_quaternions(const CsvTable& table) {
+  constexpr std::array<std::string_view, 4> kNames{"qx", "qy", "qz", "qw"};
+  const auto given = std::count_if(kNames.begin(), kNames.end(),
+                                   [&](std::string_view name) { return table.has(name); });
+  if (given == 0) return Quaternions(0, 4);
+  if (given != 4)
+    throw Error(table.path.string() + ":1", "has some of qx,qy,qz,qw but not all",
+                "Give all or none.");
+  Quaternions out(static_cast<Eigen::Index>(table.rows()), 4);
+  for (std::size_t k = 0; k < 4; ++k)
+    out.col(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::VectorXd>(
+        table.number(kNames[k]).data(), static_cast<Eigen::Index>(table.rows()));
+  for (Eigen::Index i = 0; i < out.rows(); ++i)
+    if (!(std::abs(out.row(i).norm() - 1) <= kQuaternionTolerance))
+      throw error_at(table, static_cast<std::size_t>(i),
+                     fmt::format("the quaternion has the length {:.4g}", out.row(i).norm()),
+                     "Give unit quaternions.");
+  return out;
+}
+
+}  // namespace
+
+PosePath read_pose_path(const std::filesystem::path& path) {
+  const CsvTable table = read_rows(path, kPosePathRules);
+  const std::size_t tools = tools_of(table);
+  check_times(table, tools);
+  PosePath out;
+  out.tools = static_cast<int>(tools);
+  for (std::size_t i = 0; i < table.rows(); i += tools)
+    out.time_s.push_back(table.number("t_s")[i]);
+  out.position = columns(table, "x_m", "y_m", "z_m");
+  out.orientation = unit_quaternions(table);
+  return out;
 }
 
 void write_tip_path(const std::filesystem::path& path, const TipPath& tip) {
@@ -154,7 +231,8 @@ void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>
     put(csv, row.contact_point_m);
     csv.integer(row.triangle).number(row.depth_m).number(row.lateral_m).integer(row.is_sliding);
     csv.integer(row.is_outside).integer(row.is_extrapolated).integer(row.is_blocked);
-    csv.integer(row.is_in_debt);
+    csv.integer(row.is_in_debt).integer(row.tool);
+    put(csv, row.torque_Nm);
     csv.end_row();
   }
   csv.commit();

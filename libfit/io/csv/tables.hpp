@@ -36,11 +36,25 @@ struct TipPath {
   std::vector<double> time_s;
   Points position;
 };
-TipPath read_tip_path(const std::filesystem::path& path);
 void write_tip_path(const std::filesystem::path& path, const TipPath& tip);
 
+constexpr int kMaxPathTools = 8;
+using Quaternions = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
+
+/// PATH.csv, `t_s,x_m,y_m,z_m[,qx,qy,qz,qw][,tool]`: where 1 to kMaxPathTools tools are at T
+/// strictly increasing times [s]. Row i tools + k is tool k's at time_s[i]. position: T tools x 3
+/// [m]; orientation: T tools x 4, unit quaternions x, y, z, w, or 0 x 4 where no tool turns.
+struct PosePath {
+  std::vector<double> time_s;
+  int tools = 1;
+  Points position;
+  Quaternions orientation;
+};
+/// Throws Error where at a time the tools 0, 1, ... do not follow each other, all of them.
+PosePath read_pose_path(const std::filesystem::path& path);
+
 /// One row of FORCES.csv: what the engine answers at a tick. force_N acts ON THE TOOL.
-/// triangle -1 without contact.
+/// triangle -1 without contact. torque_Nm: of that force, about the tool's position.
 struct ForceRow {
   double time_s = 0;
   Vec3 force_N = Vec3::Zero();
@@ -51,6 +65,8 @@ struct ForceRow {
   double lateral_m = 0;
   bool is_sliding = false;
   bool is_outside = false, is_extrapolated = false, is_blocked = false, is_in_debt = false;
+  int tool = 0;
+  Vec3 torque_Nm = Vec3::Zero();
 };
 void write_forces(const std::filesystem::path& path, const std::vector<ForceRow>& rows);
 

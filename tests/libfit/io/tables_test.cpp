@@ -158,31 +158,71 @@ TEST_F(Tables, tool_paths_that_return_or_move_are_refused) {
             "T.csv:3: path `a` changes its test point");
 }
 
-TEST_F(Tables, tip_paths_come_back_and_time_must_increase) {
+TEST_F(Tables, paths_come_back_and_time_must_increase) {
   write_file_atomically(at("PATH.csv"),
                         "t_s,x_m,y_m,z_m\n0,1,2,3\n0.3333333333333333,-0,1e-300,0.1\n");
-  const TipPath tip = read_tip_path(at("PATH.csv"));
-  EXPECT_EQ(tip.time_s, (std::vector<double>{0, 1.0 / 3}));
-  EXPECT_EQ(tip.position.row(1), Eigen::RowVector3d(-0.0, 1e-300, 0.1));
+  const PosePath path = read_pose_path(at("PATH.csv"));
+  EXPECT_EQ(path.time_s, (std::vector<double>{0, 1.0 / 3}));
+  EXPECT_EQ(path.tools, 1);
+  EXPECT_EQ(path.orientation.rows(), 0);
+  EXPECT_EQ(path.position.row(1), Eigen::RowVector3d(-0.0, 1e-300, 0.1));
+  write_tip_path(at("TIP.csv"), {path.time_s, path.position});
+  EXPECT_TRUE(same_bits(read_pose_path(at("TIP.csv")).position, path.position));
   write_file_atomically(at("PATH.csv"), "t_s,x_m,y_m,z_m\n0,0,0,0\n0,0,0,0\n");
-  EXPECT_EQ(error_of([&] { read_tip_path(at("PATH.csv")); }),
+  EXPECT_EQ(error_of([&] { read_pose_path(at("PATH.csv")); }),
             "PATH.csv:3: column `t_s` does not increase");
   write_file_atomically(at("PATH.csv"), "t_ms,x_m,y_m,z_m\n0,0,0,0\n");
-  EXPECT_EQ(error_of([&] { read_tip_path(at("PATH.csv")); }),
+  EXPECT_EQ(error_of([&] { read_pose_path(at("PATH.csv")); }),
             "PATH.csv:1: column `t_ms` is not `t_s`");
+}
+
+TEST_F(Tables, paths_of_several_tools_that_turn_come_back) {
+  write_file_atomically(at("PATH.csv"),
+                        "tool,t_s,x_m,y_m,z_m,qw,qx,qy,qz\n0,0,1,2,3,1,0,0,0\n1,0,4,5,6,0,0,1,0\n"
+                        "0,0.5,1,2,4,0.6,0.8,0,0\n1,0.5,4,5,7,0,0,0,-1\n");
+  const PosePath path = read_pose_path(at("PATH.csv"));
+  EXPECT_EQ(path.time_s, (std::vector<double>{0, 0.5}));
+  EXPECT_EQ(path.tools, 2);
+  EXPECT_EQ(path.position.row(3), Eigen::RowVector3d(4, 5, 7));
+  EXPECT_EQ(path.orientation.row(2), Eigen::RowVector4d(0.8, 0, 0, 0.6));
+}
+
+TEST_F(Tables, paths_that_leave_out_a_tool_or_a_part_of_a_pose_are_refused) {
+  const auto path_error = [&](const std::string& text) {
+    write_file_atomically(at("PATH.csv"), text);
+    return error_of([&] { read_pose_path(at("PATH.csv")); });
+  };
+  const std::string head = "t_s,x_m,y_m,z_m,tool\n";
+  EXPECT_EQ(path_error(head + "0,0,0,0,0\n0,0,0,0,1\n1,0,0,0,0\n"),
+            "PATH.csv:4: the last time has not all tools");
+  EXPECT_EQ(path_error(head + "0,0,0,0,1\n0,0,0,0,0\n"),
+            "PATH.csv:2: column `tool` is 1 where tool 0 is due");
+  EXPECT_EQ(path_error(head + "0,0,0,0,0\n0,0,0,0,1\n1,0,0,0,0\n2,0,0,0,1\n"),
+            "PATH.csv:5: tool 1 has another time than tool 0");
+  EXPECT_EQ(path_error(head + "0,0,0,0,0\n0,0,0,0,0.5\n"),
+            "PATH.csv:3: column `tool` is 0.5 where tool 1 is due");
+  std::string crowd = head;
+  for (int i = 0; i < 9; ++i) crowd += "0,0,0,0," + std::to_string(i) + "\n";
+  EXPECT_EQ(path_error(crowd), "PATH.csv:10: more than 8 rows have the same time");
+  EXPECT_EQ(path_error("t_s,x_m,y_m,z_m,qx,qy,qz\n0,0,0,0,0,0,0\n"),
+            "PATH.csv:1: has some of qx,qy,qz,qw but not all");
+  EXPECT_EQ(path_error("t_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n"),
+            "PATH.csv:2: the quaternion has the length 2");
 }
 
 TEST_F(Tables, forces_are_written_under_the_agreed_header_and_only_where_finite) {
   std::vector<ForceRow> a(2);
   a[1] = {0.001, Vec3(0.1, -0.2, 1.0 / 3), true, Vec3(1, 2, 3), 42, 0.004, 0.001, true, false,
           true};
+  a[1].tool = 3;
+  a[1].torque_Nm = Vec3(0, -0.5, 1e-6);
   write_forces(at("F.csv"), a);
   const std::string written = read_whole_file(at("F.csv"));
   EXPECT_EQ(written,
             "t_s,fx_N,fy_N,fz_N,contact,cx_m,cy_m,cz_m,triangle,depth_m,lateral_m,sliding,"
-            "outside,extrapolated,blocked,in_debt\n"
-            "0,0,0,0,0,0,0,0,-1,0,0,0,0,0,0,0\n"
-            "0.001,0.1,-0.2,0.3333333333333333,1,1,2,3,42,0.004,0.001,1,0,1,0,0\n");
+            "outside,extrapolated,blocked,in_debt,tool,tx_Nm,ty_Nm,tz_Nm\n"
+            "0,0,0,0,0,0,0,0,-1,0,0,0,0,0,0,0,0,0,0,0\n"
+            "0.001,0.1,-0.2,0.3333333333333333,1,1,2,3,42,0.004,0.001,1,0,1,0,0,3,0,-0.5,1e-06\n");
   a[0].depth_m = std::nan("");
   EXPECT_EQ(error_of([&] { write_forces(at("F.csv"), a); }),
             "F.csv: row 0 field 10 would not be a finite number");
